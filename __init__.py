@@ -1,0 +1,21 @@
+"""CityPV: what the sun gives to the roofs and facades of a real city.
+
+Blender loads this file as an extension, Python as the package `citypv`. Nothing is imported at module level, so
+that reading the package costs nothing and `citypv.core` works without Blender.
+"""
+
+__version__ = "0.1.0"
+
+
+def register():
+    """Enable the add-on (called by Blender)."""
+    from . import citypv_addon
+
+    citypv_addon.register()
+
+
+def unregister():
+    """Disable the add-on (called by Blender)."""
+    from . import citypv_addon
+
+    citypv_addon.unregister()

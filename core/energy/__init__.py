@@ -1,0 +1,1 @@
+"""From irradiance to capacity factors and full load hours."""

@@ -1,0 +1,44 @@
+"""What was read from the user's files: polygons as they stand in the file, with the building each belongs to."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass
+class ImportReport:
+    """What a reader met, chose, repaired and left out."""
+
+    files: list = field(default_factory=list)  # paths, as given
+    building_count: int = 0
+    part_count: int = 0
+    lods_met: dict = field(default_factory=dict)  # LoD -> number of polygons
+    lods_chosen: dict = field(default_factory=dict)  # LoD -> number of polygons kept
+    repaired: dict = field(default_factory=dict)  # reason -> list of surface ids
+    skipped: dict = field(default_factory=dict)  # reason -> list of surface ids
+    notes: list = field(default_factory=list)  # sentences worth reading
+
+
+@dataclass
+class City:
+    """Polygons in the order of the input.
+
+    A polygon's first ring is its outline, the others are holes. Rings are open: the first point is not repeated.
+    """
+
+    surface_id: list  # (n,) str, unique
+    building_id: list  # (n,) str, the top-level building
+    thematic: list  # (n,) str: WallSurface, RoofSurface, GroundSurface, ClosureSurface, … or ""
+    points: np.ndarray  # (m, 3) float64 [m], x east, y north, z up, in the coordinate reference system of the file
+    ring_start: np.ndarray  # (r + 1,) int64 into points
+    polygon_start: np.ndarray  # (n + 1,) int64 into ring_start
+    crs: str | None  # what pyproj.CRS.from_user_input understands, or None where the file names none
+    report: ImportReport = field(default_factory=ImportReport)
+
+    def __len__(self):
+        return len(self.surface_id)
+
+    def rings(self, polygon):
+        """Rings of one polygon, the outline first: list of (k, 3) float64 [m]."""
+        first, last = self.polygon_start[polygon], self.polygon_start[polygon + 1]
+        return [self.points[self.ring_start[r] : self.ring_start[r + 1]] for r in range(first, last)]

@@ -1,0 +1,32 @@
+"""What tracing finds out, free of weather: relative irradiance of every surface."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..geometry.scene import Site, Surfaces
+from ..sun.suns import Suns
+
+
+@dataclass
+class Transfer:
+    """Relative irradiance of n surfaces: diffuse per DHI, direct per DNI for each of s suns.
+
+    The direct irradiance at a moment is kept in three parts, because two of them are known exactly at any hour:
+    `aoi_projection · visible_share` (first hit), `far_ground_view_factor · ground_albedo · cos(zenith)` (from the
+    open ground beyond the scene), and `direct_reflected` (all other reflections, as traced for the nearest suns).
+    """
+
+    surfaces: Surfaces
+    site: Site
+    suns: Suns
+    covered_share: np.ndarray  # (n,) share of the surface that lies inside or under buildings
+    sky_view_factor: np.ndarray  # (n,) cosine-weighted free share of the sky
+    far_ground_view_factor: np.ndarray  # (n,) share of the hemisphere that meets the open ground; 0 without far ground
+    ground_albedo: float
+    diffuse_relative: np.ndarray  # (n,) per DHI, reflections included
+    diffuse_relative_standard_error: np.ndarray  # (n,)
+    visible_share: np.ndarray  # (n, s) float32, share of the surface that sees the sun
+    direct_reflected: np.ndarray  # (n, s) float32, per DNI
+    direct_annual_standard_error: np.ndarray  # (n,) of direct_relative weighted with suns.weight
+    settings: dict = field(default_factory=dict)  # whatever makes the run repeatable

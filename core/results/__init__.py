@@ -1,0 +1,1 @@
+"""Writing what was found: tables, time series, summary."""

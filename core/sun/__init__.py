@@ -1,0 +1,1 @@
+"""Where the sun stands, and which of its positions are traced."""

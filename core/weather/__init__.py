@@ -1,0 +1,1 @@
+"""Irradiance, air temperature and wind of a year, from files or from a clear-sky model."""

@@ -1,0 +1,22 @@
+"""One or several years of weather at one place."""
+
+from dataclasses import dataclass
+
+import pandas as pd
+
+
+@dataclass
+class Weather:
+    """Weather of one site; the data never know of a surface."""
+
+    data: pd.DataFrame  # index: tz-aware start of each interval (UTC); see below
+    interval: pd.Timedelta  # length of every interval
+    latitude: float  # [°] of the weather's grid point or station
+    longitude: float  # [°]
+    altitude: float  # [m]
+    label: str  # what the user should read beside the results: "ERA5 era5_berlin_2017.nc", "clear sky (upper bound)"
+
+    # Columns of data, all float64:
+    # ghi, dhi, dni [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], pressure [Pa]
+    # and, of the sun at mid-interval, solar_zenith, apparent_zenith, solar_azimuth [°].
+    # Where the sun stands below 2° of apparent elevation, dni is 0 and dhi equals ghi.
