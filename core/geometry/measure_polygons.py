@@ -1,0 +1,55 @@
+"""Area vector of polygons with holes: the sum of the cross products along their rings (Newell's method)."""
+
+import numpy as np
+
+
+def measure_polygons(points, ring_start, polygon_start):
+    """Area and unit normal of every polygon, holes taken off.
+
+    The area vector of a ring is half the sum of p_i x p_(i+1). It gives the area of a planar ring exactly and that of
+    its best plane otherwise. A hole counts against its outline, whichever way it runs.
+
+    Parameters
+    ----------
+    points : array, (m, 3) float64 [m]
+    ring_start : array, (r + 1,) int
+    polygon_start : array, (n + 1,) int
+
+    Returns
+    -------
+    area : array, (n,) float64 [m²]
+    normal : array, (n, 3) float64
+        Unit length; zero where the area is.
+    """
+    vectors = measure_rings(points, ring_start)  # (r, 3)
+    polygon_count = len(polygon_start) - 1
+    outline = vectors[polygon_start[:-1]] if polygon_count else np.empty((0, 3))
+    size = np.linalg.norm(outline, axis=1)
+    normal = np.divide(outline, size[:, None], out=np.zeros_like(outline), where=size[:, None] > 0)
+    ring_polygon = np.repeat(np.arange(polygon_count), np.diff(polygon_start))  # (r,)
+    ring_area = np.abs(np.einsum("ij,ij->i", vectors, normal[ring_polygon]))
+    is_outline = np.zeros(len(ring_polygon), bool)
+    is_outline[polygon_start[:-1]] = True
+    signed = np.where(is_outline, ring_area, -ring_area)
+    return np.bincount(ring_polygon, weights=signed, minlength=polygon_count), normal
+
+
+def measure_rings(points, ring_start):
+    """Area vector of every ring, (r, 3) float64 [m²]: along the normal, as long as the area is large."""
+    ring_of_point = np.repeat(np.arange(len(ring_start) - 1), np.diff(ring_start))
+    # The first point of each ring is its origin, so that nothing is lost far from the system's own.
+    local = points - points[ring_start[:-1]][ring_of_point] if len(points) else points
+    following = next_in_ring(ring_start)
+    cross = np.cross(local, local[following]) if len(points) else local
+    vectors = np.empty((len(ring_start) - 1, 3))
+    for axis in range(3):
+        vectors[:, axis] = np.bincount(ring_of_point, weights=cross[:, axis], minlength=len(ring_start) - 1)
+    return 0.5 * vectors
+
+
+def next_in_ring(ring_start):
+    """Index of the point that follows each point on its ring, (m,) int64."""
+    following = np.arange(1, ring_start[-1] + 1)
+    full = np.diff(ring_start) > 0
+    following[ring_start[1:][full] - 1] = ring_start[:-1][full]
+    return following

@@ -1,0 +1,68 @@
+"""One door for every format: files and folders to a City."""
+
+from pathlib import Path
+
+from ..errors import InputError
+from .join_contents import join_contents
+from .read_citygml import read_content as read_citygml_content
+
+READERS = {".gml": read_citygml_content, ".citygml": read_citygml_content, ".xml": read_citygml_content}
+
+
+def read_city(paths, lod=None, unit="m", up="z"):
+    """Read files and folders of buildings into one City.
+
+    Parameters
+    ----------
+    paths : path-like or list of path-like
+        Files or folders; a folder stands for the files of buildings in it.
+    lod : str, optional
+        Level of detail; by default the best of 2.x of each building, else 3, else 1.
+    unit : {'m', 'ft', 'us-ft'}
+        Of coordinates in files that name no coordinate reference system.
+    up : {'z', 'y'}
+        Axis that points to the sky, for formats that do not say.
+
+    Returns
+    -------
+    City
+
+    Raises
+    ------
+    InputError
+        A file cannot be used, or a folder holds none.
+    """
+    if up not in ("z", "y"):
+        raise InputError("--up", f"{up!r} is no axis", "choose z or y")
+    contents = [_reader(path)(path) for path in list_files(paths)]
+    return join_contents(contents, lod=lod, unit=unit)
+
+
+def list_files(paths):
+    """Files named by files and folders, those of a folder in the order of their names.
+
+    Returns
+    -------
+    list of Path
+    """
+    files = []
+    for path in [paths] if isinstance(paths, (str, Path)) else paths:
+        if not Path(path).is_dir():
+            files.append(Path(path))
+            continue
+        inside = sorted(file for file in Path(path).iterdir() if file.is_file() and _suffix(file) in READERS)
+        if not inside:
+            raise InputError(path, "a folder without files of buildings", f"known are {', '.join(READERS)}")
+        files += inside
+    return files
+
+
+def _suffix(path):
+    suffixes = [suffix.lower() for suffix in path.suffixes]
+    if suffixes and suffixes[-1] == ".gz":
+        suffixes = suffixes[:-1]
+    return suffixes[-1] if suffixes else ""
+
+
+def _reader(path):
+    return READERS.get(_suffix(Path(path)), read_citygml_content)

@@ -1,0 +1,68 @@
+"""Read CityGML 1.0, 2.0 and 3.0: buildings with their parts, holes, references and levels of detail."""
+
+from pathlib import Path
+
+from ..errors import InputError
+from .collect_polygons import collect_polygons
+from .join_contents import join_contents
+from .parse_xml import iterate_elements, read_root
+from .polygon import FileContent
+from .resolve_references import resolve_references
+
+MEMBERS = ("cityObjectMember", "featureMember", "member")
+
+
+def read_citygml(paths, lod=None, unit="m"):
+    """Read one or several CityGML files into one City.
+
+    Parameters
+    ----------
+    paths : path-like or list of path-like
+        Files; gzip is welcome.
+    lod : str, optional
+        Level of detail; by default the best of 2.x of each building, else 3, else 1.
+    unit : {'m', 'ft', 'us-ft'}
+        Of coordinates in files that name no coordinate reference system.
+
+    Returns
+    -------
+    City
+
+    Raises
+    ------
+    InputError
+        A file is missing, empty, cut, not CityGML or without buildings.
+    """
+    paths = [paths] if isinstance(paths, (str, Path)) else list(paths)
+    contents = [read_content(path) for path in paths]
+    return join_contents(contents, lod=lod, unit=unit)
+
+
+def read_content(path):
+    """Every polygon of one CityGML file, all levels of detail, before any choice.
+
+    Returns
+    -------
+    FileContent
+    """
+    root, namespaces = read_root(path)
+    if "opengis.net/citygml" not in " ".join([root, *filter(None, namespaces.values())]):
+        name = root.rpartition("}")[2]
+        raise InputError(path, f"line 1: <{name}> is not CityGML", "give a CityGML, CityJSON or OBJ file")
+    content, kinds, others = FileContent(path), {}, {}
+    for element in iterate_elements(path, ("Building", "Envelope", "appearanceMember", *MEMBERS)):
+        name = element.tag.rpartition("}")[2]
+        if name == "Building":
+            collect_polygons(element, content, kinds)
+        elif name == "Envelope":
+            if element.get("srsName"):
+                content.srs_names.setdefault(element.get("srsName"), element.sourceline)
+        elif name in MEMBERS:
+            for child in element.iterchildren("*"):
+                other = child.tag.rpartition("}")[2]
+                others[other] = others.get(other, 0) + (other != "Building")
+    content.notes += [f"{count} {name} left out: no building." for name, count in sorted(others.items()) if count]
+    if not content.buildings:
+        raise InputError(path, "no buildings in it", "give a file that holds buildings")
+    resolve_references(content)
+    return content
