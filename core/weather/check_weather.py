@@ -1,0 +1,148 @@
+"""Refuse weather that full load hours cannot be computed from."""
+
+from itertools import pairwise
+
+import numpy as np
+import pandas as pd
+
+from ..errors import InputError
+
+DAY = pd.Timedelta(days=1)
+HOUR = pd.Timedelta(hours=1)
+
+# Values outside are no weather of this Earth, but another unit or a mark for "missing".
+LIMITS = {
+    "ghi": (-1.0, 2000.0, "Wm⁻²"),
+    "dhi": (-1.0, 2000.0, "Wm⁻²"),
+    "dni": (-1.0, 2000.0, "Wm⁻²"),
+    "temp_air": (-95.0, 70.0, "°C"),
+    "wind_speed": (0.0, 120.0, "ms⁻¹"),
+    "pressure": (30e3, 115e3, "Pa"),
+}
+
+
+def check_weather(record):
+    """Refuse a record with missing variables or values, a broken time axis, or less than whole years.
+
+    Parameters
+    ----------
+    record : Record
+        As read from a file.
+
+    Returns
+    -------
+    pandas.Timedelta
+        Length of the intervals.
+
+    Raises
+    ------
+    InputError
+        Names the file, the place in it, and the cure.
+    """
+    check_variables(record)
+    interval = check_time_axis(record.data.index, record.source)
+    check_values(record)
+    return interval
+
+
+def check_variables(record):
+    """Refuse a record without air temperature, wind speed or two of ghi, dhi and dni."""
+    columns = set(record.data.columns)
+    missing = [name for name in ("temp_air", "wind_speed") if name not in columns]
+    if len(columns & {"ghi", "dhi", "dni"}) < 2:
+        missing.append(
+            "two of ghi, dhi, dni (there: " + (", ".join(sorted(columns & {"ghi", "dhi", "dni"})) or "none") + ")"
+        )
+    if missing:
+        raise InputError(record.source, "missing: " + ", ".join(missing), "add these columns to the weather")
+
+
+def check_time_axis(times, source):
+    """Refuse gaps, duplicates, intervals longer than one hour and anything but whole years.
+
+    Parameters
+    ----------
+    times : pandas.DatetimeIndex, (t,)
+        Start of each interval.
+    source : str
+        The file, for the message.
+
+    Returns
+    -------
+    pandas.Timedelta
+        Length of the intervals.
+    """
+    if len(times) < 2:
+        raise InputError(source, f"{len(times)} time stamps", "give at least one full year of hourly weather")
+    step = times[1:] - times[:-1]
+    disorder = np.flatnonzero(step <= pd.Timedelta(0))
+    if len(disorder):
+        stamp = times[disorder[0] + 1]
+        raise InputError(
+            source, f"the time {stamp} stands twice or out of order", "sort the times and remove duplicates"
+        )
+    interval = step.to_series().mode().iloc[0]
+    if interval > HOUR or DAY % interval != pd.Timedelta(0):
+        raise InputError(source, f"the times are {interval} apart", "give weather of every hour (or a part of one)")
+    check_whole_years(times, interval, source)
+    return interval
+
+
+def check_whole_years(times, interval, source):
+    """Refuse gaps and part years; whole calendar years may be left out between others.
+
+    Parameters
+    ----------
+    times : pandas.DatetimeIndex, (t,)
+        Start of each interval, ascending.
+    interval : pandas.Timedelta
+        Length of the intervals.
+    source : str
+        The file, for the message.
+    """
+    breaks = np.flatnonzero(times[1:] - times[:-1] != interval) + 1
+    bounds = [0, *breaks, len(times)]
+    spans = [(last - first) * interval for first, last in pairwise(bounds)]
+    whole = [count_years(span) > 0 for span in spans]
+    if len(breaks) and not all(whole):
+        end, start = times[breaks[0] - 1] + interval, times[breaks[0]]
+        what = "a gap" if start > end else "an overlap"
+        raise InputError(source, f"{what} in the time axis from {end} to {start}", "fill the gap, or give whole years")
+    if not all(whole):
+        problem = f"covers {spans[0] / DAY:.2f} days, from {times[0]} to {times[-1] + interval}"
+        raise InputError(source, problem, "give one or more full years: full load hours need full years")
+
+
+def count_years(span):
+    """How many whole years a time span is: 365 to 366 days each, else 0.
+
+    Parameters
+    ----------
+    span : pandas.Timedelta
+        Length of an unbroken time axis.
+
+    Returns
+    -------
+    int
+        Number of years, 0 where the span is not whole years.
+    """
+    years = int(span // (365 * DAY))
+    return years if span <= 366 * years * DAY else 0
+
+
+def check_values(record):
+    """Refuse values that are not finite or lie outside what weather can be; name the first time."""
+    for name, (lowest, highest, unit) in LIMITS.items():
+        if name not in record.data.columns:
+            continue
+        values = record.data[name].to_numpy(dtype=float)
+        missing = np.flatnonzero(~np.isfinite(values))
+        if len(missing):
+            place = f"{name} is missing at {record.data.index[missing[0]]} ({len(missing)} values in all)"
+            raise InputError(record.source, place, "fill the missing values")
+        outside = np.flatnonzero((values < lowest) | (values > highest))
+        if len(outside):
+            first = outside[0]
+            place = f"{name} is {values[first]:g} {unit} at {record.data.index[first]}"
+            cure = f"give values from {lowest:g} to {highest:g} {unit}"
+            raise InputError(record.source, place, cure)

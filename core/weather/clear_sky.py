@@ -1,0 +1,51 @@
+"""Weather without clouds: what a place could get at most."""
+
+import pandas as pd
+import pvlib
+
+from ..errors import InputError
+from ..sun.solar_position import solar_position
+from .record import Record
+
+TEMP_AIR = 15.0  # [°C]
+WIND_SPEED = 1.0  # [ms⁻¹]
+INTERVAL = pd.Timedelta(hours=1)
+
+
+def clear_sky(latitude, longitude, altitude, year):
+    """One year of the clear-sky model of Ineichen and Perez with pvlib's monthly Linke turbidity.
+
+    Parameters
+    ----------
+    latitude, longitude : float
+        Place [°].
+    altitude : float
+        Of the place [m].
+    year : int
+        Calendar year, in UTC.
+
+    Returns
+    -------
+    Record
+        Hourly, with the irradiance at mid-interval, 15 °C and 1 ms⁻¹ throughout.
+
+    Notes
+    -----
+    :doi:`10.1016/S0038-092X(02)00045-2`; an upper bound of what a real year brings.
+    """
+    if not 1900 <= year <= 2100:
+        raise InputError("--year", f"{year} is not from 1900 to 2100", "give a year the sun's position is known for")
+    times = pd.date_range(f"{year}-01-01", f"{year + 1}-01-01", freq=INTERVAL, inclusive="left", tz="UTC")
+    zenith = solar_position(times, INTERVAL, latitude, longitude)["apparent_zenith"]
+    pressure = pvlib.atmosphere.alt2pres(altitude)
+    airmass = pvlib.atmosphere.get_absolute_airmass(pvlib.atmosphere.get_relative_airmass(zenith), pressure)
+    middle = times + INTERVAL / 2
+    turbidity = pvlib.clearsky.lookup_linke_turbidity(middle, latitude, longitude)
+    dni_extra = pvlib.irradiance.get_extra_radiation(middle)
+    sky = pvlib.clearsky.ineichen(
+        zenith, airmass, turbidity.set_axis(times), altitude, dni_extra.set_axis(times), perez_enhancement=False
+    )
+    data = sky[["ghi", "dhi", "dni"]].fillna(0.0)
+    data = data.assign(temp_air=TEMP_AIR, wind_speed=WIND_SPEED, pressure=pressure)
+    label = f"clear sky {year} (upper bound)"
+    return Record(data, latitude, longitude, altitude, "clear-sky", label)

@@ -1,0 +1,89 @@
+"""Take one place out of gridded weather."""
+
+import numpy as np
+
+from ..errors import InputError
+
+CELL = 0.25  # [°] of ERA5; used where a grid has a single row or column
+
+
+def interpolate_point(source, dataset, latitude, longitude, point):
+    """Values of a grid at one place.
+
+    Parameters
+    ----------
+    source : path-like
+        The file, for messages.
+    dataset : xarray.Dataset
+        With the dimensions latitude and longitude [°]; longitudes may run to 180 or to 360.
+    latitude, longitude : float
+        Place [°].
+    point : {"nearest", "bilinear"}
+        How.
+
+    Returns
+    -------
+    dataset : xarray.Dataset
+        Without the two dimensions.
+    place : tuple of float
+        Latitude and longitude [°] the values belong to.
+    """
+    if point not in ("nearest", "bilinear"):
+        raise InputError("--weather-point", f"{point!r} is unknown", "give nearest or bilinear")
+    north = dataset["latitude"].to_numpy().astype(float) - latitude
+    # Eastward distance by the shorter way round, so that 359.75° is near 0°.
+    east = (dataset["longitude"].to_numpy().astype(float) - longitude + 180.0) % 360.0 - 180.0
+    rows = weigh_neighbours(north, point)
+    columns = weigh_neighbours(east, point)
+    if rows is None or columns is None:
+        raise InputError(source, describe_outside(dataset, latitude, longitude), "give weather of the city's own place")
+    values = sum(
+        weight_row * weight_column * dataset.isel(latitude=row, longitude=column, drop=True)
+        for row, weight_row in rows
+        for column, weight_column in columns
+    )
+    place = (
+        latitude + sum(weight * north[row] for row, weight in rows),
+        longitude + sum(weight * east[column] for column, weight in columns),
+    )
+    return values, tuple(round(value, 9) for value in place)
+
+
+def weigh_neighbours(distance, point):
+    """Grid lines around a place along one axis, and their weights.
+
+    Parameters
+    ----------
+    distance : numpy.ndarray, (k,)
+        From the place to each grid line [°], signed.
+    point : {"nearest", "bilinear"}
+        How.
+
+    Returns
+    -------
+    list of (int, float) or None
+        Index and weight of one or two lines; None where the place lies outside by more than half a cell.
+    """
+    lines = np.unique(distance)
+    cell = np.diff(lines).min() if len(lines) > 1 else CELL
+    nearest = int(np.abs(distance).argmin())
+    if abs(distance[nearest]) > 0.5 * cell + 1e-6:
+        return None
+    if point == "nearest":
+        return [(nearest, 1.0)]
+    other = np.where(distance * distance[nearest] < 0, np.abs(distance), np.inf)
+    second = int(other.argmin())
+    # At the grid's edge there is no line on the other side: the nearest stands alone.
+    if distance[nearest] == 0 or other[second] > 1.001 * cell:
+        return [(nearest, 1.0)]
+    share = other[second] / (other[second] + abs(distance[nearest]))
+    return [(nearest, float(share)), (second, float(1.0 - share))]
+
+
+def describe_outside(dataset, latitude, longitude):
+    """Words for a place outside the grid."""
+    north, east = dataset["latitude"].to_numpy(), dataset["longitude"].to_numpy()
+    return (
+        f"the place {latitude:.4f}° N, {longitude:.4f}° E lies outside the grid "
+        f"({north.min():g} to {north.max():g}° N, {east.min():g} to {east.max():g}° E)"
+    )
