@@ -1,0 +1,40 @@
+# `make demo` computes the Berlin example, `make test` checks everything. Both do all their set-up themselves.
+.DEFAULT_GOAL := help
+.PHONY: help demo test extension versions clean
+
+help:
+	@echo "make demo       Berlin, 166 buildings: set up, trace, full load hours -> results/berlin/"
+	@echo "make test       set up and run all tests, with each Python and Blender at hand"
+	@echo "make extension  the extensions for Blender, one zip per platform -> dist/"
+	@echo "make versions   renew tools/versions.txt, the versions the set-up installs"
+	@echo "make clean      remove the environments and everything built (not results/)"
+
+demo:
+	@python3 tools/set_up.py one
+	.venv/bin/citypv simulate examples/berlin/berlin_3910_5817.gml --weather examples/berlin/era5_berlin_2017.nc \
+	  --suns typical-days:12 --max-bounces 3 --albedo 0.25 --blend --preview --overwrite --out results/berlin
+
+test:
+	@python3 tools/set_up.py all
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+	@failed=0; for python in .venv-3.11/bin/python .venv-3.13/bin/python; do \
+	  if [ -x $$python ]; then \
+	    echo "[test] $$($$python -VV), Blender $$($$python -m pip show bpy | sed -n 's/^Version: //p')"; \
+	    $$python -m pytest --numprocesses 2 --dist loadfile --durations 10 || failed=1; \
+	  fi; \
+	done; exit $$failed
+
+extension:
+	@python3 tools/set_up.py one
+	.venv/bin/python tools/build_extension.py
+
+versions:
+	@python3 tools/set_up.py one
+	.venv/bin/python -m pip install --quiet uv
+	.venv/bin/uv pip compile pyproject.toml --extra blender --extra test --universal --python-version 3.11 --upgrade \
+	  --no-annotate --no-header --quiet | sed '1i# The versions that `make test` passes with; the set-up installs exactly these. Renewed by `make versions`.' \
+	  > build.versions && mv build.versions tools/versions.txt
+
+clean:
+	rm -rf .venv .venv-* build dist wheels *.egg-info

@@ -1,0 +1,200 @@
+"""Set up what `make demo` and `make test` need, on a bare machine: Python, its packages, the system's libraries.
+
+    python3 tools/set_up.py one    one environment; `.venv` points to it
+    python3 tools/set_up.py all    an environment for each Python that Blender exists for and this machine has
+
+Plain standard library, for any python3 from 3.9 on. A second call finds everything in place and returns at once.
+"""
+
+import ctypes
+import hashlib
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+VERSIONS = ("3.13", "3.11")  # the Pythons of Blender 5.2 LTS and 4.5 LTS, the preferred one first
+UV = ROOT / ".venv-uv"
+SYSTEM_LIBRARIES = {  # what Blender loads, and the Debian package that brings it
+    "libX11.so.6": "libx11-6",
+    "libXrender.so.1": "libxrender1",
+    "libXfixes.so.3": "libxfixes3",
+    "libXi.so.6": "libxi6",
+    "libxkbcommon.so.0": "libxkbcommon0",
+    "libSM.so.6": "libsm6",
+    "libGL.so.1": "libgl1",
+    "libEGL.so.1": "libegl1",
+}
+SOFTWARE_RENDERER = "libgl1-mesa-dri"  # comes along when a graphics library is missing
+
+
+def main(which):
+    """Set up one environment or all."""
+    if platform.system() == "Linux" and platform.machine() != "x86_64":
+        stop(f"for Linux on {platform.machine()} there is no Blender as a Python module, only for x86_64")
+    pythons = find_pythons() or bring_python()
+    if which == "one":
+        pythons = dict(list(pythons.items())[:1])
+    for version in VERSIONS:
+        if which == "all" and version not in pythons:
+            say(f"Python {version} is not on this machine: the tests run without it")
+    packages = [package for version, path in pythons.items() for package in missing_venv(path, version)]
+    install_system_packages([*packages, *missing_libraries()])
+    folders = [make_environment(version, path) for version, path in pythons.items()]
+    link = ROOT / ".venv"
+    if link.is_symlink():
+        link.unlink()
+    link.symlink_to(folders[0].name)
+    say("ready: " + ", ".join(f"Python {version} ({path})" for version, path in pythons.items()))
+
+
+def say(text):
+    """Tell the user one thing."""
+    print(f"[set-up] {text}", flush=True)
+
+
+def stop(text):
+    """Tell the user why there is no going on, and what to do."""
+    sys.exit(f"[set-up] {text}")
+
+
+def find_pythons():
+    """Find the Pythons that Blender exists for: on the PATH, pyenv's and uv's.
+
+    Returns
+    -------
+    dict of str to str
+        Version and path of the interpreter, the preferred one first.
+    """
+    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+    uv = Path(os.environ.get("XDG_DATA_HOME", Path.home() / ".local/share")) / "uv/python"
+    pythons = {}
+    for version in VERSIONS:
+        names = (f"python{version}", "python3")
+        candidates = [shutil.which(name, path=folder) for name in names for folder in os.get_exec_path()]
+        for folder in (pyenv, uv, UV / "python"):
+            candidates += sorted(folder.glob(f"*{version}.*/bin/python3"))
+        paths = (interpreter(candidate, version) for candidate in candidates if candidate)
+        path = next(filter(None, paths), None)
+        if path:
+            pythons[version] = path
+    return pythons
+
+
+def interpreter(candidate, version):
+    """Return the true path of a Python (behind shims and virtual environments) if it is of that version."""
+    question = "import sys; print('%d.%d' % sys.version_info[:2], getattr(sys, '_base_executable', sys.executable))"
+    answer = ask([candidate, "-c", question])
+    found, _, path = answer.stdout.strip().partition(" ")
+    return path if answer.returncode == 0 and found == version else None
+
+
+def bring_python():
+    """Let uv fetch a Python; uv itself comes as a wheel."""
+    version = VERSIONS[0]
+    say(f"Blender exists for Python {' and '.join(VERSIONS)} only, and neither is here: uv brings {version}")
+    uv = shutil.which("uv")
+    if not uv:
+        install_system_packages(missing_venv(sys.executable, ".".join(platform.python_version_tuple()[:2])))
+        run([sys.executable, "-m", "venv", "--clear", UV])
+        pip_install(UV / "bin/python", "uv")
+        uv = UV / "bin/uv"
+    fetched = subprocess.run(
+        [uv, "python", "install", version, "--install-dir", UV / "python", "--no-bin"], check=False
+    )
+    pythons = find_pythons()
+    if fetched.returncode or not pythons:
+        stop(f"uv could not fetch Python {version}; install Python {' or '.join(VERSIONS)} and type `make` again")
+    return pythons
+
+
+def missing_venv(python, version):
+    """Name the Debian package that this Python lacks to make virtual environments, if any."""
+    return [f"python{version}-venv"] if ask([python, "-c", "import ensurepip, venv"]).returncode else []
+
+
+def missing_libraries():
+    """Name the Debian packages of the libraries that Blender needs and this machine cannot load."""
+    if platform.system() != "Linux":
+        return []
+    packages = []
+    for library, package in SYSTEM_LIBRARIES.items():
+        try:
+            ctypes.CDLL(library)
+        except OSError:
+            packages.append(package)
+    return [*packages, SOFTWARE_RENDERER] if {"libgl1", "libegl1"} & set(packages) else packages
+
+
+def install_system_packages(packages):
+    """Install Debian packages where that is allowed, else name the command to type."""
+    if not packages:
+        return
+    install = ["apt-get", "install", "-y", "--no-install-recommends", *packages]
+    if not shutil.which("apt-get"):
+        stop(f"missing on this machine (Debian's names): {' '.join(packages)}; install them and type `make` again")
+    sudo = ["sudo", "-n"] if os.geteuid() else []
+    if sudo and (not shutil.which("sudo") or ask([*sudo, "true"]).returncode):
+        stop(f"system packages are missing; type: sudo {' '.join(install)}")
+    say(f"installing system packages: {' '.join(packages)}")
+    quiet = [*sudo, "env", "DEBIAN_FRONTEND=noninteractive"]
+    run([*quiet, "apt-get", "update"])
+    run([*quiet, *install])
+
+
+def make_environment(version, python):
+    """Make the virtual environment `.venv-VERSION` with Blender, CityPV (editable) and the tests' tools."""
+    folder = ROOT / f".venv-{version}"
+    sources = [(ROOT / name).read_bytes() for name in ("pyproject.toml", "tools/versions.txt")]
+    wanted = "\n".join([python, str(ROOT), *(hashlib.sha256(source).hexdigest() for source in sources)])
+    stamp = folder / "set-up.stamp"
+    if (folder / "bin/python").exists() and stamp.exists() and stamp.read_text() == wanted:
+        return folder
+    started = time.monotonic()
+    say(f"Python {version}: installing Blender and the packages into {folder.name} (1.4 GB, about a minute)")
+    run([python, "-m", "venv", "--clear", folder])
+    pip_install(folder / "bin/python", "-e", ".[blender,test]", "-c", "tools/versions.txt")
+    run([folder / "bin/python", "-m", "pip", "check"])
+    stamp.write_text(wanted)
+    say(f"Python {version}: ready after {time.monotonic() - started:.0f} s")
+    return folder
+
+
+def pip_install(python, *arguments):
+    """Run `pip install`; show its large downloads and its last step, and all it said when it fails."""
+    pip = [python, "-m", "pip", "install", "--disable-pip-version-check", "--no-input", "--progress-bar", "off"]
+    command = [str(part) for part in (*pip, *arguments)]
+    said = []
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        for line in process.stdout:
+            said.append(line)
+            large = re.search(r"Downloading (\S+) \((\d\d+)[.\d]* MB\)", line)
+            if large:
+                say(f"  downloading {large[1].split('/')[-1]} ({large[2]} MB)")
+            elif line.startswith("Installing collected packages"):
+                say(f"  unpacking {line.count(',') + 1} packages")
+    if process.returncode:
+        stop(f"failed: {' '.join(command)}\n{''.join(said[-40:])}")
+
+
+def run(command):
+    """Run a command silently; show what it said when it fails."""
+    done = ask(command)
+    if done.returncode:
+        stop(f"failed: {' '.join(map(str, command))}\n{done.stdout[-4000:]}")
+
+
+def ask(command):
+    """Run a command and return what it said and how it ended."""
+    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] not in (["one"], ["all"]):
+        stop("usage: python3 tools/set_up.py one|all")
+    main(sys.argv[1])
