@@ -1,0 +1,66 @@
+"""Where a scene stands on Earth, and how far grid north is from true north there."""
+
+import math
+
+import pyproj
+
+from ..errors import InputError
+
+STEP = 100.0  # [m] northwards on the grid; long against rounding, short against the bend of a meridian
+
+
+def locate_site(crs, point, latitude=None, longitude=None):
+    """Latitude, longitude and meridian convergence of a point.
+
+    The convergence is found by walking a little way north on the grid and asking for the azimuth of that walk on the
+    ellipsoid, so that no convention of signs has to be trusted.
+
+    Parameters
+    ----------
+    crs : str or None
+        What pyproj.CRS.from_user_input understands; planar, in metres.
+    point : sequence of float, (2,) or (3,) [m]
+        East and north in that system.
+    latitude, longitude : float, optional
+        [°] From the user; they win over the system's.
+
+    Returns
+    -------
+    latitude, longitude : float or None
+        [°] None where neither the system nor the user tells.
+    convergence : float
+        [°] Azimuth of grid north seen from true north; 0 where no system is known.
+
+    Raises
+    ------
+    InputError
+        Latitude or longitude is out of bounds, or only one of them is given and no system is known.
+    """
+    _check_bounds(latitude, longitude)
+    if crs is None:
+        if (latitude is None) != (longitude is None):
+            missing = "longitude" if longitude is None else "latitude"
+            raise InputError(
+                f"--{missing}", "is missing and the files name no place", "give both --latitude D --longitude D"
+            )
+        return latitude, longitude, 0.0
+    system = pyproj.CRS.from_user_input(crs)
+    plane = system.sub_crs_list[0] if system.is_compound else system.to_2d()
+    globe = pyproj.Transformer.from_crs(plane, plane.geodetic_crs.to_2d(), always_xy=True)
+    here = globe.transform(point[0], point[1])
+    north = globe.transform(point[0], point[1] + STEP)
+    if not all(math.isfinite(value) for value in (*here, *north)):
+        problem = f"the point {point[0]:.0f}, {point[1]:.0f} lies outside of {plane.name}"
+        raise InputError(crs, problem, "correct the srsName, or give --latitude and --longitude")
+    azimuth, _, _ = plane.get_geod().inv(*here, *north)
+    return (
+        float(here[1]) if latitude is None else latitude,
+        float(here[0]) if longitude is None else longitude,
+        float(azimuth),
+    )
+
+
+def _check_bounds(latitude, longitude):
+    for name, value, bound in (("latitude", latitude, 90), ("longitude", longitude, 360)):
+        if value is not None and not abs(value) <= bound:  # also true for NaN
+            raise InputError(f"--{name}", f"{value} is out of bounds", f"give degrees between -{bound} and {bound}")
