@@ -53,3 +53,9 @@ def next_in_ring(ring_start):
     full = np.diff(ring_start) > 0
     following[ring_start[1:][full] - 1] = ring_start[:-1][full]
     return following
+
+
+def polygon_bounds(values, ring_start, polygon_start):
+    """Smallest and largest value of each polygon's points, two arrays (n,)."""
+    first = ring_start[polygon_start[:-1]]
+    return np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
