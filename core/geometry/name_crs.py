@@ -50,9 +50,7 @@ def _candidates(text, easting):
     if codes:
         yield "EPSG:" + "+".join(codes)
         yield f"EPSG:{codes[0]}"
-    if text.lower().startswith(("urn:", "http")):
-        yield text
-    elif not codes and re.search(r"\d", text):
+    if text.lower().startswith(("urn:", "http")) or (not codes and re.search(r"\d", text)):
         yield text
 
 

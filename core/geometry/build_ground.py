@@ -1,0 +1,149 @@
+"""The ground of a city without terrain: a triangulated surface through the feet of its buildings."""
+
+import numpy as np
+import shapely
+from scipy.interpolate import LinearNDInterpolator
+from scipy.spatial import Delaunay
+
+from .find_feet import COINCIDENT, FOOTPRINT_STEP, find_feet
+from .ground_points import spread_points
+
+DEFAULT_PATCH = 10.0  # [m]
+REACH = 3.0  # building heights that the ground goes beyond the city's edge
+SHORTEST_REACH = 30.0  # [m]
+ROUNDS = 6  # of halving foot edges that the triangulation misses
+SHORTEST_EDGE = 0.25  # [m]
+CONTROL_COUNT = 32  # points on the rim whose heights are weighted means of the feet's
+
+
+def build_ground(city, points, surfaces, footprint, patch_size=None):
+    """Ground that meets the foot of every wall, with courtyards and passages, growing coarser with distance.
+
+    The feet's edges are cut into pieces of at most half a patch and are edges of the triangulation, so that no wall
+    hangs between two of its points. Where feet of different height meet, the ground takes the higher one: it covers a
+    strip of the lower wall rather than leave a gap below the other.
+
+    Parameters
+    ----------
+    city : City
+    points : array, (m, 3) float64 [m]
+        Of the city, z up, local origin.
+    surfaces : Surfaces
+    footprint : array, (n,) bool
+    patch_size : float, optional
+        [m] Distance of ground points near the buildings.
+
+    Returns
+    -------
+    vertices : array, (v, 3) float64 [m]
+    triangles : array, (t, 3) int64
+        Facing up.
+    """
+    patch_size = patch_size or DEFAULT_PATCH
+    feet = find_feet(city, points, surfaces, footprint)
+    low, high = points.min(axis=0), points.max(axis=0)
+    if not len(feet.start):
+        corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
+        feet.start = np.column_stack([corners, np.full(4, low[2])])
+        feet.end = np.roll(feet.start, -1, axis=0)
+    reach = max(REACH * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
+    foot_points, edges = _cut_feet(feet, 0.5 * patch_size)
+    height = _interpolate_heights(foot_points, low[:2] - reach, high[:2] + reach)
+    free = spread_points(foot_points[:, :2], feet.footprints, low[:2] - reach, high[:2] + reach, patch_size)
+    free = np.column_stack([free, height(free)])
+    return _triangulate(feet, foot_points, edges, free)
+
+
+def _cut_feet(feet, longest):
+    """Points along the feet, one per place, and the edges between them."""
+    length = np.linalg.norm((feet.end - feet.start)[:, :2], axis=1)
+    edges_kept = length > COINCIDENT
+    start, end, length = feet.start[edges_kept], feet.end[edges_kept], length[edges_kept]
+    count = np.maximum(np.ceil(length / longest), 1).astype(np.int64)
+    edge = np.repeat(np.arange(len(start)), count)
+    step = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
+    share = (step / count[edge])[:, None]
+    following = ((step + 1) / count[edge])[:, None]
+    span = end - start
+    pieces = np.stack([start[edge] + share * span[edge], start[edge] + following * span[edge]], axis=1)  # (p, 2, 3)
+    places, index = _merge_places(pieces.reshape(-1, 3))
+    places[:, 2] = _highest_foot(feet, places)
+    edges = np.sort(index.reshape(-1, 2), axis=1)
+    return places, np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0)
+
+
+def _merge_places(points):
+    """Lowest point at each place seen from above, and the place of each point."""
+    _, place = np.unique(np.round(points[:, :2] / COINCIDENT).astype(np.int64), axis=0, return_inverse=True)
+    place = place.reshape(-1)
+    order = np.lexsort([points[:, 2], place])
+    first = np.unique(place[order], return_index=True)[1]
+    return points[order[first]], place
+
+
+def _highest_foot(feet, places):
+    """Height of the highest foot edge through each place, [m], unless it hangs far above the lowest."""
+    lines = shapely.linestrings(np.stack([feet.start[:, :2], feet.end[:, :2]], axis=1))
+    place, edge = shapely.STRtree(lines).query(shapely.points(places[:, :2]), "dwithin", distance=COINCIDENT)
+    span = feet.end[edge] - feet.start[edge]
+    squared = np.maximum((span[:, :2] ** 2).sum(axis=1), 1e-12)
+    share = ((places[place, :2] - feet.start[edge, :2]) * span[:, :2]).sum(axis=1) / squared
+    height = feet.start[edge, 2] + np.clip(share, 0, 1) * span[:, 2]
+    near = height <= places[place, 2] + FOOTPRINT_STEP
+    highest = places[:, 2].copy()
+    np.maximum.at(highest, place[near], height[near])
+    return highest
+
+
+def _interpolate_heights(foot_points, low, high):
+    """Heights between the feet, and from the feet out to a rim that tends to their mean."""
+    angle = 2 * np.pi * np.arange(CONTROL_COUNT) / CONTROL_COUNT
+    rim = 0.5 * (low + high) + np.hypot(*(high - low)) * np.column_stack([np.cos(angle), np.sin(angle)])
+    squared = ((rim[:, None] - foot_points[None, :, :2]) ** 2).sum(axis=2)
+    weight = 1 / squared
+    rim_height = (weight * foot_points[:, 2]).sum(axis=1) / weight.sum(axis=1)
+    places = np.concatenate([foot_points[:, :2], rim])
+    return LinearNDInterpolator(Delaunay(places), np.concatenate([foot_points[:, 2], rim_height]))
+
+
+def _triangulate(feet, foot_points, edges, free):
+    """Delaunay triangles of all points; foot edges that are missing are halved until they appear."""
+    for _ in range(ROUNDS):
+        triangulation = Delaunay(np.concatenate([foot_points, free])[:, :2])
+        missing = edges[~_has_edges(triangulation, edges)]
+        ends = foot_points[missing]
+        missing = missing[np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) > SHORTEST_EDGE]
+        if not len(missing):
+            break
+        foot_points, edges = _halve(feet, foot_points, edges, missing)
+    vertices = np.concatenate([foot_points, free])
+    triangles = Delaunay(vertices[:, :2]).simplices.astype(np.int64)
+    return vertices, _facing_up(vertices, triangles)
+
+
+def _halve(feet, foot_points, edges, missing):
+    middles = foot_points[missing].mean(axis=1)
+    places, index = _merge_places(np.concatenate([foot_points, middles]))
+    new = np.concatenate([index[edges], np.column_stack([index[missing[:, 0]], index[len(foot_points) :]])])
+    new = np.concatenate([new, np.column_stack([index[len(foot_points) :], index[missing[:, 1]]])])
+    places[:, 2] = _highest_foot(feet, places)
+    new = np.sort(new, axis=1)
+    gone = np.sort(index[missing], axis=1)
+    keys, gone_keys = (pair[:, 0] * np.int64(len(places)) + pair[:, 1] for pair in (new, gone))
+    new = new[~np.isin(keys, gone_keys)]
+    return places, np.unique(new[new[:, 0] != new[:, 1]], axis=0)
+
+
+def _has_edges(triangulation, edges):
+    indptr, neighbours = triangulation.vertex_neighbor_vertices
+    owner = np.repeat(np.arange(len(indptr) - 1), np.diff(indptr))
+    size = np.int64(len(indptr))
+    return np.isin(edges[:, 0] * size + edges[:, 1], owner * size + neighbours)
+
+
+def _facing_up(vertices, triangles):
+    a, b, c = (vertices[triangles[:, k], :2] for k in range(3))
+    doubled = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    triangles = np.where(doubled[:, None] < 0, triangles[:, ::-1], triangles)
+    longest = np.maximum(((b - a) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1))
+    return triangles[np.abs(doubled) > 1e-6 * longest]

@@ -1,0 +1,145 @@
+"""From a City to the scene that rays meet: local origin, true north, triangles, kinds, ground."""
+
+import copy
+import math
+
+import numpy as np
+
+from .build_ground import build_ground
+from .classify import classify, measure_tilt
+from .find_footprints import find_footprints
+from .grid_cells import split_into_cells
+from .locate_site import locate_site
+from .measure_polygons import measure_polygons
+from .refine import refine_triangles
+from .scene import Scene, Site, Surfaces
+from .triangulate import triangulate
+
+LOST_SHARE = 0.01  # triangles that cover less or more than a polygon by this share are worth a word
+
+
+def build_scene(city, latitude=None, longitude=None, ground="auto", patch_size=10.0, grid_size=None):
+    """Triangulated and classified scene of a city.
+
+    Parameters
+    ----------
+    city : City
+    latitude, longitude : float, optional
+        [°] Override what the coordinate reference system says.
+    ground : {'auto', 'none'}
+        A surface through the buildings' feet, or nothing.
+    patch_size : float or None
+        [m] Longest edge of a triangle; None leaves the triangles of the polygons as they are.
+    grid_size : float, optional
+        [m] Side of the cells that large polygons are split into, rows ``id#k``.
+
+    Returns
+    -------
+    Scene
+    """
+    whole_area = _areas(city)
+    if grid_size is not None:
+        city, parent = split_into_cells(city, grid_size)
+        whole_area = whole_area[parent]
+    site = _place(city, latitude, longitude)
+    points = turn_to_true_north(city.points - np.array(site.origin), site.convergence)
+    surfaces = _describe(city, points, whole_area)
+    triangles, triangle_surface = triangulate(points, city.ring_start, city.polygon_start)
+    report = copy.deepcopy(city.report)
+    _note_lost_area(points, triangles, triangle_surface, surfaces, report)
+    vertices, triangles = merge_vertices(points, triangles)
+    if patch_size is not None:
+        vertices, triangles, origin_triangle = refine_triangles(vertices, triangles, patch_size)
+        triangle_surface = triangle_surface[origin_triangle]
+    under = find_footprints(surfaces, city, points)
+    footprint = under[triangle_surface]
+    closure = (np.array(surfaces.thematic) == "ClosureSurface")[triangle_surface]
+    carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
+    scene = Scene(vertices, *carriers, surfaces, site, report)
+    if ground == "none":
+        return scene
+    return _stand_on_ground(scene, *build_ground(city, points, surfaces, under, patch_size))
+
+
+def turn_to_true_north(points, convergence):
+    """Turn grid coordinates so that y points to true north.
+
+    A direction of grid azimuth a has true azimuth a + convergence.
+
+    Parameters
+    ----------
+    points : array, (m, 3) float64 [m]
+    convergence : float [°]
+    """
+    sine, cosine = math.sin(math.radians(convergence)), math.cos(math.radians(convergence))
+    x, y = points[:, 0], points[:, 1]
+    return np.column_stack([cosine * x + sine * y, cosine * y - sine * x, points[:, 2]])
+
+
+def merge_vertices(points, triangles):
+    """One vertex per place: identical points (to 0.01 mm) become one, unused ones none.
+
+    Returns
+    -------
+    vertices : array, (v, 3) float64 [m]
+    triangles : array, (t, 3) int64
+    """
+    used, corners = np.unique(triangles, return_inverse=True)
+    keys = np.round(points[used] * 1e5).astype(np.int64)
+    _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    return points[used[first]], inverse.reshape(-1)[corners].reshape(-1, 3)
+
+
+def _place(city, latitude, longitude):
+    low, high = city.points.min(axis=0), city.points.max(axis=0)
+    origin = (float(0.5 * (low[0] + high[0])), float(0.5 * (low[1] + high[1])), float(low[2]))
+    latitude, longitude, convergence = locate_site(city.crs, origin, latitude, longitude)
+    return Site(latitude, longitude, origin[2], convergence, city.crs, origin)
+
+
+def _areas(city):
+    return measure_polygons(city.points, city.ring_start, city.polygon_start)[0]
+
+
+def _describe(city, points, whole_area):
+    area, normal = measure_polygons(points, city.ring_start, city.polygon_start)
+    surface_tilt, surface_azimuth = measure_tilt(normal)
+    # A cell is eligible where the polygon it was cut from is.
+    kind, orientation, eligible = classify(whole_area, surface_tilt, surface_azimuth, city.thematic)
+    return Surfaces(
+        surface_id=city.surface_id,
+        building_id=city.building_id,
+        thematic=city.thematic,
+        kind=kind,
+        orientation=orientation,
+        eligible=eligible,
+        area=area,
+        surface_tilt=surface_tilt,
+        surface_azimuth=surface_azimuth,
+        normal=normal,
+    )
+
+
+def _note_lost_area(points, triangles, triangle_surface, surfaces, report):
+    """Say which polygons their triangles do not cover, as where an outline crosses itself."""
+    corners = points[triangles]
+    size = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    covered = np.bincount(triangle_surface, size, minlength=len(surfaces))
+    lost = np.abs(covered - surfaces.area) > np.maximum(LOST_SHARE * surfaces.area, 1e-3)
+    if lost.any():
+        reason = "triangles do not match the area (crossing or strongly bent outline)"
+        report.repaired.setdefault(reason, []).extend(surfaces.surface_id[i] for i in np.flatnonzero(lost))
+
+
+def _stand_on_ground(scene, vertices, triangles):
+    count = len(triangles)
+    return Scene(
+        vertices=np.concatenate([scene.vertices, vertices]),
+        triangles=np.concatenate([scene.triangles, (triangles + len(scene.vertices)).astype(np.int32)]),
+        triangle_surface=np.concatenate([scene.triangle_surface, np.full(count, -1, np.int32)]),
+        footprint=np.concatenate([scene.footprint, np.zeros(count, bool)]),
+        closure=np.concatenate([scene.closure, np.zeros(count, bool)]),
+        surfaces=scene.surfaces,
+        site=scene.site,
+        report=scene.report,
+    )

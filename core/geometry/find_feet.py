@@ -1,0 +1,101 @@
+"""The feet of buildings: the edges on which footprints and walls meet the ground."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from .measure_polygons import next_in_ring
+
+FOOTPRINT_STEP = 2.5  # [m] a footprint that far above a foot beside it hangs in the air: a passage, a bridge, a tower
+WALL_STEP = 0.5  # [m] the same for a wall without a footprint: a bay, a dormer
+SLOPE = 0.5  # [m/m] ground is not steeper between two feet
+NEIGHBOURS = 32
+INSIDE = 0.05  # [m] a wall this deep inside a footprint stands on a roof
+COINCIDENT = 0.01  # [m]
+
+
+@dataclass
+class Feet:
+    """Edges on which a city stands."""
+
+    start: np.ndarray  # (e, 3) float64 [m]
+    end: np.ndarray  # (e, 3) float64 [m]
+    footprints: np.ndarray  # (f,) shapely polygons seen from above, those on the ground
+
+
+def find_feet(city, points, surfaces, footprint):
+    """Edges of footprints and lower edges of walls that stand on the ground.
+
+    Parameters
+    ----------
+    city : City
+    points : array, (m, 3) float64 [m]
+        Of the city, z up.
+    surfaces : Surfaces
+    footprint : array, (n,) bool
+
+    Returns
+    -------
+    Feet
+    """
+    polygon_of_ring = np.repeat(np.arange(len(city)), np.diff(city.polygon_start))
+    polygon_of_point = np.repeat(polygon_of_ring, np.diff(city.ring_start))
+    start, end = points, points[next_in_ring(city.ring_start)]
+    shapes = outline_polygons(city, points, np.flatnonzero(footprint))
+    on_footprint = footprint[polygon_of_point]
+    bare = _is_wall_bottom(start, end, surfaces, polygon_of_point) & ~on_footprint
+    bare[bare] = ~_deep_inside(shapes, 0.5 * (start[bare] + end[bare]))
+    edge = np.flatnonzero(on_footprint | bare)
+    step = np.where(on_footprint[edge], FOOTPRINT_STEP, WALL_STEP)
+    edge = edge[_stands(start[edge], step) & _stands(end[edge], step, start[edge])]
+    standing = np.isin(np.flatnonzero(footprint), polygon_of_point[edge])
+    return Feet(start[edge], end[edge], shapes[standing])
+
+
+def outline_polygons(city, points, chosen):
+    """Polygons seen from above, with their holes, (k,) shapely; mended where they cross themselves."""
+    shapes = []
+    for polygon in chosen:
+        first, last = city.polygon_start[polygon], city.polygon_start[polygon + 1]
+        rings = [points[city.ring_start[r] : city.ring_start[r + 1], :2] for r in range(first, last)]
+        rings = [ring for ring in rings if len(ring) > 2]
+        shapes.append(shapely.Polygon(rings[0], rings[1:]) if rings else shapely.Polygon())
+    shapes = np.array(shapes, dtype=object)
+    return shapely.make_valid(shapes) if len(shapes) else shapes
+
+
+def _is_wall_bottom(start, end, surfaces, polygon_of_point):
+    """Edges of walls with the wall above them: normal x direction points up."""
+    normal = surfaces.normal[polygon_of_point]
+    steep = np.abs(surfaces.surface_tilt - 90) < 10
+    steep &= np.array(surfaces.thematic) != "ClosureSurface"
+    direction = end - start
+    upward = normal[:, 0] * direction[:, 1] - normal[:, 1] * direction[:, 0]
+    return steep[polygon_of_point] & (upward > 0.7 * np.linalg.norm(direction, axis=1))
+
+
+def _deep_inside(shapes, middles):
+    if not len(shapes) or not len(middles):
+        return np.zeros(len(middles), bool)
+    tree = shapely.STRtree(shapely.buffer(shapes, -INSIDE))
+    found = tree.query(shapely.points(middles[:, :2]), predicate="within")[0]
+    inside = np.zeros(len(middles), bool)
+    inside[found] = True
+    return inside
+
+
+def _stands(points, step, others=None):
+    """Points that no foot nearby lies far below: z - z' <= step + SLOPE * distance (a slope filter, as for LiDAR)."""
+    others = points if others is None else others
+    if not len(points):
+        return np.zeros(0, bool)
+    # Of several feet at one place only the lowest can make the others hang.
+    _, place = np.unique(np.round(others[:, :2] / COINCIDENT).astype(np.int64), axis=0, return_inverse=True)
+    order = np.lexsort([others[:, 2], place.reshape(-1)])
+    lowest = others[order[np.unique(place.reshape(-1)[order], return_index=True)[1]]]
+    count = min(NEIGHBOURS, len(lowest))
+    distance, index = cKDTree(lowest[:, :2]).query(points[:, :2], k=count)
+    rise = points[:, 2, None] - lowest[index.reshape(len(points), count), 2]
+    return (rise <= step[:, None] + SLOPE * distance.reshape(len(points), count)).all(axis=1)
