@@ -1,0 +1,133 @@
+"""Which effects a scene calls for, decided before the first ray, each with a reason and a bound."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import InputError
+from .closed_form import patches_with_empty_front
+
+AUTOMATIC_REMAINDER = 0.005  # share of the first light that automatic bounces may leave out
+MOST_BOUNCES = 50
+
+
+@dataclass
+class Effect:
+    """One decision of the plan."""
+
+    key: str
+    on: bool
+    extent: str  # how far it goes: "3 bounces", "812 of 20,133 patches"
+    reason: str
+    bound: float | None  # what switching it off or cutting it short leaves out, as a share of the first light
+
+
+@dataclass
+class EffectPlan:
+    """What will be traced."""
+
+    effects: list  # of Effect
+    closed: np.ndarray  # (p,) bool, patches in closed form
+    max_bounces: int
+    far_ground: bool
+    suns_behind: bool
+
+    @property
+    def reflections(self):
+        """Whether the matrix of form factors is needed."""
+        return self.max_bounces > 0
+
+
+KEYS = ("closed-form", "suns-behind", "reflections", "far-ground")
+
+
+def plan_effects(scene, patches, request):
+    """Decide what to trace.
+
+    Parameters
+    ----------
+    scene : Scene
+    patches : Patches
+    request : Request
+
+    Raises
+    ------
+    InputError
+        If `request.effects` names an effect that does not exist.
+    """
+    for key in request.effects:
+        if key not in KEYS:
+            raise InputError("--effects", f"no effect is called {key!r}", f"use {', '.join(KEYS)}")
+    reflections, max_bounces = plan_reflections(patches, request)
+    far_ground = plan_far_ground(patches, request, max_bounces)
+    closed_form, closed = plan_closed_form(scene, patches, request)
+    suns_behind = plan_suns_behind(request)
+    return EffectPlan(
+        effects=[closed_form, suns_behind, reflections, far_ground],
+        closed=closed,
+        max_bounces=max_bounces,
+        far_ground=far_ground.on,
+        suns_behind=suns_behind.on,
+    )
+
+
+def plan_reflections(patches, request):
+    """How many bounces, from the brightest albedo: what n bounces leave out is at most ρⁿ⁺¹/(1 - ρ)."""
+    brightest = max(float(patches.albedo.max(initial=0)), request.ground_albedo if request.far_ground else 0.0)
+    count = request.max_bounces
+    if brightest == 0 and not request.effects.get("reflections"):
+        return Effect("reflections", False, "no bounce, no matrix", "every albedo is 0", 0.0), 0
+    if not request.effects.get("reflections", count != 0):
+        return Effect("reflections", False, "no bounce, no matrix", "switched off", remainder(brightest, 0)), 0
+    reason = "as asked"
+    if count is None or count == 0:
+        count = next(
+            (n for n in range(1, MOST_BOUNCES) if remainder(brightest, n) <= AUTOMATIC_REMAINDER), MOST_BOUNCES
+        )
+        reason = f"the fewest that leave out at most {AUTOMATIC_REMAINDER:.1%} at the brightest albedo {brightest:g}"
+    words = f"{count} bounce{'s' if count != 1 else ''}"
+    return Effect("reflections", True, words, reason, remainder(brightest, count)), count
+
+
+def remainder(albedo, bounces):
+    """What lies beyond the last bounce at most, as a share of the first light; None where it has no bound."""
+    return albedo ** (bounces + 1) / (1 - albedo) if albedo < 1 else None
+
+
+def plan_far_ground(patches, request, max_bounces):
+    """Light from the open ground beyond the scene: half of what a wall's lower hemisphere can see."""
+    bound = request.ground_albedo / 2
+    if not request.effects.get("far-ground", request.far_ground):
+        return Effect("far-ground", False, "none", "switched off: rays that leave downwards carry nothing", bound)
+    if max_bounces == 0:
+        return Effect("far-ground", False, "none", "it only shines by reflection, and nothing is reflected", 0.0)
+    return Effect("far-ground", True, "once reflected", "rays that leave downwards meet unshaded ground", 0.0)
+
+
+def plan_closed_form(scene, patches, request):
+    """Patches with nothing in front of them need no ray."""
+    count = len(patches)
+    if not request.effects.get("closed-form", True):
+        return Effect("closed-form", False, f"rays for all {count:,} patches", "switched off", 0.0), np.zeros(
+            count, bool
+        )
+    closed = patches_with_empty_front(patches, scene.vertices)
+    extent = f"{closed.sum():,} of {count:,} patches without a ray"
+    return Effect("closed-form", bool(closed.any()), extent, "nothing stands in front of them", 0.0), closed
+
+
+def plan_suns_behind(request):
+    """A sun behind a patch cannot be seen from it."""
+    if request.effects.get("suns-behind", False):
+        return Effect("suns-behind", True, "a shadow ray for every sun", "switched on", 0.0)
+    return Effect("suns-behind", False, "no shadow ray for a sun behind a face", "it cannot be seen", 0.0)
+
+
+def describe_plan(plan):
+    """The plan in lines of text."""
+    lines = []
+    for effect in plan.effects:
+        bound = "without bound" if effect.bound is None else f"leaves out at most {effect.bound:.2%}"
+        state = "on " if effect.on else "off"
+        lines.append(f"{effect.key:<12} {state}  {effect.extent}: {effect.reason} ({bound})")
+    return lines

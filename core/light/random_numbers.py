@@ -1,0 +1,46 @@
+"""Random numbers counted per surface and sample, so that no result depends on threads, chunks or order."""
+
+import hashlib
+
+import numpy as np
+
+GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+
+
+def mix(words):
+    """Scatter 64-bit words (SplitMix64's finalizer; Steele et al. 2014, doi:10.1145/2660193.2660195).
+
+    Parameters
+    ----------
+    words : (...) uint64
+
+    Returns
+    -------
+    (...) uint64
+    """
+    words = (words ^ (words >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    words = (words ^ (words >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return words ^ (words >> np.uint64(31))
+
+
+def key_of_names(names, seed):
+    """One 64-bit key per name: (n,) uint64, the same wherever the name stands in the list."""
+    digests = b"".join(hashlib.blake2b(name.encode(), digest_size=8).digest() for name in names)
+    return mix(np.frombuffer(digests, dtype="<u8") + GOLDEN * np.uint64(seed + 1))
+
+
+def uniform(keys, count):
+    """Uniform numbers in [0, 1) for each key.
+
+    Parameters
+    ----------
+    keys : (n,) uint64
+    count : int
+        Numbers per key.
+
+    Returns
+    -------
+    (n, count) float32
+    """
+    counters = np.arange(1, count + 1, dtype=np.uint64) * GOLDEN
+    return (mix(keys[:, None] + counters) >> np.uint64(40)).astype(np.float32) * np.float32(2**-24)

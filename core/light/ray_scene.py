@@ -1,0 +1,102 @@
+"""Embree, touched in this file only (embreex: github.com/trimesh/embreex)."""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+from ..errors import InputError
+
+
+class RayScene:
+    """Triangles that can be asked what a ray meets.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float
+        [m], finite, with a local origin.
+    triangles : (t, 3) int
+
+    Raises
+    ------
+    InputError
+        If an array has the wrong shape, names a vertex that does not exist or holds a number that is not finite:
+        Embree must never see one.
+    """
+
+    def __init__(self, vertices, triangles):
+        vertices, triangles = np.asarray(vertices), np.asarray(triangles)
+        if vertices.ndim != 2 or vertices.shape[1] != 3:
+            raise InputError("vertices", f"shape {vertices.shape}", "give an array of shape (v, 3)")
+        if triangles.ndim != 2 or triangles.shape[1] != 3:
+            raise InputError("triangles", f"shape {triangles.shape}", "give an array of shape (t, 3)")
+        wrong = ~(np.abs(vertices) < 1e9).all(axis=1)
+        if wrong.any():
+            first = int(np.flatnonzero(wrong)[0])
+            raise InputError("vertices", f"vertex {first} is {vertices[first]}", "give finite metres below 1e9")
+        if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
+            raise InputError("triangles", f"a vertex beyond the {len(vertices)} given", "check the indices")
+        self.triangle_count = len(triangles)
+        if self.triangle_count:
+            self._scene = EmbreeScene(robust=True)
+            TriangleMesh(self._scene, vertices.astype(np.float32), triangles.astype(np.int32))
+            # The first call builds the tree; it must be over before threads share the scene.
+            self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
+
+    def trace_closest(self, ray_origins, ray_directions):
+        """First triangle on each ray.
+
+        Parameters
+        ----------
+        ray_origins, ray_directions : (n, 3) float32
+
+        Returns
+        -------
+        hit_triangles : (n,) int32
+            -1 where the ray meets nothing.
+        """
+        if not self.triangle_count or not len(ray_origins):
+            return np.full(len(ray_origins), -1, np.int32)
+        return self._scene.run(ray_origins, ray_directions)
+
+    def trace_blocked(self, ray_origins, ray_direction):
+        """Whether anything stands on each ray.
+
+        Parameters
+        ----------
+        ray_origins : (n, 3) float32
+        ray_direction : (3,) float32
+            One direction for all rays.
+
+        Returns
+        -------
+        blocked : (n,) bool
+        """
+        if not self.triangle_count or not len(ray_origins):
+            return np.zeros(len(ray_origins), bool)
+        return self._scene.run(ray_origins, ray_direction[None, :], query="OCCLUDED") == 0
+
+
+def usable_threads(threads=None):
+    """How many threads to use: what was asked for, else every processor this process may run on."""
+    if threads is not None:
+        return max(1, int(threads))
+    affinity = getattr(os, "sched_getaffinity", None)  # not on Windows and macOS
+    return len(affinity(0)) if affinity else os.cpu_count() or 1
+
+
+def map_in_order(function, tasks, threads):
+    """Results of `function(task)` in the order of the tasks, from several threads, a few tasks ahead at most."""
+    tasks = iter(tasks)
+    with ThreadPoolExecutor(threads) as pool:
+        waiting = [pool.submit(function, task) for _, task in zip(range(2 * threads), tasks, strict=False)]
+        try:
+            while waiting:
+                result = waiting.pop(0).result()
+                waiting.extend(pool.submit(function, task) for _, task in zip(range(1), tasks, strict=False))
+                yield result
+        finally:
+            for future in waiting:
+                future.cancel()

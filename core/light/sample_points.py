@@ -1,0 +1,143 @@
+"""Where on a triangle rays start, and into which direction of its hemisphere they go."""
+
+import numpy as np
+
+REPLICATES = 4  # independent sets of hemisphere rays per patch; their spread is the standard error
+
+
+def additive_recurrence(count, dimensions):
+    """Low-discrepancy points: multiples of the powers of the generalised golden ratio, modulo 1.
+
+    Returns
+    -------
+    (count, dimensions) float32 in [0, 1)
+
+    References
+    ----------
+    M. Roberts (2018), The unreasonable effectiveness of quasirandom sequences: the R-sequences.
+    """
+    ratio = 2.0
+    for _ in range(64):
+        ratio = (1 + ratio) ** (1 / (dimensions + 1))
+    steps = ratio ** -np.arange(1.0, dimensions + 1)
+    return np.mod(np.arange(1.0, count + 1)[:, None] * steps, 1).astype(np.float32)
+
+
+def shifted(points, shifts):
+    """One coordinate of a point set, moved by random shifts on the torus.
+
+    Parameters
+    ----------
+    points : (m,) float32
+    shifts : (...) float32
+
+    Returns
+    -------
+    (..., m) float32 in [0, 1)
+
+    References
+    ----------
+    Cranley and Patterson (1976), doi:10.1137/0713071.
+    """
+    moved = points + shifts[..., None]
+    moved -= moved >= 1
+    return moved
+
+
+def barycentric_of_square(u, v):
+    """Uniform points of a triangle from uniform points of the square.
+
+    The map is area-preserving and continuous (Heitz 2019, A low-distortion map between triangle and square).
+
+    Returns
+    -------
+    b1, b2 : (...) float32
+        Weights of the second and third vertex.
+    """
+    below = v > u
+    b1 = np.where(below, u * np.float32(0.5), u - v * np.float32(0.5))
+    b2 = np.where(below, v - u * np.float32(0.5), v * np.float32(0.5))
+    return b1, b2
+
+
+def cosine_direction(u, v):
+    """Directions of the upper hemisphere with density cos(zenith)/π.
+
+    Returns
+    -------
+    x, y, z : (...) float32
+    """
+    radius, angle = np.sqrt(u), np.float32(2 * np.pi) * v
+    return radius * np.cos(angle), radius * np.sin(angle), np.sqrt(np.maximum(np.float32(0), 1 - u))
+
+
+def cell_of_point(b1, b2, divisions):
+    """Which of the `divisions`² congruent sub-triangles holds a point.
+
+    A row of cells runs along b2 = const; within it upright and inverted cells take turns.
+
+    Returns
+    -------
+    (...) uint8 or uint16
+    """
+    dtype = np.uint8 if divisions <= 16 else np.uint16
+    row = np.minimum(b2 * divisions, divisions - 1).astype(np.int32)
+    along = np.minimum(b1 * divisions, divisions - 1).astype(np.int32)
+    inverted = (b1 + b2) * divisions - row - along >= 1
+    place = np.minimum(2 * along + inverted, 2 * (divisions - 1 - row))
+    return (row * (2 * divisions - row) + place).astype(dtype)
+
+
+def cell_corners(divisions):
+    """Barycentric corners of the congruent sub-triangles, in the order of `cell_of_point`.
+
+    Returns
+    -------
+    (divisions², 3, 2) float32
+        For each cell three corners, each with the weights of the second and third vertex.
+    """
+    corners = []
+    for row in range(divisions):
+        for place in range(2 * (divisions - row) - 1):
+            along, inverted = divmod(place, 2)
+            if inverted:
+                corners.append([(along + 1, row + 1), (along, row + 1), (along + 1, row)])
+            else:
+                corners.append([(along, row), (along + 1, row), (along, row + 1)])
+    return np.array(corners, np.float32) / divisions
+
+
+def neighbouring_order(divisions):
+    """Order of the cells along a path that turns at the end of each row, so that successive cells are neighbours."""
+    order = []
+    for row in range(divisions):
+        first = row * (2 * divisions - row)
+        cells = range(first, first + 2 * (divisions - row) - 1)
+        order.extend(reversed(cells) if row % 2 else cells)
+    return np.array(order)
+
+
+def cell_contacts(divisions):
+    """Which cells touch each other, in an edge or a corner: (cells, cells) float32 of 0 and 1."""
+    corners = np.rint(cell_corners(divisions) * divisions).astype(int)
+    names = corners[..., 0] * (divisions + 1) + corners[..., 1]
+    touch = (names[:, None, :, None] == names[None, :, None, :]).any(axis=(2, 3))
+    return touch.astype(np.float32)
+
+
+def stratified_points(uniform_numbers, divisions):
+    """One uniform point in each of the `divisions`² congruent sub-triangles.
+
+    Parameters
+    ----------
+    uniform_numbers : (n, divisions², 2) float32
+
+    Returns
+    -------
+    b1, b2 : (n, divisions²) float32
+    """
+    corners = cell_corners(divisions)
+    b1, b2 = barycentric_of_square(uniform_numbers[..., 0], uniform_numbers[..., 1])
+    first, second, third = corners[:, 0], corners[:, 1], corners[:, 2]
+    points = first + b1[..., None] * (second - first) + b2[..., None] * (third - first)
+    return points[..., 0], points[..., 1]

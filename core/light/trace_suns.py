@@ -1,0 +1,163 @@
+"""Which share of each patch sees each sun."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .random_numbers import mix, uniform
+from .ray_scene import map_in_order
+from .sample_points import cell_of_point, neighbouring_order, stratified_points
+
+POINTS_PER_TASK = 1 << 15
+
+
+@dataclass
+class SunLight:
+    """What p patches receive of s suns at first hit."""
+
+    visible_share: np.ndarray  # (p, s) float32; 0 where the sun stands behind the patch
+    first: np.ndarray  # (p, s) float32, visible share times the cosine of the angle of incidence
+    by_point: np.ndarray  # (p, m) float32, sum over the suns of weight times what each point receives
+    ray_count: int
+
+
+def trace_suns(ray_scene, patches, traced, closed, enclosed, point_count, suns, behind, threads, progress):
+    """Look from points of every traced patch to each sun that stands in front of it.
+
+    Parameters
+    ----------
+    ray_scene : RayScene
+    patches : Patches
+    traced : (p,) bool
+        Patches that need shadow rays.
+    closed : (p,) bool
+        Patches with nothing in front of them: they see every sun in front of them, without a ray.
+    enclosed : (p, c) bool
+        Cells of each patch that lie deep inside something; points in them see no sun.
+    point_count : int
+        Points per patch, a square number.
+    suns : tuple of (s, 3) float32 and (s,) float32
+        Unit vectors towards the suns, and the weight of each in `by_point`.
+    behind : bool
+        Look for suns behind a patch as well (they are never seen; it costs time only).
+    threads : int
+    progress : callable
+        Called with the number of patches done.
+
+    Returns
+    -------
+    SunLight
+    """
+    directions, weights = suns
+    count = len(patches)
+    found = SunLight(
+        visible_share=np.zeros((count, len(directions)), np.float32),
+        first=np.zeros((count, len(directions)), np.float32),
+        by_point=np.zeros((count, point_count), np.float32),
+        ray_count=0,
+    )
+    free = np.flatnonzero(closed)
+    aoi_projection = patches.normal[free] @ directions.T
+    found.visible_share[free] = aoi_projection > 0
+    found.first[free] = np.maximum(aoi_projection, 0)
+
+    rows = np.flatnonzero(traced)
+    step = max(1, POINTS_PER_TASK // point_count)
+    tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
+
+    def look(chosen):
+        points, open_points = shadow_points(patches, chosen, enclosed, point_count)
+        return look_at_suns(ray_scene, patches.normal[chosen], points, open_points, directions, weights, behind)
+
+    done = 0
+    for chosen, seen in zip(tasks, map_in_order(look, tasks, threads), strict=True):
+        found.visible_share[chosen], found.first[chosen], found.by_point[chosen], rays = seen
+        found.ray_count += rays
+        done += len(chosen)
+        progress(done / len(rows), found.ray_count)
+    return found
+
+
+def look_at_suns(ray_scene, normal, points, open_points, directions, weights, behind):
+    """Shadow rays from the points of some patches to all suns.
+
+    Parameters
+    ----------
+    normal : (c, 3) float32
+    points : (c, m, 3) float32
+    open_points : (c, m) bool
+    directions : (s, 3) float32
+    weights : (s,) float32
+
+    Returns
+    -------
+    visible_share, first : (c, s) float32
+    by_point : (c, m) float32
+    ray_count : int
+    """
+    count, point_count = open_points.shape
+    aoi_projection = np.maximum(normal @ directions.T, 0)
+    visible_share = np.zeros((count, len(directions)), np.float32)
+    by_point = np.zeros((count, point_count), np.float32)
+    ray_count = 0
+    for sun, direction in enumerate(directions):
+        chosen = np.arange(count) if behind else np.flatnonzero(aoi_projection[:, sun])
+        blocked = ray_scene.trace_blocked(points[chosen].reshape(-1, 3), direction)
+        visible = ~blocked.reshape(-1, point_count) & open_points[chosen]
+        if behind:
+            visible &= aoi_projection[:, sun, None] > 0
+        visible_share[chosen, sun] = visible.mean(axis=1, dtype=np.float32)
+        by_point[chosen] += (weights[sun] * aoi_projection[chosen, sun])[:, None] * visible
+        ray_count += blocked.size
+    return visible_share, aoi_projection * visible_share, by_point, ray_count
+
+
+def shadow_points(patches, chosen, enclosed, point_count):
+    """Stratified points on some patches: one in each of `point_count` congruent cells.
+
+    Returns
+    -------
+    points : (c, m, 3) float32 [m]
+    open_points : (c, m) bool
+        False where the point lies deep inside something.
+    """
+    numbers = uniform(mix(patches.key[chosen] ^ np.uint64(0x5EED)), 2 * point_count)
+    b1, b2 = stratified_points(numbers.reshape(len(chosen), point_count, 2), round(np.sqrt(point_count)))
+    start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
+    edges = patches.edges[chosen]
+    points = start[:, None] + b1[..., None] * edges[:, None, 0] + b2[..., None] * edges[:, None, 1]
+    cells = cell_of_point(b1, b2, round(np.sqrt(enclosed.shape[1])))
+    return points, ~np.take_along_axis(enclosed[chosen], cells.astype(np.intp), axis=1)
+
+
+def variance_of_cell_pairs(by_point):
+    """Variance of the mean of stratified points, estimated from neighbouring cells taken together.
+
+    What differs between the two cells of a pair counts as noise, so the estimate is conservative. With an odd number
+    of cells the last three make one group.
+
+    Parameters
+    ----------
+    by_point : (p, m) float32
+
+    Returns
+    -------
+    (p,) float64
+        NaN where there is one cell only.
+
+    References
+    ----------
+    W. G. Cochran (1977), Sampling techniques, 3rd ed., 5A.12 (collapsed strata).
+    """
+    count = by_point.shape[1]
+    if count < 2:
+        return np.full(len(by_point), np.nan)
+    values = by_point[:, neighbouring_order(round(np.sqrt(count)))]
+    pairs = count - 3 if count % 2 else count
+    first, second = values[:, 0:pairs:2], values[:, 1:pairs:2]
+    variance = ((first - second).astype(float) ** 2).sum(axis=1)
+    if count % 2:
+        # Three cells in one group: h/(h - 1) · Σ (x - mean)².
+        last = values[:, pairs:].astype(float)
+        variance += 1.5 * ((last - last.mean(axis=1, keepdims=True)) ** 2).sum(axis=1)
+    return variance / count**2

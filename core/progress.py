@@ -1,0 +1,60 @@
+"""How long tasks tell what they have done.
+
+A report is a callable `progress(stage, done, total, unit)`. It is called now and then from the thread that started the
+task; an exception raised in it ends the task.
+"""
+
+import sys
+import time
+
+
+def silent(stage, done, total, unit):
+    """Report nothing."""
+
+
+class TerminalProgress:
+    """Progress as one line per stage, with rate and time left, on a terminal or in a log.
+
+    On a terminal the line is renewed in place; in a log a line is written every ten seconds.
+    """
+
+    def __init__(self, stream=None):
+        self.stream = sys.stderr if stream is None else stream
+        self.live = self.stream.isatty()
+        self.stage, self.started, self.shown = None, 0.0, 0.0
+
+    def __call__(self, stage, done, total, unit):
+        now = time.monotonic()
+        if stage != self.stage:
+            self.stage, self.started, self.shown = stage, now, now - 9.0
+        finished = done >= total
+        if not finished and now - self.shown < (0.2 if self.live else 10.0):
+            return
+        self.shown = now
+        line = f"  {stage}: {describe_progress(done, total, unit, now - self.started)}"
+        if self.live:
+            self.stream.write(f"\r\x1b[2K{line}" + ("\n" if finished else ""))
+        else:
+            self.stream.write(line + "\n")
+        self.stream.flush()
+        if finished:
+            self.stage = None
+
+
+def describe_progress(done, total, unit, seconds):
+    """Share done, rate and time left (or time taken) in words."""
+    rate = done / seconds if seconds > 0 else 0.0
+    words = f"{100 * done / max(total, 1):.0f} %"
+    if rate > 0:
+        words += f", {with_prefix(rate)}{unit}/s"
+    if done >= total:
+        return f"{words}, took {seconds:.1f} s"
+    return words + (f", {(total - done) / rate:.0f} s left" if rate > 0 else "")
+
+
+def with_prefix(number):
+    """A number in three digits with k, M or G: 12.2 M."""
+    for limit, divisor, prefix in ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k")):
+        if number >= limit:
+            return f"{number / divisor:.3g} {prefix}"
+    return f"{number:.3g} "

@@ -1,0 +1,69 @@
+"""What the user asks for: all settings of a run, with their defaults."""
+
+from dataclasses import asdict, dataclass, field
+
+from .errors import InputError
+
+
+@dataclass
+class Request:
+    """Settings of a run; the command line and the panel fill them in."""
+
+    # what is read
+    lod: str | None = None  # None: the best 2.x of each building
+    unit: str = "m"  # of OBJ files: m, ft, us-ft
+    up: str = "z"  # of OBJ files: z, y
+    latitude: float | None = None  # [°], overrides the coordinate reference system
+    longitude: float | None = None  # [°]
+    grid_size: float | None = None  # [m], splits large polygons into cells
+    patch_size: float | None = 10.0  # [m], longest edge of a patch of light; None keeps the triangles as they are
+    ground: str = "auto"  # auto, none
+    # the weather
+    weather: str = "clear-sky"  # or a file
+    weather_point: str = "nearest"  # or bilinear
+    year: int = 2021  # of the clear sky
+    # the light
+    suns: str = "typical-days:12"  # or hourly, sky-grid:N
+    max_bounces: int | None = 3  # None: chosen by the plan
+    albedo: float = 0.25
+    ground_albedo: float = 0.25
+    albedo_file: str | None = None
+    far_ground: bool = True
+    samples: int = 256  # hemisphere rays per patch
+    shadow_samples: int = 16  # points per patch from which each sun is looked for
+    effects: dict = field(default_factory=dict)  # key -> bool, overrules the plan
+    seed: int = 0
+    threads: int | None = None  # None: all processors
+    # the electricity
+    module: str = "SunPower_SPR_300_WHT__2007__E__"
+
+    def as_dict(self):
+        """All settings by name."""
+        return asdict(self)
+
+
+def check_request(request):
+    """Refuse settings that mean nothing.
+
+    Raises
+    ------
+    InputError
+        Names the option and its allowed values.
+    """
+    for option, value in (("--albedo", request.albedo), ("--ground-albedo", request.ground_albedo)):
+        if not 0 <= value <= 1:
+            raise InputError(option, f"{value} is not a share of light", "give a number from 0 to 1")
+    if request.max_bounces is not None and request.max_bounces < 0:
+        raise InputError("--max-bounces", f"{request.max_bounces} is negative", "give auto, 0 or more")
+    for option, value, least in (("--samples", request.samples, 4), ("--shadow-samples", request.shadow_samples, 1)):
+        if value < least:
+            raise InputError(option, f"{value} is too few", f"give {least} or more")
+    if request.threads is not None and request.threads < 1:
+        raise InputError("--threads", f"{request.threads} is too few", "give 1 or more")
+    for option, value in (("--grid-size", request.grid_size), ("--patch-size", request.patch_size)):
+        if value is not None and not value > 0:
+            raise InputError(option, f"{value} is not a length", "give metres above 0")
+    if request.latitude is not None and not -90 <= request.latitude <= 90:
+        raise InputError("--latitude", f"{request.latitude} is beyond the poles", "give degrees from -90 to 90")
+    if request.longitude is not None and not -180 <= request.longitude <= 180:
+        raise InputError("--longitude", f"{request.longitude} is off the map", "give degrees from -180 to 180")
