@@ -1,0 +1,80 @@
+"""Turn the user's words for the suns to trace into suns."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+
+from ..errors import InputError
+from .hourly import hourly_suns
+from .match_suns import match_suns
+from .sky_grid import sky_grid_suns
+from .typical_days import typical_day_suns
+
+CURE = "give hourly, typical-days:N or sky-grid:N"
+FEWEST_DIRECTIONS = 16
+
+
+def choose_suns(way, times, interval, latitude, longitude, seed=0):  # noqa: PLR0917
+    """Suns to trace for a time axis at a place.
+
+    Parameters
+    ----------
+    way : str
+        "hourly", "typical-days:N" or "sky-grid:N".
+    times : pandas.DatetimeIndex, (t,)
+        Start of each interval, tz-aware.
+    interval : pandas.Timedelta
+        Length of the intervals.
+    latitude, longitude : float
+        Place [°], best that of the weather.
+    seed : int
+        Of the clustering.
+
+    Returns
+    -------
+    Suns
+        Those of a sky grid are the same everywhere; only their weights are those of this time axis.
+
+    Raises
+    ------
+    InputError
+        The words mean nothing, or ask for more typical days than there are days.
+    """
+    name, count = parse_way(way)
+    if name == "hourly":
+        return hourly_suns(times, interval, latitude, longitude)
+    if name == "typical-days":
+        days = len(times) * interval // pd.Timedelta(days=1)
+        if count > days:
+            raise InputError("--suns", f"{count} typical days of {days} days", "ask for fewer, or for hourly")
+        return typical_day_suns(times, interval, latitude, longitude, count=count, seed=seed)
+    suns = sky_grid_suns(count)
+    match = match_suns(suns, times, interval, latitude, longitude)
+    share = np.bincount(match.index.ravel(), weights=match.weight.ravel(), minlength=count)
+    return replace(suns, weight=share / share.sum()) if share.sum() > 0 else suns
+
+
+def parse_way(way):
+    """Name and number of a way to choose suns.
+
+    Parameters
+    ----------
+    way : str
+        As in `choose_suns`.
+
+    Returns
+    -------
+    name : {"hourly", "typical-days", "sky-grid"}
+    count : int
+        0 for "hourly".
+    """
+    name, _, number = way.partition(":")
+    if way == "hourly":
+        return name, 0
+    if name not in ("typical-days", "sky-grid") or not (number.isascii() and number.isdigit()):
+        raise InputError("--suns", f"{way!r} is unknown", CURE)
+    count, least = int(number), FEWEST_DIRECTIONS if name == "sky-grid" else 1
+    if count < least:
+        raise InputError("--suns", f"{way!r} is too few", f"give {name}:{least} or more")
+    return name, count

@@ -1,0 +1,32 @@
+"""Trace every sun of the year: the reference, and the most expensive way."""
+
+import numpy as np
+
+from .solar_days import solar_days
+from .solar_position import is_sunny, solar_position, sun_direction
+from .suns import Suns
+
+
+def hourly_suns(times, interval, latitude, longitude):
+    """The sun of every interval in which it stands at least 2° high.
+
+    Parameters
+    ----------
+    times : pandas.DatetimeIndex, (t,)
+        Start of each interval, tz-aware.
+    interval : pandas.Timedelta
+        Length of the intervals.
+    latitude, longitude : float
+        Place [°].
+
+    Returns
+    -------
+    Suns
+        Way "hourly"; `day` counts the solar days of the axis from 0.
+    """
+    sun = solar_position(times, interval, latitude, longitude)
+    sunny = is_sunny(sun["apparent_zenith"])
+    direction = sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
+    day, step = solar_days(times, interval, longitude)
+    weight = np.full(len(direction), 1.0 / max(len(direction), 1))
+    return Suns("hourly", direction, weight, (day - day[0])[sunny].astype(np.int32), step[sunny].astype(np.int32))
