@@ -1,0 +1,37 @@
+"""What Blender shows of CityPV: properties, panels, registration. Nothing is computed here."""
+
+import bpy
+
+from ..operators.classify_city import ClassifyCity
+from ..operators.colour_city import ColourCity, RenderCity
+from ..operators.draw_legend import start_drawing, stop_drawing
+from ..operators.import_city import ChooseCity, ImportCity
+from ..operators.session import close_sessions
+from ..operators.trace_city import TraceCity
+from ..operators.weigh_energy import WeighEnergy
+from .command import register_command, unregister_command
+from .panels import PANELS, draw_import_menu
+from .properties import Settings
+
+CLASSES = (Settings, ChooseCity, ImportCity, ClassifyCity, TraceCity, WeighEnergy, ColourCity, RenderCity, *PANELS)
+
+
+def register():
+    """Make settings, operators, panels and the command known to Blender."""
+    for item in CLASSES:
+        bpy.utils.register_class(item)
+    bpy.types.Scene.citypv = bpy.props.PointerProperty(type=Settings)
+    bpy.types.TOPBAR_MT_file_import.append(draw_import_menu)
+    register_command()
+    start_drawing()
+
+
+def unregister():
+    """Take everything back, in reverse."""
+    stop_drawing()
+    unregister_command()
+    bpy.types.TOPBAR_MT_file_import.remove(draw_import_menu)
+    del bpy.types.Scene.citypv
+    for item in reversed(CLASSES):
+        bpy.utils.unregister_class(item)
+    close_sessions()

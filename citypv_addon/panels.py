@@ -1,0 +1,163 @@
+"""The panels of the sidebar's tab CityPV, one for each step."""
+
+import bpy
+
+from ..operators.run_step import Step
+from ..operators.session import find_city
+
+
+class _Panel:
+    bl_space_type, bl_region_type, bl_category = "VIEW_3D", "UI", "CityPV"
+
+    def start(self, context):
+        """Begin a column of settings."""
+        self.layout.use_property_split, self.layout.use_property_decorate = True, False
+        column = self.layout.column()
+        column.enabled = Step.current is None
+        return column, context.scene.citypv
+
+
+class MainPanel(_Panel, bpy.types.Panel):
+    """The head: progress of the running step, or what to do."""
+
+    bl_idname, bl_label = "CITYPV_PT_main", "CityPV"
+
+    def draw(self, context):
+        """Show how far the running step is."""
+        if Step.current is not None:
+            self.layout.label(text=Step.current.title, icon="SORTTIME")
+            self.layout.progress(factor=Step.current.share, text=Step.current.text)
+            self.layout.label(text="Esc cancels")
+        elif find_city(context.scene)[0] is None:
+            self.layout.label(text="Choose a city and import it", icon="INFO")
+
+
+class _Step(_Panel):
+    bl_parent_id = "CITYPV_PT_main"
+
+
+class ImportPanel(_Step, bpy.types.Panel):
+    """Import."""
+
+    bl_idname, bl_label, bl_order = "CITYPV_PT_import", "1  Import", 1
+
+    def draw(self, context):
+        """Show the settings of the step."""
+        column, settings = self.start(context)
+        for name in ("city_path", "lod", "unit", "up"):
+            column.prop(settings, name)
+        column.operator("citypv.import_city", icon="IMPORT")
+        draw_lines(self.layout, context, "citypv_report")
+
+
+class ClassifyPanel(_Step, bpy.types.Panel):
+    """Classify."""
+
+    bl_idname, bl_label, bl_order = "CITYPV_PT_classify", "2  Classify", 2
+
+    def draw(self, context):
+        """Show the settings of the step."""
+        column, settings = self.start(context)
+        column.prop(settings, "own_place")
+        if settings.own_place:
+            column.prop(settings, "latitude")
+            column.prop(settings, "longitude")
+        column.prop(settings, "ground")
+        column.prop(settings, "patch_size")
+        column.prop(settings, "split")
+        if settings.split:
+            column.prop(settings, "grid_size")
+        column.operator("citypv.classify", icon="MOD_BUILD")
+        draw_table(self.layout, context, "citypv_kinds", ("Kind", "Surfaces", "Area [m²]"))
+
+
+class TracePanel(_Step, bpy.types.Panel):
+    """Trace."""
+
+    bl_idname, bl_label, bl_order = "CITYPV_PT_trace", "3  Trace", 3
+
+    def draw(self, context):
+        """Show the settings of the step."""
+        column, settings = self.start(context)
+        column.prop(settings, "suns")
+        if settings.suns == "typical-days":
+            column.prop(settings, "typical_days")
+        if settings.suns == "sky-grid":
+            column.prop(settings, "sky_grid")
+        for name in ("max_bounces", "albedo", "ground_albedo", "far_ground"):
+            column.prop(settings, name)
+        for name in ("samples", "shadow_samples", "seed", "threads"):
+            column.prop(settings, name)
+        column.operator("citypv.trace", icon="LIGHT_SUN")
+
+
+class EnergyPanel(_Step, bpy.types.Panel):
+    """Energy."""
+
+    bl_idname, bl_label, bl_order = "CITYPV_PT_energy", "4  Energy", 4
+
+    def draw(self, context):
+        """Show the settings of the step."""
+        column, settings = self.start(context)
+        column.prop(settings, "weather")
+        if settings.weather == "file":
+            column.prop(settings, "weather_file")
+            column.prop(settings, "weather_point")
+        else:
+            column.prop(settings, "year")
+        column.prop(settings, "module")
+        column.operator("citypv.energy", icon="OUTLINER_OB_LIGHTPROBE")
+        draw_table(self.layout, context, "citypv_groups", ("Group", "Surfaces", "Full load hours"))
+        draw_lines(self.layout, context, "citypv_weather")
+
+
+class ColourPanel(_Step, bpy.types.Panel):
+    """Colour."""
+
+    bl_idname, bl_label, bl_order = "CITYPV_PT_colour", "5  Colour", 5
+
+    def draw(self, context):
+        """Show the settings of the step."""
+        column, settings = self.start(context)
+        column.prop(settings, "attribute")
+        column.prop(settings, "colour_map")
+        column.prop(settings, "auto_range")
+        if not settings.auto_range:
+            column.prop(settings, "low")
+            column.prop(settings, "high")
+        column.prop(settings, "show_legend")
+        column.operator("citypv.colour", icon="COLOR")
+        column.operator("citypv.render", icon="RENDER_STILL")
+
+
+PANELS = (MainPanel, ImportPanel, ClassifyPanel, TracePanel, EnergyPanel, ColourPanel)
+
+
+def draw_table(layout, context, key, head):
+    """Show the rows that a step left on the city: cells between bars."""
+    city, _ = find_city(context.scene)
+    if city is None or key not in city:
+        return
+    grid = layout.box().grid_flow(row_major=True, columns=len(head), even_columns=False, align=True)
+    for row in [head, *(line.split("|") for line in city[key])]:
+        for place, cell in enumerate(row):
+            line = grid.row()
+            line.alignment = "RIGHT" if place else "LEFT"
+            line.label(text=cell)
+
+
+def draw_lines(layout, context, key):
+    """Show the sentences that a step left on the city."""
+    city, _ = find_city(context.scene)
+    if city is None or key not in city:
+        return
+    lines = city[key]
+    box = layout.box().column(align=True)
+    for line in [lines] if isinstance(lines, str) else lines:
+        box.label(text=line)
+
+
+def draw_import_menu(menu, context):
+    """Show the import in the menu File > Import."""
+    menu.layout.operator_context = "INVOKE_DEFAULT"
+    menu.layout.operator("citypv.choose_city", text="City for CityPV (.gml, .xml)")

@@ -1,0 +1,109 @@
+"""The settings of the panel, kept with each Blender scene as `scene.citypv`."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+
+from ..operators.attributes import TITLES
+
+LODS = [
+    ("BEST", "Best of 2.x", "The best level 2.x of each building, else 3, else 1"),
+    ("1", "1", "Blocks with flat roofs"),
+    ("2", "2", "Roof shapes"),
+    ("3", "3", "Windows and details"),
+]
+UNITS = [
+    ("m", "Metres", "Metres"),
+    ("ft", "Feet", "International feet"),
+    ("us-ft", "US survey feet", "Feet of the United States' surveys"),
+]
+UP = [("z", "Z", "The file's z axis points up"), ("y", "Y", "The file's y axis points up")]
+GROUNDS = [
+    ("auto", "Through the feet", "A surface through the buildings' feet"),
+    ("none", "None", "Exactly the surfaces that were read"),
+]
+SUNS = [
+    ("typical-days", "Typical days", "Days that stand for the year, found by k-means (the paper's way)"),
+    ("hourly", "Every hour", "Every hour of the year: the reference, slow"),
+    ("sky-grid", "Sky grid", "Directions all over the sky: good for every latitude and year"),
+]
+WEATHERS = [
+    ("clear-sky", "Clear sky", "A year without clouds: an upper bound"),
+    ("file", "File", "ERA5 (NetCDF), EPW, TMY3, PVGIS or a csv"),
+]
+POINTS = [
+    ("nearest", "Nearest", "The nearest point of the weather's grid"),
+    ("bilinear", "Bilinear", "Between the four points around"),
+]
+MAPS = [
+    ("viridis", "Viridis", "Violet to yellow"),
+    ("cividis", "Cividis", "Blue to yellow, the same to colour-blind eyes"),
+    ("inferno", "Inferno", "Black to yellow"),
+]
+ATTRIBUTES = [(name, title, f"Face attribute citypv_{name}") for name, title in TITLES.items()]
+
+
+class Settings(bpy.types.PropertyGroup):
+    """What the user can set, in the order of the steps."""
+
+    # Import
+    city_path: StringProperty(
+        name="City", description="File of buildings (CityGML and others), or a folder of them", subtype="FILE_PATH"
+    )
+    lod: EnumProperty(name="Detail", description="Level of detail that is read", items=LODS)
+    unit: EnumProperty(name="Unit", description="Of files that name no coordinate reference system", items=UNITS)
+    up: EnumProperty(name="Up", description="Axis that points to the sky, in files that do not say", items=UP)
+    # Classify
+    own_place: BoolProperty(
+        name="Own place", description="Give latitude and longitude by hand instead of the reference system's"
+    )
+    latitude: FloatProperty(name="Latitude", description="Degrees, north is positive", min=-90, max=90, precision=4)
+    longitude: FloatProperty(name="Longitude", description="Degrees, east is positive", min=-180, max=180, precision=4)
+    ground: EnumProperty(name="Ground", description="What the city stands on", items=GROUNDS)
+    split: BoolProperty(name="Split large surfaces", description="Split large surfaces into cells with own results")
+    grid_size: FloatProperty(name="Cell", description="Side of the cells", default=5, min=0.1, subtype="DISTANCE")
+    patch_size: FloatProperty(
+        name="Patch",
+        description="Longest edge of a patch of light; smaller is more exact and slower",
+        default=10,
+        min=0.1,
+        subtype="DISTANCE",
+    )
+    # Trace
+    suns: EnumProperty(name="Suns", description="Which positions of the sun are traced", items=SUNS)
+    typical_days: IntProperty(name="Days", description="Number of typical days", default=12, min=1, max=365)
+    sky_grid: IntProperty(name="Directions", description="Number of directions", default=1654, min=10)
+    max_bounces: IntProperty(name="Reflections", description="Number of reflections", default=3, min=0, max=50)
+    albedo: FloatProperty(
+        name="Albedo", description="Share of light that buildings reflect", default=0.25, min=0, max=1
+    )
+    ground_albedo: FloatProperty(
+        name="Albedo of the ground", description="Share of light that the ground reflects", default=0.25, min=0, max=1
+    )
+    far_ground: BoolProperty(
+        name="Far ground", description="Open, lit ground beyond the city up to the horizon", default=True
+    )
+    samples: IntProperty(name="Sky rays", description="Hemisphere rays per patch", default=256, min=4)
+    shadow_samples: IntProperty(name="Sun rays", description="Shadow rays per patch and sun", default=16, min=1)
+    seed: IntProperty(name="Seed", description="Of the random numbers; the same seed gives the same result", min=0)
+    threads: IntProperty(name="Threads", description="0 takes all processors", min=0)
+    # Energy
+    weather: EnumProperty(
+        name="Weather", description="Where irradiance, temperature and wind come from", items=WEATHERS
+    )
+    weather_file: StringProperty(
+        name="File", description="ERA5 (NetCDF), EPW, TMY3, PVGIS or a csv with tz-aware times", subtype="FILE_PATH"
+    )
+    weather_point: EnumProperty(name="Grid point", description="Which point of gridded weather is taken", items=POINTS)
+    year: IntProperty(name="Year", description="Year of the clear sky", default=2021, min=1900, max=2100)
+    module: StringProperty(
+        name="Module", description="Name in pvlib's Sandia library", default="SunPower_SPR_300_WHT__2007__E__"
+    )
+    # Colour
+    attribute: EnumProperty(name="Show", description="What the colours mean", items=ATTRIBUTES, default="kind")
+    colour_map: EnumProperty(name="Colours", description="Colours from low to high", items=MAPS)
+    auto_range: BoolProperty(
+        name="Range from the values", description="Round values that hold 96 % of the area", default=True
+    )
+    low: FloatProperty(name="Low", description="Value of the first colour, in the unit of the legend")
+    high: FloatProperty(name="High", description="Value of the last colour, in the unit of the legend", default=1)
+    show_legend: BoolProperty(name="Legend", description="Draw the legend into the 3D view", default=True)

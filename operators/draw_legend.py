@@ -1,0 +1,88 @@
+"""Draw the legend of the coloured city into the 3D view."""
+
+import blf
+import bpy
+import gpu
+from gpu_extras.batch import batch_for_shader
+
+from .attributes import PREFIX, RESULTS
+from .colour_faces import read_scale
+from .colour_scale import format_tick, linear_light
+from .session import find_city
+
+PAPER = (0.9, 0.9, 0.9, 0.92)  # behind the legend, linear light with alpha
+ENERGY = {name for name, quantity in RESULTS.items() if quantity.source == "energy"}  # depend on the weather
+
+_handlers = []
+
+
+def start_drawing():
+    """Draw the legend from now on, in every 3D view."""
+    if not bpy.app.background:
+        _handlers.append(bpy.types.SpaceView3D.draw_handler_add(draw_legend, (), "WINDOW", "POST_PIXEL"))
+
+
+def stop_drawing():
+    """Draw no legend any more."""
+    while _handlers:
+        bpy.types.SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
+
+
+def draw_legend():
+    """Draw the legend of the city in the current 3D view, where it has one and the panel asks for it."""
+    context = bpy.context
+    settings = getattr(context.scene, "citypv", None)
+    if settings is None or not settings.show_legend or not context.space_data.overlay.show_overlays:
+        return
+    city, _ = find_city(context.scene)
+    scale = read_scale(city) if city is not None and city.visible_get() else None
+    if scale is None:
+        return
+    pixel = context.preferences.system.ui_scale
+    left, bottom, width, height = 76 * pixel, 66 * pixel, 440 * pixel, 16 * pixel
+    draw_box((left - 18 * pixel, bottom - 46 * pixel, width + 36 * pixel, height + 80 * pixel), PAPER)
+    title = f"{scale.title} [{scale.unit}]" if scale.unit else scale.title
+    write_text(title, left, bottom + height + 10 * pixel, 14 * pixel)
+    if scale.attribute in ENERGY:
+        write_text(city.get(PREFIX + "weather", ""), left, bottom - 37 * pixel, 11 * pixel)
+    draw = _draw_classes if scale.classes else _draw_bar
+    for place, text in draw(scale, left, bottom, width, height):
+        write_text(text, place, bottom - 18 * pixel, 12 * pixel, centred=True)
+
+
+def _draw_bar(scale, left, bottom, width, height):
+    # The colours between two stops are mixed by the graphics card.
+    count = len(scale.stops)
+    places = [left + width * i / (count - 1) for i in range(count)]
+    points = [(x, y) for x in places for y in (bottom, bottom + height)]
+    colours = [(*linear_light(stop).tolist(), 1.0) for stop in scale.stops for _ in range(2)]
+    shader = gpu.shader.from_builtin("SMOOTH_COLOR")
+    batch_for_shader(shader, "TRI_STRIP", {"pos": points, "color": colours}).draw(shader)
+    share = (scale.ticks - scale.low) / (scale.high - scale.low)
+    return [(left + width * float(s), format_tick(t, scale)) for s, t in zip(share, scale.ticks, strict=True)]
+
+
+def _draw_classes(scale, left, bottom, width, height):
+    step = width / len(scale.classes)
+    for place, stop in enumerate(scale.stops):
+        draw_box((left + place * step, bottom, step, height), (*linear_light(stop).tolist(), 1.0))
+    return [(left + (place + 0.5) * step, name) for place, name in enumerate(scale.classes)]
+
+
+def draw_box(box, colour):
+    """Fill a rectangle (left, bottom, width, height) [pixels] with a colour (linear light, with alpha)."""
+    x, y, width, height = box
+    points = [(x, y), (x + width, y), (x, y + height), (x + width, y + height)]
+    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
+    gpu.state.blend_set("ALPHA")
+    shader.uniform_float("color", colour)
+    batch_for_shader(shader, "TRI_STRIP", {"pos": points}).draw(shader)
+    gpu.state.blend_set("NONE")
+
+
+def write_text(text, x, y, size, centred=False):
+    """Write dark text [pixels]."""
+    blf.size(0, size)
+    blf.color(0, 0.13, 0.15, 0.17, 1.0)
+    blf.position(0, x - (blf.dimensions(0, text)[0] / 2 if centred else 0), y, 0)
+    blf.draw(0, text)

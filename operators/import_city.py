@@ -1,0 +1,82 @@
+"""Import: files of buildings → a City and its mesh."""
+
+import os
+from pathlib import Path
+
+import bpy
+
+from .build_meshes import build_meshes, remove_city, show_objects
+from .read_settings import read_city_path, read_settings
+from .run_step import Step
+from .session import Session, find_city, open_session
+from .show_city import show_city
+from .summarise import summarise_import
+
+
+class ImportCity(Step, bpy.types.Operator):
+    """Read the buildings of a file or folder (CityGML and others) and show them, in place of an earlier import"""
+
+    bl_idname = "citypv.import_city"
+    bl_label = "Import city"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filepath: bpy.props.StringProperty(
+        name="File", description="File or folder; without one, the panel's", subtype="FILE_PATH", options={"SKIP_SAVE"}
+    )
+    files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+
+    def prepare(self, context):
+        """Read which files are meant, and how."""
+        settings = context.scene.citypv
+        if self.files and self.directory:
+            paths = [str(Path(self.directory, file.name)) for file in self.files if file.name]
+        else:
+            paths = [bpy.path.abspath(self.filepath) if self.filepath else read_city_path(settings)]
+        settings.city_path = paths[0] if len(paths) == 1 else os.path.commonpath(paths)
+        return paths, read_settings(settings)
+
+    @staticmethod
+    def work(task, progress):
+        """Read the files; triangles without ground show what was read."""
+        from ..core.geometry.build_scene import build_scene
+        from ..core.geometry.read_city import read_city
+
+        paths, request = task
+        progress("reading buildings", 0, 1, "files")
+        city = read_city(paths, lod=request.lod, unit=request.unit, up=request.up)
+        progress("triangulating", 0, len(city), "polygons")
+        place = {"latitude": request.latitude, "longitude": request.longitude}
+        return city, build_scene(city, **place, ground="none", patch_size=None)
+
+    def finish(self, context, result):
+        """Show the buildings."""
+        city, scene = result
+        remove_city(*find_city(context.scene))
+        item, ground = build_meshes(scene)
+        show_objects(context.scene, item, ground)
+        open_session(item, Session(city=city))
+        show_city(scene.vertices, shaded=True)
+        return summarise_import(item, scene)
+
+
+class ChooseCity(bpy.types.Operator):
+    """Choose files of buildings and import them"""
+
+    bl_idname = "citypv.choose_city"
+    bl_label = "Import city"
+
+    filter_glob: bpy.props.StringProperty(default="*.gml;*.xml;*.citygml;*.gz", options={"HIDDEN"})
+    files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+
+    def invoke(self, context, event):
+        """Open the file browser."""
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context):
+        """Import what was chosen."""
+        files = [{"name": file.name} for file in self.files]
+        bpy.ops.citypv.import_city("INVOKE_DEFAULT", files=files, directory=self.directory)
+        return {"FINISHED"}

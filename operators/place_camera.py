@@ -1,0 +1,87 @@
+"""Place a camera that frames the whole city from the south-east above, under a plain sky."""
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+LENS, SENSOR_WIDTH = 60.0, 36.0  # [mm]
+AZIMUTH, ELEVATION = 150.0, 38.0  # where the camera stands, seen from the city [°]
+MARGIN_SIDE, MARGIN_TOP, MARGIN_BOTTOM = 0.04, 0.05, 0.20  # of the frame's half width and half height
+BACKGROUND = (0.9, 0.92, 0.94, 1.0)  # linear light
+
+
+def place_camera(scene, points, width=1600, height=900):
+    """Place the camera of a Blender scene so that all points lie in the frame, above the legend's strip.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+    points : (n, 3) float [m]
+    width, height : int
+        Size of the picture [pixels].
+
+    Returns
+    -------
+    bpy.types.Object
+        The camera; it is the scene's camera now.
+    """
+    tan_x = SENSOR_WIDTH / 2 / LENS
+    right, up, forward = camera_axes(AZIMUTH, ELEVATION)
+    location = frame_points(points, (right, up, forward), tan_x, tan_x * height / width)
+    data = bpy.data.cameras.get("CityPV camera") or bpy.data.cameras.new("CityPV camera")
+    data.lens, data.sensor_width, data.sensor_fit = LENS, SENSOR_WIDTH, "HORIZONTAL"
+    depths = (points - location) @ forward
+    data.clip_start, data.clip_end = 0.1, float(4 * depths.max() + 100)
+    camera = bpy.data.objects.get("CityPV camera") or bpy.data.objects.new("CityPV camera", data)
+    # A camera looks along its own -z, with y up.
+    matrix = np.eye(4)
+    matrix[:3] = np.column_stack((right, up, -forward, location))
+    camera.matrix_world = Matrix(matrix.tolist())
+    if camera.name not in scene.collection.all_objects:
+        scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.resolution_x, scene.render.resolution_y = width, height
+    scene.render.resolution_percentage = 100
+    return camera
+
+
+def camera_axes(azimuth, elevation):
+    """Right, up and forward of a camera that stands at an azimuth and elevation [°] and looks at the origin."""
+    azimuth, elevation = np.radians([azimuth, elevation])
+    horizontal = np.cos(elevation)
+    forward = -np.array([np.sin(azimuth) * horizontal, np.cos(azimuth) * horizontal, np.sin(elevation)])
+    right = np.cross(forward, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    return right, np.cross(right, forward), forward
+
+
+def frame_points(points, axes, tan_x, tan_y):
+    """Nearest place of a camera that sees all points inside the margins.
+
+    In the camera's axes a point (x, y, z) is seen from (c_x, c_y, c_z) where x - c_x ≤ (z - c_z) tan_x, and so on
+    for the other three edges. Each edge's tightest point gives one bound; two opposite bounds give the depth c_z.
+    """
+    right, up, forward = axes
+    x, y, z = points @ right, points @ up, points @ forward
+    tan_x = tan_x * (1 - MARGIN_SIDE)
+    tan_top, tan_bottom = tan_y * (1 - MARGIN_TOP), tan_y * (1 - MARGIN_BOTTOM)
+    bound_right, bound_left = np.max(x - tan_x * z), np.max(-x - tan_x * z)
+    bound_top, bound_bottom = np.max(y - tan_top * z), np.max(-y - tan_bottom * z)
+    depth = min(-(bound_right + bound_left) / (2 * tan_x), -(bound_top + bound_bottom) / (tan_top + tan_bottom))
+    # What is left over of the frame is shared between the two sides.
+    across = (bound_right - bound_left) / 2
+    height = ((bound_top + tan_top * depth) + (-bound_bottom - tan_bottom * depth)) / 2
+    return across * right + height * up + (depth - 1.0) * forward
+
+
+def set_background(scene, colour=BACKGROUND):
+    """Give the scene a plain, bright sky (by nodes: a world's own colour has no effect in every renderer)."""
+    world = bpy.data.worlds.get("CityPV sky") or bpy.data.worlds.new("CityPV sky")
+    if world.node_tree is None:
+        world.use_nodes = True
+    nodes = world.node_tree.nodes
+    nodes.clear()
+    background, output = nodes.new("ShaderNodeBackground"), nodes.new("ShaderNodeOutputWorld")
+    background.inputs["Color"].default_value = colour
+    world.node_tree.links.new(background.outputs["Background"], output.inputs["Surface"])
+    scene.world = world

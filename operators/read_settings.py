@@ -1,0 +1,68 @@
+"""The panel's settings → a Request of core."""
+
+import bpy
+
+from ..core.errors import InputError
+
+
+def read_settings(settings):
+    """Read the panel's settings.
+
+    Parameters
+    ----------
+    settings : bpy.types.PropertyGroup
+        `scene.citypv`.
+
+    Returns
+    -------
+    core.request.Request
+    """
+    from ..core.request import Request
+
+    return Request(
+        lod=None if settings.lod == "BEST" else settings.lod,
+        unit=settings.unit,
+        up=settings.up,
+        latitude=settings.latitude if settings.own_place else None,
+        longitude=settings.longitude if settings.own_place else None,
+        grid_size=settings.grid_size if settings.split else None,
+        patch_size=settings.patch_size,
+        ground=settings.ground,
+        weather=read_weather_source(settings),
+        weather_point=settings.weather_point,
+        year=settings.year,
+        suns=read_suns(settings),
+        max_bounces=settings.max_bounces,
+        albedo=settings.albedo,
+        ground_albedo=settings.ground_albedo,
+        far_ground=settings.far_ground,
+        samples=settings.samples,
+        shadow_samples=settings.shadow_samples,
+        seed=settings.seed,
+        threads=settings.threads or None,
+        module=settings.module,
+    )
+
+
+def read_city_path(settings):
+    """Path of the city's file or folder; relative ones (//) start at the .blend file."""
+    if not settings.city_path:
+        raise InputError("City", "no file is chosen", "choose a file or a folder of buildings")
+    return bpy.path.abspath(settings.city_path)
+
+
+def read_weather_source(settings):
+    """`clear-sky`, or the path of the weather file."""
+    if settings.weather == "clear-sky":
+        return "clear-sky"
+    if not settings.weather_file:
+        raise InputError("Weather", "no file is chosen", "choose a weather file, or take the clear sky")
+    return bpy.path.abspath(settings.weather_file)
+
+
+def read_suns(settings):
+    """How the suns are chosen, as the command line writes it: `typical-days:12`."""
+    if settings.suns == "hourly":
+        return "hourly"
+    count = settings.typical_days if settings.suns == "typical-days" else settings.sky_grid
+    return f"{settings.suns}:{count}"

@@ -1,0 +1,18 @@
+"""The command line inside Blender."""
+
+
+def run_command(arguments):
+    """Run the command line with the arguments that follow `blender --command citypv`.
+
+    Parameters
+    ----------
+    arguments : list of str
+
+    Returns
+    -------
+    int
+        Exit status, see `core.command_line`.
+    """
+    from ..core.command_line import main
+
+    return main(arguments)

@@ -1,0 +1,158 @@
+"""How a step of the chain runs: at once in a script, beside Blender's window when a button was pressed."""
+
+import threading
+import time
+
+import bpy
+
+from ..core.errors import InputError
+from ..core.progress import describe_progress, silent
+
+TICK = 0.1  # between two looks at the work [s]
+
+
+class CancelledError(Exception):
+    """The user pressed Esc."""
+
+
+class Job:
+    """Work that runs in a thread of its own, and what it says of itself."""
+
+    def __init__(self, title, work):
+        self.title, self.text, self.share = title, title, 0.0
+        self.result, self.error = None, None
+        self._stop = threading.Event()
+        self._stage, self._started = None, 0.0
+        self._thread = threading.Thread(target=self._run, args=(work,), name=title, daemon=True)
+
+    def start(self):
+        """Begin the work."""
+        self._thread.start()
+
+    def cancel(self):
+        """Ask the work to end at its next report."""
+        self._stop.set()
+
+    @property
+    def running(self):
+        """Whether the work goes on."""
+        return self._thread.is_alive()
+
+    def progress(self, stage, done, total, unit):
+        """Take a report of core (see `core.progress`)."""
+        if self._stop.is_set():
+            raise CancelledError
+        if stage != self._stage:
+            self._stage, self._started = stage, time.monotonic()
+        seconds = time.monotonic() - self._started
+        self.share = done / total if total else 0.0
+        self.text = f"{stage}: {describe_progress(done, total, unit, seconds)}"
+
+    def _run(self, work):
+        # Whatever goes wrong is told in Blender's own thread.
+        try:
+            self.result = work(self.progress)
+        except BaseException as error:
+            self.error = error
+
+
+class Step:
+    """Base of the operators: `prepare` reads settings, `work` calls core in a thread, `finish` writes back.
+
+    Called from a script (or without a window) a step blocks and returns when it is done. Called from a button it is
+    modal: progress shows in the status bar and in the panel, Esc cancels.
+    """
+
+    current = None  # the job that is running, for the panel
+
+    def prepare(self, context):
+        """Read settings in Blender's thread; return what `work` needs."""
+        raise NotImplementedError
+
+    @staticmethod
+    def work(task, progress):
+        """Call core; knows nothing of Blender."""
+        raise NotImplementedError
+
+    def finish(self, context, result):
+        """Write back in Blender's thread; return what to tell the user."""
+        raise NotImplementedError
+
+    def execute(self, context):
+        """Do the step and wait for it."""
+        try:
+            result = self.work(self.prepare(context), silent)
+            return self._tell(self.finish(context, result))
+        except (InputError, ImportError) as error:
+            return self._refuse(error)
+
+    def invoke(self, context, event):
+        """Start the step beside the window."""
+        if bpy.app.background or context.window is None:
+            return self.execute(context)
+        if Step.current is not None:
+            return self._refuse(f"{Step.current.title} is still running: wait, or cancel it with Esc")
+        try:
+            task = self.prepare(context)
+        except (InputError, ImportError) as error:
+            return self._refuse(error)
+        Step.current = self._job = Job(self.bl_label, lambda progress: self.work(task, progress))
+        self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        self._job.start()
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        """Show the progress until the work is done or cancelled."""
+        if event.type == "ESC":
+            self._job.cancel()
+        if event.type == "TIMER":
+            context.workspace.status_text_set(f"CityPV   {self._job.text}   (Esc cancels)")
+            redraw_panels(context)
+            if not self._job.running:
+                return self._end(context)
+        return {"PASS_THROUGH"}
+
+    def cancel(self, context):
+        """End the work because Blender ends."""
+        self._job.cancel()
+        self._leave(context)
+
+    def _end(self, context):
+        self._leave(context)
+        error = self._job.error
+        if isinstance(error, CancelledError):
+            self.report({"WARNING"}, f"{self.bl_label} was cancelled; nothing was changed")
+            return {"CANCELLED"}
+        if isinstance(error, (InputError, ImportError)):
+            return self._refuse(error)
+        if error is not None:
+            raise error
+        try:
+            return self._tell(self.finish(context, self._job.result))
+        except InputError as problem:
+            return self._refuse(problem)
+
+    def _leave(self, context):
+        Step.current = None
+        context.window_manager.event_timer_remove(self._timer)
+        context.workspace.status_text_set(None)
+        redraw_panels(context)
+
+    def _tell(self, text):
+        self.report({"INFO"}, text)
+        return {"FINISHED"}
+
+    def _refuse(self, error):
+        # A library that does not load is the machine's fault, not the user's: say which one.
+        prefix = "A library could not be loaded: " if isinstance(error, ImportError) else ""
+        self.report({"ERROR"}, f"{prefix}{error}")
+        return {"CANCELLED"}
+
+
+def redraw_panels(context):
+    """Ask all 3D views to draw their panels and legends anew."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()

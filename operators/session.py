@@ -1,0 +1,57 @@
+"""What this Blender session knows of a city beyond its mesh: the data of core, which no .blend file holds."""
+
+import uuid
+from dataclasses import dataclass
+from typing import Any
+
+from .attributes import PREFIX
+
+KEY = PREFIX + "session"
+_sessions = {}
+
+
+@dataclass
+class Session:
+    """The data of the steps that were done; None where a step was not."""
+
+    city: Any = None  # core.geometry.city.City
+    scene: Any = None  # core.geometry.scene.Scene
+    weather: Any = None  # core.weather.weather.Weather
+    transfer: Any = None  # core.light.transfer.Transfer
+    energy: Any = None  # core.energy.energy.Energy
+
+
+def open_session(item, session):
+    """Tie a session to an object, by a key that survives renaming and undo."""
+    item[KEY] = uuid.uuid4().hex
+    _sessions[item[KEY]] = session
+
+
+def find_session(item):
+    """Return the session of an object, or None where this Blender has none (after a file was opened anew)."""
+    return _sessions.get(item.get(KEY)) if item is not None else None
+
+
+def close_sessions():
+    """Forget everything (when the add-on is switched off)."""
+    _sessions.clear()
+
+
+def find_city(scene):
+    """Find the city and its ground in a Blender scene.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+
+    Returns
+    -------
+    city, ground : bpy.types.Object or None
+        The active view layer's selected city first, else the scene's first; its own ground beside it.
+    """
+    cities = [item for item in scene.objects if item.get(PREFIX + "part") == "city"]
+    if not cities:
+        return None, None
+    chosen = [item for item in cities if item.select_get()]
+    city = (chosen or cities)[0]
+    return city, city.get(PREFIX + "ground")

@@ -1,0 +1,47 @@
+"""Trace: a scene → its Transfer, the light that each surface receives."""
+
+import bpy
+
+from .colour_faces import colour_faces
+from .read_settings import read_settings
+from .run_step import Step
+from .session import find_city, find_session
+from .write_attributes import write_results
+
+
+class TraceCity(Step, bpy.types.Operator):
+    """Trace the light of the sky and of the sun, with reflections, to every surface"""
+
+    bl_idname = "citypv.trace"
+    bl_label = "Trace light"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        """The city was classified in this session."""
+        cls.poll_message_set("Classify the city first")
+        session = find_session(find_city(context.scene)[0])
+        return session is not None and session.scene is not None
+
+    def prepare(self, context):
+        """Take the scene and the settings."""
+        session = find_session(find_city(context.scene)[0])
+        return session, read_settings(context.scene.citypv)
+
+    @staticmethod
+    def work(task, progress):
+        """Trace; the weather only says which hours there are."""
+        from ..core.study import read_year, trace_scene
+
+        session, request = task
+        weather = read_year(session.scene, request)
+        return session, weather, trace_scene(session.scene, weather, request, progress)
+
+    def finish(self, context, result):
+        """Write what does not depend on the weather; what an earlier weather made of it goes."""
+        session, weather, transfer = result
+        city, ground = find_city(context.scene)
+        write_results(city, ground, transfer)
+        session.weather, session.transfer, session.energy = weather, transfer, None
+        colour_faces(city, ground, "diffuse_relative")
+        return f"Traced {len(transfer.surfaces)} surfaces and {len(transfer.suns)} suns"
