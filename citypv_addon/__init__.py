@@ -1,5 +1,7 @@
 """What Blender shows of CityPV: properties, panels, registration. Nothing is computed here."""
 
+import atexit
+
 import bpy
 
 from ..operators.classify_city import ClassifyCity
@@ -24,10 +26,14 @@ def register():
     bpy.types.TOPBAR_MT_file_import.append(draw_import_menu)
     register_command()
     start_drawing()
+    if bpy.app.module:
+        # Blender as a Python module may crash at its end while classes are registered.
+        atexit.register(unregister)
 
 
 def unregister():
     """Take everything back, in reverse."""
+    atexit.unregister(unregister)
     stop_drawing()
     unregister_command()
     bpy.types.TOPBAR_MT_file_import.remove(draw_import_menu)
