@@ -1,0 +1,140 @@
+"""Build the extension for Blender: one zip per platform with all the packages that core needs, as unmodified wheels.
+
+    .venv/bin/python tools/build_extension.py [--platform linux-x64 …] [--python 3.11 …] [--no-wheels] [--out dist]
+
+One zip serves both of Blender's Pythons: Blender installs the wheels that fit its own. NumPy is not among them, for it
+would shadow Blender's.
+"""
+
+import argparse
+import shutil
+import subprocess
+import sys
+from importlib import metadata, util
+from pathlib import Path
+
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name, parse_wheel_filename
+
+ROOT = Path(__file__).resolve().parent.parent
+CONTENTS = ("__init__.py", "__main__.py", "LICENSE", "core", "operators", "citypv_addon")
+LEFT_OUT = {"numpy", "pyomo", "highspy"}  # Blender's own; the last two serve tsam's k-medoids only
+MANYLINUX = [f"manylinux_2_{minor}_x86_64" for minor in range(28, 4, -1)]
+MANYLINUX += ["manylinux2014_x86_64", "manylinux2010_x86_64", "manylinux1_x86_64"]
+TARGETS = {  # Blender's platform: (pip's platforms, Pythons that Blender has there, environment of the requirements)
+    "linux-x64": (MANYLINUX, ("3.11", "3.13"), ("posix", "linux", "Linux", "x86_64")),
+    "windows-x64": (["win_amd64"], ("3.11", "3.13"), ("nt", "win32", "Windows", "AMD64")),
+    "macos-arm64": (["macosx_14_0_arm64"], ("3.11", "3.13"), ("posix", "darwin", "Darwin", "arm64")),
+    "macos-x64": (["macosx_14_0_x86_64"], ("3.11",), ("posix", "darwin", "Darwin", "x86_64")),
+}
+
+
+def main():
+    """Fetch the wheels, lay out the extension's folder, and let Blender's own tool validate and zip it."""
+    parser = argparse.ArgumentParser(description="build the extension for Blender")
+    parser.add_argument("--platform", action="append", choices=TARGETS, help="default: all")
+    parser.add_argument("--python", action="append", choices=("3.11", "3.13"), help="default: all")
+    parser.add_argument("--no-wheels", action="store_true", help="for a Blender that has the packages already")
+    parser.add_argument("--out", type=Path, default=ROOT / "dist")
+    parser.add_argument("--folder", type=Path, default=ROOT / "build/extension", help="where the contents are laid out")
+    options = parser.parse_args()
+    platforms = options.platform or list(TARGETS)
+    wheels = set()
+    for platform in () if options.no_wheels else platforms:
+        for python in TARGETS[platform][1]:
+            if not options.python or python in options.python:
+                wheels.update(fetch_wheels(platform, python))
+    lay_out(options.folder, platforms, sorted(wheels))
+    options.out.mkdir(parents=True, exist_ok=True)
+    split = ["--split-platforms"] if len(platforms) > 1 or not options.no_wheels else []
+    run_blender_tool("validate", options.folder)
+    run_blender_tool("build", "--source-dir", options.folder, "--output-dir", options.out, *split)
+    for path in sorted(options.out.glob("*.zip")):
+        print(f"[extension] {path.name}: {path.stat().st_size / 1e6:.0f} MB", flush=True)
+
+
+def fetch_wheels(platform, python):
+    """Download the wheels of one platform and Python.
+
+    Returns
+    -------
+    list of Path
+        One wheel for each package that core needs there.
+    """
+    tags, _, (os_name, sys_platform, system, machine) = TARGETS[platform]
+    environment = {"os_name": os_name, "sys_platform": sys_platform, "platform_system": system}
+    environment |= {"platform_machine": machine, "python_version": python, "python_full_version": f"{python}.0"}
+    environment |= {"implementation_name": "cpython", "platform_python_implementation": "CPython", "extra": ""}
+    pinned = read_versions(environment)
+    wanted = {name: pinned[name] for name in collect_packages(environment)}
+    folder = ROOT / "wheels" / f"{platform}-{python}"
+    for path in list(folder.glob("*.whl")):
+        name, version, *_ = parse_wheel_filename(path.name)
+        if wanted.get(name) != str(version):
+            path.unlink()
+    print(f"[extension] {platform}, Python {python}: {len(wanted)} wheels", flush=True)
+    command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check", "--no-deps"]
+    command += ["--only-binary=:all:", "--implementation=cp", f"--python-version={python}", f"--dest={folder}"]
+    command += [f"--platform={tag}" for tag in tags]
+    subprocess.run([*command, *(f"{name}=={version}" for name, version in wanted.items())], check=True)
+    return sorted(folder.glob("*.whl"))
+
+
+def read_versions(environment):
+    """Return the version of each package of `tools/versions.txt` in an environment."""
+    lines = (ROOT / "tools/versions.txt").read_text("utf-8").splitlines()
+    requirements = [Requirement(line) for line in lines if line and not line.startswith("#")]
+    return {
+        canonicalize_name(requirement.name): str(requirement.specifier).removeprefix("==")
+        for requirement in requirements
+        if requirement.marker is None or requirement.marker.evaluate(environment)
+    }
+
+
+def collect_packages(environment):
+    """Return the names of all packages that core needs in an environment, its requirements' own included."""
+    installed = {canonicalize_name(package.metadata["Name"]) for package in metadata.distributions()}
+    waiting, names = [Requirement(text) for text in metadata.requires("citypv")], set()
+    while waiting:
+        requirement = waiting.pop()
+        name = canonicalize_name(requirement.name)
+        needed = requirement.marker is None or requirement.marker.evaluate(environment)
+        if not needed or name in names | LEFT_OUT:
+            continue
+        names.add(name)
+        # A package of another platform is not installed here; those that occur (colorama) need nothing themselves.
+        if name in installed:
+            waiting += [Requirement(text) for text in metadata.requires(name) or ()]
+    return sorted(names)
+
+
+def lay_out(folder, platforms, wheels):
+    """Copy the rooms and the wheels into an empty folder, with a manifest that lists them."""
+    shutil.rmtree(folder, ignore_errors=True)
+    (folder / "wheels").mkdir(parents=True)
+    for name in CONTENTS:
+        source = ROOT / name
+        if source.is_dir():
+            shutil.copytree(source, folder / name, ignore=shutil.ignore_patterns("__pycache__", "ruff.toml"))
+        else:
+            shutil.copy(source, folder)
+    # The same wheel may serve both Pythons; Blender wants each listed once.
+    names = {wheel.name: wheel for wheel in wheels}
+    for wheel in names.values():
+        shutil.copy(wheel, folder / "wheels")
+    manifest = (ROOT / "blender_manifest.toml").read_text("utf-8").splitlines()
+    place = next(number for number, line in enumerate(manifest) if line.startswith("platforms = "))
+    quoted = ", ".join(f'"{platform}"' for platform in platforms)
+    listed = ["wheels = [", *(f'  "./wheels/{name}",' for name in sorted(names)), "]"] if names else []
+    manifest[place : place + 1] = [f"platforms = [{quoted}]", *listed]
+    (folder / "blender_manifest.toml").write_text("\n".join(manifest) + "\n", "utf-8")
+
+
+def run_blender_tool(*arguments):
+    """Run Blender's extension tool, which comes with bpy and needs no Blender."""
+    tool = next(Path(util.find_spec("bpy").origin).parent.glob("*/scripts/addons_core/bl_pkg/cli/blender_ext.py"))
+    subprocess.run([sys.executable, tool, *map(str, arguments)], check=True)
+
+
+if __name__ == "__main__":
+    main()
