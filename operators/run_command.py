@@ -13,6 +13,6 @@ def run_command(arguments):
     int
         Exit status, see `core.command_line`.
     """
-    from ..core.command_line import main
+    from ..__main__ import main
 
     return main(arguments)

@@ -70,6 +70,7 @@ def trace_transfer(scene, suns, request, progress):
             "request": request.as_dict(),
             "effects": [asdict(effect) for effect in plan.effects],
             "max_bounces": plan.max_bounces,
+            "brightest_albedo": max(float(patches.albedo.max(initial=0)), request.ground_albedo),
             "patches": len(patches),
             "threads": threads,
             "hemisphere_rays": hemisphere.ray_count,

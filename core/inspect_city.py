@@ -1,0 +1,86 @@
+"""`citypv inspect`: what was read, what was mended or left out, and where it stands on Earth."""
+
+from dataclasses import asdict
+
+import numpy as np
+
+from .geometry.build_scene import build_scene
+from .geometry.read_city import read_city
+
+
+def inspect_city(paths, request):
+    """Read a city and describe it.
+
+    Parameters
+    ----------
+    paths : list of path-like
+    request : Request
+
+    Returns
+    -------
+    dict
+        Plain types only.
+    """
+    city = read_city(paths, lod=request.lod, unit=request.unit, up=request.up)
+    scene = build_scene(city, request.latitude, request.longitude, ground=request.ground, patch_size=None)
+    surfaces = scene.surfaces
+    return {
+        "report": asdict(scene.report),
+        "site": asdict(scene.site),
+        "surfaces": len(surfaces),
+        "holes": int((np.diff(city.polygon_start) - 1).sum()),
+        "kinds": group_areas(surfaces.kind, surfaces.area),
+        "thematic": group_areas(np.array(surfaces.thematic, dtype=object), surfaces.area),
+        "eligible": group_areas(
+            np.char.add(np.char.add(surfaces.kind.astype(str), " "), surfaces.orientation.astype(str)),
+            surfaces.area,
+            surfaces.eligible,
+        ),
+    }
+
+
+def group_areas(names, area, chosen=None):
+    """Count and area by name: {name: {"count": int, "area": m²}}."""
+    chosen = np.ones(len(area), bool) if chosen is None else chosen
+    return {
+        str(name): {
+            "count": int((chosen & (names == name)).sum()),
+            "area": round(float(area[chosen & (names == name)].sum()), 3),
+        }
+        for name in sorted(set(names[chosen].tolist()))
+    }
+
+
+def describe_city(found):
+    """The description in lines of text."""
+    report, site = found["report"], found["site"]
+    place = "nowhere on Earth: neither the files nor the options say where"
+    if site["latitude"] is not None and site["longitude"] is not None:
+        place = (
+            f"latitude {site['latitude']:.5f}°, longitude {site['longitude']:.5f}°, altitude {site['altitude']:.1f} m"
+        )
+    lines = [
+        *(f"file         {path}" for path in report["files"]),
+        f"buildings    {report['building_count']:,}, parts {report['part_count']:,}",
+        f"surfaces     {found['surfaces']:,}, holes {found['holes']:,}",
+        f"LoDs met     {words_of(report['lods_met'])}",
+        f"LoDs chosen  {words_of(report['lods_chosen'])}",
+        f"CRS          {site['crs'] or 'none'}",
+        f"place        {place}",
+        f"grid north   at {site['convergence']:+.4f}° from true north",
+    ]
+    for title in ("kinds", "thematic", "eligible"):
+        lines.append(f"{title}:")
+        lines += [
+            f"  {name or '(none)':<22} {row['count']:>8,}  {row['area']:>14,.1f} m²"
+            for name, row in found[title].items()
+        ]
+    for title in ("repaired", "skipped"):
+        for reason, names in report[title].items():
+            lines.append(f"{title} {len(names):,}: {reason} ({', '.join(names[:3])}{' …' if len(names) > 3 else ''})")
+    return lines + list(report["notes"])
+
+
+def words_of(counts):
+    """Counts by name in words: LoD 2: 3,080."""
+    return ", ".join(f"{name or '(none)'}: {count:,}" for name, count in counts.items()) or "none"

@@ -1,0 +1,176 @@
+"""summary.json: what went in, what was decided, what it cost, and how sure it is."""
+
+import importlib.metadata
+import json
+import platform
+import sys
+from dataclasses import asdict
+
+import numpy as np
+
+from ..energy.pick_module import pick_module
+
+LIBRARIES = ("embreex", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
+
+
+def write_summary(path, summary):
+    """Write a summary as JSON. What is not a finite number becomes null."""
+    path.write_text(json.dumps(finite(summary), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
+    """Everything a reader needs to trust or to repeat a run.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    energy : Energy
+    weather : Weather
+    request : Request
+    scene : Scene, optional
+        Where the run read one.
+    seconds : dict of str to float, optional
+        Time per stage.
+
+    Returns
+    -------
+    dict
+    """
+    summary = {
+        "input": describe_input(transfer, scene),
+        "weather": {
+            "label": weather.label,
+            "latitude": weather.latitude,
+            "longitude": weather.longitude,
+            "altitude": weather.altitude,
+            "years": energy.years,
+            "ghi_annual": annual_sum(weather, "ghi"),
+            "dhi_annual": annual_sum(weather, "dhi"),
+            "dni_annual": annual_sum(weather, "dni"),
+            "unit": "kWh/m² per year",
+        },
+        "settings": request.as_dict(),
+        "traced": transfer.settings,
+        "suns": {"way": transfer.suns.way, "count": len(transfer.suns)},
+        "seconds": seconds or {},
+        "peak_memory_bytes": peak_memory(),
+        "error_budget": budget_errors(transfer, energy),
+        "totals": sum_totals(transfer, energy, request),
+        "versions": versions(),
+    }
+    return summary
+
+
+def describe_input(transfer, scene):
+    """Files, place and counts."""
+    kinds, counts = np.unique(transfer.surfaces.kind, return_counts=True)
+    area = [float(transfer.surfaces.area[transfer.surfaces.kind == kind].sum()) for kind in kinds]
+    description = {
+        "site": asdict(transfer.site),
+        "surfaces": len(transfer.surfaces),
+        "kinds": {
+            str(kind): {"count": int(count), "area": whole}
+            for kind, count, whole in zip(kinds, counts, area, strict=True)
+        },
+        "eligible": int(transfer.surfaces.eligible.sum()),
+    }
+    if scene is not None:
+        description["report"] = asdict(scene.report)
+        description["triangles"] = len(scene.triangles)
+        description["ground_triangles"] = int((scene.triangle_surface < 0).sum())
+    return description
+
+
+def annual_sum(weather, column):
+    """[kWh/m²] per year of an irradiance column."""
+    hours = weather.interval.total_seconds() / 3600
+    years = len(weather.data) * hours / 8760
+    return float(weather.data[column].sum()) * hours / 1000 / years
+
+
+def budget_errors(transfer, energy):
+    """What is known of the error of the full load hours, in percent.
+
+    - `sampling_total`: standard error of the area-weighted mean over all eligible surfaces.
+    - `sampling_median`, `sampling_95`: standard error of single eligible surfaces, median and 95th percentile by area.
+    - `bounces`: the most that reflections beyond the last one could add to all light.
+    """
+    eligible = transfer.surfaces.eligible & np.isfinite(energy.full_load_hours)
+    budget = {"unit": "percent", "bounces": bound_of_bounces(transfer)}
+    hours, area = energy.full_load_hours[eligible], transfer.surfaces.area[eligible]
+    error = energy.full_load_hours_standard_error[eligible]
+    if (hours * area).sum() > 0:
+        budget["sampling_total"] = 100 * float(np.sqrt(((area * error) ** 2).sum()) / (area * hours).sum())
+        lit = hours > 0
+        single, order = 100 * error[lit] / hours[lit], np.argsort(error[lit] / hours[lit])
+        share = np.cumsum(area[lit][order]) / area[lit].sum()
+        budget["sampling_median"] = float(single[order][np.searchsorted(share, 0.5)])
+        budget["sampling_95"] = float(single[order][np.searchsorted(share, 0.95)])
+    if "sun_sampling" in transfer.settings:
+        budget["sun_sampling"] = transfer.settings["sun_sampling"]
+    return budget
+
+
+def bound_of_bounces(transfer):
+    """Percent of all light that reflections after the last one add at most: each is at most ρ of the one before."""
+    settings = transfer.settings
+    albedo = settings["brightest_albedo"]
+    last = max(settings["last_bounce_share_diffuse"], settings["last_bounce_share_direct"])
+    if settings["max_bounces"] == 0:
+        last = 1.0
+    return 100 * last * albedo / (1 - albedo) if albedo < 1 else None
+
+
+def sum_totals(transfer, energy, request):
+    """Power and annual energy if all eligible area bore modules."""
+    module = pick_module(request.module)
+    power = float(module["Impo"] * module["Vmpo"]) / 1000
+    area_per_kwp = float(module["Area"]) / power
+    eligible = transfer.surfaces.eligible & np.isfinite(energy.full_load_hours)
+    kwp = transfer.surfaces.area[eligible] / area_per_kwp
+    return {
+        "eligible_area": float(transfer.surfaces.area[eligible].sum()),
+        "area_per_kwp": area_per_kwp,
+        "kwp": float(kwp.sum()),
+        "mwh_per_year": float((kwp * energy.full_load_hours[eligible]).sum() / 1000),
+        "unit": "m², m²/kWp, kWp, MWh",
+    }
+
+
+def versions():
+    """What the run was made with."""
+    found = {"python": platform.python_version(), "citypv": importlib_version("citypv")}
+    for library in LIBRARIES:
+        found[library] = importlib_version(library)
+    return found
+
+
+def importlib_version(name):
+    """Version of an installed distribution, None where it is not installed as one."""
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def peak_memory():
+    """Largest memory this process has held [bytes]; None where the platform does not tell."""
+    if sys.platform == "win32":
+        return None
+    import resource
+
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak * 1024
+
+
+def finite(value):
+    """The same value with plain types only, and null for what is not finite."""
+    if isinstance(value, dict):
+        return {str(key): finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value

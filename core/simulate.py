@@ -1,0 +1,144 @@
+"""The two commands that write results: trace and weigh a city, or weigh again what was traced."""
+
+import time
+
+from .light.plan_effects import describe_plan
+from .progress import TerminalProgress, silent
+from .results.output_folder import check_folder, whole_folder
+from .results.read_transfer import read_transfer
+from .results.write_faces import write_faces
+from .results.write_groups import write_groups
+from .results.write_summary import summarise, write_summary
+from .results.write_timeseries import write_timeseries
+from .results.write_transfer import write_transfer
+from .study import check_settings, plan_scene, read_scene, read_year, trace_scene, weigh_energy
+
+
+class Teller:
+    """Says what is being done, and keeps the seconds of each stage."""
+
+    def __init__(self, stream):
+        self.stream = stream
+        self.progress = TerminalProgress(stream) if stream else silent
+        self.seconds, self.last = {}, time.perf_counter()
+
+    def say(self, text):
+        """One line."""
+        if self.stream:
+            print(text, file=self.stream, flush=True)
+
+    def lap(self, stage):
+        """Note the seconds since the last lap."""
+        now = time.perf_counter()
+        self.seconds[stage], self.last = now - self.last, now
+
+
+def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None):
+    """Trace a city and write its full load hours.
+
+    Parameters
+    ----------
+    paths : list of path-like
+        Files or folders with buildings.
+    folder : path-like
+        Where the results go, all of them or none.
+    request : Request
+    overwrite : bool
+        Replace the results in a folder that is not empty.
+    say : text stream, optional
+        Where to tell the progress.
+    draw : callable, optional
+        `draw(folder, scene, transfer, energy)` writes pictures of the results.
+
+    Raises
+    ------
+    InputError
+        Before anything is written.
+    """
+    teller = Teller(say)
+    check_folder(folder, overwrite)
+    check_settings(request)
+    teller.say(f"Reading {', '.join(str(path) for path in paths)}")
+    scene = read_scene(paths, request)
+    teller.lap("read city")
+    for line in describe_scene(scene):
+        teller.say(f"  {line}")
+    weather = read_year(scene.site, request)
+    teller.say(f"Weather: {weather.label}")
+    teller.lap("read weather")
+    teller.say("What this scene calls for:")
+    for line in describe_plan(plan_scene(scene, request)):
+        teller.say(f"  {line}")
+    with whole_folder(folder) as work:
+        teller.say("Tracing")
+        transfer = trace_scene(scene, weather, request, teller.progress)
+        teller.lap("trace")
+        energy = write_results(work, transfer, weather, request, teller, scene=scene, draw=draw)
+    tell_outcome(teller, folder, energy)
+
+
+def reweigh(transfer_path, folder, request, *, overwrite=False, say=None):
+    """Weigh a Transfer that was traced before with another weather or module.
+
+    Parameters and errors as of `simulate`.
+    """
+    teller = Teller(say)
+    check_folder(folder, overwrite)
+    check_settings(request)
+    transfer = read_transfer(transfer_path)
+    weather = read_year(transfer.site, request)
+    teller.say(f"Weather: {weather.label}")
+    teller.lap("read")
+    with whole_folder(folder) as work:
+        energy = write_results(work, transfer, weather, request, teller)
+    tell_outcome(teller, folder, energy)
+
+
+def write_results(work, transfer, weather, request, teller, *, scene=None, draw=None):
+    """Weigh a Transfer and write all files into a folder.
+
+    Returns
+    -------
+    Energy
+    """
+    teller.say("Electricity")
+    energy = weigh_energy(transfer, weather, request, teller.progress)
+    teller.lap("electricity")
+    write_faces(work / "faces.csv", transfer, energy)
+    write_groups(work / "groups.csv", energy)
+    write_timeseries(work / "timeseries.nc", energy, weather)
+    write_transfer(work / "transfer.nc", transfer)
+    teller.lap("write tables")
+    if draw:
+        teller.say("Blender")
+        draw(work, scene, transfer, energy)
+        teller.lap("Blender")
+    summary = summarise(transfer, energy, weather, request, scene=scene, seconds=teller.seconds)
+    write_summary(work / "summary.json", summary)
+    return energy
+
+
+def describe_scene(scene):
+    """Counts and place in lines of text."""
+    report, site = scene.report, scene.site
+    kinds = ", ".join(f"{(scene.surfaces.kind == kind).sum():,} {kind}" for kind in sorted(set(scene.surfaces.kind)))
+    lines = [
+        f"{report.building_count:,} buildings, {report.part_count:,} parts, {len(scene.surfaces):,} surfaces: {kinds}",
+        f"{len(scene.triangles):,} triangles, {(scene.triangle_surface < 0).sum():,} of them ground",
+        f"latitude {site.latitude:.4f}°, longitude {site.longitude:.4f}°, grid north at {site.convergence:+.3f}°",
+    ]
+    lines += [f"skipped {len(ids):,} surfaces: {reason}" for reason, ids in report.skipped.items()]
+    lines += [f"repaired {len(ids):,} surfaces: {reason}" for reason, ids in report.repaired.items()]
+    return lines + list(report.notes)
+
+
+def tell_outcome(teller, folder, energy):
+    """The groups' full load hours, and where everything was written."""
+    hours = energy.interval.total_seconds() / 3600
+    for index, (kind, orientation) in enumerate(energy.groups):
+        full_load_hours = energy.capacity_factor[:, index].sum() * hours / energy.years
+        teller.say(
+            f"  {kind} {orientation}: {full_load_hours:.0f} h, "
+            f"{energy.group_count[index]:,} surfaces, {energy.group_area[index]:,.0f} m²"
+        )
+    teller.say(f"Written to {folder} in {sum(teller.seconds.values()):.1f} s")

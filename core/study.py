@@ -1,0 +1,89 @@
+"""The whole chain, from files of buildings to full load hours. Read this first.
+
+    city files ─► Scene ─┐
+                         ├─► Transfer ─┐
+    weather ─► Suns ─────┘             ├─► Energy ─► tables, time series, summary
+    weather ───────────────────────────┘
+
+Geometry is traced once, free of weather. The Transfer can be weighed with any other year or module in seconds.
+"""
+
+from .energy.compute_energy import compute_energy
+from .energy.pick_module import pick_module
+from .errors import InputError
+from .geometry.build_scene import build_scene
+from .geometry.read_city import read_city
+from .light.patches import patches_of_scene
+from .light.plan_effects import plan_effects
+from .light.read_albedo import albedo_of_triangles
+from .light.trace_transfer import trace_transfer
+from .progress import silent
+from .request import check_request
+from .sun.choose_suns import choose_suns, parse_way
+from .weather.read_weather import read_weather
+
+
+def check_settings(request):
+    """Refuse settings that mean nothing before anything long begins.
+
+    Raises
+    ------
+    InputError
+    """
+    check_request(request)
+    parse_way(request.suns)
+    pick_module(request.module)
+
+
+def read_scene(paths, request):
+    """Scene of the buildings in some files, standing on its ground.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be used, or nothing tells where the scene stands on Earth.
+    """
+    city = read_city(paths, lod=request.lod, unit=request.unit, up=request.up)
+    scene = build_scene(
+        city,
+        latitude=request.latitude,
+        longitude=request.longitude,
+        ground=request.ground,
+        patch_size=request.patch_size,
+        grid_size=request.grid_size,
+    )
+    if scene.site.latitude is None or scene.site.longitude is None:
+        raise InputError(
+            paths[0], "names no coordinate reference system", "say where it stands with --latitude D --longitude D"
+        )
+    return scene
+
+
+def read_year(site, request):
+    """Weather of one or more years at a site."""
+    return read_weather(
+        request.weather,
+        site.latitude,
+        site.longitude,
+        site.altitude,
+        point=request.weather_point,
+        year=request.year,
+    )
+
+
+def plan_scene(scene, request):
+    """What tracing this scene calls for."""
+    return plan_effects(scene, patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed), request)
+
+
+def trace_scene(scene, weather, request, progress=silent):
+    """Transfer of a scene for the suns of a year. Of the weather only the time axis counts."""
+    suns = choose_suns(
+        request.suns, weather.data.index, weather.interval, scene.site.latitude, scene.site.longitude, request.seed
+    )
+    return trace_transfer(scene, suns, request, progress)
+
+
+def weigh_energy(transfer, weather, request, progress=silent):
+    """Irradiance and full load hours that a weather makes of a Transfer."""
+    return compute_energy(transfer, weather, request.module, request.threads, progress)
