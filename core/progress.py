@@ -24,6 +24,7 @@ class TerminalProgress:
         self.stage, self.started, self.shown = None, 0.0, 0.0
 
     def __call__(self, stage, done, total, unit):
+        """Renew the line of a stage."""
         now = time.monotonic()
         if stage != self.stage:
             self.stage, self.started, self.shown = stage, now, now - 9.0

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from .ray_scene import map_in_order
 from .random_numbers import mix, uniform
+from .ray_scene import map_in_order
 from .sample_points import (
     REPLICATES,
     additive_recurrence,
@@ -41,7 +41,7 @@ class Hemisphere:
     ray_count: int
 
 
-def trace_hemisphere(ray_scene, patches, traced, sample_count, reflections, threads, progress):
+def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, threads, progress):
     """Trace cosine-distributed rays from every traced patch.
 
     Parameters

@@ -21,7 +21,7 @@ class SunLight:
     ray_count: int
 
 
-def trace_suns(ray_scene, patches, traced, closed, enclosed, point_count, suns, behind, threads, progress):
+def trace_suns(ray_scene, patches, traced, closed, enclosed, *, point_count, suns, behind, threads, progress):
     """Look from points of every traced patch to each sun that stands in front of it.
 
     Parameters
@@ -48,7 +48,7 @@ def trace_suns(ray_scene, patches, traced, closed, enclosed, point_count, suns, 
     -------
     SunLight
     """
-    directions, weights = suns
+    directions, _ = suns
     count = len(patches)
     found = SunLight(
         visible_share=np.zeros((count, len(directions)), np.float32),
@@ -66,8 +66,8 @@ def trace_suns(ray_scene, patches, traced, closed, enclosed, point_count, suns, 
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
 
     def look(chosen):
-        points, open_points = shadow_points(patches, chosen, enclosed, point_count)
-        return look_at_suns(ray_scene, patches.normal[chosen], points, open_points, directions, weights, behind)
+        points = shadow_points(patches, chosen, enclosed, point_count)
+        return look_at_suns(ray_scene, patches.normal[chosen], points, suns, behind)
 
     done = 0
     for chosen, seen in zip(tasks, map_in_order(look, tasks, threads), strict=True):
@@ -78,16 +78,17 @@ def trace_suns(ray_scene, patches, traced, closed, enclosed, point_count, suns, 
     return found
 
 
-def look_at_suns(ray_scene, normal, points, open_points, directions, weights, behind):
+def look_at_suns(ray_scene, normal, points, suns, behind):
     """Shadow rays from the points of some patches to all suns.
 
     Parameters
     ----------
     normal : (c, 3) float32
-    points : (c, m, 3) float32
-    open_points : (c, m) bool
-    directions : (s, 3) float32
-    weights : (s,) float32
+    points : tuple of (c, m, 3) float32 and (c, m) bool
+        Of `shadow_points`.
+    suns : tuple of (s, 3) float32 and (s,) float32
+        Directions and weights.
+    behind : bool
 
     Returns
     -------
@@ -95,6 +96,7 @@ def look_at_suns(ray_scene, normal, points, open_points, directions, weights, be
     by_point : (c, m) float32
     ray_count : int
     """
+    (position, open_points), (directions, weights) = points, suns
     count, point_count = open_points.shape
     aoi_projection = np.maximum(normal @ directions.T, 0)
     visible_share = np.zeros((count, len(directions)), np.float32)
@@ -102,7 +104,7 @@ def look_at_suns(ray_scene, normal, points, open_points, directions, weights, be
     ray_count = 0
     for sun, direction in enumerate(directions):
         chosen = np.arange(count) if behind else np.flatnonzero(aoi_projection[:, sun])
-        blocked = ray_scene.trace_blocked(points[chosen].reshape(-1, 3), direction)
+        blocked = ray_scene.trace_blocked(position[chosen].reshape(-1, 3), direction)
         visible = ~blocked.reshape(-1, point_count) & open_points[chosen]
         if behind:
             visible &= aoi_projection[:, sun, None] > 0
@@ -117,7 +119,7 @@ def shadow_points(patches, chosen, enclosed, point_count):
 
     Returns
     -------
-    points : (c, m, 3) float32 [m]
+    position : (c, m, 3) float32 [m]
     open_points : (c, m) bool
         False where the point lies deep inside something.
     """
@@ -125,9 +127,9 @@ def shadow_points(patches, chosen, enclosed, point_count):
     b1, b2 = stratified_points(numbers.reshape(len(chosen), point_count, 2), round(np.sqrt(point_count)))
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     edges = patches.edges[chosen]
-    points = start[:, None] + b1[..., None] * edges[:, None, 0] + b2[..., None] * edges[:, None, 1]
+    position = start[:, None] + b1[..., None] * edges[:, None, 0] + b2[..., None] * edges[:, None, 1]
     cells = cell_of_point(b1, b2, round(np.sqrt(enclosed.shape[1])))
-    return points, ~np.take_along_axis(enclosed[chosen], cells.astype(np.intp), axis=1)
+    return position, ~np.take_along_axis(enclosed[chosen], cells.astype(np.intp), axis=1)
 
 
 def variance_of_cell_pairs(by_point):
