@@ -1,0 +1,74 @@
+"""What a surface would see of a sun that was not traced because it stands behind the surface.
+
+A traced sun stands for hours around it. It may stand just behind a wall, where nothing is traced, while the sun of a
+true hour stands just before it:
+
+        wall
+         |   × true hour
+         |
+      ×  |       the traced sun takes the visible share of the next traced sun before the wall
+         |
+"""
+
+import numpy as np
+from scipy.spatial import KDTree
+
+GRAZING = 1e-6  # cosine of incidence up to which a sun counts as behind
+NEAREST = 24  # other suns that are asked
+
+
+def order_neighbours(suns):
+    """For each sun, the others in the order in which they are asked for its visible share.
+
+    Parameters
+    ----------
+    suns : Suns
+
+    Returns
+    -------
+    numpy.ndarray, (s, m) int
+        First those of the same day, by steps between them; then the nearest in the sky.
+    """
+    if not len(suns):
+        return np.zeros((0, 1), int)
+    count = min(NEAREST + 1, len(suns))
+    near = KDTree(suns.direction).query(suns.direction, k=np.arange(1, count + 1))[1]
+    if suns.day[0] < 0:
+        return near
+    # Sort all suns of a day by their distance in steps; a short day repeats its last sun.
+    longest = np.bincount(suns.day).max()
+    same = np.empty((len(suns), longest), near.dtype)
+    for day in np.unique(suns.day):
+        members = np.flatnonzero(suns.day == day)
+        distance = np.abs(suns.step[members][:, None] - suns.step[members][None, :])
+        order = members[np.argsort(distance, axis=1, kind="stable")]
+        same[members] = order[:, np.minimum(np.arange(longest), len(members) - 1)]
+    return np.concatenate([same, near], axis=1)
+
+
+def fill_behind(visible_share, projection, neighbours, reach, openness):
+    """Give suns just behind a surface the visible share of the next sun in front of it.
+
+    Parameters
+    ----------
+    visible_share : numpy.ndarray, (s, n)
+        Share of each surface that sees each sun; filled in place.
+    projection : numpy.ndarray, (s, n)
+        Cosine between surface normals and suns, negative behind.
+    neighbours : numpy.ndarray, (s, m) int
+        From `order_neighbours`.
+    reach : float
+        Largest angle between an hour and its traced suns [°]: suns further behind stand for no hour in front.
+    openness : numpy.ndarray, (n,)
+        Share taken where no traced sun is in front.
+    """
+    front = projection > GRAZING
+    sun, surface = np.nonzero(~front & (projection > -np.sin(np.radians(min(reach, 90.0)))))
+    visible_share[sun, surface] = openness[surface]
+    for rank in range(neighbours.shape[1]):
+        other = neighbours[sun, rank]
+        seen = front[other, surface]
+        visible_share[sun[seen], surface[seen]] = visible_share[other[seen], surface[seen]]
+        sun, surface = sun[~seen], surface[~seen]
+        if not len(sun):
+            return

@@ -1,0 +1,102 @@
+"""What every surface shares at one hour: sun, weather, and the traced suns that stand for it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pvlib
+
+from ..sun.match_suns import match_suns
+from ..sun.solar_position import is_sunny, sun_direction
+
+CHUNK = 128  # hours at a time
+MOUNTING = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"]["open_rack_glass_polymer"]
+
+
+@dataclass
+class Hours:
+    """The h intervals with any light, ordered by month; one row each."""
+
+    interval: np.ndarray  # (h,) int, index into the weather's time axis
+    month: np.ndarray  # (h,) int, 0 to 11, UTC, of mid-interval
+    direction: np.ndarray  # (h, 3) towards the sun at mid-interval
+    sunny: np.ndarray  # (h, 1) 1.0 where the sun stands at least 2° high, else 0.0
+    dni: np.ndarray  # (h, 1) [Wm⁻²]
+    dhi: np.ndarray  # (h, 1) [Wm⁻²]
+    temp_air: np.ndarray  # (h, 1) [°C]
+    wind_speed: np.ndarray  # (h, 1) [ms⁻¹]
+    airmass: np.ndarray  # (h, 1) absolute; NaN with the sun below the horizon
+    spectral_factor: np.ndarray  # (h, 1) f₁ of the Sandia model; 0 with the sun below the horizon, as in pvlib
+    heating: np.ndarray  # (h, 1) [Km²W⁻¹] of a cell above the air, per irradiance on the surface
+    match: np.ndarray  # (h, k) int, traced suns that stand for the hour
+    match_weight: np.ndarray  # (h, k) float
+
+    def __len__(self):
+        return len(self.interval)
+
+    @property
+    def cos_zenith(self):
+        """Cosine of the sun's apparent zenith angle, 0 below the horizon: (h, 1)."""
+        return np.maximum(self.direction[:, 2:], 0.0)
+
+    def rows(self, first, last):
+        """Hours first to last-1, as views."""
+        return Hours(**{name: values[first:last] for name, values in vars(self).items()})
+
+    def as_type(self, dtype):
+        """The same with all floating-point values in another precision."""
+        return Hours(
+            **{
+                name: values.astype(dtype) if values.dtype.kind == "f" else values
+                for name, values in vars(self).items()
+            }
+        )
+
+    def chunks(self):
+        """Runs of at most CHUNK hours within one month: list of (month, first, last)."""
+        runs = []
+        for month in range(12):
+            first, last = np.searchsorted(self.month, [month, month + 1])
+            runs += [(month, start, min(start + CHUNK, last)) for start in range(first, last, CHUNK)]
+        return runs
+
+
+def prepare_hours(suns, weather, module):
+    """Gather what all surfaces share, for the intervals that have any light.
+
+    Parameters
+    ----------
+    suns : Suns
+        As traced.
+    weather : Weather
+    module : dict
+        From `pick_module`.
+
+    Returns
+    -------
+    Hours
+        In float64. Cell heating is the Sandia model with an open rack, glass/polymer, :doi:`10.2172/919131`.
+    """
+    data = weather.data
+    sunny = is_sunny(data["apparent_zenith"])
+    used = np.flatnonzero((data["ghi"] > 0) | (data["dni"] > 0) | sunny)
+    month = (data.index + weather.interval / 2).month.to_numpy()[used] - 1
+    used = used[np.argsort(month, kind="stable")]
+    data, sunny = data.iloc[used], sunny[used]
+    match = match_suns(suns, data.index, weather.interval, weather.latitude, weather.longitude)
+    relative = pvlib.atmosphere.get_relative_airmass(data["apparent_zenith"].to_numpy(), "kastenyoung1989")
+    airmass = pvlib.atmosphere.get_absolute_airmass(relative, data["pressure"].to_numpy())
+    # The model is linear in the irradiance: 1 Wm⁻² in air of 0 °C gives the slope.
+    heating = pvlib.temperature.sapm_cell(1.0, 0.0, data["wind_speed"].to_numpy(), **MOUNTING)
+    column = {name: data[name].to_numpy()[:, None] for name in ("dni", "dhi", "temp_air", "wind_speed")}
+    return Hours(
+        interval=used,
+        month=np.sort(month, kind="stable"),
+        direction=sun_direction(data["apparent_zenith"], data["solar_azimuth"]),
+        sunny=sunny.astype(float)[:, None],
+        airmass=airmass[:, None],
+        spectral_factor=pvlib.spectrum.spectral_factor_sapm(airmass, module)[:, None],
+        heating=heating[:, None],
+        match=match.index,
+        match_weight=match.weight.astype(float),
+        **column,
+    )

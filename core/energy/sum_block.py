@@ -1,0 +1,148 @@
+"""Sum irradiance and electricity of a few hundred surfaces over all hours."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .fill_behind import fill_behind
+
+
+@dataclass
+class Block:
+    """Some surfaces, as the hours need them."""
+
+    normal: np.ndarray  # (3, n)
+    diffuse: np.ndarray  # (n,) per DHI
+    far_ground: np.ndarray  # (n,) per direct horizontal irradiance
+    visible_share: np.ndarray  # (s, n), suns just behind filled
+    reflected: np.ndarray  # (s, n) per DNI
+    group_weight: np.ndarray  # (n, g) share of the group's area
+
+
+@dataclass
+class BlockSums:
+    """What a block adds to the result; sums over hours."""
+
+    direct_relative: np.ndarray  # (n,) over the sunny hours
+    poa_global: np.ndarray  # (n,) [Wm⁻²]
+    capacity_factor_by_month: np.ndarray  # (n, 12)
+    capacity_factor: np.ndarray  # (h, g), of the block's part of each group
+
+
+def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype):
+    """Cut some surfaces out of a Transfer.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    rows : numpy.ndarray, (n,) int
+        The surfaces.
+    group_weight : numpy.ndarray, (n, g)
+        Share of each group's area.
+    neighbours : numpy.ndarray, (s, m) int
+        From `order_neighbours`.
+    reach : float
+        Largest angle between an hour and its traced suns [°].
+    dtype : numpy dtype
+        Precision to compute in.
+
+    Returns
+    -------
+    Block
+    """
+    normal = transfer.surfaces.normal[rows].T
+    visible = np.ascontiguousarray(transfer.visible_share[rows].T, dtype=dtype)
+    # What is known of a surface that no traced sun meets: its free share of the sky it is tilted towards.
+    openness = np.clip(transfer.sky_view_factor[rows] / np.maximum((1.0 + normal[2]) / 2.0, 1e-9), 0.0, 1.0)
+    fill_behind(visible, transfer.suns.direction @ normal, neighbours, reach, openness)
+    return Block(
+        normal=normal.astype(dtype),
+        diffuse=transfer.diffuse_relative[rows].astype(dtype),
+        far_ground=(transfer.far_ground_view_factor[rows] * transfer.ground_albedo).astype(dtype),
+        visible_share=visible,
+        reflected=np.ascontiguousarray(transfer.direct_reflected[rows].T, dtype=dtype),
+        group_weight=group_weight.astype(dtype),
+    )
+
+
+def sum_block(block, hours, model):
+    """Go through all hours for one block.
+
+    Parameters
+    ----------
+    block : Block
+    hours : Hours
+        In the block's precision.
+    model : callable or None
+        (poa_direct, poa_diffuse, aoi_projection, hours) to capacity factors; None leaves electricity out.
+
+    Returns
+    -------
+    BlockSums
+    """
+    count, groups = block.normal.shape[1], block.group_weight.shape[1]
+    weights = np.concatenate([hours.sunny, hours.dni], axis=1)
+    direct_sums = np.zeros((2, count))
+    by_month = np.zeros((count, 12))
+    capacity_factor = np.zeros((len(hours), groups), block.normal.dtype)
+    for month, first, last in hours.chunks():
+        part = hours.rows(first, last)
+        projection = np.maximum(part.direction @ block.normal, 0)
+        direct = at_hours(block.visible_share, part)
+        direct *= projection
+        direct_sums += weights[first:last].T @ direct
+        if model is None:
+            continue
+        diffuse = diffuse_part(block, part)
+        direct *= part.dni
+        power = model(direct, diffuse, projection, part)
+        by_month[:, month] += np.ones(last - first, power.dtype) @ power
+        capacity_factor[first:last] = power @ block.group_weight
+    relative, poa = add_linear_parts(block, hours, weights, direct_sums)
+    return BlockSums(relative, poa, by_month, capacity_factor)
+
+
+def at_hours(values, hours):
+    """Values of the traced suns, (s, n), at the hours they stand for: (h, n)."""
+    if hours.match.shape[1] == 1:
+        return np.take(values, hours.match[:, 0], axis=0, mode="clip")
+    return sum(
+        np.take(values, hours.match[:, column], axis=0, mode="clip") * hours.match_weight[:, column, None]
+        for column in range(hours.match.shape[1])
+    )
+
+
+def diffuse_part(block, hours):
+    """Irradiance the module treats as diffuse: sky, reflections and far ground: (h, n) [Wm⁻²]."""
+    diffuse = at_hours(block.reflected, hours)
+    diffuse *= hours.dni
+    shared = np.concatenate([hours.dhi, hours.dni * hours.cos_zenith], axis=1)
+    diffuse += shared @ np.stack([block.diffuse, block.far_ground])
+    return diffuse
+
+
+def add_linear_parts(block, hours, weights, direct_sums):
+    """Complete the sums over hours with what is linear in the Transfer.
+
+    Parameters
+    ----------
+    block : Block
+    hours : Hours
+    weights : numpy.ndarray, (h, 2)
+        1 for each sunny hour, and its DNI.
+    direct_sums : numpy.ndarray, (2, n)
+        Sums of the first hits under these weights.
+
+    Returns
+    -------
+    relative, poa : numpy.ndarray, (n,)
+        Sum of the relative direct irradiance, and of the global irradiance on the surfaces [Wm⁻²].
+    """
+    sums = direct_sums.copy()
+    weights = weights.astype(float)
+    for row in range(2):
+        share = weights[:, row, None] * hours.match_weight
+        per_sun = np.bincount(hours.match.ravel(), weights=share.ravel(), minlength=len(block.reflected))
+        sums[row] += per_sun @ block.reflected
+        sums[row] += float((weights[:, row] * hours.cos_zenith[:, 0]).sum()) * block.far_ground.astype(float)
+    return sums[0], sums[1] + float(hours.dhi.astype(float).sum()) * block.diffuse.astype(float)
