@@ -32,8 +32,10 @@ def register():
 
 
 def unregister():
-    """Take everything back, in reverse."""
+    """Take everything back, in reverse; a second call finds nothing to do."""
     atexit.unregister(unregister)
+    if not hasattr(bpy.types.Scene, "citypv"):
+        return
     stop_drawing()
     unregister_command()
     bpy.types.TOPBAR_MT_file_import.remove(draw_import_menu)

@@ -55,3 +55,10 @@ def summarise_energy(item, weather, energy):
     item[WEATHER] = weather.label
     mean = np.average(annual, weights=energy.group_area) if len(annual) else 0.0
     return f"Full load hours of the eligible area: {mean:.0f} h per year ({weather.label})"
+
+
+def forget_energy(item):
+    """Take the tables of an earlier energy off the object."""
+    for key in (GROUPS, WEATHER):
+        if key in item:
+            del item[key]

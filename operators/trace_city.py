@@ -2,10 +2,12 @@
 
 import bpy
 
+from ..core.errors import InputError
 from .colour_faces import colour_faces
 from .read_settings import read_settings
 from .run_step import Step
 from .session import find_city, find_session
+from .summarise import forget_energy
 from .write_attributes import write_results
 
 
@@ -26,15 +28,18 @@ class TraceCity(Step, bpy.types.Operator):
     def prepare(self, context):
         """Take the scene and the settings."""
         session = find_session(find_city(context.scene)[0])
+        check_place(session.scene.site)
         return session, read_settings(context.scene.citypv)
 
     @staticmethod
     def work(task, progress):
         """Trace; the weather only says which hours there are."""
-        from ..core.study import read_year, trace_scene
+        from ..core.study import check_settings, read_year, trace_scene
 
         session, request = task
-        weather = read_year(session.scene, request)
+        check_settings(request)
+        progress("reading weather", 0, 1, "years")
+        weather = read_year(session.scene.site, request)
         return session, weather, trace_scene(session.scene, weather, request, progress)
 
     def finish(self, context, result):
@@ -42,6 +47,19 @@ class TraceCity(Step, bpy.types.Operator):
         session, weather, transfer = result
         city, ground = find_city(context.scene)
         write_results(city, ground, transfer)
+        forget_energy(city)
         session.weather, session.transfer, session.energy = weather, transfer, None
         colour_faces(city, ground, "diffuse_relative")
         return f"Traced {len(transfer.surfaces)} surfaces and {len(transfer.suns)} suns"
+
+
+def check_place(site):
+    """Refuse a scene that stands nowhere on Earth.
+
+    Raises
+    ------
+    InputError
+    """
+    if site.latitude is None or site.longitude is None:
+        cure = "switch on Own place in step Classify, give latitude and longitude, and classify again"
+        raise InputError("City", "its place on Earth is unknown", cure)

@@ -32,10 +32,12 @@ class WeighEnergy(Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Read the weather and weigh the light with it."""
-        from ..core.study import read_year, weigh_energy
+        from ..core.study import check_settings, read_year, weigh_energy
 
         session, request = task
-        weather = read_year(session.scene, request)
+        check_settings(request)
+        progress("reading weather", 0, 1, "years")
+        weather = read_year(session.transfer.site, request)
         return session, weather, weigh_energy(session.transfer, weather, request, progress)
 
     def finish(self, context, result):

@@ -1,0 +1,224 @@
+"""Colours mean what the legend says: ranges, ticks, materials, and the pixels of a rendered picture."""
+
+import bpy
+import numpy as np
+import pytest
+from bpy_extras.object_utils import world_to_camera_view
+from citypv.core.errors import InputError
+from citypv.operators.attributes import KIND_CODES, TITLES
+from citypv.operators.build_legend import BAR_BOTTOM, BAR_HEIGHT, BAR_WIDTH, LEFT
+from citypv.operators.build_meshes import build_meshes, show_objects
+from citypv.operators.colour_faces import colour_faces, read_scale
+from citypv.operators.colour_scale import (
+    CLASS_COLOURS,
+    GROUND,
+    MAPS,
+    MISSING,
+    build_scale,
+    choose_range,
+    colours_of_values,
+    format_tick,
+    srgb_colour,
+)
+from citypv.operators.place_camera import camera_axes, place_camera
+from citypv.operators.render_preview import render_preview
+from citypv.operators.write_attributes import read_face_attribute, write_classes, write_results
+from mathutils import Vector
+
+
+@pytest.fixture
+def shown(scene, transfer, energy):
+    """The city and its ground in the scene, with results."""
+    city, ground = build_meshes(scene)
+    show_objects(bpy.context.scene, city, ground)
+    write_classes(city, ground, scene.surfaces)
+    write_results(city, ground, transfer, energy)
+    return city, ground
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "expected"),
+    [(312.0, 1187.0, (200, 1200)), (0.03, 0.97, (0, 1)), (-3.0, 14.0, (-4, 14)), (0.0, 0.0, (0, 0.0002))],
+)
+def test_ranges_are_round_and_hold_the_values(low, high, expected):
+    found = choose_range(np.array([low, high, np.nan]), np.ones(3))
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    assert found[0] <= low
+    assert found[1] >= high
+
+
+def test_a_range_follows_area_not_the_number_of_faces():
+    values, areas = np.array([0.0, 500.0, 1000.0]), np.array([0.001, 1.0, 0.001])
+    assert choose_range(values, areas) == (500.0, 600.0)
+    assert choose_range(np.full(4, np.nan), np.ones(4)) == (0.0, 1.0)
+
+
+def test_ticks_are_round_numbers_on_the_bar():
+    scale = build_scale("full_load_hours", 200.0, 1200.0)
+    np.testing.assert_allclose(scale.ticks, [200, 400, 600, 800, 1000, 1200])
+    assert [format_tick(tick, scale) for tick in scale.ticks][-2:] == ["1 000", "1 200"]
+    scale = build_scale("sky_view_factor", 0.13, 0.88)
+    np.testing.assert_allclose(scale.ticks, [0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8], atol=1e-12)
+    assert format_tick(scale.ticks[0], scale) == "0.2"
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_maps_rise_evenly_in_lightness(name):
+    """CIE L* of every map rises in near-equal steps, else equal differences do not look equal."""
+    scale = build_scale("full_load_hours", 0.0, 1.0, name)
+    colours = colours_of_values(scale, np.linspace(0, 1, 101))
+    linear = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
+    luminance = linear @ [0.2126, 0.7152, 0.0722]
+    lightness = np.where(luminance > 0.008856, 116 * np.cbrt(luminance) - 16, 903.3 * luminance)
+    steps = np.diff(lightness)
+    assert (steps > 0).all()
+    assert np.abs(lightness - np.linspace(lightness[0], lightness[-1], 101)).max() < 6  # a rainbow is off by 40
+
+
+def test_values_at_the_ends_beyond_and_missing():
+    scale = build_scale("full_load_hours", 200.0, 1200.0)
+    found = colours_of_values(scale, np.array([200.0, -5.0, 1200.0, 9999.0, 700.0, np.nan]))
+    expected = ["440154", "440154", "fde725", "fde725", "21918c", MISSING]
+    np.testing.assert_allclose(found, [srgb_colour(text) for text in expected], atol=1e-9)
+
+
+def test_codes_get_the_colour_of_their_class():
+    scale = build_scale("kind")
+    found = colours_of_values(scale, np.array(list(KIND_CODES.values())))
+    np.testing.assert_allclose(found, [srgb_colour(CLASS_COLOURS["kind"][name]) for name in KIND_CODES])
+
+
+def test_the_material_is_a_chain_to_an_emission(shown):
+    scale = colour_faces(*shown, "full_load_hours", low=250.0, high=1100.0)
+    material = shown[0].data.materials[0]
+    node, chain = material.node_tree.get_output_node("ALL"), []
+    while True:
+        chain.append(node)
+        links = [link for socket in node.inputs for link in socket.links]
+        if not links:
+            break
+        assert len(links) == 1
+        node = links[0].from_node
+    kinds = ["OutputMaterial", "Emission", "ValToRGB", "MapRange", "Attribute"]
+    assert [node.bl_idname for node in chain] == ["ShaderNode" + kind for kind in kinds]
+    attribute, map_range, ramp = chain[4], chain[3], chain[2]
+    assert (attribute.attribute_type, attribute.attribute_name) == ("GEOMETRY", "citypv_full_load_hours")
+    assert (map_range.inputs["From Min"].default_value, map_range.inputs["From Max"].default_value) == (250, 1100)
+    assert len(ramp.color_ramp.elements) == len(scale.stops)
+    for place in (0.0, 0.31, 0.5, 1.0):
+        expected = colours_of_values(scale, [250 + place * 850])[0]
+        linear = np.where(expected <= 0.04045, expected / 12.92, ((expected + 0.055) / 1.055) ** 2.4)
+        np.testing.assert_allclose(ramp.color_ramp.evaluate(place)[:3], linear, atol=1e-6)
+
+
+def test_missing_values_get_the_grey_material(shown):
+    city, ground = shown
+    colour_faces(city, ground, "full_load_hours")
+    slots = np.empty(len(city.data.polygons), dtype=np.int32)
+    city.data.polygons.foreach_get("material_index", slots)
+    missing = np.isnan(read_face_attribute(city.data, "full_load_hours"))
+    assert missing.any()
+    np.testing.assert_array_equal(slots == 1, missing)
+    assert [material.name for material in city.data.materials] == ["CityPV colours", "CityPV missing"]
+    assert [material.name for material in ground.data.materials] == ["CityPV ground"]
+
+
+def test_the_solid_view_shows_the_same_colours(shown):
+    city, ground = shown
+    scale = colour_faces(city, ground, "full_load_hours")
+    values = read_face_attribute(city.data, "full_load_hours")
+    for item, expected in ((city, colours_of_values(scale, values)), (ground, srgb_colour(GROUND)[None])):
+        found = np.empty(4 * len(item.data.loops), dtype=np.float32)
+        item.data.color_attributes["citypv_colour"].data.foreach_get("color_srgb", found)
+        found = found.reshape(len(item.data.polygons), 3, 4)
+        np.testing.assert_allclose(found[..., :3], np.broadcast_to(expected[:, None], found[..., :3].shape), atol=0.003)
+
+
+def test_the_scale_is_kept_on_the_city(shown):
+    for attribute in ("full_load_hours", "orientation"):
+        scale = colour_faces(*shown, attribute, colour_map="cividis")
+        kept = read_scale(shown[0])
+        assert (kept.title, kept.low, kept.high, kept.classes) == (scale.title, scale.low, scale.high, scale.classes)
+        np.testing.assert_array_equal(kept.stops, scale.stops)
+
+
+def test_every_attribute_can_be_shown_or_says_what_is_missing(shown, transfer):
+    for attribute in TITLES:
+        assert colour_faces(*shown, attribute).title == TITLES[attribute]
+    write_results(*shown, transfer)
+    with pytest.raises(InputError, match="no full load hours yet; run the step that makes it"):
+        colour_faces(*shown, "full_load_hours")
+
+
+def test_the_camera_stands_in_the_south_east_and_sees_everything():
+    random = np.random.default_rng(3)
+    points = random.normal(size=(200, 3)) * [900.0, 150.0, 40.0] + [5.0, -7.0, 60.0]
+    camera = place_camera(bpy.context.scene, points)
+    bpy.context.view_layer.update()
+    seen = np.array([world_to_camera_view(bpy.context.scene, camera, Vector(point)) for point in points])
+    assert (seen[:, 2] > 0).all()
+    assert seen[:, 2].max() < camera.data.clip_end
+    assert seen[:, 0].min() > 0.015
+    assert seen[:, 0].max() < 0.985
+    assert seen[:, 1].min() > 0.09  # above the legend's strip
+    assert seen[:, 1].max() < 0.985
+    # It is as near as it can be: two opposite margins are touched.
+    slack = min(seen[:, 0].min() + 1 - seen[:, 0].max() - 0.04, seen[:, 1].min() + 1 - seen[:, 1].max() - 0.125)
+    assert slack < 0.01
+    right, up, forward = camera_axes(150.0, 38.0)
+    assert forward[0] < 0 < forward[1]  # looks to the north-west
+    np.testing.assert_allclose(np.array([right, up, forward]) @ np.array([right, up, forward]).T, np.eye(3), atol=1e-12)
+
+
+@pytest.fixture(scope="module")
+def picture(scene, transfer, energy, tmp_path_factory):
+    """A rendered preview: (900, 1600, 3) sRGB in 0–1, row 0 at the bottom; and where each surface is seen."""
+    path = tmp_path_factory.mktemp("preview") / "preview.png"
+    render_preview(path, scene, transfer, energy, "clear sky (upper bound)")
+    image = bpy.data.images.load(str(path))
+    image.colorspace_settings.name = "Non-Color"
+    pixels = np.empty(len(image.pixels), dtype=np.float32)
+    image.pixels.foreach_get(pixels)
+    width, height = image.size
+    stage = bpy.context.scene
+    bpy.context.view_layer.update()
+    graph = bpy.context.evaluated_depsgraph_get()
+    eye = stage.camera.matrix_world.translation
+    seen = []
+    for polygon in bpy.data.objects["City"].data.polygons:
+        ray = polygon.center - eye
+        hit, _, _, face, item, _ = stage.ray_cast(graph, eye, ray.normalized())
+        if hit and item.name == "City" and face == polygon.index:
+            place = world_to_camera_view(stage, stage.camera, polygon.center)
+            seen.append((polygon.index, int(place.x * width), int(place.y * height)))
+    bar = read_scale(bpy.data.objects["City"])
+    values = read_face_attribute(bpy.data.objects["City"].data, "full_load_hours").copy()
+    return pixels.reshape(height, width, -1)[..., :3], seen, bar, values
+
+
+@pytest.mark.slow
+def test_the_picture_shows_each_face_in_the_colour_of_its_value(picture):
+    pixels, seen, scale, values = picture
+    assert pixels.shape == (900, 1600, 3)
+    assert len({round(float(values[face]), 3) for face, _, _ in seen}) >= 5
+    for face, column, row in seen:
+        expected = colours_of_values(scale, values[face : face + 1])[0]
+        np.testing.assert_allclose(pixels[row, column], expected, atol=2 / 255, err_msg=f"face {face}")
+
+
+@pytest.mark.slow
+def test_the_picture_has_a_legend_in_the_same_colours(picture):
+    pixels, _, scale, _ = picture
+    height = pixels.shape[0]
+    row = int((BAR_BOTTOM + BAR_HEIGHT / 2) * height)
+    columns = np.arange(int(LEFT * height) + 3, int((LEFT + BAR_WIDTH) * height) - 3)
+    share = ((columns + 0.5) / height - LEFT) / BAR_WIDTH
+    expected = colours_of_values(scale, scale.low + share * (scale.high - scale.low))
+    np.testing.assert_allclose(pixels[row, columns], expected, atol=4 / 255)
+    # Text and ticks are dark on the bright sky: title above the bar, numbers below it, the note at the right.
+    ink = pixels.max(axis=2) < 0.4
+    bottom, top = int(BAR_BOTTOM * height), int((BAR_BOTTOM + BAR_HEIGHT) * height)
+    assert ink[top + 4 : top + 50, : columns[-1]].sum() > 500
+    assert ink[bottom - 40 : bottom - 2, : columns[-1] + 40].sum() > 200
+    assert ink[bottom - 40 : bottom - 2, -400:].sum() > 200
+    assert len(np.unique((pixels * 255).round().astype(np.uint8).reshape(-1, 3), axis=0)) > 300

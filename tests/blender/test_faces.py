@@ -1,0 +1,138 @@
+"""What stands on the faces equals the arrays of core, bit for bit, also after saving."""
+
+import bpy
+import numpy as np
+import pytest
+from citypv.core.errors import InputError
+from citypv.core.geometry.scene import Scene
+from citypv.operators.attributes import KIND_CODES, ORIENTATION_CODES, QUANTITIES
+from citypv.operators.build_meshes import build_meshes, read_vertices
+from citypv.operators.write_attributes import (
+    read_face_attribute,
+    write_classes,
+    write_face_attribute,
+    write_results,
+)
+from citypv.operators.write_blend import write_blend
+
+CONTRACT = {
+    "kind": "INT",
+    "orientation": "INT",
+    "sky_view_factor": "FLOAT",
+    "diffuse_relative": "FLOAT",
+    "direct_relative_annual": "FLOAT",
+    "poa_global_annual": "FLOAT",
+    "full_load_hours": "FLOAT",
+    "full_load_hours_standard_error": "FLOAT",
+}
+
+
+@pytest.fixture
+def shown(scene, transfer, energy):
+    """The city and its ground with everything written on them."""
+    city, ground = build_meshes(scene)
+    write_classes(city, ground, scene.surfaces)
+    write_results(city, ground, transfer, energy)
+    return city, ground
+
+
+def faces_of_scene(scene, generated):
+    """Surface and corners of the scene's triangles, in their order."""
+    chosen = (scene.triangle_surface < 0) == generated
+    return scene.triangle_surface[chosen], scene.vertices[scene.triangles[chosen]].astype(np.float32)
+
+
+def corners_of_mesh(item):
+    indices = np.empty(len(item.data.loops), dtype=np.int32)
+    item.data.loops.foreach_get("vertex_index", indices)
+    return read_vertices(item)[indices].reshape(-1, 3, 3).astype(np.float32)
+
+
+def assert_faces(city, ground, scene, carriers):
+    """Every attribute of every face is the array's value, to the bit."""
+    surfaces, corners = faces_of_scene(scene, generated=False)
+    np.testing.assert_array_equal(read_face_attribute(city.data, "surface"), surfaces)
+    np.testing.assert_array_equal(corners_of_mesh(city), corners)
+    words = {code: word for word, code in KIND_CODES.items()}
+    assert [words[code] for code in read_face_attribute(city.data, "kind")] == scene.surfaces.kind[surfaces].tolist()
+    words = {code: word for word, code in ORIENTATION_CODES.items()}
+    found = [words[code] for code in read_face_attribute(city.data, "orientation")]
+    assert found == scene.surfaces.orientation[surfaces].tolist()
+    for quantity in QUANTITIES:
+        expected = getattr(carriers[quantity.source], quantity.name).astype(np.float32)[surfaces]
+        found = read_face_attribute(city.data, quantity.name)
+        np.testing.assert_array_equal(found.view(np.int32), expected.view(np.int32), err_msg=quantity.name)
+        assert np.isnan(read_face_attribute(ground.data, quantity.name)).all()
+    np.testing.assert_array_equal(corners_of_mesh(ground), faces_of_scene(scene, generated=True)[1])
+    assert (read_face_attribute(ground.data, "surface") == -1).all()
+    assert (read_face_attribute(ground.data, "kind") == KIND_CODES["ground"]).all()
+
+
+def test_faces_carry_the_arrays(shown, scene, transfer, energy):
+    assert len(scene.surfaces) == 21
+    assert_faces(*shown, scene, {"transfer": transfer, "energy": energy})
+    for item in shown:
+        for name, data_type in CONTRACT.items():
+            attribute = item.data.attributes["citypv_" + name]
+            assert (attribute.domain, attribute.data_type) == ("FACE", data_type)
+            assert len(attribute.data) == len(item.data.polygons)
+
+
+def test_saving_and_opening_keeps_every_bit(scene, transfer, energy, tmp_path):
+    path = tmp_path / "city.blend"
+    write_blend(path, scene, transfer, energy, "clear sky (upper bound)")
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    assert not bpy.data.objects
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    city, ground = bpy.data.objects["City"], bpy.data.objects["Ground"]
+    assert_faces(city, ground, scene, {"transfer": transfer, "energy": energy})
+    assert city["citypv_kind_codes"].to_dict() == KIND_CODES
+    assert city["citypv_orientation_codes"].to_dict() == ORIENTATION_CODES
+    for item in (city, ground):
+        assert tuple(item["citypv_origin"]) == scene.site.origin
+        assert item["citypv_crs"] == scene.site.crs == "EPSG:25833"
+        assert (item["citypv_latitude"], item["citypv_longitude"]) == (scene.site.latitude, scene.site.longitude)
+    assert bpy.context.scene.camera is not None
+    assert sorted(path.parent.iterdir()) == [path]
+
+
+def test_a_new_trace_removes_what_an_earlier_weather_made(shown, transfer):
+    city, ground = shown
+    write_results(city, ground, transfer)
+    for item in shown:
+        assert "citypv_full_load_hours" not in item.data.attributes
+        assert "citypv_diffuse_relative" in item.data.attributes
+
+
+def test_an_attribute_of_another_type_is_replaced(shown):
+    mesh = shown[0].data
+    write_face_attribute(mesh, "kind", np.linspace(0, 1, len(mesh.polygons)))
+    assert mesh.attributes["citypv_kind"].data_type == "FLOAT"
+
+
+def test_a_mesh_that_was_edited_is_refused(scene, transfer):
+    city, ground = build_meshes(scene)
+    write_face_attribute(city.data, "surface", np.full(len(city.data.polygons), len(scene.surfaces)))
+    with pytest.raises(InputError, match=r"City: its faces do not match .* classify the city again"):
+        write_results(city, ground, transfer)
+    city.data.attributes.remove(city.data.attributes["citypv_surface"])
+    with pytest.raises(InputError, match="do not match"):
+        write_results(city, ground, transfer)
+
+
+def test_a_scene_without_generated_ground_has_no_ground_object(scene, transfer, energy):
+    own = scene.triangle_surface >= 0
+    bare = Scene(
+        scene.vertices,
+        scene.triangles[own],
+        scene.triangle_surface[own],
+        scene.footprint[own],
+        scene.closure[own],
+        scene.surfaces,
+        scene.site,
+    )
+    city, ground = build_meshes(bare)
+    write_classes(city, ground, bare.surfaces)
+    write_results(city, ground, transfer, energy)
+    assert ground is None
+    assert len(city.data.polygons) == own.sum()

@@ -1,0 +1,77 @@
+"""Enabling the add-on is quick, loads nothing heavy, and can be taken back."""
+
+import subprocess
+import sys
+
+import bpy
+import citypv
+import pytest
+from citypv.citypv_addon import CLASSES
+
+HEAVY = ["pvlib", "tsam", "pandas", "scipy", "embreex", "xarray", "lxml", "shapely", "pyproj", "numba"]
+STEPS = ["import_city", "classify", "trace", "energy", "colour", "render"]
+
+
+def run_python(code):
+    """Run code in a fresh Python; a script that leaves the add-on enabled must end cleanly as well."""
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=120)
+
+
+def test_enabling_loads_nothing_heavy():
+    code = f"import bpy, citypv, sys; citypv.register(); print([name for name in {HEAVY} if name in sys.modules])"
+    done = run_python(code)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip().splitlines()[-1] == "[]"
+
+
+def test_everything_registered_is_taken_back():
+    citypv.register()
+    assert hasattr(bpy.types.Scene, "citypv")
+    assert all(item.is_registered for item in CLASSES)
+    citypv.unregister()
+    assert not hasattr(bpy.types.Scene, "citypv")
+    assert not any(item.is_registered for item in CLASSES)
+    citypv.register()
+    citypv.unregister()
+    citypv.unregister()
+
+
+def test_every_setting_is_described(addon):
+    own = [item for item in addon.bl_rna.properties if item.identifier not in ("rna_type", "name")]
+    assert len(own) > 30
+    for item in own:
+        assert item.name, item.identifier
+        assert item.description, item.identifier
+
+
+def test_every_step_has_an_operator_and_a_panel(addon):
+    for step in STEPS:
+        operator = getattr(bpy.ops.citypv, step).get_rna_type()
+        assert operator.description, step
+    panels = [item for item in CLASSES if issubclass(item, bpy.types.Panel)]
+    assert {panel.bl_category for panel in panels} == {"CityPV"}
+    assert [panel.bl_label for panel in panels[1:]] == [
+        "1  Import",
+        "2  Classify",
+        "3  Trace",
+        "4  Energy",
+        "5  Colour",
+    ]
+
+
+@pytest.mark.parametrize("step", ["classify", "trace", "energy", "colour", "render"])
+def test_a_step_waits_for_the_one_before(addon, step):
+    operator = getattr(bpy.ops.citypv, step)
+    assert not operator.poll()
+    with pytest.raises(RuntimeError, match=r"poll\(\) .*(first|Import)"):
+        operator()
+
+
+def test_the_command_is_the_command_line(addon, monkeypatch):
+    from citypv.citypv_addon import command
+    from citypv.core import command_line
+
+    arguments = []
+    monkeypatch.setattr(command_line, "main", lambda given, draw: arguments.append(given) or 2)
+    assert command.run_command(["simulate", "nowhere.gml"]) == 2
+    assert arguments == [["simulate", "nowhere.gml"]]

@@ -1,0 +1,207 @@
+"""The steps as a user takes them, from a file to coloured full load hours, in a script without a window."""
+
+import threading
+import time
+
+import bpy
+import numpy as np
+import pytest
+from citypv.core.errors import InputError
+from citypv.core.geometry.build_scene import build_scene
+from citypv.core.request import Request
+from citypv.operators.attributes import KIND_CODES, QUANTITIES
+from citypv.operators.read_mesh import read_meshes
+from citypv.operators.read_settings import read_settings
+from citypv.operators.run_step import CancelledError, Job
+from citypv.operators.session import find_city, find_session
+from citypv.operators.write_attributes import read_face_attribute
+
+
+def run_steps(settings, city_file, *steps):
+    settings.city_path = str(city_file)
+    settings.suns, settings.typical_days, settings.samples = "typical-days", 2, 64
+    for step in steps:
+        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    return find_city(bpy.context.scene)
+
+
+def test_the_whole_chain_from_a_script(addon, city_file):
+    city, ground = run_steps(addon, city_file, "import_city", "classify", "trace", "energy", "colour")
+    session = find_session(city)
+    surfaces = read_face_attribute(city.data, "surface")
+    assert len(np.unique(surfaces)) == len(session.scene.surfaces) == 21
+    carriers = {"transfer": session.transfer, "energy": session.energy}
+    for quantity in QUANTITIES:
+        expected = getattr(carriers[quantity.source], quantity.name).astype(np.float32)[surfaces]
+        np.testing.assert_array_equal(read_face_attribute(city.data, quantity.name), expected)
+        assert "citypv_" + quantity.name in ground.data.attributes
+    # South roofs yield more than north walls, whatever the year.
+    hours, kind = session.energy.full_load_hours, session.scene.surfaces.kind
+    facing = session.scene.surfaces.orientation
+    assert hours[(kind == "roof") & (facing == "south")].min() > hours[(kind == "facade") & (facing == "north")].max()
+    assert city["citypv_colour_attribute"] == "full_load_hours"
+    assert bpy.context.scene.view_settings.view_transform == "Standard"
+    assert "facade south|3|" in " ".join(city["citypv_groups"])
+    assert "upper bound" in city["citypv_weather"]
+
+
+def test_import_says_what_was_read(addon, city_file):
+    city, ground = run_steps(addon, city_file, "import_city")
+    assert ground is None
+    assert "3 buildings, 21 surfaces" in list(city["citypv_report"])
+    assert "Reference system: EPSG:25833" in list(city["citypv_report"])
+    assert any(line.startswith("52.4") or line.startswith("52.5") for line in city["citypv_report"])
+
+
+def test_classifying_counts_kinds_and_keeps_the_report(addon, city_file):
+    city, ground = run_steps(addon, city_file, "import_city", "classify")
+    assert "facade|12|" in " ".join(city["citypv_kinds"])
+    assert "roof|6|" in " ".join(city["citypv_kinds"])
+    assert "3 buildings, 21 surfaces" in list(city["citypv_report"])
+    assert [item.name for item in (city, ground)] == ["City", "Ground"]
+    assert set(read_face_attribute(city.data, "kind")) <= set(KIND_CODES.values())
+
+
+def test_importing_again_takes_the_place_of_the_first(addon, city_file):
+    run_steps(addon, city_file, "import_city", "classify", "import_city")
+    assert [item.name for item in bpy.context.scene.objects] == ["City"]
+    assert [mesh.name for mesh in bpy.data.meshes] == ["City"]
+    assert not bpy.ops.citypv.trace.poll()
+
+
+def test_tracing_anew_takes_back_the_energy(addon, city_file):
+    run_steps(addon, city_file, "import_city", "classify", "trace", "energy")
+    city, _ = run_steps(addon, city_file, "trace")
+    assert "citypv_full_load_hours" not in city.data.attributes
+    assert "citypv_groups" not in city
+    addon.attribute = "full_load_hours"
+    with pytest.raises(RuntimeError, match="City: its faces have no full load hours yet"):
+        bpy.ops.citypv.colour()
+
+
+@pytest.mark.parametrize("content", ["", "<CityModel", "no XML at all"])
+def test_a_file_that_cannot_be_used_is_an_error_in_one_line(addon, tmp_path, content):
+    path = tmp_path / "broken.gml"
+    path.write_text(content)
+    with pytest.raises(RuntimeError) as told:
+        bpy.ops.citypv.import_city(filepath=str(path))
+    message = str(told.value).strip()
+    assert message.startswith(f"Error: {path}: ")
+    assert "Traceback" not in message
+    assert len(message.splitlines()) == 1
+    assert not bpy.data.objects
+
+
+def test_import_without_a_file_says_what_to_do(addon):
+    with pytest.raises(RuntimeError, match="City: no file is chosen; choose a file"):
+        bpy.ops.citypv.import_city()
+
+
+def test_weather_without_a_file_says_what_to_do(addon, city_file):
+    run_steps(addon, city_file, "import_city", "classify")
+    addon.weather = "file"
+    with pytest.raises(RuntimeError, match="Weather: no file is chosen"):
+        bpy.ops.citypv.trace()
+
+
+def test_settings_become_a_request(addon, tmp_path):
+    assert read_settings(addon) == Request()
+    addon.suns, addon.sky_grid = "sky-grid", 1000
+    addon.own_place, addon.latitude, addon.longitude = True, -33.5, 151.25
+    addon.weather, addon.weather_file = "file", str(tmp_path / "year.epw")
+    addon.split, addon.grid_size, addon.threads, addon.lod = True, 2.5, 3, "1"
+    request = read_settings(addon)
+    assert request.suns == "sky-grid:1000"
+    assert (request.latitude, request.longitude) == (-33.5, 151.25)
+    assert request.weather == str(tmp_path / "year.epw")
+    assert (request.grid_size, request.threads, request.lod) == (2.5, 3, "1")
+    addon.suns = "hourly"
+    assert read_settings(addon).suns == "hourly"
+
+
+def test_a_mesh_of_the_user_becomes_a_city(addon):
+    bpy.ops.mesh.primitive_cube_add(size=2, location=(3, 4, 5), scale=(5, 4, 3))
+    box = bpy.context.object
+    city = read_meshes([box], bpy.context)
+    surfaces = build_scene(city, latitude=50.0, longitude=8.0).surfaces
+    by_kind = {kind: sorted(surfaces.area[surfaces.kind == kind].tolist()) for kind in ("facade", "flat", "downward")}
+    expected = {"facade": [48.0, 48.0, 60.0, 60.0], "flat": [80.0], "downward": [80.0]}
+    for kind, areas in expected.items():
+        np.testing.assert_allclose(by_kind[kind], areas, rtol=1e-6)
+    np.testing.assert_allclose(city.points.min(axis=0), [-2, 0, 2], atol=1e-6)
+    np.testing.assert_allclose(city.points.max(axis=0), [8, 8, 8], atol=1e-6)
+    # Mirrored, its outside stays outside.
+    box.scale.x = -box.scale.x
+    bpy.context.view_layer.update()
+    mirrored = build_scene(read_meshes([box], bpy.context), latitude=50.0, longitude=8.0).surfaces
+    assert sorted(mirrored.kind) == sorted(surfaces.kind)
+    assert sorted(mirrored.orientation) == sorted(surfaces.orientation)
+
+
+def test_a_mesh_of_the_user_goes_through_the_steps(addon):
+    bpy.ops.mesh.primitive_cube_add(size=10, location=(0, 0, 5))
+    assert bpy.ops.citypv.classify() == {"FINISHED"}
+    with pytest.raises(RuntimeError, match="its place on Earth is unknown; switch on Own place"):
+        bpy.ops.citypv.trace()
+    addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
+    addon.typical_days, addon.samples = 2, 64
+    for step in ("classify", "trace", "energy"):
+        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    city, _ = find_city(bpy.context.scene)
+    assert len(np.unique(read_face_attribute(city.data, "full_load_hours"))) >= 4
+
+
+def test_meshes_without_faces_are_refused(addon):
+    bpy.ops.object.add(type="MESH")
+    with pytest.raises(InputError, match="Selected meshes: they have no faces"):
+        read_meshes([bpy.context.object], bpy.context)
+
+
+def wait_for(job):
+    end = time.monotonic() + 10
+    while job.running and time.monotonic() < end:
+        time.sleep(0.01)
+    assert not job.running
+
+
+def test_a_job_reports_and_brings_its_result():
+    seen = threading.Event()
+
+    def work(progress):
+        progress("tracing", 30, 120, "rays")
+        seen.wait(5)
+        return 42
+
+    job = Job("Trace light", work)
+    job.start()
+    while job.share == 0:
+        time.sleep(0.01)
+    assert job.share == 0.25
+    assert job.text.startswith("tracing: 25 %")
+    seen.set()
+    wait_for(job)
+    assert (job.result, job.error) == (42, None)
+
+
+def test_a_job_ends_at_its_next_report_when_cancelled():
+    def work(progress):
+        while True:
+            progress("tracing", 1, 2, "rays")
+            time.sleep(0.01)
+
+    job = Job("Trace light", work)
+    job.start()
+    job.cancel()
+    wait_for(job)
+    assert isinstance(job.error, CancelledError)
+    assert job.result is None
+
+
+def test_a_job_keeps_the_error_of_its_work():
+    def work(progress):
+        raise InputError("year.epw", "is empty", "give another")
+
+    job = Job("Compute energy", work)
+    job.start()
+    wait_for(job)
+    assert str(job.error) == "year.epw: is empty; give another"
