@@ -15,7 +15,7 @@ SCRIPTS += [path for room in (*ROOMS, "tests", "tools", "benchmarks") for path i
 BLENDER = {"bpy", "bmesh", "mathutils", "bpy_extras", "gpu", "gpu_extras", "blf", "addon_utils"}
 FORBIDDEN = {"core": BLENDER | {"operators", "citypv_addon", "citypv"}}
 ALLOWED = {
-    "operators": BLENDER | {"numpy", "core", "operators"},
+    "operators": BLENDER | {"numpy", "core", "operators", "__main__"},
     "citypv_addon": BLENDER | {"operators", "citypv_addon"},
 }
 

@@ -1,0 +1,92 @@
+"""The extension builds, installs and enables in a Blender of its own, and loads nothing heavy by that."""
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+HERE = {"linux": "linux-x64", "darwin": "macos-arm64", "win32": "windows-x64"}[sys.platform]
+PYTHON = f"{sys.version_info.major}.{sys.version_info.minor}"
+HEAVY = ["embreex", "h5py", "netCDF4", "pandas", "pvlib", "scipy", "shapely", "sklearn", "tsam", "xarray"]
+BLENDERS_OWN = ["bpy", "numpy*", "requests", "urllib3", "certifi", "idna", "charset_normalizer", "zstandard"]
+BLENDERS_OWN += ["attr", "attrs", "cattr", "cattrs", "typing_extensions.py"]
+
+INSTALL = """
+import json, sys
+import bpy
+bpy.ops.extensions.package_install_files(filepath=sys.argv[1], repo="user_default", enable_on_install=True)
+loaded = sorted(sys.modules)
+enabled = "bl_ext.user_default.citypv" in bpy.context.preferences.addons
+settings = hasattr(bpy.types.Scene, "citypv")
+bpy.ops.preferences.addon_disable(module="bl_ext.user_default.citypv")
+print(json.dumps({"loaded": loaded, "enabled": enabled, "settings": settings,
+                  "left": hasattr(bpy.types.Scene, "citypv")}))
+"""
+
+IMPORT_ALL = """
+import importlib, json, pkgutil, sys
+sys.path.insert(0, sys.argv[2])
+import bpy
+bpy.ops.extensions.package_install_files(filepath=sys.argv[1], repo="user_default", enable_on_install=True)
+core = importlib.import_module("bl_ext.user_default.citypv.core")
+for module in pkgutil.walk_packages(core.__path__, core.__name__ + "."):
+    importlib.import_module(module.name)
+files = {name: sys.modules[name].__file__ for name in json.loads(sys.argv[3]) if name in sys.modules}
+print(json.dumps(files))
+"""
+
+
+def run(command, **settings):
+    """Run a program that must succeed; return what it said."""
+    done = subprocess.run([*map(str, command)], check=False, capture_output=True, text=True, **settings)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done
+
+
+def run_python(folder, *arguments):
+    """Run a script with Blender's settings in a folder of its own; return what its last line says."""
+    done = run([sys.executable, *arguments], env=os.environ | {"BLENDER_USER_RESOURCES": str(folder)})
+    assert "Traceback" not in done.stderr
+    return json.loads(next(line for line in reversed(done.stdout.splitlines()) if line.startswith("{")))
+
+
+def build_extension(folder, *options):
+    """Build the extension for this platform and return its zip; Blender's own tool validates it."""
+    command = [sys.executable, ROOT / "tools/build_extension.py", "--platform", HERE, "--out", folder]
+    done = run([*command, "--folder", folder / "contents", *options])
+    assert "Success parsing TOML" in done.stdout
+    return next(folder.glob("*.zip"))
+
+
+def test_the_extension_installs_enables_and_leaves_without_loading_anything_heavy(tmp_path):
+    path = build_extension(tmp_path, "--no-wheels")
+    with zipfile.ZipFile(path) as archive:
+        names = archive.namelist()
+    assert {name.split("/")[0] for name in names} == {
+        *("__init__.py", "__main__.py", "LICENSE", "blender_manifest.toml", "core", "operators", "citypv_addon")
+    }
+    assert all(name.endswith(".py") for name in names if "/" in name)
+    said = run_python(tmp_path / "blender", "-c", INSTALL, path)
+    assert said["enabled"] and said["settings"] and not said["left"]
+    assert "bl_ext.user_default.citypv" in said["loaded"]
+    assert not set(HEAVY) & set(said["loaded"])
+
+
+@pytest.mark.slow
+def test_the_wheels_are_all_that_core_needs_beside_blender(tmp_path):
+    path = build_extension(tmp_path, "--python", PYTHON)
+    bare = tmp_path / "bare"
+    bare.mkdir()
+    packages = Path(next(entry for entry in sys.path if entry.endswith("site-packages")))
+    for pattern in BLENDERS_OWN:
+        for entry in packages.glob(pattern):
+            (bare / entry.name).symlink_to(entry)
+    # -S leaves out the folder of this Python's own packages.
+    said = run_python(tmp_path / "blender", "-I", "-S", "-c", IMPORT_ALL, path, bare, json.dumps(HEAVY))
+    assert set(said) >= {"embreex", "pandas", "pvlib", "scipy", "tsam", "xarray"}
+    assert all(file.startswith(str(tmp_path / "blender")) for file in said.values())
