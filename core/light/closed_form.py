@@ -24,7 +24,7 @@ def patches_with_empty_front(patches, vertices):
     (p,) bool
     """
     outermost = outermost_points(vertices)
-    normals, which = np.unique(np.round(patches.normal.astype(float), 6), axis=0, return_inverse=True)
+    normals, which = np.unique(np.round(patches.normal.astype(float), 6) + 0.0, axis=0, return_inverse=True)
     which = which.ravel()
     # How far the scene reaches along each normal, from the origin; in slices, to bound the memory.
     reach = np.empty(len(normals))
@@ -32,7 +32,30 @@ def patches_with_empty_front(patches, vertices):
     for first in range(0, len(normals), step):
         reach[first : first + step] = (normals[first : first + step] @ outermost.T).max(axis=1)
     own = np.einsum("ij,ij->i", normals[which], patches.corner.astype(float))
-    return reach[which] - own <= 2 * patches.offset + 1e-6 * np.abs(own)
+    slack = 2 * patches.offset + 1e-6 * np.abs(own)
+    return (reach[which] - own <= slack) & (own - opposite_reach(normals, which, own)[which] > slack)
+
+
+def opposite_reach(normals, which, own):
+    """How far, along each normal, the patches reach that look the opposite way: a floor lies on such ground.
+
+    Parameters
+    ----------
+    normals : (k, 3) float64
+    which : (p,) int into normals
+    own : (p,) float64 [m]
+        Distance of each patch's plane from the origin.
+
+    Returns
+    -------
+    (k,) float64 [m]
+        -inf where no patch looks the opposite way.
+    """
+    nearest = np.full(len(normals), np.inf)
+    np.minimum.at(nearest, which, own)
+    place = {tuple(normal): index for index, normal in enumerate(normals)}
+    opposite = [place.get(tuple(-normal + 0.0), -1) for normal in normals]
+    return np.where(np.array(opposite) >= 0, -nearest[opposite], -np.inf)
 
 
 def outermost_points(vertices):

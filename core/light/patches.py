@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .find_buried import find_buried
 from .random_numbers import key_of_names, mix
 
 OFFSET_SPACINGS = 16  # distance of ray origins from their face, in float32 spacings at the face
@@ -22,7 +23,7 @@ class Patches:
     key: np.ndarray  # (p,) uint64, of its random numbers
     albedo: np.ndarray  # (p,) float32
     facing: np.ndarray  # (p, 4) float32, normal and 2 for footprints (whoever sees one is under a building), else 0
-    receives: np.ndarray  # (p,) bool, false where a patch closes a building towards its neighbour
+    receives: np.ndarray  # (p,) bool, false where a patch closes a building or lies on the ground
 
     def __len__(self):
         return len(self.corner)
@@ -54,7 +55,7 @@ def patches_of_scene(scene, albedo, seed):
         key=keys_of_triangles(scene, seed),
         albedo=np.asarray(albedo, np.float32),
         facing=np.column_stack([normal, 2 * scene.footprint]).astype(np.float32),
-        receives=~scene.closure,
+        receives=~scene.closure & ~find_buried(scene),
     )
 
 

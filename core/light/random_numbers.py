@@ -26,7 +26,8 @@ def mix(words):
 def key_of_names(names, seed):
     """One 64-bit key per name: (n,) uint64, the same wherever the name stands in the list."""
     digests = b"".join(hashlib.blake2b(name.encode(), digest_size=8).digest() for name in names)
-    return mix(np.frombuffer(digests, dtype="<u8") + GOLDEN * np.uint64(seed + 1))
+    stream = np.uint64(int(GOLDEN) * (seed + 1) % 2**64)
+    return mix(np.frombuffer(digests, dtype="<u8") + stream)
 
 
 def uniform(keys, count):

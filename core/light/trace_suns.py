@@ -9,6 +9,7 @@ from .ray_scene import map_in_order
 from .sample_points import cell_of_point, neighbouring_order, stratified_points
 
 POINTS_PER_TASK = 1 << 15
+EDGE_ON = 1e-6  # cosine of incidence up to which a patch is seen from its edge and receives nothing
 
 
 @dataclass
@@ -57,9 +58,9 @@ def trace_suns(ray_scene, patches, traced, closed, enclosed, *, point_count, sun
         ray_count=0,
     )
     free = np.flatnonzero(closed)
-    aoi_projection = patches.normal[free] @ directions.T
+    aoi_projection = projection_in_front(patches.normal[free], directions)
     found.visible_share[free] = aoi_projection > 0
-    found.first[free] = np.maximum(aoi_projection, 0)
+    found.first[free] = aoi_projection
 
     rows = np.flatnonzero(traced)
     step = max(1, POINTS_PER_TASK // point_count)
@@ -76,6 +77,13 @@ def trace_suns(ray_scene, patches, traced, closed, enclosed, *, point_count, sun
         done += len(chosen)
         progress(done / len(rows), found.ray_count)
     return found
+
+
+def projection_in_front(normal, directions):
+    """Cosine of the angle of incidence, 0 where the sun stands behind or exactly at the edge: (c, s) float32."""
+    aoi_projection = normal @ directions.T
+    aoi_projection[aoi_projection < EDGE_ON] = 0
+    return aoi_projection
 
 
 def look_at_suns(ray_scene, normal, points, suns, behind):
@@ -98,7 +106,7 @@ def look_at_suns(ray_scene, normal, points, suns, behind):
     """
     (position, open_points), (directions, weights) = points, suns
     count, point_count = open_points.shape
-    aoi_projection = np.maximum(normal @ directions.T, 0)
+    aoi_projection = projection_in_front(normal, directions)
     visible_share = np.zeros((count, len(directions)), np.float32)
     by_point = np.zeros((count, point_count), np.float32)
     ray_count = 0

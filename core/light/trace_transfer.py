@@ -105,6 +105,7 @@ def fill_closed_forms(hemisphere, patches, plan):
     known = plan.closed & patches.receives
     hemisphere.sky[known] = sky_view_of_tilt(patches.normal[known])[:, None]
     hemisphere.far_ground[known] = ground_view_of_tilt(patches.normal[known])[:, None]
+    hemisphere.covered_share[~patches.receives] = 1
     if not plan.far_ground:
         hemisphere.far_ground[:] = 0
 

@@ -1,0 +1,79 @@
+"""Small scenes whose irradiance is known."""
+
+import numpy as np
+from citypv.core.geometry.classify import classify
+from citypv.core.geometry.scene import Scene, Site, Surfaces
+from citypv.core.sun.suns import Suns
+
+
+def scene_of_triangles(vertices, triangles, triangle_surface=None, *, thematic=None):
+    """A scene whose surfaces are given by triangles, one surface per triangle unless said otherwise."""
+    vertices, triangles = np.asarray(vertices, float), np.asarray(triangles, np.int32)
+    own = np.arange(len(triangles)) if triangle_surface is None else np.asarray(triangle_surface)
+    count = own.max() + 1
+    corners = vertices[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    summed = np.array([normal[own == surface].sum(axis=0) for surface in range(count)]) if count < len(own) else normal
+    area = np.linalg.norm(summed, axis=1) / 2
+    unit = summed / (2 * area[:, None])
+    tilt = np.degrees(np.arccos(np.clip(unit[:, 2], -1, 1)))
+    azimuth = np.degrees(np.arctan2(unit[:, 0], unit[:, 1])) % 360
+    thematic = [""] * count if thematic is None else thematic
+    kind, orientation, eligible = classify(area, tilt, azimuth, thematic)
+    surfaces = Surfaces(
+        [f"s{index}" for index in range(count)],
+        ["b"] * count,
+        thematic,
+        kind,
+        orientation,
+        eligible,
+        area,
+        tilt,
+        azimuth,
+        unit,
+    )
+    nothing = np.zeros(len(triangles), bool)
+    site = Site(52.5, 13.4, 0.0, 0.0, None, (0.0, 0.0, 0.0))
+    return Scene(vertices, triangles, own.astype(np.int32), nothing, nothing.copy(), surfaces, site)
+
+
+def join(parts):
+    """One scene from (vertices, triangles) parts; each triangle is a surface."""
+    vertices, triangles, count = [], [], 0
+    for points, faces in parts:
+        vertices.append(points)
+        triangles.append(np.asarray(faces) + count)
+        count += len(points)
+    return scene_of_triangles(np.concatenate(vertices), np.concatenate(triangles))
+
+
+def strip(start, along, across, count):
+    """A rectangle cut into `count` strips across: two long triangles each.
+
+    Parameters
+    ----------
+    start, along, across : (3,) float
+        Corner and the two edges; the normal is along × across.
+    """
+    start, along, across = (np.asarray(vector, float) for vector in (start, along, across))
+    steps = np.linspace(0, 1, count + 1)[:, None]
+    points = np.concatenate([start + steps * across, start + along + steps * across])
+    low = np.arange(count)
+    far = low + count + 1
+    faces = np.concatenate([np.stack([low, far, far + 1], 1), np.stack([low, far + 1, low + 1], 1)])
+    return points, faces
+
+
+def suns_towards(directions):
+    """Suns of equal weight in given directions."""
+    directions = np.atleast_2d(np.asarray(directions, float))
+    directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    count = len(directions)
+    place = np.arange(count, dtype=np.int32)
+    return Suns("hourly", directions, np.full(count, 1 / count), np.zeros(count, np.int32), place)
+
+
+def assert_mean(estimate, standard_error, expected, z=4):
+    """The estimate lies within z standard errors of a value known in closed form."""
+    distance = np.abs(np.asarray(estimate) - expected)
+    assert (distance <= z * np.asarray(standard_error)).all(), (estimate, standard_error, expected)

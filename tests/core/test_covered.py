@@ -1,0 +1,93 @@
+"""Places inside and under buildings: dark, and no loss to their neighbours."""
+
+import numpy as np
+import pytest
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+from scenes import join, scene_of_triangles, strip, suns_towards
+
+SUN = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6]])
+
+
+def box(low, high):
+    """Six rectangles that face outwards; the two triangles of each stand one after the other."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    dx, dy, dz = [x1 - x0, 0, 0], [0, y1 - y0, 0], [0, 0, z1 - z0]
+    return [
+        strip([x0, y0, z1], dx, dy, 1),
+        strip([x0, y0, z0], dy, dx, 1),
+        strip([x0, y0, z0], dx, dz, 1),
+        strip([x1, y1, z0], [-(x1 - x0), 0, 0], dz, 1),
+        strip([x1, y0, z0], dy, dz, 1),
+        strip([x0, y1, z0], [0, -(y1 - y0), 0], dz, 1),
+    ]
+
+
+def test_ground_under_a_building_is_covered():
+    """A square of ground of 20 m with a house of 10 m on it: a quarter of it is covered and gets nothing."""
+    ground = strip([-10, -10, 0], [20, 0, 0], [0, 20, 0], 1)
+    scene = join([ground, *box((-5, -5, 0), (5, 5, 8))])
+    transfer = trace_transfer(scene, SUN, Request(samples=4096, shadow_samples=256), silent)
+    assert transfer.covered_share[:2].mean() == pytest.approx(0.25, abs=0.03)
+    assert transfer.covered_share[2:4].max() == 0  # roof
+    assert (transfer.sky_view_factor[:2] < 0.75).all()
+
+
+@pytest.mark.parametrize(("height", "buried"), [(-0.5, True), (0, True), (0.005, True), (3, False)])
+def test_floor_on_the_ground_looks_into_the_earth(height, buried):
+    """A floor on generated ground is dark; a floor on stilts gets light from below."""
+    points, faces = strip([-50, -50, 0], [100, 0, 0], [0, 100, 0], 1)
+    house = join(box((-5, -5, height), (5, 5, height + 8)))
+    scene = scene_of_triangles(
+        np.concatenate([house.vertices, points]),
+        np.concatenate([house.triangles, faces + len(house.vertices)]),
+        [*range(12), -1, -1],
+    )
+    transfer = trace_transfer(scene, SUN, Request(), silent)
+    floor = np.flatnonzero(transfer.surfaces.surface_tilt == 180)
+    assert len(floor) == 2
+    assert transfer.covered_share[floor] == pytest.approx(float(buried))
+    if buried:
+        assert transfer.diffuse_relative[floor].max() == 0
+        assert transfer.far_ground_view_factor[floor].max() == 0
+    else:
+        assert transfer.diffuse_relative[floor].min() > 0.05
+
+
+def test_covered_ground_hands_on_all_its_light():
+    """A wall stands before a plain. Whether the plain's patches end at the wall or go on under the house is the same."""
+    depth = 200.0
+    house = box((-depth, 0, 0), (depth, depth, 10))
+    whole = join([strip([-depth, -depth, 0], [2 * depth, 0, 0], [0, 2 * depth, 0], 65), *house])
+    half = join([strip([-depth, -depth, 0], [2 * depth, 0, 0], [0, depth, 0], 32), *house])
+    request = Request(samples=16384, max_bounces=1, far_ground=False)
+    whole, half = (trace_transfer(scene, SUN, request, silent) for scene in (whole, half))
+    walls = []
+    for transfer in (whole, half):
+        south = np.flatnonzero((transfer.surfaces.surface_azimuth == 180) & (transfer.surfaces.surface_tilt == 90))
+        walls.append(np.average(transfer.diffuse_relative[south] - transfer.sky_view_factor[south]))
+    assert walls[1] > 0.09
+    assert walls[0] == pytest.approx(walls[1], rel=0.02)
+
+
+def test_closed_box_is_dark_inside():
+    """A room without windows, seen from inside: nothing comes in."""
+    inside = [(points, np.asarray(faces)[:, ::-1]) for points, faces in box((0, 0, 0), (4, 5, 3))]
+    scene = join([*inside, *box((-0.3, -0.3, -0.3), (4.3, 5.3, 3.3))])
+    transfer = trace_transfer(scene, SUN, Request(samples=4096), silent)
+    assert transfer.sky_view_factor[:12].max() == 0
+    assert transfer.far_ground_view_factor[:12].max() == 0
+    assert transfer.visible_share[:12].max() == 0
+    assert transfer.diffuse_relative[:12].max() == 0
+    assert transfer.sky_view_factor[12:14] == pytest.approx(1)
+
+
+def test_walls_shared_by_two_houses_receive_nothing():
+    scene = join([*box((0, 0, 0), (10, 10, 10)), *box((10, 0, 0), (20, 10, 10))])
+    transfer = trace_transfer(scene, SUN, Request(), silent)
+    shared = [8, 9, 12 + 10, 12 + 11]
+    assert transfer.surfaces.surface_azimuth[shared] == pytest.approx([90, 90, 270, 270])
+    assert transfer.covered_share[shared] == pytest.approx(1)
+    assert transfer.diffuse_relative[shared].max() == 0
+    assert transfer.visible_share[shared].max() == 0

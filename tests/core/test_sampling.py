@@ -1,0 +1,86 @@
+"""Random numbers and sample points against what they must follow."""
+
+import numpy as np
+import pytest
+from citypv.core.light.random_numbers import key_of_names, uniform
+from citypv.core.light.sample_points import (
+    additive_recurrence,
+    barycentric_of_square,
+    cell_contacts,
+    cell_corners,
+    cell_of_point,
+    cosine_direction,
+    neighbouring_order,
+    shifted,
+    stratified_points,
+)
+from scipy import stats
+
+KEYS = key_of_names([f"surface {number}" for number in range(5000)], seed=1)
+
+
+def test_uniform_numbers_are_uniform_and_independent():
+    numbers = uniform(KEYS, 8)
+    assert numbers.min() >= 0
+    assert numbers.max() < 1
+    assert stats.kstest(numbers.ravel(), "uniform").pvalue > 0.001
+    correlation = np.corrcoef(numbers.T) - np.eye(8)
+    assert np.abs(correlation).max() < 5 / np.sqrt(len(KEYS))
+
+
+def test_keys_follow_name_and_seed_not_place():
+    assert key_of_names(["b", "a"], 1)[1] == key_of_names(["a", "c"], 1)[0]
+    assert key_of_names(["a"], 1)[0] != key_of_names(["a"], 2)[0]
+
+
+def test_cosine_directions_have_the_moments_of_lambert():
+    """For density cos/π: mean of z is 2/3, of z² 1/2, of x² 1/4."""
+    points = additive_recurrence(1 << 16, 2)
+    x, y, z = (part.astype(float) for part in cosine_direction(points[:, 0], points[:, 1]))
+    assert x**2 + y**2 + z**2 == pytest.approx(1, abs=1e-6)
+    assert z.mean() == pytest.approx(2 / 3, abs=1e-4)
+    assert (z**2).mean() == pytest.approx(1 / 2, abs=1e-4)
+    assert (x**2).mean() == pytest.approx(1 / 4, abs=1e-4)
+    assert abs((x * y).mean()) < 1e-4
+
+
+def test_square_maps_onto_the_triangle_with_equal_area():
+    """Every congruent sub-triangle gets its share of the points."""
+    points = additive_recurrence(1 << 16, 2)
+    b1, b2 = barycentric_of_square(points[:, 0], points[:, 1])
+    assert b1.min() >= 0
+    assert b2.min() >= 0
+    assert (b1 + b2).max() <= 1 + 1e-6
+    counts = np.bincount(cell_of_point(b1, b2, 8), minlength=64)
+    assert len(counts) == 64
+    assert counts == pytest.approx(1024, rel=0.02)
+
+
+@pytest.mark.parametrize("divisions", [1, 2, 3, 4, 8])
+def test_stratified_points_lie_in_their_cells(divisions):
+    numbers = uniform(KEYS[:200], 2 * divisions**2).reshape(200, divisions**2, 2)
+    cells = cell_of_point(*stratified_points(numbers, divisions), divisions)
+    inside = cells == np.arange(divisions**2)
+    assert inside.mean() > 0.999  # a point on an edge may round to the neighbour
+
+
+@pytest.mark.parametrize("divisions", [2, 3, 4])
+def test_successive_cells_touch(divisions):
+    order = neighbouring_order(divisions)
+    assert sorted(order) == list(range(divisions**2))
+    contacts = cell_contacts(divisions)
+    assert (contacts[order[:-1], order[1:]] == 1).all()
+
+
+def test_cells_tile_the_triangle():
+    corners = cell_corners(4).astype(float)
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / 2
+    assert area == pytest.approx(1 / 32)  # all counter-clockwise, all congruent
+
+
+def test_shifted_points_stay_in_the_unit_interval():
+    moved = shifted(additive_recurrence(64, 1)[:, 0], uniform(KEYS, 1)[:, 0])
+    assert moved.shape == (5000, 64)
+    assert moved.min() >= 0
+    assert moved.max() < 1
