@@ -17,7 +17,7 @@ FONT = "Inter.woff2"
 
 # Layout in parts of the picture's height, from its lower left corner.
 LEFT, BAR_BOTTOM, BAR_WIDTH, BAR_HEIGHT = 0.055, 0.085, 0.62, 0.026
-TITLE_SIZE, TEXT_SIZE, GAP = 0.034, 0.026, 0.014
+TITLE_SIZE, TEXT_SIZE, GAP = 0.036, 0.028, 0.014
 
 
 def build_legend(scene, camera, scale, note=""):

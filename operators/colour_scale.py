@@ -30,7 +30,7 @@ CLASS_COLOURS = {
     "orientation": {"none": "b4b4b0", "north": "0072b2", "east": "009e73", "south": "d55e00", "west": "cc79a7"},
 }
 MISSING = "8f8f8c"  # faces without this result
-GROUND = "c9c8c4"  # generated ground
+GROUND = "dededa"  # generated ground, and the sky of a picture
 
 
 @dataclass

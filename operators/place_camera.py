@@ -4,10 +4,11 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from .colour_scale import GROUND, linear_colour
+
 LENS, SENSOR_WIDTH = 60.0, 36.0  # [mm]
 AZIMUTH, ELEVATION = 150.0, 38.0  # where the camera stands, seen from the city [°]
 MARGIN_SIDE, MARGIN_TOP, MARGIN_BOTTOM = 0.04, 0.05, 0.20  # of the frame's half width and half height
-BACKGROUND = (0.9, 0.92, 0.94, 1.0)  # linear light
 
 
 def place_camera(scene, points, width=1600, height=900):
@@ -74,14 +75,14 @@ def frame_points(points, axes, tan_x, tan_y):
     return across * right + height * up + (depth - 1.0) * forward
 
 
-def set_background(scene, colour=BACKGROUND):
-    """Give the scene a plain, bright sky (by nodes: a world's own colour has no effect in every renderer)."""
+def set_background(scene):
+    """Give the scene a plain sky in the colour of the ground (by nodes, which every renderer heeds)."""
     world = bpy.data.worlds.get("CityPV sky") or bpy.data.worlds.new("CityPV sky")
     if world.node_tree is None:
         world.use_nodes = True
     nodes = world.node_tree.nodes
     nodes.clear()
     background, output = nodes.new("ShaderNodeBackground"), nodes.new("ShaderNodeOutputWorld")
-    background.inputs["Color"].default_value = colour
+    background.inputs["Color"].default_value = linear_colour(GROUND)
     world.node_tree.links.new(background.outputs["Background"], output.inputs["Surface"])
     scene.world = world

@@ -6,7 +6,7 @@ import bpy
 
 from .stage_city import stage_city
 
-SAMPLES = 8  # rays per pixel; nothing but the ground's shade is noisy
+SAMPLES = 16  # rays per pixel; nothing but the ground's shade is noisy
 
 
 def render_preview(path, scene, transfer, energy, note=""):
