@@ -4,6 +4,7 @@ import uuid
 from dataclasses import dataclass
 from typing import Any
 
+from ..core.errors import InputError
 from .attributes import PREFIX
 
 KEY = PREFIX + "session"
@@ -55,3 +56,19 @@ def find_city(scene):
     chosen = [item for item in cities if item.select_get()]
     city = (chosen or cities)[0]
     return city, city.get(PREFIX + "ground")
+
+
+def find_own_city(scene, session):
+    """Find the city and its ground that a session belongs to.
+
+    Raises
+    ------
+    InputError
+        They are gone: the user deleted or replaced them while a step ran.
+    """
+    city, ground = find_city(scene)
+    if session is None or find_session(city) is not session:
+        raise InputError(
+            "City", "it was deleted or replaced while the step ran", "select the city and run the step again"
+        )
+    return city, ground

@@ -6,7 +6,7 @@ from ..core.errors import InputError
 from .colour_faces import colour_faces
 from .read_settings import read_settings
 from .run_step import Step
-from .session import find_city, find_session
+from .session import find_city, find_own_city, find_session
 from .summarise import forget_energy
 from .write_attributes import write_results
 
@@ -45,7 +45,7 @@ class TraceCity(Step, bpy.types.Operator):
     def finish(self, context, result):
         """Write what does not depend on the weather; what an earlier weather made of it goes."""
         session, weather, transfer = result
-        city, ground = find_city(context.scene)
+        city, ground = find_own_city(context.scene, session)
         write_results(city, ground, transfer)
         forget_energy(city)
         session.weather, session.transfer, session.energy = weather, transfer, None

@@ -5,7 +5,7 @@ import bpy
 from .colour_faces import colour_faces
 from .read_settings import read_settings
 from .run_step import Step
-from .session import find_city, find_session
+from .session import find_city, find_own_city, find_session
 from .summarise import summarise_energy
 from .write_attributes import write_results
 
@@ -43,7 +43,7 @@ class WeighEnergy(Step, bpy.types.Operator):
     def finish(self, context, result):
         """Write the results onto the faces and colour them by full load hours."""
         session, weather, energy = result
-        city, ground = find_city(context.scene)
+        city, ground = find_own_city(context.scene, session)
         write_results(city, ground, session.transfer, energy)
         session.weather, session.energy = weather, energy
         text = summarise_energy(city, weather, energy)

@@ -13,7 +13,7 @@ from citypv.operators.attributes import KIND_CODES, QUANTITIES
 from citypv.operators.read_mesh import read_meshes
 from citypv.operators.read_settings import read_settings
 from citypv.operators.run_step import CancelledError, Job
-from citypv.operators.session import find_city, find_session
+from citypv.operators.session import find_city, find_own_city, find_session
 from citypv.operators.write_attributes import read_face_attribute
 
 
@@ -155,6 +155,15 @@ def test_meshes_without_faces_are_refused(addon):
     bpy.ops.object.add(type="MESH")
     with pytest.raises(InputError, match="Selected meshes: they have no faces"):
         read_meshes([bpy.context.object], bpy.context)
+
+
+def test_a_city_that_is_gone_when_a_step_ends_is_an_error(addon, city_file):
+    city, _ = run_steps(addon, city_file, "import_city", "classify")
+    session = find_session(city)
+    assert find_own_city(bpy.context.scene, session)[0] == city
+    run_steps(addon, city_file, "import_city")
+    with pytest.raises(InputError, match="deleted or replaced while the step ran"):
+        find_own_city(bpy.context.scene, session)
 
 
 def wait_for(job):
