@@ -11,7 +11,7 @@ from .results.write_groups import write_groups
 from .results.write_summary import summarise, write_summary
 from .results.write_timeseries import write_timeseries
 from .results.write_transfer import write_transfer
-from .study import check_settings, plan_scene, read_scene, read_year, trace_scene, weigh_energy
+from .study import check_settings, measure_sun_sampling, plan_scene, read_scene, read_year, trace_scene, weigh_energy
 
 
 class Teller:
@@ -72,6 +72,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None):
     with whole_folder(folder) as work:
         teller.say("Tracing")
         transfer = trace_scene(scene, weather, request, teller.progress)
+        transfer.settings["sun_sampling"] = measure_sun_sampling(scene, weather, transfer, request, teller.progress)
         teller.lap("trace")
         energy = write_results(work, transfer, weather, request, teller, scene=scene, draw=draw)
     tell_outcome(teller, folder, energy)

@@ -8,12 +8,15 @@
 Geometry is traced once, free of weather. The Transfer can be weighed with any other year or module in seconds.
 """
 
+import numpy as np
+
 from .energy.compute_energy import compute_energy
 from .energy.pick_module import pick_module
 from .errors import InputError
 from .geometry.build_scene import build_scene
 from .geometry.read_city import read_city
 from .light.patches import patches_of_scene
+from .light.pilot_suns import trace_pilot
 from .light.plan_effects import plan_effects
 from .light.read_albedo import albedo_of_triangles
 from .light.trace_transfer import trace_transfer
@@ -82,6 +85,33 @@ def trace_scene(scene, weather, request, progress=silent):
         request.suns, weather.data.index, weather.interval, scene.site.latitude, scene.site.longitude, request.seed
     )
     return trace_transfer(scene, suns, request, progress)
+
+
+def measure_sun_sampling(scene, weather, transfer, request, progress=silent):
+    """What the clustered suns do to the full load hours, measured on some surfaces of the scene itself.
+
+    Reflections are left out: they change more slowly than shadows.
+
+    Returns
+    -------
+    dict
+        Percent of full load hours: `bias` (all together), `rms` (surface by surface) and how many `surfaces`.
+    """
+    if transfer.suns.way == "hourly" or not transfer.surfaces.eligible.any():
+        return {"bias": 0.0, "rms": 0.0, "surfaces": 0}
+    site = scene.site
+    hourly = choose_suns("hourly", weather.data.index, weather.interval, site.latitude, site.longitude, request.seed)
+    clustered, exact, surfaces = trace_pilot(scene, transfer, hourly, request, progress)
+    found, true = (
+        compute_energy(one, weather, request.module, request.threads).full_load_hours for one in (clustered, exact)
+    )
+    area = clustered.surfaces.area
+    lit = true > 0
+    return {
+        "bias": 100 * float((area * (found - true)).sum() / (area * true).sum()),
+        "rms": 100 * float(np.sqrt(np.average((found[lit] / true[lit] - 1) ** 2, weights=area[lit]))),
+        "surfaces": len(surfaces),
+    }
 
 
 def weigh_energy(transfer, weather, request, progress=silent):

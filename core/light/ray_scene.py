@@ -1,6 +1,8 @@
 """Embree, touched in this file only (embreex: github.com/trimesh/embreex)."""
 
 import os
+import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -39,6 +41,8 @@ class RayScene:
         if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
             raise InputError("triangles", f"a vertex beyond the {len(vertices)} given", "check the indices")
         self.triangle_count = len(triangles)
+        self.thread_seconds = 0.0  # spent in Embree, summed over the threads
+        self._lock = threading.Lock()
         if self.triangle_count:
             self._scene = EmbreeScene(robust=True)
             TriangleMesh(self._scene, vertices.astype(np.float32), triangles.astype(np.int32))
@@ -59,7 +63,7 @@ class RayScene:
         """
         if not self.triangle_count or not len(ray_origins):
             return np.full(len(ray_origins), -1, np.int32)
-        return self._scene.run(ray_origins, ray_directions)
+        return self._run(ray_origins, ray_directions)
 
     def trace_blocked(self, ray_origins, ray_direction):
         """Whether anything stands on each ray.
@@ -76,7 +80,14 @@ class RayScene:
         """
         if not self.triangle_count or not len(ray_origins):
             return np.zeros(len(ray_origins), bool)
-        return self._scene.run(ray_origins, ray_direction[None, :], query="OCCLUDED") == 0
+        return self._run(ray_origins, ray_direction[None, :], query="OCCLUDED") == 0
+
+    def _run(self, *rays, **query):
+        started = time.perf_counter()
+        found = self._scene.run(*rays, **query)
+        with self._lock:
+            self.thread_seconds += time.perf_counter() - started
+        return found
 
 
 def usable_threads(threads=None):

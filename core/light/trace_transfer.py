@@ -82,6 +82,7 @@ def trace_transfer(scene, suns, request, progress):
             "hemisphere_rays": hemisphere.ray_count,
             "shadow_rays": direct.ray_count,
             "seconds": clock.seconds,
+            "embree_thread_seconds": ray_scene.thread_seconds,
             "last_bounce_share_diffuse": diffuse.last,
             "last_bounce_share_direct": direct.last,
         },

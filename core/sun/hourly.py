@@ -27,6 +27,6 @@ def hourly_suns(times, interval, latitude, longitude):
     sun = solar_position(times, interval, latitude, longitude)
     sunny = is_sunny(sun["apparent_zenith"])
     direction = sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
-    day, step = solar_days(times, interval, longitude)
+    day, step = (np.asarray(part) for part in solar_days(times, interval, longitude))
     weight = np.full(len(direction), 1.0 / max(len(direction), 1))
     return Suns("hourly", direction, weight, (day - day[0])[sunny].astype(np.int32), step[sunny].astype(np.int32))

@@ -1,0 +1,96 @@
+"""What clustering the suns costs: a few surfaces looked at with the clustered suns and with every hour's sun."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+from .gather import square_above
+from .patches import Patches, patches_of_scene
+from .ray_scene import RayScene, usable_threads
+from .read_albedo import albedo_of_triangles
+from .trace_suns import trace_suns
+from .trace_transfer import area_means
+
+MOST_PATCHES = 500
+
+
+def trace_pilot(scene, transfer, hourly, request, progress):
+    """First light of some eligible surfaces under the suns of a Transfer and under hourly ones.
+
+    Parameters
+    ----------
+    scene : Scene
+    transfer : Transfer
+        Traced from that scene.
+    hourly : Suns
+        One for every interval.
+    request : Request
+    progress : callable
+
+    Returns
+    -------
+    clustered, exact : Transfer
+        Of the same surfaces and points, without reflections; their diffuse parts are those of `transfer`.
+    surfaces : (k,) int
+        Which surfaces of `transfer` they are.
+    """
+    patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
+    surfaces = draw_surfaces(scene, request.seed)
+    place = np.full(len(scene.surfaces) + 1, -1)  # the last one is the ground's
+    place[surfaces] = np.arange(len(surfaces))
+    chosen = np.flatnonzero(place[scene.triangle_surface] >= 0)
+    few = take_patches(patches, chosen)
+    merge = area_means(place[scene.triangle_surface[chosen]], few.area, len(surfaces))
+    ray_scene = RayScene(scene.vertices, scene.triangles)
+    pair = []
+    for suns in (transfer.suns, hourly):
+        light = trace_suns(
+            ray_scene,
+            few,
+            few.receives,
+            np.zeros(len(few), bool),
+            np.zeros((len(few), 1), bool),
+            point_count=square_above(request.shadow_samples),
+            suns=(suns.direction.astype(np.float32), suns.weight.astype(np.float32)),
+            behind=False,
+            threads=usable_threads(request.threads),
+            progress=lambda share, rays: progress("error of the clustered suns", rays, rays / share, "rays"),
+        )
+        pair.append(take_surfaces(transfer, surfaces, suns, (merge @ light.visible_share).astype(np.float32)))
+    return *pair, surfaces
+
+
+def draw_surfaces(scene, seed):
+    """Eligible surfaces in random order, as many as fit into the pilot: (k,) int, ascending."""
+    count = np.bincount(scene.triangle_surface[scene.triangle_surface >= 0], minlength=len(scene.surfaces))
+    order = np.random.default_rng(seed).permutation(np.flatnonzero(scene.surfaces.eligible))
+    return np.sort(order[np.cumsum(count[order]) <= MOST_PATCHES])
+
+
+def take_patches(patches, chosen):
+    """Some rows of the patches."""
+    return Patches(**{field.name: getattr(patches, field.name)[chosen] for field in fields(Patches)})
+
+
+def take_surfaces(transfer, chosen, suns, visible_share):
+    """Some surfaces of a Transfer under other suns, without reflections."""
+    surfaces = transfer.surfaces
+    names = ("surface_id", "building_id", "thematic")
+    rows = {name: [getattr(surfaces, name)[index] for index in chosen] for name in names}
+    rows |= {field.name: getattr(surfaces, field.name)[chosen] for field in fields(surfaces) if field.name not in names}
+    per_surface = (
+        "covered_share",
+        "sky_view_factor",
+        "far_ground_view_factor",
+        "diffuse_relative",
+        "diffuse_relative_standard_error",
+        "direct_annual_standard_error",
+    )
+    return replace(
+        transfer,
+        surfaces=type(surfaces)(**rows),
+        suns=suns,
+        visible_share=visible_share,
+        direct_reflected=np.zeros_like(visible_share),
+        **{name: getattr(transfer, name)[chosen] for name in per_surface},
+    )
