@@ -88,29 +88,30 @@ def trace_scene(scene, weather, request, progress=silent):
 
 
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent):
-    """What the clustered suns do to the full load hours, measured on some surfaces of the scene itself.
+    """What the clustered suns do to the full load hours, measured on patches of the scene itself.
 
     Reflections are left out: they change more slowly than shadows.
 
     Returns
     -------
     dict
-        Percent of full load hours: `bias` (all together), `rms` (surface by surface) and how many `surfaces`.
+        Percent of full load hours: `bias` (all together), `rms` (patch by patch) and how many `patches`.
     """
     if transfer.suns.way == "hourly" or not transfer.surfaces.eligible.any():
-        return {"bias": 0.0, "rms": 0.0, "surfaces": 0}
+        return {"bias": 0.0, "rms": 0.0, "patches": 0}
     site = scene.site
     hourly = choose_suns("hourly", weather.data.index, weather.interval, site.latitude, site.longitude, request.seed)
-    clustered, exact, surfaces = trace_pilot(scene, transfer, hourly, request, progress)
+    clustered, exact = trace_pilot(scene, transfer, hourly, request, progress)
     found, true = (
         compute_energy(one, weather, request.module, request.threads).full_load_hours for one in (clustered, exact)
     )
-    area = clustered.surfaces.area
-    lit = true > 0
+    mean = true.mean()
+    if not mean > 0:
+        return {"bias": 0.0, "rms": 0.0, "patches": len(true)}
     return {
-        "bias": 100 * float((area * (found - true)).sum() / (area * true).sum()),
-        "rms": 100 * float(np.sqrt(np.average((found[lit] / true[lit] - 1) ** 2, weights=area[lit]))),
-        "surfaces": len(surfaces),
+        "bias": 100 * float((found - true).mean() / mean),
+        "rms": 100 * float(np.sqrt(((found - true) ** 2).mean()) / mean),
+        "patches": len(true),
     }
 
 

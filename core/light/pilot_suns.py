@@ -1,4 +1,4 @@
-"""What clustering the suns costs: a few surfaces looked at with the clustered suns and with every hour's sun."""
+"""What clustering the suns costs: some patches looked at with the clustered suns and with every hour's sun."""
 
 from dataclasses import fields, replace
 
@@ -9,13 +9,12 @@ from .patches import Patches, patches_of_scene
 from .ray_scene import RayScene, usable_threads
 from .read_albedo import albedo_of_triangles
 from .trace_suns import trace_suns
-from .trace_transfer import area_means
 
-MOST_PATCHES = 500
+PATCHES = 500
 
 
 def trace_pilot(scene, transfer, hourly, request, progress):
-    """First light of some eligible surfaces under the suns of a Transfer and under hourly ones.
+    """First light of patches of eligible surfaces under the suns of a Transfer and under hourly ones.
 
     Parameters
     ----------
@@ -30,17 +29,12 @@ def trace_pilot(scene, transfer, hourly, request, progress):
     Returns
     -------
     clustered, exact : Transfer
-        Of the same surfaces and points, without reflections; their diffuse parts are those of `transfer`.
-    surfaces : (k,) int
-        Which surfaces of `transfer` they are.
+        Each patch as a surface, looked at from the same points, without reflections; the diffuse part is that of the
+        surface in `transfer`.
     """
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
-    surfaces = draw_surfaces(scene, request.seed)
-    place = np.full(len(scene.surfaces) + 1, -1)  # the last one is the ground's
-    place[surfaces] = np.arange(len(surfaces))
-    chosen = np.flatnonzero(place[scene.triangle_surface] >= 0)
+    chosen = draw_patches(scene, patches.area, request.seed)
     few = take_patches(patches, chosen)
-    merge = area_means(place[scene.triangle_surface[chosen]], few.area, len(surfaces))
     ray_scene = RayScene(scene.vertices, scene.triangles)
     pair = []
     for suns in (transfer.suns, hourly):
@@ -56,15 +50,16 @@ def trace_pilot(scene, transfer, hourly, request, progress):
             threads=usable_threads(request.threads),
             progress=lambda share, rays: progress("error of the clustered suns", rays, rays / share, "rays"),
         )
-        pair.append(take_surfaces(transfer, surfaces, suns, (merge @ light.visible_share).astype(np.float32)))
-    return *pair, surfaces
+        pair.append(take_surfaces(transfer, scene.triangle_surface[chosen], suns, light.visible_share))
+    return pair
 
 
-def draw_surfaces(scene, seed):
-    """Eligible surfaces in random order, as many as fit into the pilot: (k,) int, ascending."""
-    count = np.bincount(scene.triangle_surface[scene.triangle_surface >= 0], minlength=len(scene.surfaces))
-    order = np.random.default_rng(seed).permutation(np.flatnonzero(scene.surfaces.eligible))
-    return np.sort(order[np.cumsum(count[order]) <= MOST_PATCHES])
+def draw_patches(scene, area, seed):
+    """Patches of eligible surfaces, drawn by area: (k,) int, ascending."""
+    own = scene.triangle_surface
+    weight = np.where((own >= 0) & scene.surfaces.eligible[own], area, 0)
+    count = min(PATCHES, np.count_nonzero(weight))
+    return np.sort(np.random.default_rng(seed).choice(len(own), count, replace=False, p=weight / weight.sum()))
 
 
 def take_patches(patches, chosen):
