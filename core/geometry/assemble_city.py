@@ -8,7 +8,8 @@ import numpy as np
 from ..errors import InputError
 from .choose_lod import check_lod, choose_lod
 from .city import City, ImportReport
-from .measure_polygons import measure_polygons, next_in_ring
+from .clean_rings import clean_rings, starts_of
+from .measure_polygons import measure_polygons
 
 SMALLEST_AREA = 1e-6  # [m²] a square millimetre; below it a polygon has no direction
 TWIN_SHARE = 0.95  # a solid no larger than this share's inverse of the boundary surfaces repeats them
@@ -151,7 +152,7 @@ def _flatten(contents, chosen, report):
     polygons = [polygon for _, polygon in chosen]
     building = np.array([numbers[position[id(content)], polygon.building] for content, polygon in chosen], np.int64)
     rings = [ring for polygon in polygons for ring in (polygon.rings if not polygon.flipped else _turned(polygon))]
-    polygon_start = _starts([len(polygon.rings) for polygon in polygons])
+    polygon_start = starts_of([len(polygon.rings) for polygon in polygons])
     points, ring_start, changed = clean_rings(rings, polygon_start)
     surface_names = _name_surfaces(polygons, building, names, report)
     for reason, indices in changed.items():
@@ -165,46 +166,6 @@ def _flatten(contents, chosen, report):
 
 def _turned(polygon):
     return [ring[::-1] for ring in polygon.rings]
-
-
-def _starts(counts):
-    return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int64)
-
-
-def clean_rings(rings, polygon_start):
-    """Open the rings and take out points that repeat the one before.
-
-    Parameters
-    ----------
-    rings : list of (k, 3) float64 [m]
-    polygon_start : array, (n + 1,) int64
-
-    Returns
-    -------
-    points : array, (m, 3) float64
-    ring_start : array, (r + 1,) int64
-    changed : dict
-        Reason -> indices of polygons.
-    """
-    points = np.concatenate([np.empty((0, 3)), *rings])
-    start = _starts([len(ring) for ring in rings])
-    count = np.diff(start)
-    ring_of_point = np.repeat(np.arange(len(rings)), count)
-    repeats = (points == points[next_in_ring(start)]).all(axis=1) if len(points) else np.zeros(0, bool)
-    last = np.zeros(len(points), bool)
-    last[start[1:][count > 0] - 1] = True
-    keep = ~repeats | (count[ring_of_point] == 1)
-    ring_polygon = np.repeat(np.arange(len(polygon_start) - 1), np.diff(polygon_start))
-    unclosed = np.ones(len(rings), bool)
-    unclosed[ring_of_point[repeats & last]] = False
-    doubled = np.zeros(len(rings), bool)
-    doubled[ring_of_point[repeats & ~last]] = True
-    changed = {
-        "ring was not closed": np.unique(ring_polygon[unclosed & (count > 0)]),
-        "repeated point taken out": np.unique(ring_polygon[doubled]),
-    }
-    kept_count = np.bincount(ring_of_point[keep], minlength=len(rings))
-    return points[keep], _starts(kept_count), changed
 
 
 def _name_surfaces(polygons, building, buildings, report):
@@ -268,7 +229,7 @@ def _keep(draft, mask):
         buildings=draft.buildings,
         building=draft.building[mask],
         points=draft.points[point_mask],
-        ring_start=_starts(np.diff(draft.ring_start)[ring_mask]),
-        polygon_start=_starts(rings[mask]),
+        ring_start=starts_of(np.diff(draft.ring_start)[ring_mask]),
+        polygon_start=starts_of(rings[mask]),
         names=[draft.names[i] for i in kept],
     )

@@ -18,7 +18,7 @@ from .triangulate import triangulate
 LOST_SHARE = 0.01  # triangles that cover less or more than a polygon by this share are worth a word
 
 
-def build_scene(city, latitude=None, longitude=None, ground="auto", patch_size=10.0, grid_size=None):
+def build_scene(city, latitude=None, longitude=None, *, ground="auto", patch_size=10.0, grid_size=None):
     """Triangulated and classified scene of a city.
 
     Parameters
@@ -58,7 +58,13 @@ def build_scene(city, latitude=None, longitude=None, ground="auto", patch_size=1
     scene = Scene(vertices, *carriers, surfaces, site, report)
     if ground == "none":
         return scene
-    return _stand_on_ground(scene, *build_ground(city, points, surfaces, under, patch_size))
+    vertices, triangles, hanging = build_ground(city, points, surfaces, under, patch_size)
+    if len(hanging):
+        names = [surfaces.surface_id[i] for i in hanging[:5]]
+        report.notes.append(
+            f"{len(hanging)} footprints hang in the air, the ground goes on below: {', '.join(names)} …"
+        )
+    return _stand_on_ground(scene, vertices, triangles)
 
 
 def turn_to_true_north(points, convergence):

@@ -24,6 +24,8 @@ PASSED_BY = {
     "dateAttribute", "uriAttribute", "measureAttribute", "Envelope", "creationDate", "terminationDate", "function",
     "usage", "class", "roofType", "measuredHeight", "height", "name", "description", "buildingSubdivision",
 }  # fmt: skip
+STEPS = THEMATIC | {"BuildingPart", "Solid", "OrientableSurface", "ImplicitGeometry", "interior"}
+NO_SURFACES = ("TerrainIntersection", "Curve", "HeightType", "Network", "PointCloud", "Point")
 LOD = re.compile(r"lod(\d)(.*)")
 COORDINATES = ("{*}posList", "{*}pos", "{*}coordinates")
 
@@ -83,19 +85,14 @@ def _kind(tag):
     if not isinstance(tag, str):
         return "passed by"  # comments and processing instructions
     name = tag.rpartition("}")[2]
-    if name in LEAVES:
-        return "leaf"
     lod = LOD.fullmatch(name)
     if lod:
-        plain = lod.group(2).endswith(("TerrainIntersection", "Curve", "HeightType", "Network", "PointCloud", "Point"))
-        return "passed by" if plain or lod.group(2).startswith("Interior") else "lod" + lod.group(1)
+        return "passed by" if lod.group(2).endswith(NO_SURFACES) else "lod" + lod.group(1)
+    if name in LEAVES:
+        return "leaf"
     if name in PASSED_BY:
         return "passed by"
-    if name in THEMATIC:
-        return name
-    if name in ("BuildingPart", "Solid", "OrientableSurface", "ImplicitGeometry", "interior"):
-        return name
-    return "other"
+    return name if name in STEPS else "other"
 
 
 def _step(child, kind, place, content):

@@ -6,10 +6,12 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from .measure_polygons import next_in_ring
+from .measure_polygons import next_in_ring, polygon_bounds
 
-FOOTPRINT_STEP = 2.5  # [m] a footprint that far above a foot beside it hangs in the air: a passage, a bridge, a tower
-WALL_STEP = 0.5  # [m] the same for a wall without a footprint: a bay, a dormer
+# What is that far above a foot beside it hangs in the air [m]:
+LOWEST_STEP = 6.0  # the lowest footprint of a building; up to there it stands on an embankment
+FOOTPRINT_STEP = 2.5  # a further footprint: a passage, a bridge, a tower on a podium
+WALL_STEP = 0.5  # a wall without a footprint: a bay, a dormer
 SLOPE = 0.5  # [m/m] ground is not steeper between two feet
 NEIGHBOURS = 32
 INSIDE = 0.05  # [m] a wall this deep inside a footprint stands on a roof
@@ -22,7 +24,9 @@ class Feet:
 
     start: np.ndarray  # (e, 3) float64 [m]
     end: np.ndarray  # (e, 3) float64 [m]
+    step: np.ndarray  # (e,) float64 [m] how far it may stand above a foot beside it
     footprints: np.ndarray  # (f,) shapely polygons seen from above, those on the ground
+    hanging: np.ndarray  # (h,) int64 footprints that hang in the air
 
 
 def find_feet(city, points, surfaces, footprint):
@@ -48,10 +52,22 @@ def find_feet(city, points, surfaces, footprint):
     bare = _is_wall_bottom(start, end, surfaces, polygon_of_point) & ~on_footprint
     bare[bare] = ~_deep_inside(shapes, 0.5 * (start[bare] + end[bare]))
     edge = np.flatnonzero(on_footprint | bare)
-    step = np.where(on_footprint[edge], FOOTPRINT_STEP, WALL_STEP)
-    edge = edge[_stands(start[edge], step) & _stands(end[edge], step, start[edge])]
+    step = np.where(_is_lowest(city, points, footprint), LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
+    step[~on_footprint[edge]] = WALL_STEP
+    stands = _stands(start[edge], step) & _stands(end[edge], step, start[edge])
+    edge, step = edge[stands], step[stands]
     standing = np.isin(np.flatnonzero(footprint), polygon_of_point[edge])
-    return Feet(start[edge], end[edge], shapes[standing])
+    hanging = np.flatnonzero(footprint)[~standing]
+    return Feet(start[edge], end[edge], step, shapes[standing], hanging)
+
+
+def _is_lowest(city, points, footprint):
+    """Footprints that begin within half a storey of their building's lowest one, (n,) bool."""
+    low, _ = polygon_bounds(points[:, 2], city.ring_start, city.polygon_start)
+    _, building = np.unique(np.array(city.building_id), return_inverse=True)
+    lowest = np.full(building.max(initial=-1) + 1, np.inf)
+    np.minimum.at(lowest, building[footprint], low[footprint])
+    return footprint & (low <= lowest[building] + 1.5)
 
 
 def outline_polygons(city, points, chosen):
