@@ -8,7 +8,7 @@ import pvlib
 from ..errors import InputError
 
 NEEDED = (
-    *("Cells_in_Series", "Isco", "Voco", "Impo", "Vmpo", "Aisc", "Aimp", "C0", "C1", "C2", "C3"),
+    *("Area", "Cells_in_Series", "Isco", "Voco", "Impo", "Vmpo", "Aisc", "Aimp", "C0", "C1", "C2", "C3"),
     *("Bvoco", "Mbvoc", "Bvmpo", "Mbvmp", "N", "FD"),
     *("A0", "A1", "A2", "A3", "A4", "B0", "B1", "B2", "B3", "B4", "B5"),
 )

@@ -11,7 +11,7 @@ def find_buried(scene):
     """Triangles that face downwards at or below the ground.
 
     The ground has no thickness, so a ray that starts under it would meet nothing. What lies under it is found by
-    looking down onto the ground from above each triangle's middle.
+    looking down onto the ground from above each triangle's middle. Where no ground was laid, a footprint is the floor.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def find_buried(scene):
     down = np.tile(np.float32([0, 0, -1]), (len(above), 1))
     hit = RayScene(scene.vertices, ground).trace_closest(above.astype(np.float32), down)
     height = height_on_triangles(scene.vertices[ground[hit]], middle)
-    buried[downward] = (hit >= 0) & (middle[:, 2] <= height + CONTACT)
+    buried[downward] = np.where(hit >= 0, middle[:, 2] <= height + CONTACT, scene.footprint[downward])
     return buried
 
 

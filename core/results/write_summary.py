@@ -8,7 +8,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from ..energy.pick_module import pick_module
+from ..energy.pick_module import nominal_power, pick_module
 
 LIBRARIES = ("embreex", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
 
@@ -124,8 +124,8 @@ def bound_of_bounces(transfer):
 def sum_totals(transfer, energy, request):
     """Power and annual energy if all eligible area bore modules."""
     module = pick_module(request.module)
-    power = float(module["Impo"] * module["Vmpo"]) / 1000
-    area_per_kwp = float(module["Area"]) / power
+    power = nominal_power(module) / 1000
+    area_per_kwp = module["Area"] / power
     eligible = transfer.surfaces.eligible & np.isfinite(energy.full_load_hours)
     kwp = transfer.surfaces.area[eligible] / area_per_kwp
     return {

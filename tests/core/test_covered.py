@@ -56,7 +56,7 @@ def test_floor_on_the_ground_looks_into_the_earth(height, buried):
 
 
 def test_covered_ground_hands_on_all_its_light():
-    """A wall stands before a plain. Whether the plain's patches end at the wall or go on under the house is the same."""
+    """A wall stands before a plain, whose patches end at the wall or go on under the house: that is the same."""
     depth = 200.0
     house = box((-depth, 0, 0), (depth, depth, 10))
     whole = join([strip([-depth, -depth, 0], [2 * depth, 0, 0], [0, 2 * depth, 0], 65), *house])

@@ -1,0 +1,68 @@
+"""Read transfer.nc."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import xarray
+
+from ..errors import InputError
+from ..geometry.scene import Site, Surfaces
+from ..light.transfer import Transfer
+from ..sun.suns import Suns
+from .transfer_fields import FORMAT, PER_SUN, PER_SURFACE, PER_SURFACE_AND_SUN, TEXTS
+
+CURE = "give the transfer.nc of a run of citypv simulate"
+
+
+def read_transfer(path):
+    """Read what was traced before.
+
+    Parameters
+    ----------
+    path : path-like
+
+    Returns
+    -------
+    Transfer
+
+    Raises
+    ------
+    InputError
+        If the file is not there, cannot be read, or is not a Transfer.
+    """
+    if not Path(path).is_file():
+        raise InputError(path, "there is no such file", CURE)
+    try:
+        dataset = xarray.load_dataset(path, engine="netcdf4")
+    except (OSError, ValueError, RuntimeError) as error:
+        raise InputError(path, f"cannot be read as NetCDF ({error})", CURE) from error
+    if dataset.attrs.get("title") != FORMAT:
+        raise InputError(path, f"its title is {dataset.attrs.get('title')!r}, not {FORMAT!r}", CURE)
+    try:
+        return transfer_of_dataset(dataset)
+    except (KeyError, TypeError, json.JSONDecodeError) as error:
+        raise InputError(path, f"lacks or garbles {error}", CURE) from error
+
+
+def transfer_of_dataset(dataset):
+    """Transfer from the variables and attributes of a dataset."""
+    values = {name: dataset[name].values for name in (*PER_SURFACE, *PER_SUN, *PER_SURFACE_AND_SUN)}
+    texts = {name: [str(text) for text in dataset[name].values] for name in TEXTS}
+    own = {name: values[name] for name, (owner, _) in PER_SURFACE.items() if owner == "surfaces"}
+    own["eligible"] = own["eligible"].astype(bool)
+    site = json.loads(dataset.attrs["site"])
+    return Transfer(
+        surfaces=Surfaces(
+            **{name: texts[name] for name in ("surface_id", "building_id", "thematic")},
+            **{name: np.array(texts[name]) for name in ("kind", "orientation")},
+            **own,
+            normal=dataset["normal"].values,
+        ),
+        site=Site(**{**site, "origin": tuple(site["origin"])}),
+        suns=Suns(dataset.attrs["way"], dataset["direction"].values, *(values[name] for name in PER_SUN)),
+        ground_albedo=float(dataset.attrs["ground_albedo"]),
+        settings=json.loads(dataset.attrs["settings"]),
+        **{name: values[name] for name, (owner, _) in PER_SURFACE.items() if owner == "transfer"},
+        **{name: values[name] for name in PER_SURFACE_AND_SUN},
+    )

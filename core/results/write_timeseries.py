@@ -1,0 +1,60 @@
+"""timeseries.nc: capacity factors of the groups over the weather's time, by the CF conventions."""
+
+import numpy as np
+import pandas as pd
+import xarray
+
+
+def write_timeseries(path, energy, weather):
+    """Write `capacity_factor(time, group)`.
+
+    Parameters
+    ----------
+    path : path-like
+    energy : Energy
+    weather : Weather
+    """
+    start = energy.times.tz_convert("UTC").tz_localize(None)
+    bounds = np.stack([start.to_numpy(), (start + energy.interval).to_numpy()], axis=1)
+    names = np.array(["_".join(group) for group in energy.groups], dtype=object)
+    hours = energy.interval / pd.Timedelta(hours=1)
+    dataset = xarray.Dataset(
+        {
+            "capacity_factor": (
+                ("time", "group"),
+                energy.capacity_factor.astype(np.float32),
+                {
+                    "units": "1",
+                    "long_name": "DC power per nominal power, area-weighted mean of the group's eligible surfaces",
+                    "cell_methods": "time: mean",
+                },
+            ),
+            "area": ("group", energy.group_area, {"units": "m2", "long_name": "area of the eligible surfaces"}),
+            "surface_count": ("group", energy.group_count, {"units": "1", "long_name": "number of eligible surfaces"}),
+            "time_bounds": (("time", "bounds"), bounds),
+        },
+        coords={
+            "time": (
+                "time",
+                start,
+                {"standard_name": "time", "long_name": "start of the interval (UTC)", "bounds": "time_bounds"},
+            ),
+            "group": ("group", names, {"long_name": "kind and orientation of the surfaces"}),
+        },
+        attrs={
+            "Conventions": "CF-1.11",
+            "title": "Capacity factors of roofs and facades",
+            "source": "CityPV: ray-traced irradiance, Sandia array performance model of pvlib",
+            "comment": f"weather: {weather.label}; full load hours are the sum times {hours:g} h",
+        },
+    )
+    time = {"units": "minutes since 1970-01-01 00:00:00", "calendar": "proleptic_gregorian", "dtype": "int64"}
+    dataset.to_netcdf(
+        path,
+        engine="netcdf4",
+        encoding={
+            "time": time,
+            "time_bounds": time,
+            "capacity_factor": {"zlib": True, "_FillValue": np.float32(np.nan)},
+        },
+    )

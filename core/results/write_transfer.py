@@ -1,0 +1,41 @@
+"""transfer.nc: what was traced, free of weather, to be weighed again with another year."""
+
+import json
+
+import numpy as np
+import xarray
+
+from .transfer_fields import FORMAT, PER_SUN, PER_SURFACE, PER_SURFACE_AND_SUN, TEXTS
+from .write_summary import finite
+
+
+def write_transfer(path, transfer):
+    """Write a Transfer.
+
+    Parameters
+    ----------
+    path : path-like
+    transfer : Transfer
+    """
+    surfaces, suns, site = transfer.surfaces, transfer.suns, transfer.site
+    variables = {"normal": (("surface", "axis"), surfaces.normal), "direction": (("sun", "axis"), suns.direction)}
+    for name in TEXTS:
+        variables[name] = ("surface", np.array(getattr(surfaces, name), dtype=object))
+    for name, (owner, unit) in PER_SURFACE.items():
+        values = np.asarray(getattr(surfaces if owner == "surfaces" else transfer, name))
+        values = values.astype(np.int8) if values.dtype == bool else values
+        variables[name] = ("surface", values, {"units": unit})
+    for name in PER_SUN:
+        variables[name] = ("sun", getattr(suns, name))
+    for name in PER_SURFACE_AND_SUN:
+        variables[name] = (("surface", "sun"), getattr(transfer, name), {"units": "1"})
+    attributes = {
+        "title": FORMAT,
+        "way": suns.way,
+        "ground_albedo": transfer.ground_albedo,
+        "site": json.dumps(finite(vars(site))),
+        "settings": json.dumps(finite(transfer.settings), ensure_ascii=False),
+    }
+    dataset = xarray.Dataset(variables, attrs=attributes)
+    packed = {name: {"zlib": True, "complevel": 1} for name in PER_SURFACE_AND_SUN}
+    dataset.to_netcdf(path, engine="netcdf4", encoding=packed)

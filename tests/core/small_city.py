@@ -1,0 +1,54 @@
+"""A CityGML of a few box houses, written anew for each test."""
+
+HEAD = """<?xml version="1.0" encoding="UTF-8"?>
+<CityModel xmlns="http://www.opengis.net/citygml/2.0" xmlns:bldg="http://www.opengis.net/citygml/building/2.0"
+ xmlns:gml="http://www.opengis.net/gml">
+<gml:boundedBy><gml:Envelope srsName="urn:ogc:def:crs:EPSG::25833" srsDimension="3"><gml:lowerCorner>390000 5818000 30
+</gml:lowerCorner><gml:upperCorner>390100 5818100 60</gml:upperCorner></gml:Envelope></gml:boundedBy>
+"""
+EAST, NORTH, UP = 390_000.0, 5_818_000.0, 30.0
+
+
+def polygon(name, points):
+    ring = " ".join(f"{EAST + x:.3f} {NORTH + y:.3f} {UP + z:.3f}" for x, y, z in [*points, points[0]])
+    return (
+        f'<gml:surfaceMember><gml:Polygon gml:id="{name}"><gml:exterior><gml:LinearRing><gml:posList>{ring}'
+        "</gml:posList></gml:LinearRing></gml:exterior></gml:Polygon></gml:surfaceMember>"
+    )
+
+
+def surface(kind, name, points):
+    return (
+        f"<bldg:boundedBy><bldg:{kind}><bldg:lod2MultiSurface><gml:MultiSurface>{polygon(name, points)}"
+        f"</gml:MultiSurface></bldg:lod2MultiSurface></bldg:{kind}></bldg:boundedBy>\n"
+    )
+
+
+def house(name, low, size, ridge=4.0):
+    """A house with a gable roof whose ridge runs east: north and south roofs."""
+    x0, y0 = low
+    x1, y1, z = x0 + size[0], y0 + size[1], size[2]
+    middle, top = (y0 + y1) / 2, z + ridge
+    walls = {
+        "south": [(x0, y0, 0), (x1, y0, 0), (x1, y0, z), (x0, y0, z)],
+        "east": [(x1, y0, 0), (x1, y1, 0), (x1, y1, z), (x1, middle, top), (x1, y0, z)],
+        "north": [(x1, y1, 0), (x0, y1, 0), (x0, y1, z), (x1, y1, z)],
+        "west": [(x0, y1, 0), (x0, y0, 0), (x0, y0, z), (x0, middle, top), (x0, y1, z)],
+    }
+    text = surface("GroundSurface", f"{name}_ground", [(x0, y0, 0), (x0, y1, 0), (x1, y1, 0), (x1, y0, 0)])
+    for side, points in walls.items():
+        text += surface("WallSurface", f"{name}_{side}", points)
+    text += surface(
+        "RoofSurface", f"{name}_roof_south", [(x0, y0, z), (x1, y0, z), (x1, middle, top), (x0, middle, top)]
+    )
+    text += surface(
+        "RoofSurface", f"{name}_roof_north", [(x1, y1, z), (x0, y1, z), (x0, middle, top), (x1, middle, top)]
+    )
+    return f'<cityObjectMember><bldg:Building gml:id="{name}">\n{text}</bldg:Building></cityObjectMember>\n'
+
+
+def write_small_city(path):
+    """Three houses; returns the path."""
+    houses = house("a", (0, 0), (12, 10, 8)) + house("b", (20, -3), (10, 14, 14)) + house("c", (2, 24), (14, 9, 6))
+    path.write_text(f"{HEAD}{houses}</CityModel>\n", encoding="utf-8")
+    return path

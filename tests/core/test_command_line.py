@@ -1,0 +1,227 @@
+"""The program as its users meet it: what it writes, what it says, how it ends."""
+
+import csv
+import json
+import signal
+import subprocess
+import sys
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from citypv.__main__ import main
+from citypv.core.progress import TerminalProgress, describe_progress
+from small_city import write_small_city
+
+ERA5 = Path(__file__).parents[2] / "examples" / "berlin" / "era5_berlin_2017.nc"
+COLUMNS = [
+    "surface_id",
+    "building_id",
+    "kind",
+    "orientation",
+    "eligible",
+    "area",
+    "surface_tilt",
+    "surface_azimuth",
+    "covered_share",
+    "sky_view_factor",
+    "diffuse_relative",
+    "diffuse_relative_standard_error",
+    "direct_relative_annual",
+    "direct_relative_annual_standard_error",
+    "poa_global_annual",
+    "full_load_hours",
+    "full_load_hours_standard_error",
+]
+TABLES = {"faces.csv", "groups.csv", "timeseries.nc", "transfer.nc", "summary.json"}
+
+
+def rows_of(path):
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def names_in(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+@pytest.fixture(scope="module")
+def city(tmp_path_factory):
+    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
+
+
+@pytest.fixture(scope="module")
+def results(city, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("results") / "small"
+    assert main(["simulate", str(city), "--weather", str(ERA5), "--out", str(folder), "--quiet"]) == 0
+    return folder
+
+
+def test_faces(results):
+    rows = rows_of(results / "faces.csv")
+    assert list(rows[0]) == COLUMNS
+    assert [row["surface_id"] for row in rows[:3]] == ["a_ground", "a_south", "a_east"]
+    assert len(rows) == 3 * 7
+    kinds = [row["kind"] for row in rows[:7]]
+    assert kinds == ["downward", "facade", "facade", "facade", "facade", "roof", "roof"]
+    assert [row["orientation"] for row in rows[1:7]] == ["south", "east", "north", "west", "south", "north"]
+    assert rows[0]["full_load_hours"] == ""
+    assert float(rows[0]["covered_share"]) == 1
+    by_name = {row["surface_id"]: row for row in rows}
+    hours = {name: float(row["full_load_hours"]) for name, row in by_name.items() if row["full_load_hours"]}
+    assert hours["c_roof_south"] > hours["c_roof_north"] > hours["c_north"] > 0
+    assert 900 < hours["b_roof_south"] < 1200
+    assert float(by_name["a_south"]["area"]) == pytest.approx(96, rel=1e-5)
+    azimuth = float(by_name["a_south"]["surface_azimuth"])
+    # Grid north is 1.28° west of true north there: (13.38° - 15°) · sin 52.5°.
+    assert azimuth == pytest.approx(180 - 1.285, abs=0.02)
+
+
+def test_groups_and_time_series_agree_with_faces(results):
+    faces = rows_of(results / "faces.csv")
+    groups = rows_of(results / "groups.csv")
+    assert list(groups[0]) == ["kind", "orientation", "period", "index", "full_load_hours", "count", "area"]
+    with xarray.open_dataset(results / "timeseries.nc") as series:
+        names = [str(name) for name in series["group"].values]
+        annual = dict(zip(names, series["capacity_factor"].sum("time").values, strict=True))
+    assert set(names) == {f"facade_{side}" for side in ("north", "east", "south", "west")} | {
+        "roof_north",
+        "roof_south",
+    }
+    for name in names:
+        kind, orientation = name.split("_")
+        own = [row for row in faces if (row["kind"], row["orientation"]) == (kind, orientation)]
+        area = np.array([float(row["area"]) for row in own])
+        expected = np.average([float(row["full_load_hours"]) for row in own], weights=area)
+        assert annual[name] == pytest.approx(expected, rel=1e-4)
+        parts = {"annual": [], "month": [], "hour": []}
+        for row in groups:
+            if (row["kind"], row["orientation"]) == (kind, orientation):
+                parts[row["period"]].append(float(row["full_load_hours"]))
+                assert float(row["area"]) == pytest.approx(area.sum(), rel=1e-4)
+                assert int(row["count"]) == len(own)
+        assert [len(values) for values in parts.values()] == [1, 12, 24]
+        for values in parts.values():
+            assert sum(values) == pytest.approx(expected, rel=1e-3)
+
+
+def test_summary(results):
+    summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
+    assert summary["input"]["surfaces"] == 21
+    assert summary["input"]["site"]["latitude"] == pytest.approx(52.5, abs=0.02)
+    assert {effect["key"] for effect in summary["traced"]["effects"]} >= {"closed-form", "reflections", "far-ground"}
+    assert 0 < summary["error_budget"]["sampling_total"] < 1
+    assert abs(summary["error_budget"]["sun_sampling"]["bias"]) < 1
+    assert summary["totals"]["mwh_per_year"] > 0
+    assert summary["weather"]["ghi_annual"] == pytest.approx(1070, rel=0.1)
+    assert names_in(results) == TABLES
+
+
+def test_yield_repeats_the_simulation(results, tmp_path):
+    out = tmp_path / "again"
+    assert main(["yield", str(results / "transfer.nc"), "--weather", str(ERA5), "--out", str(out), "--quiet"]) == 0
+    assert (out / "faces.csv").read_text() == (results / "faces.csv").read_text()
+    assert (out / "groups.csv").read_text() == (results / "groups.csv").read_text()
+
+
+def test_yield_with_another_weather(results, tmp_path):
+    out = tmp_path / "clear"
+    assert main(["yield", str(results / "transfer.nc"), "--year", "2020", "--out", str(out), "--quiet"]) == 0
+    cloudy, clear = (rows_of(folder / "faces.csv") for folder in (results, out))
+    for before, after in zip(cloudy, clear, strict=True):
+        assert before["diffuse_relative"] == after["diffuse_relative"]
+        if "south" in before["surface_id"]:
+            assert float(after["full_load_hours"]) > float(before["full_load_hours"])
+
+
+def test_the_same_run_twice_writes_the_same(city, results, tmp_path):
+    options = ["--weather", str(ERA5), "--quiet", "--threads", "1"]
+    assert main(["simulate", str(city), "--out", str(tmp_path / "twin"), *options]) == 0
+    assert (tmp_path / "twin" / "faces.csv").read_text() == (results / "faces.csv").read_text()
+
+
+def test_inspect_and_effects(city, capsys):
+    assert main(["inspect", str(city), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["report"]["building_count"] == 3
+    assert found["kinds"]["facade"]["count"] == 12
+    assert main(["effects", str(city), "--json"]) == 0
+    assert {effect["key"] for effect in json.loads(capsys.readouterr().out)} >= {"reflections"}
+    assert main(["effects", str(city)]) == 0
+    assert "bounces" in capsys.readouterr().out
+    assert main(["inspect", str(city)]) == 0
+    assert "buildings    3" in capsys.readouterr().out
+
+
+REFUSED = {
+    "no such file": (["nowhere.gml"], "nowhere.gml"),
+    "weather that is none": (["CITY", "--weather", "CITY"], "small.gml"),
+    "weather that is not there": (["CITY", "--weather", "nowhere.nc"], "nowhere.nc"),
+    "albedo above 1": (["CITY", "--albedo", "1.5"], "--albedo"),
+    "albedo file that is not there": (["CITY", "--albedo-file", "nowhere.csv"], "nowhere.csv"),
+    "no such module": (["CITY", "--module", "Nonesuch"], "--module"),
+    "no such suns": (["CITY", "--suns", "monthly"], "--suns"),
+    "no such effect": (["CITY", "--effects", "fog=on"], "--effects"),
+    "effect without a state": (["CITY", "--effects", "fog"], "fog"),
+    "negative bounces": (["CITY", "--max-bounces", "-1"], "--max-bounces"),
+    "beyond the poles": (["CITY", "--latitude", "91", "--longitude", "0"], "--latitude"),
+    "a place off the weather's grid": (["CITY", "--weather", "ERA5", "--latitude", "10", "--longitude", "10"], "era5"),
+    "no such option": (["CITY", "--colour", "red"], "--colour"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused_with_one_line(name, city, tmp_path, capfd, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    arguments, culprit = REFUSED[name]
+    places = {"CITY": str(city), "ERA5": str(ERA5)}
+    arguments = [places.get(argument, argument) for argument in arguments]
+    assert main(["simulate", *arguments, "--out", "out", "--quiet"]) == 2
+    said = capfd.readouterr().err
+    assert culprit in said
+    assert said.count("\n") == 1
+    assert names_in(tmp_path) == set()
+
+
+def test_a_full_folder_is_not_touched(city, tmp_path, capfd):
+    (tmp_path / "notes.txt").write_text("mine")
+    assert main(["simulate", str(city), "--out", str(tmp_path), "--quiet"]) == 2
+    assert "not empty" in capfd.readouterr().err
+    assert names_in(tmp_path) == {"notes.txt"}
+
+
+def test_overwrite_replaces_results_and_keeps_the_rest(city, tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "preview.png").write_text("of an earlier run")
+    assert main(["simulate", str(city), "--out", str(tmp_path), "--quiet", "--overwrite", "--samples", "16"]) == 0
+    assert names_in(tmp_path) == TABLES | {"notes.txt"}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot send SIGINT to one process")
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_run_leaves_nothing(city, tmp_path, sign):
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "citypv", "simulate", str(city), "--out", str(out), "--samples", "400000"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=tmp_path) as process:
+        for line in process.stderr:
+            if "sky and reflections" in line:
+                process.send_signal(sign)
+                break
+        said = process.stderr.read()
+        assert process.wait(timeout=60) == 130
+    assert said.strip().endswith("interrupted; nothing was written")
+    assert "Traceback" not in said
+    assert names_in(tmp_path) == set()
+
+
+def test_progress_tells_rate_and_rest():
+    assert describe_progress(500e6, 1e9, "rays", 25) == "50 %, 20 Mrays/s, 25 s left"
+    assert describe_progress(1e9, 1e9, "rays", 50) == "100 %, 20 Mrays/s, took 50.0 s"
+    stream = StringIO()
+    progress = TerminalProgress(stream)
+    for done in range(0, 1001, 10):
+        progress("suns", done, 1000, "suns")
+    assert 1 <= len(stream.getvalue().splitlines()) <= 2
+    assert "suns: 100 %" in stream.getvalue()
