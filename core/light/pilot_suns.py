@@ -48,7 +48,7 @@ def trace_pilot(scene, transfer, hourly, request, progress):
             suns=(suns.direction.astype(np.float32), suns.weight.astype(np.float32)),
             behind=False,
             threads=usable_threads(request.threads),
-            progress=lambda share, rays: progress("error of the clustered suns", rays, rays / share, "rays"),
+            progress=lambda share, rays, way=suns.way: progress(f"error check, {way}", rays, rays / share, "rays"),
         )
         pair.append(take_surfaces(transfer, scene.triangle_surface[chosen], suns, light.visible_share))
     return pair
