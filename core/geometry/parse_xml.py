@@ -7,7 +7,15 @@ from lxml import etree
 from ..errors import InputError
 from .open_input import open_input
 
-SAFE = {"resolve_entities": False, "no_network": True, "load_dtd": False, "dtd_validation": False, "huge_tree": False}
+SAFE = {
+    "resolve_entities": False,
+    "no_network": True,
+    "load_dtd": False,
+    "dtd_validation": False,
+    "huge_tree": False,
+    "remove_comments": True,
+    "remove_pis": True,
+}
 CUT = "the file is cut or damaged: get it again"
 
 
@@ -66,10 +74,11 @@ def _forget(element):
 
 def _syntax_error(path, error):
     message = re.sub(r"\s+", " ", (error.msg or "not well formed").split(", line ")[0])
+    message = message.replace(", try XML_PARSE_HUGE", "").strip()
     line = error.lineno or 1
     if "ntity" in message and ("loop" in message or "mplification" in message or "ndeclared" in message):
         return InputError(path, f"line {line}: entities are not accepted ({message})", "write the text out in full")
-    if "huge" in message.lower() or "too long" in message.lower() or "Excessive depth" in message:
+    if "Resource limit" in message or "too long" in message or "xcessive depth" in message:
         return InputError(path, f"line {line}: more text or depth than a city needs ({message})", CUT)
     if line == 1 and "Start tag expected" in message:
         return InputError(path, "line 1: this is not XML", "give a CityGML file")

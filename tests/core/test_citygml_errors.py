@@ -1,0 +1,93 @@
+"""Files that cannot be used end in one clear line: file, place, cure."""
+
+import gzip
+
+import citygml_text as text
+import pytest
+from citypv.core.errors import InputError
+from citypv.core.geometry.open_input import LARGEST_GAIN
+from citypv.core.geometry.read_city import read_city
+
+HOUSE = text.building(text.surface(text.members(text.polygon("a", text.SQUARE))))
+GOOD = text.model(HOUSE).encode()
+LAUGHS = (
+    '<?xml version="1.0"?><!DOCTYPE x [<!ENTITY a "ha">'
+    + "".join(f'<!ENTITY {chr(98 + k)} "{f"&{chr(97 + k)};" * 10}">' for k in range(9))
+    + ']><CityModel xmlns="http://www.opengis.net/citygml/2.0">&j;</CityModel>'
+)
+OUTSIDE = '<!DOCTYPE x SYSTEM "http://localhost:1/x.dtd"><CityModel xmlns="http://www.opengis.net/citygml/2.0"/>'
+FILES = {
+    "empty": (b"", "empty"),
+    "cut": (GOOD[: len(GOOD) // 2], r"line \d+: the XML breaks off"),
+    "cut in the head": (GOOD[:60], r"line \d+: "),
+    "no xml": (b"hello", "line 1"),
+    "binary": (bytes(range(1, 200)), "line 1"),
+    "html": (b"<html><body>404</body></html>", r"line 1: <html> is not CityGML"),
+    "no buildings": (text.model().encode(), "no buildings"),
+    "building without a shape": (text.model(text.building()).encode(), "no building has a shape"),
+    "laughs": (LAUGHS.encode(), "line 1: a document type"),
+    "external document type": (OUTSIDE.encode(), "line 1: a document type"),
+    "zip": (b"PK\x03\x04....", "zip archive"),
+    "cut gzip": (gzip.compress(GOOD)[:-40], "gzip breaks off"),
+    "long attribute": (GOOD.replace(b'"house"', b'"' + b"x" * 11_000_000 + b'"'), r"line \d+: more text or depth"),
+    "deep": (
+        GOOD.replace(b"</bldg:Building>", b"<a>" * 400 + b"</a>" * 400 + b"</bldg:Building>"),
+        "more text or depth",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_refused_with_file_place_and_cure(tmp_path, name):
+    data, problem = FILES[name]
+    path = tmp_path / "city.gml"
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=problem) as caught:
+        read_city(path)
+    message = str(caught.value)
+    assert message.startswith(str(path))
+    assert "; " in message
+    assert "\n" not in message
+    assert len(message) < 500
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(InputError, match=r"nowhere.gml: no such file; check the path"):
+        read_city(tmp_path / "nowhere.gml")
+
+
+def test_folder_without_files_of_buildings(tmp_path):
+    with pytest.raises(InputError, match="folder without files of buildings"):
+        read_city(tmp_path)
+
+
+def test_gzip_bomb_stops_early(tmp_path):
+    blanks = b"<!--" + b" " * 2**20 + b"-->"
+    with gzip.open(tmp_path / "bomb.gml.gz", "wb", compresslevel=9) as packed:
+        packed.write(text.HEAD.encode())
+        for _ in range(300):
+            packed.write(blanks)
+    size = (tmp_path / "bomb.gml.gz").stat().st_size
+    assert LARGEST_GAIN * size < 300 * 2**20
+    with pytest.raises(InputError, match="unpacks to more than"):
+        read_city(tmp_path / "bomb.gml.gz")
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "iso-8859-1"])
+def test_encodings_and_byte_order_marks(tmp_path, encoding):
+    written = GOOD.decode().replace("UTF-8", {"utf-8-sig": "UTF-8"}.get(encoding, encoding.upper()))
+    (tmp_path / "city.gml").write_bytes(written.encode(encoding))
+    assert read_city(tmp_path / "city.gml").surface_id == ["a"]
+
+
+def test_one_huge_line(tmp_path):
+    many = "".join(HOUSE.replace('"house"', f'"h{k}"').replace('"a"', f'"a{k}"').strip() for k in range(3000))
+    (tmp_path / "city.gml").write_text(text.HEAD.replace("\n", "") + many + "</CityModel>", encoding="utf-8")
+    assert len(read_city(tmp_path / "city.gml")) == 3000
+
+
+def test_entities_in_attributes_are_refused_too(tmp_path):
+    written = GOOD.decode().replace("<CityModel", '<!DOCTYPE m [<!ENTITY e "x">]><CityModel').replace("house", "&e;")
+    (tmp_path / "city.gml").write_text(written, encoding="utf-8")
+    with pytest.raises(InputError, match="document type"):
+        read_city(tmp_path / "city.gml")

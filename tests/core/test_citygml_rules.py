@@ -1,0 +1,143 @@
+"""References, twins, orientation and repairs, on CityGML written by hand."""
+
+import citygml_text as text
+import numpy as np
+import pytest
+from citypv.core.errors import InputError
+from citypv.core.geometry.measure_polygons import measure_polygons
+from citypv.core.geometry.read_city import read_city
+
+SQUARE = text.SQUARE  # in the plane y = 0, 12 m², faces south
+FURTHER = [(x, y + 5, z) for x, y, z in SQUARE]
+
+
+def read(tmp_path, *buildings, **options):
+    path = tmp_path / "city.gml"
+    path.write_text(text.model(*buildings), encoding="utf-8")
+    return read_city(path, **options)
+
+
+def test_solid_that_names_its_boundary_surfaces_adds_nothing(tmp_path):
+    city = read(
+        tmp_path, text.building(text.surface(text.members(text.polygon("a", SQUARE))), text.solid(text.links("a")))
+    )
+    assert city.surface_id == ["a"]
+    assert city.thematic == ["WallSurface"]
+
+
+def test_boundary_surface_that_names_a_polygon_of_the_solid_gives_it_its_class(tmp_path):
+    solid = text.solid(text.members(text.polygon("a", SQUARE)))
+    city = read(tmp_path, text.building(solid, text.surface(text.links("a"), kind="RoofSurface")))
+    assert city.surface_id == ["a"]
+    assert city.thematic == ["RoofSurface"]
+
+
+def test_solid_drawn_again_beside_its_surfaces_is_left_out_with_a_word(tmp_path):
+    solid = text.solid(text.members(text.polygon("b", SQUARE)))
+    city = read(tmp_path, text.building(text.surface(text.members(text.polygon("a", SQUARE))), solid))
+    assert city.surface_id == ["a"]
+    assert ["b"] in city.report.skipped.values()
+
+
+def test_polygons_only_in_the_solid_are_read(tmp_path):
+    city = read(
+        tmp_path, text.building(text.solid(text.members(text.polygon("a", SQUARE), text.polygon("b", FURTHER))))
+    )
+    assert city.surface_id == ["a", "b"]
+    assert city.thematic == ["", ""]
+
+
+@pytest.mark.parametrize(("sign", "north"), [("+", -1), ("-", 1)])
+def test_orientable_surface_turns_its_polygon(tmp_path, sign, north):
+    turned = (
+        f'<gml:OrientableSurface orientation="{sign}"><gml:baseSurface>{text.polygon("a", SQUARE)}</gml:baseSurface>'
+    )
+    city = read(tmp_path, text.building(text.solid(text.members(turned + "</gml:OrientableSurface>"))))
+    _, normal = measure_polygons(city.points, city.ring_start, city.polygon_start)
+    assert normal[0] == pytest.approx([0, north, 0])
+
+
+@pytest.mark.parametrize(("sign", "north"), [("+", -1), ("-", 1)])
+def test_solid_says_which_side_of_its_surface_is_outside(tmp_path, sign, north):
+    wall = text.surface(text.members(text.polygon("a", SQUARE)))
+    turned = f'<gml:OrientableSurface orientation="{sign}"><gml:baseSurface xlink:href="#a"/></gml:OrientableSurface>'
+    city = read(tmp_path, text.building(wall, text.solid(text.members(turned))))
+    _, normal = measure_polygons(city.points, city.ring_start, city.polygon_start)
+    assert normal[0] == pytest.approx([0, north, 0])
+
+
+def test_nested_composite_surface_named_as_a_whole(tmp_path):
+    group = f'<gml:CompositeSurface gml:id="group">{text.members(text.polygon("a", SQUARE))}</gml:CompositeSurface>'
+    solid = text.solid(text.members(group) + text.members(text.polygon("b", FURTHER)))
+    city = read(tmp_path, text.building(solid, text.surface(text.links("group"), kind="RoofSurface"),
+                                        text.surface(text.links("b"))))  # fmt: skip
+    assert dict(zip(city.surface_id, city.thematic, strict=True)) == {"a": "RoofSurface", "b": "WallSurface"}
+
+
+def test_reference_without_target_is_reported(tmp_path):
+    wall = text.surface(text.members(text.polygon("a", SQUARE)))
+    city = read(tmp_path, text.building(wall, text.solid(text.links("a", "nowhere"))))
+    assert ["nowhere"] in city.report.skipped.values()
+
+
+def test_names_are_made_where_missing_and_numbered_where_repeated(tmp_path):
+    walls = text.surface(text.members(text.polygon("", SQUARE), text.polygon("a", FURTHER), text.polygon("a", SQUARE)))
+    city = read(tmp_path, text.building(walls), text.building(walls, name=""))
+    assert len(set(city.surface_id)) == 6
+    assert city.surface_id[0] == "house_1"
+    assert city.surface_id[1:3] == ["a", "a~2"]
+    assert city.building_id[3] == "building_2"
+    assert city.report.repaired["identifier given twice, number added"] == ["a~2", "a~3", "a~4"]
+
+
+def test_unclosed_and_repeated_points_are_mended_and_reported(tmp_path):
+    doubled = [SQUARE[0], SQUARE[0], *SQUARE[1:]]
+    walls = text.surface(text.members(text.polygon("open", SQUARE, closed=False), text.polygon("twice", doubled)))
+    city = read(tmp_path, text.building(walls))
+    assert [len(city.rings(k)[0]) for k in range(2)] == [4, 4]
+    assert city.report.repaired == {"ring was not closed": ["open"], "repeated point taken out": ["twice"]}
+
+
+def test_polygons_that_cannot_be_used_are_left_out_with_reason_and_name(tmp_path):
+    flat = [(0, 0, 0), (1, 0, 0), (2, 0, 0)]
+    bad = text.polygon("word", [("0 0 x", 0, 0), *SQUARE])
+    walls = text.surface(
+        text.members(text.polygon("good", SQUARE), text.polygon("flat", flat), text.polygon("two", flat[:2]), bad)
+    )
+    city = read(tmp_path, text.building(walls))
+    assert city.surface_id == ["good"]
+    assert city.report.skipped == {
+        "coordinates that are not numbers": ["word"], "no area": ["flat"], "fewer than three points": ["two"],
+    }  # fmt: skip
+
+
+def test_interiors_are_never_read(tmp_path):
+    inner = text.polygon("inner", FURTHER)
+    room = text.wrap(text.members(inner), "bldg:interiorRoom", "bldg:Room", "bldg:lod4Solid", "gml:Solid")
+    city = read(tmp_path, text.building(text.surface(text.members(text.polygon("a", SQUARE)), lod=4), room))
+    assert city.surface_id == ["a"]
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "1e308"])
+def test_coordinates_beyond_earth_are_refused(tmp_path, value):
+    with pytest.raises(InputError, match=r"city.gml: line 4: a coordinate is not finite"):
+        read(tmp_path, "\n", text.building(text.surface(text.members(text.polygon("a", [(value, 0, 0), *SQUARE])))))
+
+
+def test_shift_by_500_km_changes_no_area_and_no_normal(tmp_path):
+    near = read(tmp_path, text.building(text.solid(text.members(text.polygon("a", SQUARE)))))
+    moved = [(x + 500_000, y + 5_800_000, z + 100) for x, y, z in SQUARE]
+    far = read(tmp_path, text.building(text.solid(text.members(text.polygon("a", moved)))))
+    for one, other in zip(
+        *(measure_polygons(c.points, c.ring_start, c.polygon_start) for c in (near, far)), strict=True
+    ):
+        assert np.allclose(one, other, rtol=1e-12)
+
+
+def test_installation_shades_and_other_objects_are_named(tmp_path):
+    shell = text.wrap(text.members(text.polygon("i", FURTHER)), "bldg:lod2Geometry", "gml:MultiSurface")
+    balcony = text.wrap(shell, "bldg:outerBuildingInstallation", "bldg:BuildingInstallation")
+    city = read(tmp_path, text.building(text.surface(text.members(text.polygon("a", SQUARE))), balcony),
+                "<cityObjectMember><Bridge/></cityObjectMember>")  # fmt: skip
+    assert city.thematic == ["WallSurface", "BuildingInstallation"]
+    assert city.report.notes == ["1 Bridge left out: no building."]

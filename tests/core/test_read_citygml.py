@@ -1,0 +1,170 @@
+"""Files of many producers against counts and areas that independent scripts found."""
+
+import gzip
+import json
+import pickle
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from citypv.core.errors import InputError
+from citypv.core.geometry.classify import measure_tilt
+from citypv.core.geometry.measure_polygons import measure_polygons
+from citypv.core.geometry.read_city import read_city
+from citypv.core.geometry.read_citygml import read_citygml
+
+ROOT = Path(__file__).parents[2]
+DATA = ROOT / "tests" / "data" / "citygml"
+EXPECTED = json.loads((DATA / "expected.json").read_text(encoding="utf-8"))
+US_FOOT = 1200 / 3937  # [m]
+# Counted in the file, but left out for want of area; the file's own count of degenerate polygons.
+DEGENERATE = {"ingolstadt_lod3_4018148.xml": 25}
+
+
+def find(name):
+    place = ROOT / "examples" / "berlin" / name
+    if place.exists():
+        return place
+    return DATA / name if (DATA / name).exists() else DATA / f"{name}.gz"
+
+
+def measure(city):
+    return measure_polygons(city.points, city.ring_start, city.polygon_start)
+
+
+def scale(name):
+    return US_FOOT**2 if name.startswith("nyc") else 1.0
+
+
+CASES = [(name, lod) for name, e in EXPECTED.items() for lod in sorted({k[3:4] for k in e["area_by_lod_class"]})]
+
+
+@pytest.mark.parametrize(("name", "lod"), CASES)
+def test_counts_and_areas_of_every_lod(name, lod):
+    city = read_city(find(name), lod=lod)
+    expected = EXPECTED[name]
+    assert city.report.building_count == expected["buildings"]
+    assert city.report.part_count == expected["parts"]
+    area, _ = measure(city)
+    thematic = np.array(city.thematic)
+    classes = {k.split(":")[1]: v for k, v in expected["area_by_lod_class"].items() if k.startswith(f"lod{lod}")}
+    assert sum(count for count, _ in classes.values()) == len(city)
+    for name_of_class, (count, square_metres) in classes.items():
+        chosen = thematic == (name_of_class if name_of_class != "None" else "")
+        assert chosen.sum() == count
+        assert area[chosen].sum() == pytest.approx(square_metres * scale(name), rel=1e-3, abs=0.06)
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_every_polygon_is_met_and_counted_once(name):
+    city = read_city(find(name))
+    assert sum(city.report.lods_met.values()) == EXPECTED[name]["polygons"]
+    assert len(set(city.surface_id)) == len(city)
+    assert sum(city.report.lods_chosen.values()) - len(city) == DEGENERATE.get(name, 0)
+
+
+@pytest.mark.parametrize("name", [name for name, e in EXPECTED.items() if e["lod2_area_by_tilt"]])
+def test_area_by_tilt(name):
+    city = read_city(find(name), lod="2")
+    area, normal = measure(city)
+    tilt, _ = measure_tilt(normal)
+    bounds = {"up": (0, 1), "roof<15": (1, 15), "roof15-60": (15, 60), "60-89": (60, 89), "wall": (89, 91)}
+    for word, (low, high) in {**bounds, "down": (91, 180.1)}.items():
+        expected = EXPECTED[name]["lod2_area_by_tilt"].get(word, 0.0) * scale(name)
+        assert area[(tilt >= low) & (tilt < high)].sum() == pytest.approx(expected, rel=1e-3, abs=0.5)
+
+
+@pytest.mark.parametrize("name", [n for n in EXPECTED if not n.startswith(("plateau", "nyc", "ingolstadt"))])
+def test_bounds_are_those_of_the_points_not_of_the_envelope(name):
+    cities = [read_city(find(name), lod=lod).points for n, lod in CASES if n == name]
+    points = np.concatenate(cities)
+    assert points.min(axis=0) == pytest.approx(EXPECTED[name]["min"], abs=2e-3)
+    highest = (
+        EXPECTED[name]["max"] if name != "synthetic_100bld_v1.gml" else [96, 98, 12]
+    )  # that one names its envelope
+    assert points.max(axis=0) == pytest.approx(highest, abs=2e-3)
+
+
+def test_holes_are_kept():
+    for name, e in EXPECTED.items():
+        total = 0
+        for n, lod in CASES:
+            if n == name:
+                city = read_city(find(name), lod=lod)
+                total += len(city.ring_start) - 1 - len(city)
+        lost = 1 if name.startswith("ingolstadt") else 0  # one hole belongs to a polygon without area
+        assert e["holes"] - total in (0, lost), name
+
+
+def test_best_of_lod_2_by_default_and_never_two_at_once():
+    assert read_city(find("hamburg_CS2_multiLOD.gml")).report.lods_chosen == {"2": 21}
+    assert read_city(find("delft_lod1_v2.xml")).report.lods_chosen == {"1": 91}
+    assert read_city(find("ingolstadt_lod3_4018148.xml")).report.lods_chosen == {"3": 259}
+    plateau = read_city(find("plateau_yokosuka_52397519_bldg.gml"))
+    assert plateau.report.lods_chosen == {"1": 152, "2": 582}
+    kinds = {}
+    for building, thematic in zip(plateau.building_id, plateau.thematic, strict=True):
+        kinds.setdefault(building, set()).add(bool(thematic))  # only LoD 2 has thematic surfaces there
+    assert all(len(met) == 1 for met in kinds.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "crs"),
+    [
+        ("berlin_3910_5817.gml", "EPSG:25833"),
+        ("berlin_opendata_part_v1.gml", "EPSG:25833"),
+        ("hannover_LGLN_LoD2_32_550_5802_3bld.gml", "EPSG:25832"),
+        ("nrw_LoD2_32_280_5659_1_NW.gml", "EPSG:25832"),
+        ("denhaag_1BwBP.gml", "EPSG:28992"),
+        ("zurich_lod2_v1.xml", "EPSG:21781"),
+        ("lyon_1er_small_house.gml", None),
+    ],
+)
+def test_spelling_of_the_coordinate_reference_system(name, crs):
+    assert read_city(find(name)).crs == crs
+
+
+def test_degenerate_polygons_are_reported_by_id():
+    report = read_city(find("ingolstadt_lod3_4018148.xml")).report
+    assert sum(map(len, report.skipped.values())) == 25
+    assert all(identifier for identifiers in report.skipped.values() for identifier in identifiers)
+
+
+def test_city_pickles():
+    city = read_city(find("denhaag_1BwBP.gml"))
+    again = pickle.loads(pickle.dumps(city))
+    assert again.surface_id == city.surface_id
+    assert np.array_equal(again.points, city.points)
+
+
+def test_folder_and_several_files_are_one_city(tmp_path):
+    shutil.copy(find("denhaag_1BwBP.gml"), tmp_path / "b.gml")
+    with gzip.open(tmp_path / "a.gml.gz", "wb") as packed:
+        packed.write(find("denhaag_1BwBP.gml").read_bytes().replace(b"GUID_7F9", b"GUID_XXX").replace(b"UUID", b"UVID"))
+    city = read_city(tmp_path)
+    alone = read_city(find("denhaag_1BwBP.gml"))
+    assert len(city) == 2 * len(alone)
+    assert len(set(city.building_id)) == 2
+    assert city.building_id[0].startswith("GUID_XXX")  # the order of the names
+    assert len(read_citygml([tmp_path / "b.gml", tmp_path / "a.gml.gz"])) == len(city)
+
+
+def test_same_building_in_two_tiles_counts_once(tmp_path):
+    shutil.copy(find("denhaag_1BwBP.gml"), tmp_path / "b.gml")
+    shutil.copy(find("denhaag_1BwBP.gml"), tmp_path / "a.gml")
+    city = read_city(tmp_path)
+    assert len(city) == 39
+    assert city.report.skipped["building given by an earlier file already"] == [city.building_id[0]]
+
+
+def test_files_in_two_systems_are_refused():
+    with pytest.raises(InputError, match=r"EPSG:25832.*bring all files"):
+        read_city([find("denhaag_1BwBP.gml"), find("hannover_LGLN_LoD2_32_550_5802_3bld.gml")])
+
+
+def test_missing_lod_names_those_met():
+    with pytest.raises(InputError, match=r"no building has LoD 3 \(met: 2\)"):
+        read_city(find("denhaag_1BwBP.gml"), lod=3)
+    with pytest.raises(InputError, match="no level of detail"):
+        read_city(find("denhaag_1BwBP.gml"), lod="9")
