@@ -46,7 +46,7 @@ def interpolate_point(source, dataset, latitude, longitude, point):
         latitude + sum(weight * north[row] for row, weight in rows),
         longitude + sum(weight * east[column] for column, weight in columns),
     )
-    return values, tuple(round(value, 9) for value in place)
+    return values, tuple(round(value, 5) for value in place)
 
 
 def weigh_neighbours(distance, point):

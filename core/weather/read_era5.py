@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
+from scipy.io import netcdf_file
 
 from ..errors import InputError
 from .grid_point import interpolate_point
@@ -100,8 +101,9 @@ def read_files(path, files, latitude, longitude, point):
 def read_file(path, file, latitude, longitude, point):
     """Values of one NetCDF file at one place: the table and the place, as in `read_files`."""
     try:
+        check_length(file)
         dataset = xr.open_dataset(file, engine="netcdf4", drop_variables=["number"])
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, ValueError, KeyError, TypeError) as error:
         words = " ".join(str(error).split())[:160]
         raise InputError(
             path, f"cannot be read as NetCDF ({words})", "download the file again; it may be cut"
@@ -119,6 +121,19 @@ def read_file(path, file, latitude, longitude, point):
         times = pd.DatetimeIndex(dataset["time"].to_numpy(), tz="UTC")
         table = pd.DataFrame({name: dataset[name].to_numpy().astype(float) for name in names}, index=times)
     return table, place
+
+
+def check_length(file):
+    """Raise where a file in NetCDF's classic format is shorter than its header says.
+
+    The NetCDF library reads zeros beyond the end of such a file. (Files in HDF5 know their own length.)
+    """
+    with file.open("rb") as stream:
+        if stream.read(4) in (b"CDF\x01", b"CDF\x02"):
+            stream.seek(0)
+            # Laying every array over the mapped file fails where bytes are missing.
+            classic = netcdf_file(stream, "r", mmap=True)
+            classic.variables.clear()
 
 
 def rename_dimensions(path, dataset):
