@@ -2,10 +2,14 @@
 
 import mapbox_earcut
 import numpy as np
+import shapely
+from scipy.spatial import cKDTree
 
 from .measure_polygons import measure_polygons
 
 THIN = 1e-9  # a triangle whose area is below this share of its longest edge squared has none
+LOST_SHARE = 1e-6  # of a polygon's area: more of it lost or doubled means that a hole went missing
+TOUCHING = 1e-4  # [m] a corner this close to another is the same
 
 
 def triangulate(points, ring_start, polygon_start):
@@ -41,7 +45,10 @@ def triangulate(points, ring_start, polygon_start):
     rest = (ring_count > 1) | (point_count > 4)
     rest[quads[~cut]] = True
     for polygon in np.flatnonzero(rest):
-        clipped = _clip_ears(plane, ring_start[polygon_start[polygon] : polygon_start[polygon + 1] + 1])
+        rings = ring_start[polygon_start[polygon] : polygon_start[polygon + 1] + 1]
+        clipped = _clip_ears(plane, rings)
+        if len(rings) > 2 and abs(_covered(plane, clipped) - area[polygon]) > LOST_SHARE * area[polygon]:
+            clipped = clip_touching_holes(plane, rings, area[polygon], clipped)
         triangles.append(clipped)
         owners.append(np.full(len(clipped), polygon))
     triangles, owners = np.concatenate(triangles), np.concatenate(owners)
@@ -90,6 +97,45 @@ def _clip_ears(plane, rings):
     corners = np.ascontiguousarray(plane[start : rings[-1]])
     ends = (rings[1:] - start).astype(np.uint32)
     return mapbox_earcut.triangulate_float64(corners, ends).reshape(-1, 3).astype(np.int64) + start
+
+
+def clip_touching_holes(plane, rings, area, otherwise):
+    """Triangles of a polygon whose holes touch its outline, where ear clipping alone may lose a hole.
+
+    The holes are taken off the outline first; what is left has no holes that touch. Every corner of it is a corner of
+    the polygon, so no point is added.
+
+    Parameters
+    ----------
+    plane : array, (m, 2) float64 [m]
+    rings : array, (r + 1,) int64
+        Starts of the polygon's rings into plane.
+    area : float [m²]
+    otherwise : array, (t, 3) int64
+        Kept where nothing better comes out.
+    """
+    shapes = [shapely.Polygon(plane[rings[k] : rings[k + 1]]) for k in range(len(rings) - 1)]
+    shapes = shapely.make_valid(np.array(shapes, dtype=object))
+    left = shapely.difference(shapes[0], shapely.union_all(shapes[1:]))
+    pieces = [piece for piece in shapely.get_parts(left) if piece.geom_type == "Polygon" and piece.area > THIN * area]
+    corners = cKDTree(plane[rings[0] : rings[-1]])
+    triangles = [np.empty((0, 3), np.int64)]
+    for piece in pieces:
+        outline = [np.asarray(ring.coords)[:-1] for ring in (piece.exterior, *piece.interiors)]
+        coordinates = np.concatenate(outline)
+        distance, index = corners.query(coordinates)
+        if distance.max() > TOUCHING:
+            return otherwise
+        ends = np.cumsum([len(ring) for ring in outline]).astype(np.uint32)
+        clipped = mapbox_earcut.triangulate_float64(coordinates, ends).reshape(-1, 3)
+        triangles.append(index[clipped] + rings[0])
+    triangles = np.concatenate(triangles)
+    better = abs(_covered(plane, triangles) - area) < abs(_covered(plane, otherwise) - area)
+    return triangles if better else otherwise
+
+
+def _covered(plane, triangles):
+    return np.abs(_signed_area(plane, triangles)).sum()
 
 
 def _signed_area(plane, triangles):

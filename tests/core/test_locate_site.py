@@ -1,0 +1,140 @@
+"""Place on Earth and meridian convergence against pyproj's own factors, a formula and known places."""
+
+import math
+
+import numpy as np
+import pyproj
+import pytest
+from citypv.core.errors import InputError
+from citypv.core.geometry.convert_to_metres import convert_to_metres
+from citypv.core.geometry.locate_site import locate_site
+from citypv.core.geometry.name_crs import name_crs
+
+PLACES = [
+    ("EPSG:25833", 391490.0, 5817850.0),
+    ("EPSG:25832", 280865.0, 5659188.0),
+    ("EPSG:28992", 78595.0, 457904.0),
+    ("EPSG:21781", 683295.0, 247458.0),
+    ("EPSG:31256", 3325.0, 340488.0),
+    ("EPSG:32756", 334000.0, 6251000.0),  # Sydney, southern hemisphere
+    ("EPSG:7415", 84586.0, 447015.0),  # compound
+]
+
+
+@pytest.mark.parametrize(("crs", "east", "north"), PLACES)
+def test_convergence_equals_the_projections_own(crs, east, north):
+    latitude, longitude, convergence = locate_site(crs, (east, north, 0.0))
+    system = pyproj.CRS.from_user_input(crs)
+    plane = system.sub_crs_list[0] if system.is_compound else system
+    projection = pyproj.Proj(plane)
+    # The projection's factors are taken on its own datum; PROJ counts convergence from grid north to true north.
+    own = projection.get_factors(*projection(east, north, inverse=True)).meridian_convergence
+    assert convergence == pytest.approx(own, abs=2e-4)
+    assert (latitude, longitude) == pytest.approx(projection(east, north, inverse=True)[::-1], abs=1e-6)
+
+
+def test_west_of_the_central_meridian_grid_north_points_west_in_the_north():
+    # 13.4° E in zone 33 (15° E), on a sphere tan(c) = tan(lon - lon0) sin(lat): grid north lies west of true north.
+    projection = pyproj.Proj("EPSG:25833")
+    *_, convergence = locate_site("EPSG:25833", projection(13.4, 52.5))
+    assert convergence == pytest.approx(
+        math.degrees(math.atan(math.tan(math.radians(13.4 - 15)) * math.sin(math.radians(52.5)))), abs=2e-3
+    )
+    assert convergence < -1.2
+
+
+def test_in_the_south_the_sign_turns():
+    projection = pyproj.Proj("EPSG:32756")  # central meridian 153° E
+    *_, convergence = locate_site("EPSG:32756", projection(151.2, -33.9))
+    assert convergence > 0.9
+
+
+def test_user_overrides_the_place_but_not_the_grid():
+    latitude, longitude, convergence = locate_site("EPSG:25833", (391490, 5817850), latitude=10.0)
+    assert latitude == 10.0
+    assert longitude == pytest.approx(13.4015, abs=1e-3)
+    assert convergence == pytest.approx(-1.268, abs=1e-3)
+
+
+def test_no_system_at_all():
+    assert locate_site(None, (0, 0)) == (None, None, 0.0)
+    assert locate_site(None, (0, 0), 52.5, 13.4) == (52.5, 13.4, 0.0)
+    with pytest.raises(InputError, match="give both --latitude"):
+        locate_site(None, (0, 0), latitude=52.5)
+
+
+@pytest.mark.parametrize("latitude", [91, -100, math.nan])
+def test_latitude_out_of_bounds(latitude):
+    with pytest.raises(InputError, match="out of bounds"):
+        locate_site(None, (0, 0), latitude, 0.0)
+
+
+def test_point_outside_of_the_projection():
+    with pytest.raises(InputError, match="lies outside"):
+        locate_site("EPSG:25833", (1e8, 1e8))
+
+
+@pytest.mark.parametrize(
+    ("spelling", "crs"),
+    [
+        ("EPSG:25833", "EPSG:25833"),
+        ("epsg:25832", "EPSG:25832"),
+        ("urn:ogc:def:crs:EPSG::25833", "EPSG:25833"),
+        ("urn:ogc:def:crs:EPSG:6.12:31466", "EPSG:31466"),
+        ("urn:adv:crs:ETRS89_UTM32*DE_DHHN2016_NH*GCG2016", "EPSG:25832"),
+        ("urn:adv:crs:ETRS89_UTM33*DE_DHHN2016_NH", "EPSG:25833"),
+        ("urn:adv:crs:DE_DHDN_3GK3*DE_DHHN92_NH", "EPSG:31467"),
+        ("http://www.opengis.net/def/crs/EPSG/0/6697", "EPSG:6697"),
+        ("https://www.opengis.net/def/crs/EPSG/0/7415", "EPSG:7415"),
+        ("http://www.opengis.net/gml/srs/epsg.xml#28992", "EPSG:28992"),
+        ("urn:ogc:def:crs,crs:EPSG::25833,crs:EPSG::7837", "EPSG:25833+7837"),
+        ("urn:ogc:def:crs,crs:EPSG:6.12:3068,crs:EPSG:6.12:5783", "EPSG:3068+5783"),
+        ("EPSG:25833+7837", "EPSG:25833+7837"),
+        ("CH1903", "EPSG:21781"),
+        ("CH1903+", "EPSG:2056"),
+        ("my own grid", None),
+        ("EPSG:99999", None),
+        ("", None),
+    ],
+)
+def test_spellings(spelling, crs):
+    easting = {"CH1903": 683270.0, "CH1903+": 2683270.0}.get(spelling)
+    assert name_crs(spelling, easting) == crs
+
+
+def test_new_york_in_feet_becomes_metres_at_the_same_place():
+    feet = np.array([[987604.042, 212111.083, 45.689], [987704.042, 212111.083, 145.689]])
+    points, crs, note = convert_to_metres(feet, "EPSG:2263")
+    assert points[1] - points[0] == pytest.approx([100 * 1200 / 3937, 0, 100 * 1200 / 3937])
+    here = pyproj.Transformer.from_crs("EPSG:2263", "EPSG:4269", always_xy=True).transform(*feet[0, :2])
+    latitude, longitude, _ = locate_site(crs, points[0])
+    assert (longitude, latitude) == pytest.approx(here, abs=1e-9)
+    assert "US survey foot" in note
+
+
+def test_degrees_become_metres_true_to_scale():
+    # One second of latitude and longitude at 35.26° N, 139.74° E; expected from the geodesic, not from a projection.
+    second = 1 / 3600
+    degrees = np.array([[35.26, 139.74, 2.0], [35.26 + second, 139.74, 2.0], [35.26, 139.74 + second, 7.0]])
+    points, crs, _ = convert_to_metres(degrees, "EPSG:6697")
+    geod = pyproj.Geod(ellps="GRS80")
+    north = geod.inv(139.74, 35.26, 139.74, 35.26 + second)[2]
+    east = geod.inv(139.74, 35.26, 139.74 + second, 35.26)[2]
+    assert points[1] - points[0] == pytest.approx([0, north, 0], abs=1e-3)
+    assert points[2] - points[0] == pytest.approx([east, 0, 5], abs=1e-3)
+    latitude, longitude, convergence = locate_site(crs, points[0])
+    assert (latitude, longitude) == pytest.approx((35.26, 139.74), abs=1e-8)
+    assert convergence == pytest.approx(0, abs=1e-3)
+
+
+def test_degrees_in_the_other_order_are_recognised_by_the_area_of_use():
+    points = np.array([[139.74, 35.26, 0.0], [139.741, 35.26, 0.0]])
+    turned, _, _ = convert_to_metres(points, "EPSG:6697")
+    assert turned[1, 0] - turned[0, 0] == pytest.approx(90.97, abs=0.1)
+
+
+def test_units_without_a_system():
+    points = np.ones((1, 3))
+    assert convert_to_metres(points, None, "ft")[0] == pytest.approx(0.3048 * points)
+    with pytest.raises(InputError, match="choose one of m, ft, us-ft"):
+        convert_to_metres(points, None, "inch")

@@ -1,0 +1,136 @@
+"""Triangles against areas known in closed form, and laws that every triangulation keeps."""
+
+import numpy as np
+import pytest
+from citypv.core.geometry.build_scene import merge_vertices, turn_to_true_north
+from citypv.core.geometry.measure_polygons import measure_polygons
+from citypv.core.geometry.refine import refine_triangles
+from citypv.core.geometry.triangulate import triangulate
+
+
+def stack(*polygons):
+    """Points, ring_start, polygon_start of polygons given as lists of rings."""
+    rings = [np.asarray(ring, float) for polygon in polygons for ring in polygon]
+    starts = np.cumsum([0, *[len(ring) for ring in rings]])
+    return np.concatenate(rings), starts, np.cumsum([0, *[len(polygon) for polygon in polygons]])
+
+
+def vectors(points, triangles):
+    """Area vector of each triangle (t, 3)."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return 0.5 * np.cross(b - a, c - a)
+
+
+def level(*corners, height=0.0):
+    return [(x, y, height) for x, y in corners]
+
+
+SQUARE = level((0, 0), (10, 0), (10, 10), (0, 10))
+HOLE = level((2, 2), (2, 5), (5, 5), (5, 2))
+L_SHAPE = level((0, 0), (4, 0), (4, 1), (1, 1), (1, 4), (0, 4))
+ARROW = level((0, 0), (4, 2), (0, 4), (1, 2))  # a quadrilateral with one diagonal outside
+SHAPES = {
+    "triangle": ([SQUARE[:3]], 50.0),
+    "square": ([SQUARE], 100.0),
+    "arrow": ([ARROW], 6.0),
+    "l": ([L_SHAPE], 7.0),
+    "hole": ([SQUARE, HOLE], 91.0),
+    "hole running the same way": ([SQUARE, HOLE[::-1]], 91.0),
+    "two holes": ([SQUARE, HOLE, [(x + 4, y + 4, z) for x, y, z in HOLE]], 82.0),
+    "hole at the outline": ([SQUARE, level((0, 2), (3, 2), (3, 5))], 95.5),
+    "collinear points": ([level((0, 0), (5, 0), (10, 0), (10, 10), (0, 10))], 100.0),
+    "collinear quad": ([level((0, 0), (5, 0), (10, 0), (0, 10))], 50.0),
+}
+
+
+def turned(ring, matrix):
+    return np.asarray(ring, float) @ matrix.T + [391_000.0, 5_817_000.0, 40.0]
+
+
+def some_rotation(seed):
+    matrix, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    return matrix * np.sign(np.linalg.det(matrix))
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("seed", range(8))
+def test_triangles_cover_the_polygon_on_any_plane_and_face_its_way(name, seed):
+    rings, expected = SHAPES[name]
+    matrix = some_rotation(seed)
+    points, ring_start, polygon_start = stack([turned(ring, matrix) for ring in rings])
+    area, normal = measure_polygons(points, ring_start, polygon_start)
+    assert area == pytest.approx([expected], rel=1e-6)
+    assert normal[0] == pytest.approx(matrix[:, 2], abs=1e-6)
+    triangles, owner = triangulate(points, ring_start, polygon_start)
+    parts = vectors(points, triangles)
+    assert np.all(owner == 0)
+    assert (parts @ normal[0]).sum() == pytest.approx(expected, rel=1e-6)
+    assert (parts @ normal[0]).min() > 1e-6  # none turned over, none without area
+
+
+def test_many_polygons_keep_their_order_and_their_triangles():
+    polygons = [SHAPES[name][0] for name in SHAPES] * 3
+    points, ring_start, polygon_start = stack(*polygons)
+    triangles, owner = triangulate(points, ring_start, polygon_start)
+    assert np.all(np.diff(owner) >= 0)
+    covered = np.bincount(owner, np.linalg.norm(vectors(points, triangles), axis=1))
+    assert covered == pytest.approx([SHAPES[name][1] for name in SHAPES] * 3)
+    first = ring_start[polygon_start[owner]]
+    last = ring_start[polygon_start[owner + 1]]
+    assert np.all((triangles >= first[:, None]) & (triangles < last[:, None]))
+
+
+def test_merging_makes_a_cube_closed():
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    points, ring_start, polygon_start = stack(*[[corners[list(face)]] for face in faces])
+    triangles, _ = triangulate(points, ring_start, polygon_start)
+    vertices, triangles = merge_vertices(points, triangles)
+    assert len(vertices) == 8
+    volume = np.einsum("ij,ij->", vertices[triangles[:, 0]], vectors(vertices, triangles)) / 3
+    assert volume == pytest.approx(1.0)
+    assert_closed(triangles)
+    finer, pieces, parent = refine_triangles(vertices, triangles, 0.3)
+    assert_closed(pieces)
+    assert np.linalg.norm(vectors(finer, pieces), axis=1).sum() == pytest.approx(6.0)
+    assert np.bincount(parent, minlength=12).min() > 1
+
+
+def assert_closed(triangles):
+    """Every edge is run through once in each direction: no gap and no vertex on a neighbour's edge."""
+    edges = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    directed = {tuple(edge) for edge in edges.tolist()}
+    assert len(directed) == len(edges)
+    assert {edge[::-1] for edge in directed} == directed
+
+
+@pytest.mark.parametrize("patch_size", [0.1, 0.5, 3.0, 100.0])
+def test_refining_keeps_area_orientation_and_parents(patch_size):
+    random = np.random.default_rng(1)
+    vertices = random.uniform(0, 3, (40, 3))
+    triangles = random.permuted(np.tile(np.arange(40), (12, 1)), axis=1)[:, :3]
+    before = vectors(vertices, triangles)
+    finer, pieces, parent = refine_triangles(vertices, triangles, patch_size)
+    edges = pieces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    assert np.linalg.norm(finer[edges[:, 0]] - finer[edges[:, 1]], axis=1).max() <= max(patch_size, 0)
+    assert np.array_equal(finer[:40], vertices)
+    summed = np.stack([np.bincount(parent, column, minlength=12) for column in vectors(finer, pieces).T], axis=1)
+    assert summed == pytest.approx(before, abs=1e-9)
+    along = np.einsum("ij,ij->i", vectors(finer, pieces), before[parent])
+    assert along.min() > 0
+    assert np.all(np.diff(parent) >= 0)
+
+
+def test_large_patches_change_nothing():
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], float)
+    _, pieces, parent = refine_triangles(vertices, [[0, 1, 2]], 2.0)
+    assert pieces.tolist() == [[0, 1, 2]]
+    assert parent.tolist() == [0]
+    with pytest.raises(ValueError, match="positive"):
+        refine_triangles(vertices, [[0, 1, 2]], 0.0)
+
+
+def test_turning_by_the_convergence_moves_grid_north_to_its_azimuth():
+    north = turn_to_true_north(np.array([[0.0, 1.0, 5.0]]), 30.0)[0]
+    assert np.degrees(np.arctan2(north[0], north[1])) == pytest.approx(30.0)  # clockwise from true north
+    assert north[2] == 5.0
