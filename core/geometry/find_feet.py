@@ -50,9 +50,12 @@ def find_feet(city, points, surfaces, footprint):
     shapes = outline_polygons(city, points, np.flatnonzero(footprint))
     on_footprint = footprint[polygon_of_point]
     bare = _is_wall_bottom(start, end, surfaces, polygon_of_point) & ~on_footprint
-    bare[bare] = ~_deep_inside(shapes, 0.5 * (start[bare] + end[bare]))
+    low, _ = polygon_bounds(points[:, 2], city.ring_start, city.polygon_start)
     edge = np.flatnonzero(on_footprint | bare)
-    step = np.where(_is_lowest(city, points, footprint), LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
+    middle = 0.5 * (start[edge] + end[edge])
+    own = np.where(on_footprint[edge], polygon_of_point[edge], -1)
+    edge = edge[~_above_another(shapes, low, np.flatnonzero(footprint), middle, own)]
+    step = np.where(_is_lowest(city, low, footprint), LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
     step[~on_footprint[edge]] = WALL_STEP
     stands = _stands(start[edge], step) & _stands(end[edge], step, start[edge])
     edge, step = edge[stands], step[stands]
@@ -61,9 +64,8 @@ def find_feet(city, points, surfaces, footprint):
     return Feet(start[edge], end[edge], step, shapes[standing], hanging)
 
 
-def _is_lowest(city, points, footprint):
+def _is_lowest(city, low, footprint):
     """Footprints that begin within half a storey of their building's lowest one, (n,) bool."""
-    low, _ = polygon_bounds(points[:, 2], city.ring_start, city.polygon_start)
     _, building = np.unique(np.array(city.building_id), return_inverse=True)
     lowest = np.full(building.max(initial=-1) + 1, np.inf)
     np.minimum.at(lowest, building[footprint], low[footprint])
@@ -92,14 +94,16 @@ def _is_wall_bottom(start, end, surfaces, polygon_of_point):
     return steep[polygon_of_point] & (upward > 0.7 * np.linalg.norm(direction, axis=1))
 
 
-def _deep_inside(shapes, middles):
+def _above_another(shapes, low, footprints, middles, own):
+    """Edges over a lower footprint that is not their own: they stand on a building."""
+    above = np.zeros(len(middles), bool)
     if not len(shapes) or not len(middles):
-        return np.zeros(len(middles), bool)
+        return above
     tree = shapely.STRtree(shapely.buffer(shapes, -INSIDE))
-    found = tree.query(shapely.points(middles[:, :2]), predicate="within")[0]
-    inside = np.zeros(len(middles), bool)
-    inside[found] = True
-    return inside
+    edge, shape = tree.query(shapely.points(middles[:, :2]), predicate="within")
+    other = footprints[shape]
+    above[edge[(other != own[edge]) & (middles[edge, 2] > low[other] + WALL_STEP)]] = True
+    return above
 
 
 def _stands(points, step, others=None):

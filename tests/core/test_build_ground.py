@@ -1,0 +1,143 @@
+"""The ground: no wall hangs, no courtyard is lost, passages stay open, and it stays small."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+from cities import box, heights_below, make_city
+from citypv.core.geometry.build_scene import build_scene
+from citypv.core.geometry.read_city import read_city
+
+ROOT = Path(__file__).parents[2]
+BERLIN = ROOT / "examples" / "berlin" / "berlin_3910_5817.gml"
+NRW = ROOT / "tests" / "data" / "citygml" / "nrw_LoD2_32_280_5659_1_NW.gml.gz"
+
+
+def ground_of(scene):
+    triangles = scene.triangles[scene.triangle_surface < 0]
+    return scene.vertices, triangles
+
+
+def seen_from_above(scene, chosen):
+    corners = scene.vertices[scene.triangles[chosen]][:, :, :2]
+    return shapely.union_all(shapely.make_valid(shapely.polygons(corners)))
+
+
+def foot_places(scene):
+    """Points 1.5 cm outside of the lower ends of walls: samples along footprint edges with open air beside them."""
+    footprint = seen_from_above(scene, scene.footprint)
+    edges = scene.triangles[scene.footprint][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    start, end = scene.vertices[edges[:, 0]], scene.vertices[edges[:, 1]]
+    places = np.concatenate([start + share * (end - start) for share in (0.1, 0.37, 0.5, 0.81)])
+    direction = np.tile((end - start)[:, :2], (4, 1))
+    sideways = np.column_stack([direction[:, 1], -direction[:, 0]])
+    sideways *= 0.015 / np.maximum(np.linalg.norm(sideways, axis=1), 1e-9)[:, None]
+    beside = np.concatenate([places[:, :2] + sideways, places[:, :2] - sideways])
+    height = np.concatenate([places[:, 2], places[:, 2]])
+    open_air = ~shapely.intersects_xy(shapely.buffer(footprint, 0.014), *beside.T)
+    return np.column_stack([beside, height])[open_air]
+
+
+@pytest.fixture(scope="module")
+def berlin():
+    return build_scene(read_city(BERLIN))
+
+
+def test_no_wall_of_berlin_hangs(berlin):
+    places = foot_places(berlin)
+    ground = heights_below(*ground_of(berlin), places)
+    assert len(places) > 10_000
+    assert not np.isnan(ground).any()
+    gap = places[:, 2] - ground  # positive where the foot is above the ground
+    assert gap.max() < 0.02
+    # Where neighbours stand at different heights the ground takes the higher: little of the walls goes under.
+    assert np.mean(gap < -0.5) < 0.02
+
+
+def test_the_ground_of_berlin_is_small_and_faces_up(berlin):
+    vertices, triangles = ground_of(berlin)
+    assert 4_000 < len(triangles) < 15_000
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    assert np.cross(b - a, c - a)[:, 2].min() > 0
+    assert not berlin.footprint[berlin.triangle_surface < 0].any()
+
+
+def test_no_courtyard_of_berlin_is_lost(berlin):
+    places = np.random.default_rng(0).uniform([-480, -150], [480, 150], (20_000, 2))
+    footprint = seen_from_above(berlin, berlin.footprint)
+    outside = ~shapely.intersects_xy(shapely.buffer(footprint, 0.05), *places.T)
+    ground = heights_below(*ground_of(berlin), places)
+    assert outside.mean() > 0.5
+    assert not np.isnan(ground[outside]).any()
+    holes = shapely.polygons([ring for part in shapely.get_parts(footprint) for ring in part.interiors])
+    courtyards = [hole for hole in holes if hole.area > 20]
+    assert len(courtyards) > 10
+    inside = np.array([[p.x, p.y] for p in (hole.representative_point() for hole in courtyards)])
+    assert not np.isnan(heights_below(*ground_of(berlin), inside)).any()
+
+
+def test_the_ground_reaches_three_building_heights_beyond(berlin):
+    low, high = berlin.vertices.min(axis=0), berlin.vertices.max(axis=0)
+    built = berlin.vertices[np.unique(berlin.triangles[berlin.triangle_surface >= 0])]
+    height = built[:, 2].max() - np.median(built[np.unique(berlin.triangles[berlin.footprint])][:, 2])
+    assert np.all(built.min(axis=0)[:2] - low[:2] > 2.9 * height)
+    assert np.all(high[:2] - built.max(axis=0)[:2] > 2.9 * height)
+
+
+def test_no_footprint_of_a_village_hangs():
+    scene = build_scene(read_city(NRW))
+    places = foot_places(scene)
+    gap = places[:, 2] - heights_below(*ground_of(scene), places)
+    assert len(places) > 1000
+    assert gap.max() < 0.02
+
+
+def test_level_feet_stand_on_a_plane():
+    scene = build_scene(make_city([*box("a", 0, 0, 10, 10, 5, 15), *box("b", 30, 7, 9, 12, 5, 11)]), 50.0, 8.0)
+    vertices, triangles = ground_of(scene)
+    assert vertices[np.unique(triangles)][:, 2] == pytest.approx(0.0, abs=1e-9)
+    # The ground is the whole rectangle less the footprints, which are its floors.
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    span = np.ptp(vertices[np.unique(triangles)], axis=0)
+    assert 0.5 * np.cross(b - a, c - a)[:, 2].sum() == pytest.approx(span[0] * span[1] - 100 - 108, rel=1e-9)
+
+
+def test_neighbours_at_two_heights_leave_no_gap():
+    scene = build_scene(make_city([*box("a", 0, 0, 10, 10, 0, 10), *box("b", 10, 0, 10, 10, 1, 10)]), 50.0, 8.0)
+    places = foot_places(scene)
+    gap = places[:, 2] - heights_below(*ground_of(scene), places)
+    assert gap.max() < 0.02
+
+
+def test_a_passage_stays_open():
+    bridge = box("a", 10, 0, 10, 10, 4, 10)
+    scene = build_scene(make_city([*box("a", 0, 0, 10, 10, 0, 10), *bridge, *box("a", 20, 0, 10, 10, 0, 10)]), 50, 8)
+    middle = np.array([[0.0, 0.0]])  # the origin of the scene is the middle of the city
+    assert heights_below(*ground_of(scene), middle) == pytest.approx(0.0, abs=1e-4)
+    assert any("hang in the air" in note for note in scene.report.notes)
+
+
+def test_a_tower_on_a_podium_does_not_lift_the_ground():
+    scene = build_scene(make_city([*box("a", 0, 0, 40, 40, 0, 6), *box("a", 10, 10, 20, 20, 6, 60)]), 50.0, 8.0)
+    vertices, triangles = ground_of(scene)
+    assert vertices[np.unique(triangles)][:, 2].max() == pytest.approx(0.0, abs=1e-9)
+
+
+def test_open_shells_without_a_floor_stand_on_the_lower_edges_of_their_walls():
+    walls = [polygon for polygon in box("a", 0, 0, 10, 10, 2, 12, semantics=False) if polygon[2][0] is not None][1:]
+    scene = build_scene(make_city(walls), 50.0, 8.0)
+    vertices, triangles = ground_of(scene)
+    assert vertices[np.unique(triangles)][:, 2] == pytest.approx(0.0, abs=1e-9)
+    assert not scene.footprint.any()
+
+
+def test_a_lone_roof_gets_a_ground_too():
+    scene = build_scene(make_city([("a", "", [[(0, 0, 3), (5, 0, 3), (5, 5, 5), (0, 5, 5)]])]), 50.0, 8.0)
+    assert (scene.triangle_surface < 0).sum() > 50
+    assert np.isfinite(scene.vertices).all()
+
+
+def test_no_ground_where_none_is_wanted():
+    scene = build_scene(make_city(box("a", 0, 0, 10, 10, 0, 10)), 50.0, 8.0, ground="none")
+    assert (scene.triangle_surface >= 0).all()
