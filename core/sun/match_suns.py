@@ -47,7 +47,7 @@ def match_suns(suns, times, interval, latitude, longitude):
         index[sunny], weight[sunny] = match_sky_grid(suns, direction)
     elif suns.way.startswith("typical-days"):
         day, _ = solar_days(times, interval, longitude)
-        index[sunny, 0], weight[sunny, 0] = match_typical_days(suns, direction, np.asarray(day)[sunny]), 1.0
+        index[sunny, 0], weight[sunny, 0] = match_typical_days(suns, direction, day[sunny]), 1.0
     else:
         index[sunny, 0], weight[sunny, 0] = KDTree(suns.direction).query(direction)[1], 1.0
     return SunMatch(index, weight)

@@ -26,7 +26,7 @@ def solar_days(times, interval, longitude):
     """
     local = local_middle(times, interval, longitude)
     day = local.floor("D")
-    return (day - pd.Timestamp(0)) // DAY, (local - day) // interval
+    return ((day - pd.Timestamp(0)) // DAY).to_numpy(), ((local - day) // interval).to_numpy()
 
 
 def local_middle(times, interval, longitude):

@@ -15,12 +15,13 @@ RESTARTS = 10  # of the k-means, from different first guesses; the best is kept
 def typical_day_suns(times, interval, latitude, longitude, *, count=12, seed=0):
     """Suns of typical days, found by k-means over the days' sun positions.
 
-    The days are those of local solar time, so that the outcome does not depend on the longitude where hours and
-    meridian agree. The clustering sees the zenith and the azimuth of every step, night included; the azimuth as its
-    sine and cosine, because the angle itself jumps at north. (Measured on 400 random horizons with 12 days, mean
-    absolute error of the hourly mean in 1e-4, angle / sine and cosine / unit vectors: 52.5° N 7.4° E 74 / 58 / 57;
-    33° S 7.4° E 39 / 32 / 33; on the equator 25 / 27 / 52.) Where each step of a typical day stands is the mean
-    direction of those of its member days that have the sun at least 2° high.
+    The days are those of local solar time, so that no longitude is worse than another; where hours and meridian agree
+    the days are the same but for a nearly equal choice of the k-means. The clustering sees the zenith and the azimuth
+    of every step, night included; the azimuth as its sine and cosine, because the angle itself jumps at north.
+    (Measured on 400 random horizons with 12 days, mean absolute error of the hourly mean in 1e-4, with the angle / sine
+    and cosine / unit vectors: 52.5° N 7.4° E 74 / 58 / 57; 33° S 7.4° E 39 / 32 / 33; on the equator 25 / 27 / 52.)
+    Where each step of a typical day stands is the mean direction of those of its member days that have the sun at least
+    2° high.
 
     Parameters
     ----------
