@@ -1,0 +1,283 @@
+"""Irradiance and full load hours against pvlib called directly."""
+
+import numpy as np
+import pandas as pd
+import pvlib
+import pytest
+from citypv.core.energy import compute_energy as module_under_test
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.fill_behind import fill_behind, order_neighbours
+from citypv.core.energy.hours import prepare_hours
+from citypv.core.energy.pick_module import pick_module
+from citypv.core.errors import InputError
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.weather.read_weather import read_weather
+from transfers import Horizons, make_surfaces, unshaded_transfer
+from weathers import BARROW, ERA5, HOUR
+
+MODULE = "SunPower_SPR_300_WHT__2007__E__"
+TILT = [90, 90, 90, 90, 30, 30, 0, 45, 60, 90, 15, 75]
+AZIMUTH = [180, 90, 270, 0, 180, 0, 0, 135, 350, 210, 45, 300]
+
+
+@pytest.fixture(scope="module")
+def berlin():
+    return read_weather(ERA5, 52.51, 13.39)
+
+
+def suns_of(weather, way):
+    return choose_suns(way, weather.data.index, weather.interval, weather.latitude, weather.longitude)
+
+
+def pvlib_called_directly(weather, tilt, azimuth, albedo=0.25, name=MODULE):
+    """In-plane irradiance of isotropic sky and ground, and power, of one unshaded surface: (poa, capacity factor)."""
+    data = weather.data
+    aoi = pvlib.irradiance.aoi(tilt, azimuth, data["apparent_zenith"], data["solar_azimuth"])
+    direct = pvlib.irradiance.beam_component(tilt, azimuth, data["apparent_zenith"], data["solar_azimuth"], data["dni"])
+    horizontal = data["dhi"] + data["dni"] * np.maximum(np.cos(np.radians(data["apparent_zenith"])), 0)
+    diffuse = pvlib.irradiance.isotropic(tilt, data["dhi"])
+    diffuse = diffuse + pvlib.irradiance.get_ground_diffuse(tilt, horizontal, albedo)
+    airmass = pvlib.atmosphere.get_relative_airmass(data["apparent_zenith"])
+    airmass = pvlib.atmosphere.get_absolute_airmass(airmass, data["pressure"])
+    module = pvlib.pvsystem.retrieve_sam("SandiaMod")[name]
+    effective = pvlib.pvsystem.sapm_effective_irradiance(direct, diffuse, airmass, aoi, module)
+    mounting = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"]["open_rack_glass_polymer"]
+    temp_cell = pvlib.temperature.sapm_cell(direct + diffuse, data["temp_air"], data["wind_speed"], **mounting)
+    power = pvlib.pvsystem.sapm(effective, temp_cell, module)["p_mp"]
+    return direct + diffuse, power.fillna(0.0) / (module["Impo"] * module["Vmpo"])
+
+
+def test_cell_temperature_of_the_paper():
+    mounting = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"]["open_rack_glass_polymer"]
+    assert pvlib.temperature.sapm_cell(900, 20, 5, **mounting) == pytest.approx(40.291, abs=5e-4)
+
+
+def test_cell_temperature_of_the_chain():
+    """The same from the slope that the tables use."""
+    weather = read_weather("clear-sky", 0.0, 0.0)
+    weather.data["temp_air"], weather.data["wind_speed"] = 20.0, 5.0
+    hours = prepare_hours(suns_of(weather, "hourly"), weather, pick_module(MODULE))
+    assert 900 * hours.heating[0, 0] + hours.temp_air[0, 0] == pytest.approx(40.291, abs=5e-4)
+
+
+@pytest.mark.parametrize("way", ["hourly", "typical-days:12", "sky-grid:300"])
+@pytest.mark.parametrize("plain", [True, False])
+def test_unshaded_surfaces_equal_pvlib(berlin, way, plain, monkeypatch):
+    monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", 1e12 if plain else 0)
+    transfer = unshaded_transfer(suns_of(berlin, way), TILT, AZIMUTH)
+    energy = compute_energy(transfer, berlin)
+    tolerance = 1e-9 if plain else 1e-4
+    for row, (tilt, azimuth) in enumerate(zip(TILT, AZIMUTH, strict=True)):
+        poa, capacity_factor = pvlib_called_directly(berlin, tilt, azimuth)
+        month = (capacity_factor.index + HOUR / 2).month
+        by_month = capacity_factor.groupby(month).sum()
+        assert energy.poa_global_annual[row] == pytest.approx(poa.sum() / 1000, rel=min(tolerance, 1e-6))
+        assert energy.full_load_hours[row] == pytest.approx(capacity_factor.sum(), rel=tolerance)
+        np.testing.assert_allclose(energy.full_load_hours_by_month[row], by_month, rtol=10 * tolerance, atol=1e-3)
+    assert energy.years == 1
+
+
+def test_relative_direct_irradiance_of_unshaded_surfaces(berlin):
+    """Mean over the intervals above 2° of paper, Eq. 11."""
+    transfer = unshaded_transfer(suns_of(berlin, "typical-days:12"), TILT, AZIMUTH)
+    energy = compute_energy(transfer, berlin)
+    data = berlin.data[berlin.data["apparent_zenith"] <= 88]
+    for row, (tilt, azimuth) in enumerate(zip(TILT, AZIMUTH, strict=True)):
+        aoi = pvlib.irradiance.aoi_projection(tilt, azimuth, data["apparent_zenith"], data["solar_azimuth"])
+        ground = (1 - np.cos(np.radians(tilt))) / 2
+        relative = np.maximum(aoi, 0) + 0.25 * ground * np.cos(np.radians(data["apparent_zenith"]))  # Eq. 11
+        assert energy.direct_relative_annual[row] == pytest.approx(relative.mean(), rel=1e-9)
+
+
+def test_polar_weather_and_another_module():
+    barrow = read_weather(BARROW, 71.3, -156.8)
+    name = "Canadian_Solar_CS5P_220M___2009_"
+    transfer = unshaded_transfer(suns_of(barrow, "typical-days:12"), TILT, AZIMUTH)
+    energy = compute_energy(transfer, barrow, name)
+    for row in (0, 3, 4, 6):
+        poa, capacity_factor = pvlib_called_directly(barrow, TILT[row], AZIMUTH[row], name=name)
+        assert energy.full_load_hours[row] == pytest.approx(capacity_factor.sum(), rel=1e-9)
+        assert energy.poa_global_annual[row] == pytest.approx(poa.sum() / 1000, rel=1e-9)
+    assert np.isfinite(energy.full_load_hours).all()
+    assert (energy.full_load_hours_by_month[:, 11] < 1).all()  # December is night
+
+
+@pytest.mark.parametrize("way", ["typical-days:12", "sky-grid:1000", "hourly"])
+def test_tables_equal_pvlib_on_shaded_surfaces(berlin, way, monkeypatch):
+    transfer = Horizons(200, 3).transfer(suns_of(berlin, way))
+    monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", 1e12)
+    plain = compute_energy(transfer, berlin)
+    monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", 0)
+    fast = compute_energy(transfer, berlin)
+    np.testing.assert_allclose(fast.full_load_hours, plain.full_load_hours, rtol=5e-5)
+    np.testing.assert_allclose(fast.poa_global_annual, plain.poa_global_annual, rtol=1e-6)
+    np.testing.assert_allclose(fast.direct_relative_annual, plain.direct_relative_annual, rtol=1e-6)
+    np.testing.assert_allclose(fast.capacity_factor, plain.capacity_factor, atol=5e-5)
+
+
+def test_hourly_shaded_surfaces_equal_pvlib_hour_by_hour(berlin):
+    """One surface at a time, with the visible share of every hour put into pvlib by hand."""
+    horizons = Horizons(5, 1)
+    suns = suns_of(berlin, "hourly")
+    transfer = horizons.transfer(suns)
+    energy = compute_energy(transfer, berlin)
+    data = berlin.data
+    sunny = (data["apparent_zenith"] <= 88).to_numpy()
+    module = pvlib.pvsystem.retrieve_sam("SandiaMod")[MODULE]
+    mounting = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"]["open_rack_glass_polymer"]
+    airmass = pvlib.atmosphere.get_relative_airmass(data["apparent_zenith"])
+    airmass = pvlib.atmosphere.get_absolute_airmass(airmass, data["pressure"])
+    for row in range(5):
+        share, reflected = np.zeros(len(data)), np.zeros(len(data))
+        share[sunny] = transfer.visible_share[row]
+        reflected[sunny] = transfer.direct_reflected[row]
+        aoi = pvlib.irradiance.aoi(
+            horizons.tilt[row], horizons.azimuth[row], data["apparent_zenith"], data["solar_azimuth"]
+        )
+        direct = data["dni"] * np.maximum(np.cos(np.radians(aoi)), 0) * share
+        ground = 0.25 * transfer.far_ground_view_factor[row] * np.cos(np.radians(data["apparent_zenith"]))
+        diffuse = data["dhi"] * transfer.diffuse_relative[row] + data["dni"] * (reflected + ground)
+        effective = pvlib.pvsystem.sapm_effective_irradiance(direct, diffuse, airmass, aoi, module)
+        temp_cell = pvlib.temperature.sapm_cell(direct + diffuse, data["temp_air"], data["wind_speed"], **mounting)
+        power = pvlib.pvsystem.sapm(effective, temp_cell, module)["p_mp"].fillna(0.0)
+        assert energy.full_load_hours[row] == pytest.approx(power.sum() / (module["Impo"] * module["Vmpo"]), rel=1e-6)
+        assert energy.poa_global_annual[row] == pytest.approx((direct + diffuse).sum() / 1000, rel=1e-6)
+
+
+def test_typical_days_and_sky_grid_come_near_every_hour(berlin):
+    horizons = Horizons(300, 5)
+    reference = compute_energy(horizons.transfer(suns_of(berlin, "hourly")), berlin)
+    errors = {}
+    for way in ("typical-days:12", "typical-days:52", "sky-grid:1654"):
+        energy = compute_energy(horizons.transfer(suns_of(berlin, way)), berlin)
+        errors[way] = energy.full_load_hours.sum() / reference.full_load_hours.sum() - 1
+        ratio = energy.full_load_hours / reference.full_load_hours - 1
+        assert (
+            np.sqrt(np.mean(ratio**2)) < {"typical-days:12": 0.03, "typical-days:52": 0.01, "sky-grid:1654": 0.02}[way]
+        )
+    assert abs(errors["typical-days:12"]) < 5e-3
+    assert abs(errors["typical-days:52"]) < 2e-3
+    assert abs(errors["sky-grid:1654"]) < 2e-3
+
+
+def test_groups_are_area_weighted_means(berlin):
+    transfer = Horizons(300, 2).transfer(suns_of(berlin, "typical-days:12"))
+    energy = compute_energy(transfer, berlin)
+    surfaces = transfer.surfaces
+    assert energy.groups[0][0] == "facade" and energy.groups[-1] == ("roof", "west")
+    assert energy.capacity_factor.shape == (8760, len(energy.groups))
+    for column, (kind, orientation) in enumerate(energy.groups):
+        member = surfaces.eligible & (surfaces.kind == kind) & (surfaces.orientation == orientation)
+        assert energy.group_count[column] == member.sum() > 0
+        assert energy.group_area[column] == pytest.approx(surfaces.area[member].sum())
+        mean = np.average(energy.full_load_hours[member], weights=surfaces.area[member])
+        assert energy.capacity_factor[:, column].sum() == pytest.approx(mean, rel=1e-9)
+    np.testing.assert_allclose(energy.full_load_hours_by_month.sum(axis=1), energy.full_load_hours)
+
+
+def test_ground_and_downward_have_no_full_load_hours(berlin):
+    transfer = unshaded_transfer(suns_of(berlin, "typical-days:12"), [90, 135, 0], [180, 180, 0])
+    transfer.surfaces.kind[2] = "ground"
+    energy = compute_energy(transfer, berlin)
+    assert np.isnan(energy.full_load_hours).tolist() == [False, True, True]
+    assert np.isnan(energy.full_load_hours_standard_error).tolist() == [False, True, True]
+    poa, _ = pvlib_called_directly(berlin, 135, 180)
+    assert energy.poa_global_annual[1] == pytest.approx(poa.sum() / 1000, rel=1e-9)
+    assert energy.poa_global_annual[2] == pytest.approx(berlin.data["ghi"].sum() / 1000, rel=1e-6)
+
+
+def test_several_years_are_averaged(berlin):
+    twice = pd.concat([berlin.data, berlin.data.set_axis(berlin.data.index + pd.Timedelta(days=365))])
+    both = type(berlin)(twice, HOUR, berlin.latitude, berlin.longitude, 0.0, "twice")
+    transfer = unshaded_transfer(suns_of(berlin, "typical-days:12"), TILT, AZIMUTH)
+    one, two = compute_energy(transfer, berlin), compute_energy(transfer, both)
+    assert two.years == 2
+    np.testing.assert_allclose(two.full_load_hours, one.full_load_hours, rtol=5e-4)
+    np.testing.assert_allclose(two.poa_global_annual, one.poa_global_annual, rtol=5e-4)
+
+
+def test_standard_errors(berlin):
+    """The weather's own sums carry the relative errors over."""
+    transfer = Horizons(20, 0).transfer(suns_of(berlin, "typical-days:12"))
+    energy = compute_energy(transfer, berlin)
+    sums = berlin.data[["dni", "dhi"]].sum() / 1000
+    poa_error = np.hypot(0.003 * sums["dni"], 0.002 * sums["dhi"])
+    expected = energy.full_load_hours * poa_error / energy.poa_global_annual
+    np.testing.assert_allclose(energy.full_load_hours_standard_error, expected)
+    np.testing.assert_array_equal(energy.direct_relative_annual_standard_error, 0.003)
+
+
+def test_result_does_not_depend_on_threads_and_is_reported(berlin, monkeypatch):
+    monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", 0)
+    monkeypatch.setattr(module_under_test, "BLOCK", 64)
+    transfer = Horizons(300, 2).transfer(suns_of(berlin, "typical-days:4"))
+    reports = []
+    one = compute_energy(transfer, berlin, threads=1)
+    three = compute_energy(transfer, berlin, threads=3, progress=lambda *report: reports.append(report))
+    np.testing.assert_array_equal(one.full_load_hours, three.full_load_hours)
+    np.testing.assert_array_equal(one.capacity_factor, three.capacity_factor)
+    done = [report[1] for report in reports]
+    assert len(reports) > 3 and done == sorted(done) and done[-1] == reports[-1][2] > 0
+
+
+def test_weather_without_light(berlin):
+    dark = berlin.data.assign(ghi=0.0, dhi=0.0, dni=0.0)
+    night = type(berlin)(dark, HOUR, berlin.latitude, berlin.longitude, 0.0, "dark")
+    energy = compute_energy(unshaded_transfer(suns_of(berlin, "hourly"), TILT, AZIMUTH), night)
+    assert (energy.full_load_hours == 0).all() and (energy.poa_global_annual == 0).all()
+    assert (energy.full_load_hours_standard_error == 0).all()
+
+
+def test_weather_of_another_place_reuses_the_transfer(berlin):
+    """A sky grid traced for Berlin serves the Arctic."""
+    transfer = unshaded_transfer(suns_of(berlin, "sky-grid:500"), TILT, AZIMUTH)
+    barrow = read_weather(BARROW, 71.3, -156.8)
+    energy = compute_energy(transfer, barrow)
+    for row in (0, 1, 6):
+        _, capacity_factor = pvlib_called_directly(barrow, TILT[row], AZIMUTH[row])
+        assert energy.full_load_hours[row] == pytest.approx(capacity_factor.sum(), rel=1e-9)
+
+
+def test_no_surface_at_all(berlin):
+    energy = compute_energy(unshaded_transfer(suns_of(berlin, "typical-days:4"), [], []), berlin)
+    assert len(energy.full_load_hours) == 0 and energy.groups == [] and energy.capacity_factor.shape == (8760, 0)
+
+
+def test_a_sun_behind_takes_the_share_of_its_neighbour(berlin):
+    suns = suns_of(berlin, "typical-days:2")
+    neighbours = order_neighbours(suns)
+    # An east wall that sees half of every sun in front of it.
+    projection = suns.direction @ np.array([[1.0], [0.0], [0.0]])
+    visible = np.where(projection > 0, 0.5, 0.0)
+    fill_behind(visible, projection, neighbours, 90.0, np.array([0.9]))
+    assert (visible == 0.5).all()
+    # The neighbour in steps of the same day is asked first.
+    step = suns.step[(suns.day == 0) & (projection[:, 0] > 0)].max()
+    before = (suns.day == 0) & (suns.step == step)
+    visible = np.where(projection > 0, 0.5, 0.0)
+    visible[before] = 0.25
+    fill_behind(visible, projection, neighbours, 90.0, np.array([0.9]))
+    assert visible[(suns.day == 0) & (suns.step == step + 1)] == 0.25
+    # A surface that no traced sun meets takes its openness; suns further behind than the reach stay.
+    projection = np.full((len(suns), 1), -0.1)
+    visible = np.zeros((len(suns), 1))
+    fill_behind(visible, projection, neighbours, 10.0, np.array([0.9]))
+    assert (visible == 0.9).all()
+    visible[:] = 0
+    fill_behind(visible, projection, neighbours, 3.0, np.array([0.9]))
+    assert (visible == 0).all()
+
+
+def test_module_names():
+    module = pick_module(MODULE)
+    assert module["Impo"] * module["Vmpo"] == pytest.approx(300.303)
+    assert pick_module("SunPower SPR-300-WHT [2007 (E)]")["Impo"] == module["Impo"]
+    with pytest.raises(InputError, match=r"--module.*SunPower_SPR_300_WHT__2007__E__"):
+        pick_module("SunPower_SPR_300_WHT__2007__F__")
+    with pytest.raises(InputError, match="--module"):
+        pick_module("")
+
+
+def test_surfaces_of_the_tests_follow_the_paper():
+    surfaces = make_surfaces([90, 30, 0, 75, 120], [180, 90, 0, 0, 0])
+    assert surfaces.kind.tolist() == ["facade", "roof", "flat", "steep", "downward"]
