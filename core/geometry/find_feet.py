@@ -14,7 +14,7 @@ FOOTPRINT_STEP = 2.5  # a further footprint: a passage, a bridge, a tower on a p
 WALL_STEP = 0.5  # a wall without a footprint: a bay, a dormer
 SLOPE = 0.5  # [m/m] ground is not steeper between two feet
 NEIGHBOURS = 32
-INSIDE = 0.05  # [m] a wall this deep inside a footprint stands on a roof
+INSIDE = 0.3  # [m] this deep inside of another, lower footprint it stands on a building; less is a careless outline
 COINCIDENT = 0.01  # [m]
 
 

@@ -50,7 +50,7 @@ def test_no_wall_of_berlin_hangs(berlin):
     assert len(places) > 10_000
     assert not np.isnan(ground).any()
     gap = places[:, 2] - ground  # positive where the foot is above the ground
-    assert gap.max() < 0.02
+    assert gap.max() < 0.03  # beside the foot by 1.5 cm, on ground that may be steep
     # Where neighbours stand at different heights the ground takes the higher: little of the walls goes under.
     assert np.mean(gap < -0.5) < 0.02
 
@@ -90,7 +90,7 @@ def test_no_footprint_of_a_village_hangs():
     places = foot_places(scene)
     gap = places[:, 2] - heights_below(*ground_of(scene), places)
     assert len(places) > 1000
-    assert gap.max() < 0.02
+    assert gap.max() < 0.03  # beside the foot by 1.5 cm, on ground that may be steep
 
 
 def test_level_feet_stand_on_a_plane():
@@ -107,7 +107,7 @@ def test_neighbours_at_two_heights_leave_no_gap():
     scene = build_scene(make_city([*box("a", 0, 0, 10, 10, 0, 10), *box("b", 10, 0, 10, 10, 1, 10)]), 50.0, 8.0)
     places = foot_places(scene)
     gap = places[:, 2] - heights_below(*ground_of(scene), places)
-    assert gap.max() < 0.02
+    assert gap.max() < 0.03  # beside the foot by 1.5 cm, on ground that may be steep
 
 
 def test_a_passage_stays_open():
