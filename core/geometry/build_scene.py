@@ -15,6 +15,7 @@ from .refine import refine_triangles
 from .scene import Scene, Site, Surfaces
 from .triangulate import triangulate
 
+MICROMETRE = 6  # decimals of a metre
 LOST_SHARE = 0.01  # triangles that cover less or more than a polygon by this share are worth a word
 
 
@@ -43,6 +44,8 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", patch_siz
         whole_area = whole_area[parent]
     site = _place(city, latitude, longitude)
     points = turn_to_true_north(city.points - np.array(site.origin), site.convergence)
+    # What large coordinates leave behind the micrometre is rounding: the same city is the same scene anywhere.
+    points = np.round(points, MICROMETRE)
     surfaces = _describe(city, points, whole_area)
     triangles, triangle_surface = triangulate(points, city.ring_start, city.polygon_start)
     report = copy.deepcopy(city.report)

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+TIE = 1e-6  # lengths that differ by less than this share are equal: rounding must not choose between them
+
 
 def refine_triangles(vertices, triangles, patch_size):
     """Split every edge longer than patch_size at its midpoint, again and again, until none is left.
@@ -20,7 +22,7 @@ def refine_triangles(vertices, triangles, patch_size):
     triangles : array, (t, 3) int
         Into vertices; identical points are merged beforehand.
     patch_size : float [m]
-        Longest edge that stays.
+        Longest edge that stays, to one part in a million.
 
     Returns
     -------
@@ -38,7 +40,7 @@ def refine_triangles(vertices, triangles, patch_size):
     while True:
         edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)  # (3 t, 2)
         length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
-        long = length > patch_size
+        long = length > (1 + TIE) * patch_size
         if not long.any():
             break
         key = edges[:, 0] * np.int64(len(vertices)) + edges[:, 1]
@@ -80,7 +82,7 @@ def _in_three(vertices, triangles, middle):
     (a, b, c), (_, p, q) = _turn(triangles, middle, np.argmin(middle >= 0, axis=1))
     first = np.linalg.norm(vertices[a] - vertices[p], axis=1)
     second = np.linalg.norm(vertices[b] - vertices[q], axis=1)
-    along = (first <= second)[:, None]
+    along = (first <= (1 + TIE) * second)[:, None]
     left = np.where(along, np.column_stack([a, b, p]), np.column_stack([a, b, q]))
     right = np.where(along, np.column_stack([a, p, q]), np.column_stack([b, p, q]))
     return [left, right, np.column_stack([q, p, c])]

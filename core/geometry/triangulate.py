@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 from .measure_polygons import measure_polygons
 
 THIN = 1e-9  # a triangle whose area is below this share of its longest edge squared has none
+TIE = 1e-6  # areas that differ by less than this share are equal: rounding must not choose between diagonals
 LOST_SHARE = 1e-6  # of a polygon's area: more of it lost or doubled means that a hole went missing
 TOUCHING = 1e-4  # [m] a corner this close to another is the same
 
@@ -84,7 +85,8 @@ def _cut_quads(plane, first):
     """Both halves of each quadrilateral (q, 2, 3), and whether a diagonal inside it exists (q,)."""
     halves = first[:, None, None, None] + np.array([[[0, 1, 2], [0, 2, 3]], [[1, 2, 3], [1, 3, 0]]])  # (q, 2, 2, 3)
     smallest = _signed_area(plane, halves).min(axis=2)  # (q, 2) of each diagonal
-    better = np.argmax(smallest, axis=1)
+    gain = smallest[:, 1] - smallest[:, 0]
+    better = (gain > TIE * np.abs(smallest).max(axis=1)).astype(np.int64)
     rows = np.arange(len(first))
     chosen = halves[rows, better]
     return chosen, smallest[rows, better] > THIN * _longest_square(plane, chosen).max(axis=1)
