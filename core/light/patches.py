@@ -7,7 +7,8 @@ import numpy as np
 from .find_buried import find_buried
 from .random_numbers import key_of_names, mix
 
-OFFSET_SPACINGS = 16  # distance of ray origins from their face, in float32 spacings at the face
+OFFSET_SPACINGS = 8  # distance of ray origins from their face in float32 spacings; with 2 the first rays are lost
+NEIGHBOUR_SHARE = 1 / 16  # of the longest edge: how far off the plane of a large neighbour may be, in spacings
 
 
 @dataclass
@@ -44,14 +45,13 @@ def patches_of_scene(scene, albedo, seed):
     normal = np.cross(edges[:, 0], edges[:, 1])
     length = np.linalg.norm(normal, axis=1)
     normal /= np.maximum(length, np.finfo(float).tiny)[:, None]
-    reach = np.abs(corners).max(axis=(1, 2)) + np.abs(edges).max(axis=(1, 2))
     return Patches(
         corner=corners[:, 0].astype(np.float32),
         edges=edges.astype(np.float32),
         normal=normal.astype(np.float32),
-        tangents=tangent_frame(normal).astype(np.float32),
+        tangents=tangent_frame(edges[:, 0], normal).astype(np.float32),
         area=length / 2,
-        offset=(OFFSET_SPACINGS * np.finfo(np.float32).eps * reach).astype(np.float32),
+        offset=measure_offset(corners, edges, normal).astype(np.float32),
         key=keys_of_triangles(scene, seed),
         albedo=np.asarray(albedo, np.float32),
         facing=np.column_stack([normal, 2 * scene.footprint]).astype(np.float32),
@@ -59,28 +59,46 @@ def patches_of_scene(scene, albedo, seed):
     )
 
 
-def tangent_frame(normal):
-    """Two unit vectors that make an orthonormal frame with each normal.
+def measure_offset(corners, edges, normal):
+    """How far above its face a ray must start to miss the face itself and those that lie in its plane.
+
+    Rounding moves a point across the face only as far as the face's normal leans to each axis: a roof far out on a
+    wide plain needs no more than one in the middle. A large neighbour in the same plane may be off by the rounding of
+    its own far corners.
 
     Parameters
     ----------
-    normal : (n, 3) float64
+    corners : (t, 3, 3) float64 [m]
+    edges : (t, 2, 3) float64 [m]
+    normal : (t, 3) float64
+
+    Returns
+    -------
+    (t,) float64 [m]
+    """
+    own = np.abs(edges).max(axis=(1, 2), initial=0)
+    reach = np.maximum(np.abs(corners).max(axis=1), NEIGHBOUR_SHARE * own.max(initial=0))
+    return OFFSET_SPACINGS * np.finfo(np.float32).eps * ((np.abs(normal) * reach).sum(axis=1) + own)
+
+
+def tangent_frame(edge, normal):
+    """Two unit vectors that make an orthonormal frame with each normal, the first along an edge.
+
+    A frame that hangs on the triangle alone turns with it: a city that is turned as a whole, sun and all, sends the
+    same rays.
+
+    Parameters
+    ----------
+    edge, normal : (n, 3) float64
 
     Returns
     -------
     (n, 2, 3) float64
-
-    References
-    ----------
-    Duff et al. (2017), Building an orthonormal basis, revisited. JCGT 6(1).
+        Zero where the edge has no length.
     """
-    x, y, z = normal.T
-    sign = np.where(z < 0, -1.0, 1.0)
-    a = -1 / (sign + z)
-    b = x * y * a
-    first = np.stack([1 + sign * x * x * a, sign * b, -sign * x], axis=1)
-    second = np.stack([b, sign + y * y * a, -y], axis=1)
-    return np.stack([first, second], axis=1)
+    length = np.linalg.norm(edge, axis=1)
+    first = edge / np.maximum(length, np.finfo(float).tiny)[:, None]
+    return np.stack([first, np.cross(normal, first)], axis=1)
 
 
 def keys_of_triangles(scene, seed):
