@@ -8,7 +8,7 @@ from .results.output_folder import check_folder, whole_folder
 from .results.read_transfer import read_transfer
 from .results.write_faces import write_faces
 from .results.write_groups import write_groups
-from .results.write_summary import summarise, write_summary
+from .results.write_summary import distance_of_weather, summarise, write_summary
 from .results.write_timeseries import write_timeseries
 from .results.write_transfer import write_transfer
 from .study import check_settings, measure_sun_sampling, plan_scene, read_scene, read_year, trace_scene, weigh_energy
@@ -64,7 +64,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None):
     for line in describe_scene(scene):
         teller.say(f"  {line}")
     weather = read_year(scene.site, request)
-    teller.say(f"Weather: {weather.label}")
+    teller.say(describe_weather(weather, scene.site))
     teller.lap("read weather")
     teller.say("What this scene calls for:")
     for line in describe_plan(plan_scene(scene, request)):
@@ -88,7 +88,7 @@ def reweigh(transfer_path, folder, request, *, overwrite=False, say=None):
     check_settings(request)
     transfer = read_transfer(transfer_path)
     weather = read_year(transfer.site, request)
-    teller.say(f"Weather: {weather.label}")
+    teller.say(describe_weather(weather, transfer.site))
     teller.lap("read")
     with whole_folder(folder) as work:
         energy = write_results(work, transfer, weather, request, teller)
@@ -131,6 +131,12 @@ def describe_scene(scene):
     lines += [f"skipped {len(ids):,} surfaces: {reason}" for reason, ids in report.skipped.items()]
     lines += [f"repaired {len(ids):,} surfaces: {reason}" for reason, ids in report.repaired.items()]
     return lines + list(report.notes)
+
+
+def describe_weather(weather, site):
+    """The weather in a line of text, with its distance where it comes from another place."""
+    away = distance_of_weather(weather, site)
+    return f"Weather: {weather.label}" + (f"; its place is {away:,.0f} km away, and so is the sun" if away >= 1 else "")
 
 
 def tell_outcome(teller, folder, energy):

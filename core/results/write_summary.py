@@ -7,6 +7,7 @@ import sys
 from dataclasses import asdict
 
 import numpy as np
+import pyproj
 
 from ..energy.pick_module import nominal_power, pick_module
 
@@ -43,6 +44,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
             "latitude": weather.latitude,
             "longitude": weather.longitude,
             "altitude": weather.altitude,
+            "distance_km": distance_of_weather(weather, transfer.site),
             "years": energy.years,
             "ghi_annual": annual_sum(weather, "ghi"),
             "dhi_annual": annual_sum(weather, "dhi"),
@@ -79,6 +81,12 @@ def describe_input(transfer, scene):
         description["triangles"] = len(scene.triangles)
         description["ground_triangles"] = int((scene.triangle_surface < 0).sum())
     return description
+
+
+def distance_of_weather(weather, site):
+    """[km] from the scene to the place of the weather, along the ellipsoid."""
+    globe = pyproj.Geod(ellps="WGS84")
+    return globe.inv(site.longitude, site.latitude, weather.longitude, weather.latitude)[2] / 1000
 
 
 def annual_sum(weather, column):

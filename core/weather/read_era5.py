@@ -53,7 +53,9 @@ def read_era5(path, latitude, longitude, altitude, point):
     missing = [name for name in VARIABLES if name not in table]
     if missing:
         raise InputError(path, f"the variables {', '.join(missing)} are missing", CURE)
-    return Record(convert_era5(table), *place, altitude, str(path), f"ERA5 {path.name} ({point})")
+    # The values are those of the grid; the sun is that of the place asked for.
+    label = f"ERA5 {path.name} ({point}: {place[0]:g}°, {place[1]:g}°)"
+    return Record(convert_era5(table), latitude, longitude, altitude, str(path), label)
 
 
 def unzip_netcdf(path, folder):
