@@ -18,18 +18,18 @@ class _Panel:
 
 
 class MainPanel(_Panel, bpy.types.Panel):
-    """The head: progress of the running step, or what to do."""
+    """The head: what to do, or what is running."""
 
     bl_idname, bl_label = "CITYPV_PT_main", "CityPV"
 
     def draw(self, context):
-        """Show how far the running step is."""
+        """Show what is running, or the first thing to do."""
         if Step.current is not None:
-            self.layout.label(text=Step.current.title, icon="SORTTIME")
-            self.layout.progress(factor=Step.current.share, text=Step.current.text)
-            self.layout.label(text="Esc cancels")
+            self.layout.label(text=f"{Step.current.title}: Esc cancels", icon="SORTTIME")
         elif find_city(context.scene)[0] is None:
             self.layout.label(text="Choose a city and import it", icon="INFO")
+        else:
+            self.layout.label(text="Five steps, one after the other", icon="INFO")
 
 
 class _Step(_Panel):
@@ -46,7 +46,7 @@ class ImportPanel(_Step, bpy.types.Panel):
         column, settings = self.start(context)
         for name in ("city_path", "lod", "unit", "up"):
             column.prop(settings, name)
-        column.operator("citypv.import_city", icon="IMPORT")
+        draw_step(self.layout, column, "citypv.import_city", "IMPORT")
         draw_lines(self.layout, context, "citypv_report")
 
 
@@ -67,8 +67,8 @@ class ClassifyPanel(_Step, bpy.types.Panel):
         column.prop(settings, "split")
         if settings.split:
             column.prop(settings, "grid_size")
-        column.operator("citypv.classify", icon="MOD_BUILD")
-        draw_table(self.layout, context, "citypv_kinds", ("Kind", "Surfaces", "Area [m²]"))
+        draw_step(self.layout, column, "citypv.classify", "MOD_BUILD")
+        draw_table(self.layout, context, "citypv_kinds", ("Kind", "Count", "Area [m²]"))
 
 
 class TracePanel(_Step, bpy.types.Panel):
@@ -86,9 +86,11 @@ class TracePanel(_Step, bpy.types.Panel):
             column.prop(settings, "sky_grid")
         for name in ("max_bounces", "albedo", "ground_albedo", "far_ground"):
             column.prop(settings, name)
-        for name in ("samples", "shadow_samples", "seed", "threads"):
-            column.prop(settings, name)
-        column.operator("citypv.trace", icon="LIGHT_SUN")
+        head, sampling = column.panel("citypv_sampling", default_closed=True)
+        head.label(text="Sampling")
+        for name in ("samples", "shadow_samples", "seed", "threads") if sampling else ():
+            sampling.prop(settings, name)
+        draw_step(self.layout, column, "citypv.trace", "LIGHT_SUN")
 
 
 class EnergyPanel(_Step, bpy.types.Panel):
@@ -106,8 +108,8 @@ class EnergyPanel(_Step, bpy.types.Panel):
         else:
             column.prop(settings, "year")
         column.prop(settings, "module")
-        column.operator("citypv.energy", icon="OUTLINER_OB_LIGHTPROBE")
-        draw_table(self.layout, context, "citypv_groups", ("Group", "Surfaces", "Full load hours"))
+        draw_step(self.layout, column, "citypv.energy", "OUTLINER_OB_LIGHTPROBE")
+        draw_table(self.layout, context, "citypv_groups", ("Group", "Count", "Hours"))
         draw_lines(self.layout, context, "citypv_weather")
 
 
@@ -131,6 +133,13 @@ class ColourPanel(_Step, bpy.types.Panel):
 
 
 PANELS = (MainPanel, ImportPanel, ClassifyPanel, TracePanel, EnergyPanel, ColourPanel)
+
+
+def draw_step(layout, column, operator, icon):
+    """Show the button of a step, and how far it is while it runs."""
+    title = column.operator(operator, icon=icon).bl_rna.name
+    if Step.current is not None and Step.current.title == title:
+        layout.progress(factor=Step.current.share, text=Step.current.text)
 
 
 def draw_table(layout, context, key, head):

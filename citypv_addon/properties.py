@@ -77,7 +77,7 @@ class Settings(bpy.types.PropertyGroup):
         name="Albedo", description="Share of light that buildings reflect", default=0.25, min=0, max=1
     )
     ground_albedo: FloatProperty(
-        name="Albedo of the ground", description="Share of light that the ground reflects", default=0.25, min=0, max=1
+        name="Ground albedo", description="Share of light that the ground reflects", default=0.25, min=0, max=1
     )
     far_ground: BoolProperty(
         name="Far ground", description="Open, lit ground beyond the city up to the horizon", default=True
@@ -102,7 +102,7 @@ class Settings(bpy.types.PropertyGroup):
     attribute: EnumProperty(name="Show", description="What the colours mean", items=ATTRIBUTES, default="kind")
     colour_map: EnumProperty(name="Colours", description="Colours from low to high", items=MAPS)
     auto_range: BoolProperty(
-        name="Range from the values", description="Round values that hold 96 % of the area", default=True
+        name="Automatic range", description="Round values that hold 96 % of the area", default=True
     )
     low: FloatProperty(name="Low", description="Value of the first colour, in the unit of the legend")
     high: FloatProperty(name="High", description="Value of the last colour, in the unit of the legend", default=1)

@@ -81,6 +81,7 @@ def _build_mesh(name, vertices, triangles):
     mesh.polygons.add(len(triangles))
     mesh.polygons.foreach_set("loop_start", np.arange(0, len(corners), 3, dtype=np.int32))
     mesh.update(calc_edges=True)
+    mesh.shade_flat()
     return mesh
 
 

@@ -7,10 +7,10 @@ from gpu_extras.batch import batch_for_shader
 
 from .attributes import PREFIX, RESULTS
 from .colour_faces import read_scale
-from .colour_scale import format_tick, linear_light
+from .colour_scale import format_tick
 from .session import find_city
 
-PAPER = (0.9, 0.9, 0.9, 0.92)  # behind the legend, linear light with alpha
+PAPER = (0.95, 0.95, 0.94, 0.94)  # behind the legend, as all colours here sRGB with alpha
 ENERGY = {name for name, quantity in RESULTS.items() if quantity.source == "energy"}  # depend on the weather
 
 _handlers = []
@@ -40,7 +40,7 @@ def draw_legend():
         return
     pixel = context.preferences.system.ui_scale
     left, bottom, width, height = 76 * pixel, 66 * pixel, 440 * pixel, 16 * pixel
-    draw_box((left - 18 * pixel, bottom - 46 * pixel, width + 36 * pixel, height + 80 * pixel), PAPER)
+    draw_box((left - 26 * pixel, bottom - 46 * pixel, width + 52 * pixel, height + 80 * pixel), PAPER)
     title = f"{scale.title} [{scale.unit}]" if scale.unit else scale.title
     write_text(title, left, bottom + height + 10 * pixel, 14 * pixel)
     if scale.attribute in ENERGY:
@@ -55,7 +55,7 @@ def _draw_bar(scale, left, bottom, width, height):
     count = len(scale.stops)
     places = [left + width * i / (count - 1) for i in range(count)]
     points = [(x, y) for x in places for y in (bottom, bottom + height)]
-    colours = [(*linear_light(stop).tolist(), 1.0) for stop in scale.stops for _ in range(2)]
+    colours = [(*stop.tolist(), 1.0) for stop in scale.stops for _ in range(2)]
     shader = gpu.shader.from_builtin("SMOOTH_COLOR")
     batch_for_shader(shader, "TRI_STRIP", {"pos": points, "color": colours}).draw(shader)
     share = (scale.ticks - scale.low) / (scale.high - scale.low)
@@ -65,12 +65,12 @@ def _draw_bar(scale, left, bottom, width, height):
 def _draw_classes(scale, left, bottom, width, height):
     step = width / len(scale.classes)
     for place, stop in enumerate(scale.stops):
-        draw_box((left + place * step, bottom, step, height), (*linear_light(stop).tolist(), 1.0))
+        draw_box((left + place * step, bottom, step, height), (*stop.tolist(), 1.0))
     return [(left + (place + 0.5) * step, name) for place, name in enumerate(scale.classes)]
 
 
 def draw_box(box, colour):
-    """Fill a rectangle (left, bottom, width, height) [pixels] with a colour (linear light, with alpha)."""
+    """Fill a rectangle (left, bottom, width, height) [pixels] with a colour (sRGB with alpha)."""
     x, y, width, height = box
     points = [(x, y), (x + width, y), (x, y + height), (x + width, y + height)]
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")

@@ -63,7 +63,7 @@ class Step:
     modal: progress shows in the status bar and in the panel, Esc cancels.
     """
 
-    current = None  # the job that is running, for the panel
+    current = None  # the job that is running; the panels show it below the button of its title
 
     def prepare(self, context):
         """Read settings in Blender's thread; return what `work` needs."""
@@ -106,6 +106,7 @@ class Step:
         """Show the progress until the work is done or cancelled."""
         if event.type == "ESC":
             self._job.cancel()
+            return {"RUNNING_MODAL"}
         if event.type == "TIMER":
             context.workspace.status_text_set(f"CityPV   {self._job.text}   (Esc cancels)")
             redraw_panels(context)
@@ -132,6 +133,8 @@ class Step:
             return self._tell(self.finish(context, self._job.result))
         except InputError as problem:
             return self._refuse(problem)
+        finally:
+            redraw_panels(context)
 
     def _leave(self, context):
         Step.current = None

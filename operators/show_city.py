@@ -22,8 +22,9 @@ def show_city(points=None, shaded=False):
             shading = space.shading
             shading.type = "SOLID"
             shading.light, shading.color_type = ("STUDIO", "MATERIAL") if shaded else ("FLAT", "VERTEX")
-            shading.show_cavity, shading.cavity_type = True, "SCREEN"
-            shading.show_object_outline = False
+            shading.show_cavity, shading.show_object_outline = shaded, False
+            # Blender's floor lies in the plane of the ground and would shine through.
+            space.overlay.show_floor = space.overlay.show_axis_x = space.overlay.show_axis_y = False
             if points is not None and len(points):
                 _look_at(space, points)
 
@@ -31,7 +32,8 @@ def show_city(points=None, shaded=False):
 def _look_at(space, points):
     low, high = points.min(axis=0), points.max(axis=0)
     size = float(np.linalg.norm(high - low))
-    space.clip_end = max(space.clip_end, 10 * size)
+    # The nearer the first plane, the coarser the depths of the far ones.
+    space.clip_start, space.clip_end = size / 1000, 10 * size
     region = space.region_3d
     right, up, forward = camera_axes(AZIMUTH, ELEVATION)
     region.view_perspective = "PERSP"

@@ -1,0 +1,180 @@
+"""The steps by mouse in a real Blender window (see tools/blender_window.py)."""
+
+import importlib.util
+import os
+import shutil
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = os.environ.get("CITYPV_BLENDER")
+REPOSITORY = Path(__file__).parents[2]
+NAME = "street.gml"
+PREPARE = """
+area = next(a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "VIEW_3D")
+sidebar = next(r for r in area.regions if r.type == "UI")
+"""
+
+pytestmark = [
+    pytest.mark.window,
+    pytest.mark.slow,
+    pytest.mark.skipif(not ROOT, reason="CITYPV_BLENDER names no Blender root; tools/blender_window.py builds one"),
+]
+
+
+def load_tool():
+    path = REPOSITORY / "tools/blender_window.py"
+    spec = importlib.util.spec_from_file_location("blender_window", path)
+    tool = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = tool
+    spec.loader.exec_module(tool)
+    return tool
+
+
+@pytest.fixture(scope="module")
+def window(city_file, tmp_path_factory):
+    """A window with the tab CityPV open; a picture of its end is kept beside the other temporary files."""
+    tool, root = load_tool(), Path(ROOT)
+    assert "Installed" in tool.install_extension(root)
+    shutil.copy(city_file, root / tool.EXCHANGE / NAME)
+    pictures = Path(os.environ.get("CITYPV_PICTURES") or tmp_path_factory.mktemp("window"))
+    with tool.Window(root) as opened:
+        opened.pictures = pictures
+        opened.ask(PREPARE + "area.spaces.active.show_region_ui = True")
+        opened.wait_for(
+            "any(r.type == 'UI' and r.width > 100 for a in bpy.data.screens['Layout'].areas for r in a.regions)"
+        )
+        opened.ask(PREPARE + "sidebar.active_panel_category = 'CityPV'; sidebar.tag_redraw()")
+        opened.ask(
+            f"s = bpy.context.scene.citypv; s.city_path = '/{tool.EXCHANGE}/{NAME}'\n"
+            "s.typical_days, s.samples, s.shadow_samples = 2, 64, 4"
+        )
+        time.sleep(1)
+        yield opened
+        opened.take_picture(pictures / "end.png")
+
+
+def find_button(window, operator):
+    """Find where an operator's button is: over it, Ctrl+C copies its command. Scrolls from the top down to it."""
+    left, bottom, width, height = window.ask(PREPARE + "answer = (sidebar.x, sidebar.y, sidebar.width, sidebar.height)")
+    top, middle = window.size[1] - bottom - height, left + width // 2
+    window.point("mousemove", middle, top + height // 2, *["click", 4] * 40)
+    for _ in range(4):
+        time.sleep(0.5)
+        for row in range(top + 40, top + height - 8, 14):
+            window.ask("bpy.context.window_manager.clipboard = ''")
+            window.point("mousemove", middle, row, "sleep", 0.03, "mousemove", middle + 2, row, "sleep", 0.05)
+            window.point("key", "ctrl+c")
+            if f"bpy.ops.{operator}(" in window.ask("answer = bpy.context.window_manager.clipboard"):
+                return middle, row
+        window.point("mousemove", middle, top + height // 2, *["click", 5] * 8)
+    raise AssertionError(f"no button of {operator}")
+
+
+def press(window, operator):
+    window.point("mousemove", *find_button(window, operator), "click", 1)
+
+
+def read_reports(window):
+    """Read what Blender told the user so far, from its Info editor (opened in place of the timeline)."""
+    window.ask(
+        "screen = bpy.context.window_manager.windows[0].screen\n"
+        "for area in screen.areas:\n"
+        "    if area.type == 'DOPESHEET_EDITOR':\n"
+        "        area.type = 'INFO'"
+    )
+    return window.ask(
+        "window = bpy.context.window_manager.windows[0]\n"
+        "area = next(a for a in window.screen.areas if a.type == 'INFO')\n"
+        "region = next(r for r in area.regions if r.type == 'WINDOW')\n"
+        "with bpy.context.temp_override(window=window, area=area, region=region):\n"
+        "    bpy.ops.info.select_all(action='SELECT')\n"
+        "    bpy.ops.info.report_copy()\n"
+        "answer = bpy.context.window_manager.clipboard"
+    )
+
+
+def is_there(attribute):
+    return f"any('citypv_{attribute}' in mesh.attributes for mesh in bpy.data.meshes)"
+
+
+@pytest.mark.parametrize(
+    ("operator", "evidence"),
+    [
+        ("citypv.import_city", is_there("surface")),
+        ("citypv.classify", is_there("kind")),
+        ("citypv.trace", is_there("diffuse_relative")),
+        ("citypv.energy", is_there("full_load_hours")),
+    ],
+)
+def test_a_button_does_its_step_and_the_window_stays_alive(window, operator, evidence):
+    assert not window.ask(f"answer = {evidence}")
+    press(window, operator)
+    window.wait_for(evidence)
+    window.take_picture(window.pictures / f"{operator}.png")
+    assert "Traceback" not in window.read_log()
+
+
+def test_the_view_shows_the_city_in_many_colours_and_the_legend(window, tmp_path):
+    import bpy
+
+    window.point("mousemove", 400, 400)
+    time.sleep(1)
+    window.take_picture(tmp_path / "view.png")
+    image = bpy.data.images.load(str(tmp_path / "view.png"))
+    pixels = np.empty(len(image.pixels), dtype=np.float32)
+    image.pixels.foreach_get(pixels)
+    pixels = pixels.reshape(image.size[1], image.size[0], -1)[..., :3]
+    left, bottom, width, height = window.ask(
+        PREPARE + "r = next(r for r in area.regions if r.type == 'WINDOW'); answer = (r.x, r.y, r.width, r.height)"
+    )
+    # The colour bar lies 76 to 516 pixels from the view's left edge and 66 to 82 above its lower one.
+    scale = window.ask("answer = bpy.context.preferences.system.ui_scale")
+    row, ends = bottom + round(74 * scale), (left + round(77.5 * scale), left + round(514.5 * scale))
+    first, last = pixels[row, ends[0]], pixels[row, ends[1]]
+    np.testing.assert_allclose(first, np.array([0x44, 0x01, 0x54]) / 255, atol=0.04)
+    np.testing.assert_allclose(last, np.array([0xFD, 0xE7, 0x25]) / 255, atol=0.04)
+    seen = pixels[bottom + 200 : bottom + height - 150, left + 200 : left + width - 320]
+    vivid = seen.max(axis=2) - seen.min(axis=2) > 0.3
+    assert vivid.mean() > 0.02
+    assert len(np.unique((seen[vivid] * 255).round().astype(int), axis=0)) >= 5
+
+
+def test_escape_cancels_a_step_and_leaves_everything_as_it_was(window):
+    before = window.ask("answer = list(bpy.data.objects['City'].data.attributes.keys())")
+    window.ask("s = bpy.context.scene.citypv; s.suns, s.samples, s.shadow_samples = 'hourly', 65536, 256")
+    press(window, "citypv.trace")
+    running = "__import__('importlib').import_module('bl_ext.user_default.citypv.operators.run_step').Step.current"
+    window.wait_for(f"{running} is not None", 20)
+    window.point("mousemove", 400, 400, "key", "Escape")
+    window.wait_for(f"{running} is None", 60)
+    assert window.ask("answer = list(bpy.data.objects['City'].data.attributes.keys())") == before
+    assert "Trace light was cancelled; nothing was changed" in read_reports(window)
+    assert "Traceback" not in window.read_log()
+
+
+def test_bad_input_is_told_in_the_window_without_a_traceback(window):
+    window.ask("bpy.context.scene.citypv.city_path = '/exchange/nowhere.gml'")
+    press(window, "citypv.import_city")
+    end = time.monotonic() + 20
+    while "nowhere.gml" not in read_reports(window) and time.monotonic() < end:
+        time.sleep(0.2)
+    window.take_picture(window.pictures / "error.png")
+    told = [line for line in read_reports(window).splitlines() if "nowhere.gml" in line]
+    assert told
+    assert "/exchange/nowhere.gml: " in told[-1]
+    assert "Traceback" not in window.read_log()
+    assert window.ask("answer = 'City' in bpy.data.objects")
+
+
+def test_the_command_line_runs_inside_blender(window):
+    """`blender --command citypv` is the same program, with the same exit status."""
+    tool, root = load_tool(), Path(ROOT)
+    assert "usage: citypv" in tool.blender(root, "--command", "citypv", "--help")
+    with pytest.raises(RuntimeError, match=r"nowhere\.gml"):
+        tool.blender(root, "--command", "citypv", "inspect", "/exchange/nowhere.gml")
+    told = tool.blender(root, "--command", "citypv", "inspect", f"/{tool.EXCHANGE}/{NAME}", "--json")
+    assert '"buildings": 3' in told.replace("building_count", "buildings")
