@@ -4,6 +4,7 @@ from pathlib import Path
 
 import bpy
 
+from .quieten import quieten
 from .stage_city import stage_city
 
 SAMPLES = 16  # rays per pixel; nothing but the ground's shade is noisy
@@ -28,7 +29,8 @@ def render_preview(path, scene, transfer, energy, note=""):
     prepare_render(stage)
     stage.render.use_file_extension = False
     stage.render.filepath = str(Path(path).resolve())
-    bpy.ops.render.render(write_still=True, scene=stage.name)
+    with quieten():
+        bpy.ops.render.render(write_still=True, scene=stage.name)
 
 
 def prepare_render(stage):

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import bpy
 
+from .quieten import quieten
 from .stage_city import stage_city
 
 
@@ -23,4 +24,5 @@ def write_blend(path, scene, transfer, energy, note=""):
     """
     stage_city(scene, transfer, energy, note)
     bpy.context.preferences.filepaths.save_version = 0
-    bpy.ops.wm.save_as_mainfile(filepath=str(Path(path).resolve()), compress=True, check_existing=False)
+    with quieten():
+        bpy.ops.wm.save_as_mainfile(filepath=str(Path(path).resolve()), compress=True, check_existing=False)

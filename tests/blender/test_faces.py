@@ -96,6 +96,13 @@ def test_saving_and_opening_keeps_every_bit(scene, transfer, energy, tmp_path):
     assert sorted(path.parent.iterdir()) == [path]
 
 
+def test_writing_says_nothing_of_its_own(scene, transfer, energy, tmp_path, capfd):
+    print("before")
+    write_blend(tmp_path / "city.blend", scene, transfer, energy)
+    print("after")
+    assert capfd.readouterr().out == "before\nafter\n"
+
+
 def test_a_new_trace_removes_what_an_earlier_weather_made(shown, transfer):
     city, ground = shown
     write_results(city, ground, transfer)
