@@ -1,7 +1,7 @@
 """A real Blender with a window, in a folder: built from Debian's packages, opened on a screen in memory, driven.
 
-    python3 tools/blender_window.py build ROOT     build the folder (Debian or Ubuntu, root; 2 minutes, 3 GB)
-    python3 tools/blender_window.py open ROOT      open its window and take a picture: window.png
+    .venv/bin/python tools/blender_window.py build ROOT    build the folder (Debian or Ubuntu, root; 2 minutes, 3 GB)
+    .venv/bin/python tools/blender_window.py open ROOT     open its window and take a picture: window.png
 
 `tests/blender/test_window.py` drives it where the environment variable CITYPV_BLENDER names such a ROOT. Debian's
 unstable suite is the one that has Blender 5.2; it moves, so that building may fail on some days.
@@ -65,6 +65,7 @@ def main():
     install_extension(root)
     with Window(root) as window:
         window.ask("answer = bpy.app.version_string")
+        time.sleep(3)  # until everything is drawn
         window.take_picture("window.png")
 
 
@@ -85,6 +86,7 @@ def install_packages(folder):
     platforms = [f"manylinux_2_{minor}_x86_64" for minor in range(28, 4, -1)] + ["manylinux2014_x86_64"]
     target = ["--target", folder, "--python-version", PYTHON, "--implementation", "cp", "--only-binary=:all:"]
     target += [word for platform in platforms for word in ("--platform", platform)]
+    target += ["--constraint", REPOSITORY / "tools/versions.txt", "--upgrade"]
     run([sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", *target, *NEEDED.split()])
 
 

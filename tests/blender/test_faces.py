@@ -1,5 +1,7 @@
 """What stands on the faces equals the arrays of core, bit for bit, also after saving."""
 
+from pathlib import Path
+
 import bpy
 import numpy as np
 import pytest
@@ -94,6 +96,14 @@ def test_saving_and_opening_keeps_every_bit(scene, transfer, energy, tmp_path):
         assert (item["citypv_latitude"], item["citypv_longitude"]) == (scene.site.latitude, scene.site.longitude)
     assert bpy.context.scene.camera is not None
     assert sorted(path.parent.iterdir()) == [path]
+
+
+def test_the_manual_names_every_attribute_and_code():
+    text = (Path(__file__).parents[2] / "docs/blender.md").read_text(encoding="utf-8")
+    for codes in (KIND_CODES, ORIENTATION_CODES):
+        assert ", ".join(f"{name} {code}" for name, code in codes.items()) in text
+    for name in {*CONTRACT, "surface"} - {"full_load_hours_standard_error"}:
+        assert f"`citypv_{name}`" in text
 
 
 def test_writing_says_nothing_of_its_own(scene, transfer, energy, tmp_path, capfd):
