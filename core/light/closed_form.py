@@ -9,6 +9,8 @@
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from .check_arrays import check_array
+
 
 def patches_with_empty_front(patches, vertices):
     """Patches in front of whose plane no part of the scene stands.
@@ -23,6 +25,9 @@ def patches_with_empty_front(patches, vertices):
     -------
     (p,) bool
     """
+    vertices = check_array("vertices", vertices, ("v", 3), row="vertex")
+    if not len(patches):
+        return np.zeros(0, bool)
     outermost = outermost_points(vertices)
     normals, which = np.unique(np.round(patches.normal.astype(float), 6) + 0.0, axis=0, return_inverse=True)
     which = which.ravel()

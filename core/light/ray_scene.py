@@ -10,6 +10,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from ..errors import InputError
+from .check_arrays import check_array, check_triangles
 
 
 class RayScene:
@@ -29,17 +30,7 @@ class RayScene:
     """
 
     def __init__(self, vertices, triangles):
-        vertices, triangles = np.asarray(vertices), np.asarray(triangles)
-        if vertices.ndim != 2 or vertices.shape[1] != 3:
-            raise InputError("vertices", f"shape {vertices.shape}", "give an array of shape (v, 3)")
-        if triangles.ndim != 2 or triangles.shape[1] != 3:
-            raise InputError("triangles", f"shape {triangles.shape}", "give an array of shape (t, 3)")
-        wrong = ~(np.abs(vertices) < 1e9).all(axis=1)
-        if wrong.any():
-            first = int(np.flatnonzero(wrong)[0])
-            raise InputError("vertices", f"vertex {first} is {vertices[first]}", "give finite metres below 1e9")
-        if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
-            raise InputError("triangles", f"a vertex beyond the {len(vertices)} given", "check the indices")
+        vertices, triangles = check_triangles(vertices, triangles)
         self.triangle_count = len(triangles)
         self.thread_seconds = 0.0  # spent in Embree, summed over the threads
         self._lock = threading.Lock()
@@ -61,6 +52,11 @@ class RayScene:
         hit_triangles : (n,) int32
             -1 where the ray meets nothing.
         """
+        ray_origins = usable_rays("ray_origins", ray_origins)
+        ray_directions = usable_rays("ray_directions", ray_directions)
+        if len(ray_origins) != len(ray_directions):
+            problem = f"{len(ray_directions)} rows for {len(ray_origins)} ray_origins"
+            raise InputError("ray_directions", problem, "give one direction per ray")
         if not self.triangle_count or not len(ray_origins):
             return np.full(len(ray_origins), -1, np.int32)
         return self._run(ray_origins, ray_directions)
@@ -78,9 +74,11 @@ class RayScene:
         -------
         blocked : (n,) bool
         """
+        ray_origins = usable_rays("ray_origins", ray_origins)
+        ray_direction = usable_rays("ray_direction", np.asarray(ray_direction)[None])
         if not self.triangle_count or not len(ray_origins):
             return np.zeros(len(ray_origins), bool)
-        return self._run(ray_origins, ray_direction[None, :], query="OCCLUDED") == 0
+        return self._run(ray_origins, ray_direction, query="OCCLUDED") == 0
 
     def _run(self, *rays, **query):
         started = time.perf_counter()
@@ -88,6 +86,11 @@ class RayScene:
         with self._lock:
             self.thread_seconds += time.perf_counter() - started
         return found
+
+
+def usable_rays(name, rays):
+    """Ray origins or directions as Embree takes them: (n, 3) float32, finite."""
+    return np.ascontiguousarray(check_array(name, rays, ("n", 3)), np.float32)
 
 
 def usable_threads(threads=None):

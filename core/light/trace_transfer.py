@@ -6,6 +6,8 @@ from dataclasses import asdict
 import numpy as np
 from scipy import sparse
 
+from ..request import check_request
+from .check_arrays import check_scene, check_suns
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
 from .gather import Tracing, gather_diffuse, gather_direct
 from .patches import patches_of_scene
@@ -32,7 +34,15 @@ def trace_transfer(scene, suns, request, progress):
     -------
     Transfer
         Its `settings` say what was decided, how many rays were traced and how long each stage took.
+
+    Raises
+    ------
+    InputError
+        If a number, an array or a setting cannot be used: no ray is traced with it.
     """
+    check_scene(scene)
+    check_suns(suns)
+    check_request(request)
     clock = Clock()
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
     plan = plan_effects(scene, patches, request)
@@ -112,8 +122,8 @@ def fill_closed_forms(hemisphere, patches, plan):
 
 
 def area_means(triangle_surface, area, count):
-    """Matrix that averages patches over their surface: (count, p) sparse float64."""
-    own = np.flatnonzero(triangle_surface >= 0)
+    """Matrix that averages patches over their surface: (count, p) sparse float64, 0 for one without area."""
+    own = np.flatnonzero((triangle_surface >= 0) & (area > 0))
     surface = triangle_surface[own]
     whole = np.bincount(surface, weights=area[own], minlength=count)
     return sparse.csr_matrix((area[own] / whole[surface], (surface, own)), shape=(count, len(area)))
