@@ -81,10 +81,12 @@ def plan_reflections(patches, request):
         return Effect("reflections", False, "no bounce, no matrix", "switched off", remainder(brightest, 0)), 0
     reason = "as asked"
     if count is None or count == 0:
-        count = next(
-            (n for n in range(1, MOST_BOUNCES) if remainder(brightest, n) <= AUTOMATIC_REMAINDER), MOST_BOUNCES
-        )
+        # ρⁿ⁺¹/(1 - ρ) ≤ ε, written so that it holds for no n at ρ = 1.
+        enough = (n for n in range(1, MOST_BOUNCES) if brightest ** (n + 1) <= AUTOMATIC_REMAINDER * (1 - brightest))
+        count = next(enough, None)
         reason = f"the fewest that leave out at most {AUTOMATIC_REMAINDER:.1%} at the brightest albedo {brightest:g}"
+        if count is None:
+            count, reason = MOST_BOUNCES, f"the most that are followed, for the brightest albedo is {brightest:g}"
     words = f"{count} bounce{'s' if count != 1 else ''}"
     return Effect("reflections", True, words, reason, remainder(brightest, count)), count
 

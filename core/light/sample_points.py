@@ -78,9 +78,9 @@ def cell_of_point(b1, b2, divisions):
 
     Returns
     -------
-    (...) uint8 or uint16
+    (...) unsigned int, as short as holds them
     """
-    dtype = np.uint8 if divisions <= 16 else np.uint16
+    dtype = np.min_scalar_type(divisions**2 - 1)
     row = np.minimum(b2 * divisions, divisions - 1).astype(np.int32)
     along = np.minimum(b1 * divisions, divisions - 1).astype(np.int32)
     inverted = (b1 + b2) * divisions - row - along >= 1
@@ -96,25 +96,24 @@ def cell_corners(divisions):
     (divisions², 3, 2) float32
         For each cell three corners, each with the weights of the second and third vertex.
     """
-    corners = []
-    for row in range(divisions):
-        for place in range(2 * (divisions - row) - 1):
-            along, inverted = divmod(place, 2)
-            if inverted:
-                corners.append([(along + 1, row + 1), (along, row + 1), (along + 1, row)])
-            else:
-                corners.append([(along, row), (along + 1, row), (along, row + 1)])
-    return np.array(corners, np.float32) / divisions
+    row, place = cell_places(divisions)
+    along, inverted = np.divmod(place, 2)
+    steps = np.array([[(0, 0), (1, 0), (0, 1)], [(1, 1), (0, 1), (1, 0)]])[inverted]
+    corners = np.stack([along, row], axis=1)[:, None] + steps
+    return corners.astype(np.float32) / np.float32(divisions)
+
+
+def cell_places(divisions):
+    """Row and place in the row of each cell, in the order of `cell_of_point`: two (cells,) int."""
+    row = np.repeat(np.arange(divisions), 2 * (divisions - np.arange(divisions)) - 1)
+    return row, np.arange(divisions**2) - row * (2 * divisions - row)
 
 
 def neighbouring_order(divisions):
     """Order of the cells along a path that turns at the end of each row, so that successive cells are neighbours."""
-    order = []
-    for row in range(divisions):
-        first = row * (2 * divisions - row)
-        cells = range(first, first + 2 * (divisions - row) - 1)
-        order.extend(reversed(cells) if row % 2 else cells)
-    return np.array(order)
+    row, place = cell_places(divisions)
+    last = 2 * (divisions - row) - 2
+    return row * (2 * divisions - row) + np.where(row % 2, last - place, place)
 
 
 def cell_contacts(divisions):
