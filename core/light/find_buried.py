@@ -2,16 +2,20 @@
 
 import numpy as np
 
+from .check_arrays import check_scene
 from .ray_scene import RayScene
 
 CONTACT = 0.01  # [m] a floor this little above the ground lies on it
+ROUNDING = 8 * np.finfo(np.float32).eps  # of coordinates, as a share of them
 
 
 def find_buried(scene):
-    """Triangles that face downwards at or below the ground.
+    """Triangles that face downwards at or below the ground, or rest on another surface.
 
     The ground has no thickness, so a ray that starts under it would meet nothing. What lies under it is found by
     looking down onto the ground from above each triangle's middle. Where no ground was laid, a footprint is the floor.
+    What rests on anything that faces up, be it a roof or ground without a name, is found by looking down from the
+    middle itself.
 
     Parameters
     ----------
@@ -21,21 +25,58 @@ def find_buried(scene):
     -------
     (t,) bool
     """
-    buried = np.zeros(len(scene.triangles), bool)
-    ground = scene.triangles[scene.triangle_surface < 0]
-    corners = scene.vertices[scene.triangles]
+    check_scene(scene)
+    corners = np.asarray(scene.vertices, float)[scene.triangles]
     edges = corners[:, 1:] - corners[:, :1]
-    downward = np.flatnonzero((np.cross(edges[:, 0], edges[:, 1])[:, 2] < 0) & (scene.triangle_surface >= 0))
-    if not len(ground) or not len(downward):
+    rise = np.cross(edges[:, 0], edges[:, 1])[:, 2]
+    downward = np.flatnonzero((rise < 0) & (scene.triangle_surface >= 0))
+    buried = np.zeros(len(scene.triangles), bool)
+    if not len(downward):
         return buried
     middle = corners[downward].mean(axis=1)
-    above = middle.copy()
-    above[:, 2] = scene.vertices[:, 2].max() + 1
-    down = np.tile(np.float32([0, 0, -1]), (len(above), 1))
-    hit = RayScene(scene.vertices, ground).trace_closest(above.astype(np.float32), down)
-    height = height_on_triangles(scene.vertices[ground[hit]], middle)
-    buried[downward] = np.where(hit >= 0, middle[:, 2] <= height + CONTACT, scene.footprint[downward])
+    ground = np.flatnonzero(is_ground(scene))
+    if len(ground):
+        highest = np.full(len(middle), scene.vertices[:, 2].max() + 1)
+        height = height_below(scene, ground, middle, highest)
+        buried[downward] = np.where(height > -np.inf, middle[:, 2] <= height + CONTACT, scene.footprint[downward])
+    # Start as far above the middle as rounding may have put it below what it rests on.
+    slack = ROUNDING * np.abs(corners[downward]).max(axis=(1, 2))
+    height = height_below(scene, np.flatnonzero(rise > 0), middle, middle[:, 2] + slack)
+    buried[downward] |= middle[:, 2] <= height + CONTACT
     return buried
+
+
+def is_ground(scene):
+    """Triangles of the ground, generated or given: (t,) bool."""
+    surface = scene.triangle_surface
+    named = np.append(np.asarray(scene.surfaces.kind) == "ground", True)  # the generated ground's -1 takes the last
+    return named[surface] & ~scene.footprint
+
+
+def height_below(scene, triangles, points, start):
+    """Height of the first of some triangles below a starting height at the place of each point.
+
+    Parameters
+    ----------
+    scene : Scene
+    triangles : (k,) int
+        Of the scene.
+    points : (n, 3) float64 [m]
+    start : (n,) float64 [m]
+
+    Returns
+    -------
+    (n,) float64 [m]
+        -inf where there is none.
+    """
+    chosen = scene.triangles[triangles]
+    origins = np.column_stack([points[:, :2], start]).astype(np.float32)
+    down = np.tile(np.float32([0, 0, -1]), (len(points), 1))
+    hit = RayScene(scene.vertices, chosen).trace_closest(origins, down)
+    height = np.full(len(points), -np.inf)
+    met = hit >= 0
+    height[met] = height_on_triangles(np.asarray(scene.vertices, float)[chosen[hit[met]]], points[met])
+    return height
 
 
 def height_on_triangles(corners, points):

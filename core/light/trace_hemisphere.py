@@ -110,13 +110,16 @@ def trace_patches(ray_scene, patches, chosen, sequence, reflections):
     suspect = np.flatnonzero(back.any(axis=1))
     covered[suspect] = find_covered_cells(ray_scene, patches, chosen[suspect])
     enclosed = covered & ((~covered).astype(np.float32) @ cell_contacts(CELL_DIVISIONS) == 0)
-    open_ray = np.ones((count, rays), bool)
-    open_ray[suspect] = ~np.take_along_axis(enclosed[suspect], cells[suspect].astype(np.intp), axis=1)
+    # What leaves downwards from a covered cell, below the ground or through a missing floor, meets no lit ground.
+    open_ray, above_ground = np.ones((2, count, rays), bool)
+    cell = cells[suspect].astype(np.intp)
+    open_ray[suspect] = ~np.take_along_axis(enclosed[suspect], cell, axis=1)
+    above_ground[suspect] = ~np.take_along_axis(covered[suspect], cell, axis=1)
 
     upwards = directions[..., 2] > 0
     per_replicate = (count, REPLICATES, rays // REPLICATES)
     sky = (missed & upwards & open_ray).reshape(per_replicate).mean(axis=2, dtype=np.float32)
-    far_ground = (missed & ~upwards & open_ray).reshape(per_replicate).mean(axis=2, dtype=np.float32)
+    far_ground = (missed & ~upwards & above_ground).reshape(per_replicate).mean(axis=2, dtype=np.float32)
     matrix_rows = None
     if reflections:
         hit[back | ~open_ray] = -1
@@ -149,7 +152,8 @@ def find_covered_cells(ray_scene, patches, chosen):
     """Which cells of some patches lie inside or under something.
 
     One point in each cell looks around; it is covered when more than half of its rays meet backs. Real models are
-    open shells: a single ray decides nothing.
+    open shells: a single ray decides nothing. A wall that goes on below the ground meets the ground's back upwards and
+    nothing downwards: no ray of it brings light, and it is covered too.
 
     Returns
     -------
@@ -168,8 +172,10 @@ def find_covered_cells(ray_scene, patches, chosen):
         cosine_direction(u, v),
     )
     hit = ray_scene.trace_closest(origins.reshape(-1, 3), directions.reshape(-1, 3)).reshape(u.shape)
-    back = meets_back(patches, hit, directions).reshape(count, cells, RAYS_PER_CELL)
-    return 2 * back.sum(axis=2) > RAYS_PER_CELL
+    back = meets_back(patches, hit, directions)
+    lost = back | ((hit < 0) & (directions[..., 2] <= 0))
+    back, lost = (met.reshape(count, cells, RAYS_PER_CELL).sum(axis=2) for met in (back, lost))
+    return (2 * back > RAYS_PER_CELL) | ((4 * back > RAYS_PER_CELL) & (lost == RAYS_PER_CELL))
 
 
 def hemisphere_rays(patches, chosen, sequence):
