@@ -1,0 +1,128 @@
+"""Where the city stands: the same town gives the same light anywhere on Earth."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from citypv.core.geometry.build_scene import build_scene
+from citypv.core.geometry.convert_to_metres import convert_to_metres
+from citypv.core.light.patches import patches_of_scene
+from citypv.core.light.ray_scene import RayScene
+from citypv.core.light.sample_points import additive_recurrence
+from citypv.core.light.trace_hemisphere import hemisphere_rays
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+from closed import box, room
+from scenes import join, strip, suns_towards
+from towns import city_of_polygons, draw_town, moved, turned
+
+SUNS = np.array([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3], [0.1, -0.9, 0.1]])
+FIELDS = ("sky_view_factor", "diffuse_relative", "visible_share", "direct_reflected", "covered_share")
+EDGE = 16 * 20.0
+
+PLACES = {
+    "UTM": lambda points: moved(points, [390_000, 5_818_000, 30]),
+    "Gauss-Krüger": lambda points: moved(points, [3_500_000, 5_800_000, 0]),
+    "1e7": lambda points: moved(points, [1e7, -1e7, 0]),
+    "3000 m up": lambda points: moved(points, [390_000.123, 5_818_000.456, 3000]),
+    "feet": lambda points: convert_to_metres(moved(points / 0.3048, [1e6, 2e7, 0]), None, "ft")[0],
+    "turned by 37°": lambda points: moved(turned(points, 37), [390_000, 5_818_000, 30]),
+}
+
+
+def build_town(place=None, ground="none", scale=1.0):
+    polygons, thematic, building = draw_town()
+    if ground == "auto":
+        kept = [index for index, kind in enumerate(thematic) if kind != "TINRelief"]
+        polygons, thematic, building = ([rows[index] for index in kept] for rows in (polygons, thematic, building))
+    city = city_of_polygons(polygons, thematic, building)
+    city.points = city.points * scale if place is None else PLACES[place](city.points)
+    return build_scene(city, 52.5, 13.4, ground=ground, patch_size=10.0 * scale)
+
+
+def trace_town(scene, suns=SUNS, **settings):
+    return trace_transfer(scene, suns_towards(suns), Request(**{"samples": 64} | settings), silent)
+
+
+@cache
+def at_origin(ground="none"):
+    scene = build_town(ground=ground)
+    return scene, trace_town(scene)
+
+
+def answers(scene):
+    """Surface met by each of many hemisphere rays; -1 for none."""
+    patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.25), 0)
+    origins, directions, _ = hemisphere_rays(patches, np.arange(len(patches)), additive_recurrence(32, 4))
+    hit = RayScene(scene.vertices, scene.triangles).trace_closest(origins.reshape(-1, 3), directions.reshape(-1, 3))
+    return np.where(hit >= 0, scene.triangle_surface[hit], -1)
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_the_same_town_anywhere(place):
+    before, reference = at_origin()
+    scene = build_town(place)
+    transfer = trace_town(scene, turned(SUNS, 37) if "37" in place else SUNS)
+    area = scene.surfaces.area
+    assert area == pytest.approx(before.surfaces.area, rel=1e-6)
+    assert 0.3 < np.average(reference.diffuse_relative, weights=area) < 0.8
+    for name in FIELDS:
+        found, wanted = (np.average(getattr(one, name), weights=area, axis=0) for one in (transfer, reference))
+        assert found == pytest.approx(wanted, abs=1e-5), name
+    assert (answers(scene) != answers(before)).mean() <= 1e-5
+
+
+@pytest.mark.parametrize("place", [place for place in PLACES if "37" not in place])
+def test_generated_ground_is_the_same_anywhere(place):
+    before, _ = at_origin("auto")
+    scene = build_town(place, ground="auto")
+    assert np.array_equal(scene.triangles, before.triangles)
+    assert scene.vertices == pytest.approx(before.vertices, abs=1e-9)
+
+
+@pytest.mark.parametrize("scale", [1 / EDGE, 1024.0])
+def test_a_town_of_any_size(scale):
+    """The town as a model 1 m wide, and 330 km wide."""
+    before, reference = at_origin()
+    scene = scene_of_scale(before, scale)
+    transfer = trace_town(scene)
+    area = before.surfaces.area
+    for name in FIELDS:
+        found, wanted = (np.average(getattr(one, name), weights=area, axis=0) for one in (transfer, reference))
+        assert found == pytest.approx(wanted, abs=1e-5), name
+
+
+def scene_of_scale(scene, scale):
+    surfaces = replace(scene.surfaces, area=scene.surfaces.area * scale**2)
+    return replace(scene, vertices=scene.vertices * scale, surfaces=surfaces)
+
+
+@pytest.mark.parametrize("away", [0.0, 3_000.0, 45_000.0])
+@pytest.mark.parametrize("cells", [1, 100])
+def test_a_house_in_a_terrain_of_100_km(away, cells):
+    """A box of 10 m on an endless plain: roof 1, walls half the sky and half the lit ground."""
+    plain = [strip([-5e4, y, 0], [1e5, 0, 0], [0, 1e5 / cells, 0], 1) for y in np.linspace(-5e4, 5e4, cells + 1)[:-1]]
+    house = [(moved(points, [away, -0.37 * away, 0]), faces) for points, faces in box((-5, -5, 0), (5, 5, 10))]
+    scene = join([*plain, *house])
+    transfer = trace_town(scene, [[0.3, -0.8, 0.6], [0, 0, 1]], samples=4096, shadow_samples=64, far_ground=False)
+    roof, floor, south = (np.arange(2) + 2 * cells + 2 * side for side in (0, 1, 2))
+    assert transfer.sky_view_factor[roof] == pytest.approx(1, abs=1e-6)
+    assert transfer.visible_share[roof] == pytest.approx(1, abs=1e-6)
+    assert transfer.sky_view_factor[south] == pytest.approx(0.5, abs=0.005)
+    assert transfer.visible_share[south, 0] == pytest.approx(1, abs=1e-6)
+    assert transfer.covered_share[south].max() == 0
+    assert transfer.sky_view_factor[floor].max() < 1e-6
+    # The ground around it is lit as if the house were not there, but for its footprint.
+    assert np.average(transfer.sky_view_factor[: 2 * cells], weights=scene.surfaces.area[: 2 * cells]) > 0.9999
+
+
+def test_a_courtyard_far_from_the_origin_stays_dark():
+    """A closed box 50 km out: float32 knows its corners to 4 mm only, and still nothing leaks in."""
+    inside = [(moved(points, [5e4, 3e4, 0]), faces) for points, faces in room((0, 0, 0), (4, 5, 3))]
+    scene = join([strip([-5e4, -5e4, -1], [1e5, 0, 0], [0, 1e5, 0], 1), *inside])
+    transfer = trace_town(scene, samples=16384, shadow_samples=1024)
+    assert transfer.sky_view_factor[2:].max() < 1e-6
+    assert transfer.far_ground_view_factor[2:].max() < 1e-6
+    assert transfer.visible_share[2:].max() < 1e-6

@@ -1,0 +1,333 @@
+"""Which geometry: duplicates, party walls, slivers, needles, shafts, gaps and edges, each with its right light."""
+
+import numpy as np
+import pytest
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+from closed import box, room
+from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
+from towns import spun
+
+SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
+ALBEDO = 0.25
+RAYS = {"closed-form": False}  # every patch sends rays, also those known in closed form
+
+
+def trace(parts, suns=SUNS, **settings):
+    scene = parts if hasattr(parts, "triangles") else join(parts)
+    settings = {"samples": 4096, "shadow_samples": 256, "effects": RAYS} | settings
+    return trace_transfer(scene, suns, Request(**settings), silent)
+
+
+def assert_unshaded(transfer, chosen, sample_error=0.01):
+    """Sky, far ground and every sun in front of a face reach it as if it stood alone."""
+    normal, sun = transfer.surfaces.normal[chosen], transfer.suns.direction
+    assert transfer.sky_view_factor[chosen] == pytest.approx((1 + normal[:, 2]) / 2, abs=sample_error)
+    whole = transfer.sky_view_factor[chosen] + transfer.far_ground_view_factor[chosen]
+    assert whole == pytest.approx(1, abs=1e-6)
+    assert transfer.visible_share[chosen] == pytest.approx((normal @ sun.T > 1e-6).astype(float), abs=1e-6)
+    assert transfer.covered_share[chosen].max() == 0
+
+
+def square(size, turn, away=(0, 0, 0), cells=1):
+    points, faces = strip([-size / 2, -size / 2, 0], [size, 0, 0], [0, size, 0], cells)
+    return points @ turn.T + away, faces
+
+
+# No acne
+
+
+@pytest.mark.parametrize("away", [0.0, 100.0, 1e4])
+@pytest.mark.parametrize(("size", "cells"), [(0.1, 1), (10, 20), (1000, 3)])
+def test_an_unshaded_face_gets_its_closed_form_at_every_incidence(away, size, cells):
+    """Suns from straight above the face down to 0.1° above its plane, all around, and a face turned any way."""
+    generator = np.random.default_rng(3)
+    for _ in range(6):
+        turn = spun(generator)
+        angle, around = np.radians([90, 30, 5, 1, 0.3, 0.1]), np.radians(np.arange(0, 360, 40))
+        local = [[np.cos(a) * np.cos(b), np.cos(a) * np.sin(b), np.sin(a)] for a in angle for b in around]
+        towards = np.array(local) @ turn.T
+        kept = towards[:, 2] > 1e-3
+        scene = join([square(size, turn, away * generator.normal(size=3), cells)])
+        transfer = trace(scene, suns_towards(towards[kept]), samples=1024, shadow_samples=64)
+        assert transfer.visible_share == pytest.approx(1, abs=1e-6)
+        whole = transfer.sky_view_factor + transfer.far_ground_view_factor
+        assert whole == pytest.approx(1, abs=1e-6)
+
+
+@pytest.mark.parametrize("large", [50.0, 1000.0, 1e5])
+@pytest.mark.parametrize("small", [0.01, 1.0])
+def test_small_faces_beside_a_large_one_in_the_same_plane(large, small):
+    """T-junctions all along a long edge: the large face's plane is only known to the rounding of its far corners."""
+    generator = np.random.default_rng(4)
+    for _ in range(8):
+        turn = spun(generator)
+        parts = [strip([0, -large / 2, 0], [large, 0, 0], [0, large, 0], 1)]
+        parts += [strip([-small, small * place, 0], [small, 0, 0], [0, small, 0], 1) for place in range(8)]
+        parts = [(points @ turn.T, faces) for points, faces in parts]
+        transfer = trace(join(parts), samples=512, shadow_samples=16)
+        assert_unshaded(transfer, np.arange(2, 18), sample_error=0.04)
+
+
+# No leaks
+
+
+@pytest.mark.parametrize("size", [0.01, 1.0, 10.0, 1000.0])
+def test_a_closed_box_around_everything_is_dark(size):
+    transfer = trace(room((0, 0, 0), (size, 1.1 * size, 0.7 * size)), samples=16384, shadow_samples=1024)
+    assert transfer.sky_view_factor.max() < 1e-6
+    assert transfer.far_ground_view_factor.max() < 1e-6
+    assert transfer.visible_share.max() < 1e-6
+    assert transfer.diffuse_relative.max() < 1e-6
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_closed_box_turned_any_way_is_dark(seed):
+    generator = np.random.default_rng(seed)
+    turn, away = spun(generator), 300 * generator.normal(size=3)
+    parts = [(points @ turn.T + away, faces) for points, faces in room((0, 0, 0), (7, 3, 5))]
+    transfer = trace(parts, samples=16384, shadow_samples=1024)
+    assert transfer.sky_view_factor.max() < 1e-6
+    assert transfer.visible_share.max() < 1e-6
+
+
+def test_a_town_in_a_closed_box_is_dark():
+    transfer = trace([*room((-50, -50, 0), (50, 50, 40)), *box((-5, -5, 0), (5, 5, 20))], samples=1024)
+    assert transfer.diffuse_relative.max() < 1e-6
+    assert transfer.visible_share.max() < 1e-6
+
+
+# Doubles and neighbours
+
+
+def test_coincident_duplicate_faces_both_get_their_light():
+    """The same house twice: no face blackens its double, nothing is lost between them."""
+    once = box((0, 0, 0), (10, 8, 6))
+    one, two = trace(once), trace([*once, *once])
+    outer = np.flatnonzero(one.surfaces.surface_tilt <= 90)
+    for copy in (outer, outer + 12):
+        assert two.sky_view_factor[copy] == pytest.approx(one.sky_view_factor[outer], abs=0.01)
+        assert two.visible_share[copy] == pytest.approx(one.visible_share[outer], abs=1e-6)
+        assert two.covered_share[copy].max() == 0
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-7, 1e-4, 1e-2])
+def test_a_face_in_front_of_another(gap):
+    """A roof laid on a roof, at no distance or next to none: the upper one is never touched, the lower one is either
+    the same face or hidden, never in between."""
+    lower, upper = strip([0, 0, 5], [10, 0, 0], [0, 10, 0], 1), strip([0, 0, 5 + gap], [10, 0, 0], [0, 10, 0], 1)
+    transfer = trace([lower, upper])
+    assert_unshaded(transfer, np.array([2, 3]), sample_error=1e-6)
+    below = transfer.visible_share[:2]
+    assert np.minimum(below, 1 - below).max() < 1e-6
+    if gap >= 1e-4:
+        assert transfer.covered_share[:2] == pytest.approx(1)
+        assert transfer.diffuse_relative[:2].max() < 1e-6
+    else:
+        assert transfer.sky_view_factor[:2] == pytest.approx(1, abs=1e-6)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-7, 1e-4, 1e-2])
+def test_walls_between_touching_buildings_receive_nothing(gap):
+    transfer = trace([*box((0, 0, 0), (10, 10, 10)), *box((10 + gap, 0, 0), (20, 10, 10))], max_bounces=3)
+    shared = [8, 9, 12 + 10, 12 + 11]
+    # Through a gap of 1 cm the sky shows at its edges; of 0.1 mm nothing is left.
+    allowed = 4 * gap / 10 + 1e-6
+    assert transfer.sky_view_factor[shared].max() <= allowed
+    assert transfer.visible_share[shared].max() <= 4 * allowed
+    assert transfer.diffuse_relative[shared].max() <= 2 * allowed
+    assert_unshaded(transfer, np.array([0, 1, 12, 13]), sample_error=1e-6)
+
+
+def test_walls_of_houses_of_different_height_that_touch():
+    """Of the party wall only what rises above the lower roof is lit."""
+    scene = [*box((0, 0, 0), (10, 10, 20)), *box((10, 0, 0), (20, 10, 10))]
+    transfer = trace(scene, suns_towards([[1, 0, 1]]), samples=16384)
+    east = np.array([8, 9])
+    assert np.mean(transfer.covered_share[east]) == pytest.approx(0.5, abs=0.02)
+    assert np.mean(transfer.sky_view_factor[east]) == pytest.approx(0.25, abs=0.005)
+    assert np.mean(transfer.visible_share[east]) == pytest.approx(0.5, abs=0.01)
+
+
+def test_t_junctions_in_a_wall_let_no_light_through():
+    """A room whose walls are cut differently on both sides of each edge."""
+    inside = room((0, 0, 0), (5, 4, 3))
+    cut = strip([0, 0, 3], [5, 0, 0], [0, 0, -3], 7)  # the south wall in seven strips that meet the others' long edges
+    faces = [*inside[:2], cut, *inside[3:]]
+    transfer = trace(faces, samples=65536, shadow_samples=1024)
+    assert transfer.surfaces.normal[4:18] == pytest.approx(np.tile([0.0, 1, 0], (14, 1)))
+    assert transfer.sky_view_factor.max() < 1e-6
+    assert transfer.far_ground_view_factor.max() < 1e-6
+    assert transfer.visible_share.max() < 1e-6
+
+
+# Thin and small
+
+
+@pytest.mark.parametrize("aspect", [1e3, 1e6])
+def test_slivers(aspect):
+    """A roof cut into slivers as thin as rounding lets them be: each gets what the whole roof gets."""
+    thin = 100 / aspect
+    parts = [strip([0, place * thin, 5], [100, 0, 0], [0, thin, 0], 1) for place in range(20)]
+    transfer = trace([*parts, *box((0, -20, 0), (100, -10, 30))], samples=1024)
+    slivers = np.arange(40)
+    assert np.isfinite(transfer.diffuse_relative).all()
+    wide = trace([strip([0, 0, 5], [100, 0, 0], [0, 20 * thin, 0], 1), *box((0, -20, 0), (100, -10, 30))])
+    assert transfer.covered_share[slivers].max() == 0
+    assert transfer.sky_view_factor[slivers].mean() == pytest.approx(wide.sky_view_factor[:2].mean(), abs=0.01)
+    assert transfer.visible_share[slivers].mean(axis=0) == pytest.approx(wide.visible_share[:2].mean(axis=0), abs=0.02)
+
+
+def test_triangles_of_a_tenth_of_a_millimetre():
+    """1e-8 m²: a hundred of them on a lawn, in the middle of a city of 2 km."""
+    small = 1.41e-4
+    specks = [strip([3 + 0.01 * place, 2, 0.5], [small, 0, 0], [0, small, 0], 1) for place in range(50)]
+    transfer = trace([strip([-1000, -1000, 0], [2000, 0, 0], [0, 2000, 0], 1), *specks], samples=1024)
+    assert transfer.surfaces.area[2:] == pytest.approx(1e-8, rel=0.02)
+    assert_unshaded(transfer, np.arange(2, 102), sample_error=1e-6)
+    assert transfer.sky_view_factor[:2] == pytest.approx(1, abs=1e-6)
+
+
+def test_a_triangle_without_area_is_no_number_and_no_light():
+    points = np.array([[0, 0, 5], [1, 0, 5], [2, 0, 5], [0, 1, 5], [0.5, 0.5, 5]], float)
+    for degenerate in ([0, 1, 2], [0, 0, 1], [3, 3, 3]):
+        whole = scene_of_triangles(points, [[0, 2, 3], degenerate], [0, 0])
+        transfer = trace(whole)
+        assert transfer.diffuse_relative == pytest.approx(1, abs=1e-6)
+        alone = scene_of_triangles(points, [[0, 2, 3], [0, 2, 4]], [0, 1])
+        alone.triangles[1] = degenerate
+        transfer = trace(alone)
+        for name in ("diffuse_relative", "diffuse_relative_standard_error", "sky_view_factor", "covered_share"):
+            assert np.isfinite(getattr(transfer, name)).all(), name
+        assert transfer.diffuse_relative[1] == 0
+        assert transfer.visible_share[1].max() == 0
+
+
+@pytest.mark.parametrize("width", [0.1, 0.001])
+def test_a_needle_tower(width):
+    """300 m high and next to nothing wide: its walls are unshaded, and it shades next to nothing."""
+    ground = strip([-100, -100, 0], [200, 0, 0], [0, 200, 0], 8)
+    transfer = trace([ground, *box((0, 0, 0), (width, width, 300))], samples=4096)
+    walls = 16 + np.arange(4, 12)
+    assert transfer.sky_view_factor[walls] == pytest.approx(0.5, abs=0.01)
+    assert transfer.covered_share[walls].max() == 0
+    front = transfer.surfaces.normal[walls] @ SUNS.direction.T > 1e-6
+    assert transfer.visible_share[walls] == pytest.approx(front.astype(float), abs=1e-6)
+    assert np.average(transfer.sky_view_factor[:16], weights=transfer.surfaces.area[:16]) > 1 - 0.02 * np.sqrt(width)
+
+
+def test_a_courtyard_one_metre_wide_and_fifty_deep():
+    """A square shaft: its floor sees the sky by the view factor of parallel squares (Howell C-11), its walls by the
+    rest of it."""
+    width, depth = 1.0, 50.0
+    walls = [part for side, part in enumerate(room((0, 0, 0), (width, width, depth))) if side != 0]
+    transfer = trace(walls, samples=1 << 18, max_bounces=0)
+    floor = parallel_squares(width / depth)
+    assert floor == pytest.approx(width**2 / (np.pi * depth**2), rel=1e-3)  # far squares: area over π distance²
+    area = transfer.surfaces.area
+    error = transfer.diffuse_relative_standard_error
+    mean_floor, mean_walls = transfer.sky_view_factor[:2].mean(), np.average(transfer.sky_view_factor[2:])
+    assert_mean(mean_floor, max(np.sqrt((error[:2] ** 2).sum()) / 2, 2e-5), floor)
+    # Reciprocity with the opening: what it sees of the walls is what it does not see of the floor.
+    wall = (1 - floor) * width**2 / area[2:].sum()
+    assert_mean(mean_walls, np.sqrt((error[2:] ** 2).sum()) / 8, wall)
+    assert transfer.visible_share[:, :2].max() < 0.05
+    assert transfer.visible_share[:2, 2] == pytest.approx(1, abs=1e-6)
+
+
+def parallel_squares(ratio):
+    """View factor between opposite unit squares, side over distance given (Howell, radiation view factors, C-11)."""
+    x = ratio
+    root = np.sqrt(1 + x**2)
+    logarithm = np.log(np.sqrt((1 + x**2) ** 2 / (1 + 2 * x**2)))
+    return 2 / (np.pi * x**2) * (logarithm + 2 * x * root * np.arctan(x / root) - 2 * x * np.arctan(x))
+
+
+def test_a_roof_overhang_of_one_centimetre():
+    """The wall below sees the sun but for the overhang's shadow: 1 cm · tan(elevation)."""
+    wall = strip([0, 0, 0], [10, 0, 0], [0, 0, 1], 1)
+    roof = [strip([0, -0.01, 1], [10, 0, 0], [0, 5, 0], 1), strip([0, -0.01, 1], [0, 5, 0], [10, 0, 0], 1)]
+    elevation = np.radians([30, 60, 80])
+    suns = suns_towards(np.column_stack([np.zeros(3), -np.cos(elevation), np.sin(elevation)]))
+    transfer = trace([wall, *roof], suns, shadow_samples=1 << 16)
+    shadow = 0.01 * np.tan(elevation)
+    assert 1 - transfer.visible_share[:2].mean(axis=0) == pytest.approx(shadow, abs=0.001)
+    assert transfer.covered_share[:2].max() == 0
+
+
+@pytest.mark.parametrize("height", [-1e-3, 0.0, 1e-3])
+def test_ground_at_the_foot_of_the_walls(height):
+    """Walls that end at the ground, 1 mm above it or below it see half the sky and the lit ground, to a millimetre's
+    share."""
+    ground = strip([-500, -500, height], [1000, 0, 0], [0, 1000, 0], 1)
+    transfer = trace([ground, *box((-5, -5, 0), (5, 5, 10))], samples=1 << 14, far_ground=False)
+    walls = 2 + np.arange(4, 12)
+    assert transfer.sky_view_factor[walls] == pytest.approx(0.5, abs=0.002)
+    front = transfer.surfaces.normal[walls] @ SUNS.direction.T > 1e-6
+    assert transfer.visible_share[walls] == pytest.approx(front.astype(float), abs=5e-4)
+    assert transfer.covered_share[walls].max() <= 1 / 64
+    floor = [4, 5]
+    assert transfer.sky_view_factor[floor].max() == 0
+    assert transfer.diffuse_relative[floor].max() <= 0.01
+
+
+def test_a_face_seen_edge_on_by_the_sun_receives_nothing_and_casts_no_shadow():
+    generator = np.random.default_rng(7)
+    for _ in range(5):
+        turn = spun(generator)
+        sun = turn @ [np.cos(1.0), np.sin(1.0), 0]
+        sun *= np.sign(sun[2])
+        face = square(10, turn, away=[0, 0, 50])
+        transfer = trace([face, strip([-100, -100, 0], [200, 0, 0], [0, 200, 0], 4)], suns_towards([sun]))
+        assert transfer.visible_share[:2].max() == 0
+        assert transfer.visible_share[2:].mean() > 0.9999
+
+
+@pytest.mark.parametrize("depth", [2.0, 5.0])
+@pytest.mark.parametrize("far_ground", [True, False])
+def test_walls_that_go_on_below_the_ground(depth, far_ground):
+    """A cellar: what lies below the ground gets no light from above nor from the far ground, the rest gets its own."""
+    ground = strip([-500, -500, 0], [1000, 0, 0], [0, 1000, 0], 100)
+    scene = join([ground, *box((-5, -5, -depth), (5, 5, 10 - depth))])
+    scene.surfaces.kind[:200] = "ground"
+    transfer = trace(scene, samples=1 << 14, far_ground=far_ground)
+    walls = 200 + np.arange(4, 12)
+    above = 1 - depth / 10
+    assert transfer.sky_view_factor[walls].mean() == pytest.approx(0.5 * above, abs=0.005)
+    assert transfer.covered_share[walls].mean() == pytest.approx(1 - above, abs=0.07)
+    assert transfer.far_ground_view_factor[walls].max() < 0.03  # along the last row of cells each ray speaks for itself
+    floor = [202, 203]
+    assert transfer.diffuse_relative[floor].max() < 1e-6
+
+
+@pytest.mark.parametrize("height", [0.0, 0.005, 3.0])
+def test_a_floor_on_a_roof_rests_on_it(height):
+    """A house on the roof of another, or on stilts above it."""
+    transfer = trace([*box((-20, -20, 0), (20, 20, 10)), *box((-5, -5, 10 + height), (5, 5, 15 + height))])
+    floor = [14, 15]
+    if height < 0.01:
+        assert transfer.diffuse_relative[floor].max() == 0
+        assert transfer.covered_share[floor] == pytest.approx(1)
+    else:
+        assert transfer.diffuse_relative[floor].min() > 0.05
+        assert transfer.covered_share[floor].max() == 0
+
+
+def test_a_thin_slab_is_lit_from_below():
+    """A balcony of 5 mm: its underside does not rest on its own top."""
+    slab = box((-2, -2, 4), (2, 2, 4.005))
+    transfer = trace([strip([-50, -50, 0], [100, 0, 0], [0, 100, 0], 10), *slab])
+    under = 20 + np.array([2, 3])
+    assert transfer.diffuse_relative[under].min() > 0.15
+    assert transfer.covered_share[under].max() == 0
+
+
+def test_inverted_shells_are_dark_outside():
+    """A house turned inside out has its backs outside: its walls are covered, the ground sees the sky past it."""
+    ground = strip([-50, -50, 0], [100, 0, 0], [0, 100, 0], 4)
+    right, wrong = (trace([ground, *make((-5, -5, 0), (5, 5, 10))]) for make in (box, room))
+    inside = 8 + np.arange(12)
+    assert wrong.sky_view_factor[inside].max() < 1e-6
+    assert wrong.diffuse_relative[inside].max() < 0.03  # of the ground patches that reach under it
+    assert wrong.sky_view_factor[:8].mean() == pytest.approx(right.sky_view_factor[:8].mean(), abs=0.02)
