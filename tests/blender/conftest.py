@@ -7,10 +7,11 @@ import tempfile
 os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp(prefix="citypv-blender-")
 
 import bpy
-import citypv
 import numpy as np
 import pandas as pd
 import pytest
+
+import citypv
 from citypv.core.energy.energy import Energy
 from citypv.core.geometry.build_scene import build_scene
 from citypv.core.geometry.read_city import read_city

@@ -4,6 +4,8 @@ import bpy
 import numpy as np
 import pytest
 from bpy_extras.object_utils import world_to_camera_view
+from mathutils import Vector
+
 from citypv.core.errors import InputError
 from citypv.operators.attributes import KIND_CODES, TITLES
 from citypv.operators.build_legend import BAR_BOTTOM, BAR_HEIGHT, BAR_WIDTH, LEFT
@@ -23,7 +25,6 @@ from citypv.operators.colour_scale import (
 from citypv.operators.place_camera import camera_axes, place_camera
 from citypv.operators.render_preview import render_preview
 from citypv.operators.write_attributes import read_face_attribute, write_classes, write_results
-from mathutils import Vector
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
+
 from citypv.core.errors import InputError
 from citypv.core.geometry.scene import Scene
 from citypv.operators.attributes import KIND_CODES, ORIENTATION_CODES, QUANTITIES

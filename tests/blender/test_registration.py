@@ -4,8 +4,9 @@ import subprocess
 import sys
 
 import bpy
-import citypv
 import pytest
+
+import citypv
 from citypv.citypv_addon import CLASSES
 
 HEAVY = ["pvlib", "tsam", "pandas", "scipy", "embreex", "xarray", "lxml", "shapely", "pyproj", "numba"]

@@ -6,6 +6,7 @@ import time
 import bpy
 import numpy as np
 import pytest
+
 from citypv.core.errors import InputError
 from citypv.core.geometry.build_scene import build_scene
 from citypv.core.request import Request

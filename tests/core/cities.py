@@ -1,9 +1,10 @@
 """Small cities made of boxes, and rays from above that ask where the ground is."""
 
 import numpy as np
-from citypv.core.geometry.city import City
 from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
+
+from citypv.core.geometry.city import City
 
 
 def make_city(polygons, crs=None):

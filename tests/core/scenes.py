@@ -1,6 +1,7 @@
 """Small scenes whose irradiance is known."""
 
 import numpy as np
+
 from citypv.core.geometry.classify import classify
 from citypv.core.geometry.scene import Scene, Site, Surfaces
 from citypv.core.sun.suns import Suns

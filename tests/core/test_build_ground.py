@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import shapely
 from cities import box, heights_below, make_city
+
 from citypv.core.geometry.build_scene import build_scene
 from citypv.core.geometry.read_city import read_city
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cities import box, make_city
+
 from citypv.core.errors import InputError
 from citypv.core.geometry.build_scene import build_scene
 from citypv.core.geometry.grid_cells import split_into_cells

@@ -4,6 +4,7 @@ import gzip
 
 import citygml_text as text
 import pytest
+
 from citypv.core.errors import InputError
 from citypv.core.geometry.open_input import LARGEST_GAIN
 from citypv.core.geometry.read_city import read_city

@@ -3,6 +3,7 @@
 import citygml_text as text
 import numpy as np
 import pytest
+
 from citypv.core.errors import InputError
 from citypv.core.geometry.measure_polygons import measure_polygons
 from citypv.core.geometry.read_city import read_city

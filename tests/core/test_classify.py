@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from citypv.core.geometry.classify import classify, measure_tilt
 
 

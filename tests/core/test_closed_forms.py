@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from radiosity import canyon_after_bounces
+from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
+
 from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
 from citypv.core.request import Request
-from radiosity import canyon_after_bounces
-from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 
 ALBEDO = 0.25
 SUNS = suns_towards([[0, -1, 1], [0.3, -0.9, 0.2], [1, 0.4, 0.5], [-0.2, 1, 0.05], [0, 0, 1]])

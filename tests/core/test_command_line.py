@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
+from small_city import write_small_city
+
 from citypv.__main__ import main
 from citypv.core.progress import TerminalProgress, describe_progress
-from small_city import write_small_city
 
 ERA5 = Path(__file__).parents[2] / "examples" / "berlin" / "era5_berlin_2017.nc"
 COLUMNS = [

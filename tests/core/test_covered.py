@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scenes import join, scene_of_triangles, strip, suns_towards
+
 from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
 from citypv.core.request import Request
-from scenes import join, scene_of_triangles, strip, suns_towards
 
 SUN = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6]])
 

@@ -4,6 +4,9 @@ import numpy as np
 import pandas as pd
 import pvlib
 import pytest
+from transfers import Horizons, make_surfaces, unshaded_transfer
+from weathers import BARROW, ERA5, HOUR
+
 from citypv.core.energy import compute_energy as module_under_test
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.fill_behind import fill_behind, order_neighbours
@@ -12,8 +15,6 @@ from citypv.core.energy.pick_module import pick_module
 from citypv.core.errors import InputError
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.read_weather import read_weather
-from transfers import Horizons, make_surfaces, unshaded_transfer
-from weathers import BARROW, ERA5, HOUR
 
 MODULE = "SunPower_SPR_300_WHT__2007__E__"
 TILT = [90, 90, 90, 90, 30, 30, 0, 45, 60, 90, 15, 75]

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pyproj
 import pytest
+
 from citypv.core.errors import InputError
 from citypv.core.geometry.convert_to_metres import convert_to_metres
 from citypv.core.geometry.locate_site import locate_site

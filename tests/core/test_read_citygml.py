@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from citypv.core.errors import InputError
 from citypv.core.geometry.classify import measure_tilt
 from citypv.core.geometry.measure_polygons import measure_polygons

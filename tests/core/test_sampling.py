@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from scipy import stats
+
 from citypv.core.light.random_numbers import key_of_names, uniform
 from citypv.core.light.sample_points import (
     additive_recurrence,
@@ -14,7 +16,6 @@ from citypv.core.light.sample_points import (
     shifted,
     stratified_points,
 )
-from scipy import stats
 
 KEYS = key_of_names([f"surface {number}" for number in range(5000)], seed=1)
 

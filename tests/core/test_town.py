@@ -4,11 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scenes import scene_of_triangles, suns_towards
+from scipy import stats
+
 from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
 from citypv.core.request import Request
-from scenes import scene_of_triangles, suns_towards
-from scipy import stats
 
 TOWN = Path(__file__).parents[1] / "data" / "town.npz"
 

@@ -4,6 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import join, scene_of_triangles, strip, suns_towards
+from test_covered import box
+
 from citypv.core.errors import InputError
 from citypv.core.light import trace_hemisphere, trace_suns
 from citypv.core.light.plan_effects import KEYS, plan_effects
@@ -11,8 +14,6 @@ from citypv.core.light.ray_scene import RayScene
 from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
 from citypv.core.request import Request
-from scenes import join, scene_of_triangles, strip, suns_towards
-from test_covered import box
 
 SUNS = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3]])
 FIELDS = ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error", "covered_share")

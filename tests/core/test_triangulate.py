@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from citypv.core.geometry.build_scene import merge_vertices, turn_to_true_north
 from citypv.core.geometry.measure_polygons import measure_polygons
 from citypv.core.geometry.refine import refine_triangles

@@ -9,9 +9,10 @@ import pandas as pd
 import pvlib
 import pytest
 import xarray as xr
+from weathers import BARROW, ERA5, HOUR, PVGIS, TMY3, plain_table, write_table, year_of
+
 from citypv.core.errors import InputError
 from citypv.core.weather.read_weather import read_weather
-from weathers import BARROW, ERA5, HOUR, PVGIS, TMY3, plain_table, write_table, year_of
 
 BERLIN = (52.51, 13.39)
 

@@ -1,6 +1,7 @@
 """Transfers without a ray tracer: unshaded surfaces by closed forms, and random horizons."""
 
 import numpy as np
+
 from citypv.core.geometry.scene import Site, Surfaces
 from citypv.core.light.transfer import Transfer
 
