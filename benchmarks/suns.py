@@ -2,7 +2,7 @@
 
     python benchmarks/suns.py [CITY] [--weather FILE]
 
-First hits only, on 500 patches of the eligible surfaces drawn by area, as every run measures it for itself. Printed: the
+First hits only, on 500 patches of the eligible surfaces drawn by area, as in the error check of every run. Printed: the
 number of suns (the time to trace grows with it), bias and root mean square in percent of the mean full load hours.
 """
 
