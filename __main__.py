@@ -21,7 +21,7 @@ def main(arguments=None):
     return run(arguments, draw=draw_results)
 
 
-def draw_results(folder, scene, transfer, energy, pictures):
+def draw_results(folder, scene, transfer, energy, note, *, pictures):
     """Let Blender write `city.blend` and `preview.png` into a folder.
 
     Parameters
@@ -30,16 +30,18 @@ def draw_results(folder, scene, transfer, energy, pictures):
     scene : Scene
     transfer : Transfer
     energy : Energy
+    note : str
+        Printed beside the legend.
     pictures : list of {'blend', 'preview'}
     """
     if "blend" in pictures:
         from .operators.write_blend import write_blend
 
-        write_blend(folder / "city.blend", scene, transfer, energy)
+        write_blend(folder / "city.blend", scene, transfer, energy, note)
     if "preview" in pictures:
         from .operators.render_preview import render_preview
 
-        render_preview(folder / "preview.png", scene, transfer, energy)
+        render_preview(folder / "preview.png", scene, transfer, energy, note)
 
 
 if __name__ == "__main__":

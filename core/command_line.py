@@ -33,7 +33,7 @@ def main(arguments=None, draw=None):
     arguments : list of str, optional
         Without the program's name; by default those of the process.
     draw : callable, optional
-        `draw(folder, scene, transfer, energy, pictures)`: Blender's part, for `--blend` and `--preview`.
+        `draw(folder, scene, transfer, energy, note, pictures)`: Blender's part, for `--blend` and `--preview`.
 
     Returns
     -------

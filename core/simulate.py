@@ -48,7 +48,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None):
     say : text stream, optional
         Where to tell the progress.
     draw : callable, optional
-        `draw(folder, scene, transfer, energy)` writes pictures of the results.
+        `draw(folder, scene, transfer, energy, note)` writes pictures of the results.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def write_results(work, transfer, weather, request, teller, *, scene=None, draw=
     teller.lap("write tables")
     if draw:
         teller.say("Blender")
-        draw(work, scene, transfer, energy)
+        draw(work, scene, transfer, energy, weather.label)
         teller.lap("Blender")
     summary = summarise(transfer, energy, weather, request, scene=scene, seconds=teller.seconds)
     write_summary(work / "summary.json", summary)
