@@ -231,9 +231,6 @@ def test_small_negatives_are_rounding(tmp_path):
     assert weather.data[["ghi", "dhi", "dni"]].min().min() == 0
 
 
-# --- bad input
-
-
 def refuse(source, *words, place=BERLIN):
     """Reading must fail in one line that names the file and the words."""
     with pytest.raises(InputError) as caught:
