@@ -40,9 +40,20 @@ def read_transfer(path):
     if dataset.attrs.get("title") != FORMAT:
         raise InputError(path, f"its title is {dataset.attrs.get('title')!r}, not {FORMAT!r}", CURE)
     try:
+        check_dimensions(path, dataset)
         return transfer_of_dataset(dataset)
     except (KeyError, TypeError, json.JSONDecodeError) as error:
         raise InputError(path, f"lacks or garbles {error}", CURE) from error
+
+
+def check_dimensions(path, dataset):
+    """Refuse a file whose variables lie along other dimensions than those of a Transfer."""
+    expected = dict.fromkeys((*TEXTS, *PER_SURFACE), ("surface",)) | dict.fromkeys(PER_SUN, ("sun",))
+    expected |= dict.fromkeys(PER_SURFACE_AND_SUN, ("surface", "sun"))
+    expected |= {"normal": ("surface", "axis"), "direction": ("sun", "axis")}
+    for name, dimensions in expected.items():
+        if dataset[name].dims != dimensions:
+            raise InputError(path, f"{name} lies along {dataset[name].dims}, not {dimensions}", CURE)
 
 
 def transfer_of_dataset(dataset):
@@ -55,7 +66,7 @@ def transfer_of_dataset(dataset):
     return Transfer(
         surfaces=Surfaces(
             **{name: texts[name] for name in ("surface_id", "building_id", "thematic")},
-            **{name: np.array(texts[name]) for name in ("kind", "orientation")},
+            **{name: np.array(texts[name], dtype=str) for name in ("kind", "orientation")},
             **own,
             normal=dataset["normal"].values,
         ),

@@ -13,8 +13,8 @@ def write_groups(path, energy):
     energy : Energy
     """
     hours = energy.capacity_factor * (energy.interval / pd.Timedelta(hours=1)) / energy.years  # (T, g) [h]
-    # An interval belongs to the month and hour (UTC) in which it begins.
-    times = energy.times.tz_convert("UTC")
+    # An interval belongs to the month and hour (UTC) of its middle.
+    times = energy.times.tz_convert("UTC") + energy.interval / 2
     parts = {
         "annual": ([""], np.zeros(len(times), int)),
         "month": (range(1, 13), times.month.to_numpy() - 1),

@@ -48,7 +48,7 @@ def write_timeseries(path, energy, weather):
             "comment": f"weather: {weather.label}; full load hours are the sum times {hours:g} h",
         },
     )
-    time = {"units": "minutes since 1970-01-01 00:00:00", "calendar": "proleptic_gregorian", "dtype": "int64"}
+    time = {"units": "seconds since 1970-01-01 00:00:00", "calendar": "proleptic_gregorian", "dtype": "int64"}
     dataset.to_netcdf(
         path,
         engine="netcdf4",

@@ -1,0 +1,167 @@
+"""What is written can be read again, by others too."""
+
+import csv
+
+import netCDF4
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from transfers import Horizons, unshaded_transfer
+from weathers import ERA5, PVGIS
+
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.errors import InputError
+from citypv.core.results.read_transfer import read_transfer
+from citypv.core.results.write_faces import write_faces
+from citypv.core.results.write_groups import write_groups
+from citypv.core.results.write_timeseries import write_timeseries
+from citypv.core.results.write_transfer import write_transfer
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.weather.read_weather import read_weather
+
+FACES = (
+    "surface_id,building_id,kind,orientation,eligible,area,surface_tilt,surface_azimuth,covered_share,sky_view_factor,"
+    "diffuse_relative,diffuse_relative_standard_error,direct_relative_annual,direct_relative_annual_standard_error,"
+    "poa_global_annual,full_load_hours,full_load_hours_standard_error"
+)
+
+
+@pytest.fixture(scope="module", params=[ERA5, PVGIS], ids=["hours", "intervals around an odd minute"])
+def weighed(request):
+    """Transfer, weather and energy of a hundred random horizons."""
+    weather = read_weather(request.param, 52.5, 13.4)
+    suns = choose_suns("typical-days:6", weather.data.index, weather.interval, weather.latitude, weather.longitude)
+    transfer = Horizons(100, 4).transfer(suns)
+    transfer.surfaces.kind[3] = "ground"
+    transfer.surfaces.eligible[3] = False
+    transfer.surfaces.surface_id[:3] = ['with "quotes", and comma', "straße 1", "plain"]
+    return transfer, weather, compute_energy(transfer, weather)
+
+
+def test_faces(weighed, tmp_path):
+    transfer, _, energy = weighed
+    write_faces(tmp_path / "faces.csv", transfer, energy)
+    text = (tmp_path / "faces.csv").read_text(encoding="utf-8")
+    assert text.splitlines()[0] == FACES
+    with (tmp_path / "faces.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["surface_id"] for row in rows] == transfer.surfaces.surface_id
+    assert [row["eligible"] for row in rows] == ["true" if one else "false" for one in transfer.surfaces.eligible]
+    assert rows[3]["full_load_hours"] == rows[3]["full_load_hours_standard_error"] == ""
+    assert float(rows[3]["poa_global_annual"]) > 0
+    for name, values in (
+        ("full_load_hours", energy.full_load_hours),
+        ("poa_global_annual", energy.poa_global_annual),
+        ("direct_relative_annual", energy.direct_relative_annual),
+        ("area", transfer.surfaces.area),
+        ("diffuse_relative", transfer.diffuse_relative),
+    ):
+        written = np.array([float(row[name] or "nan") for row in rows])
+        np.testing.assert_allclose(written, values, rtol=5e-6)
+
+
+def test_groups(weighed, tmp_path):
+    transfer, weather, energy = weighed
+    write_groups(tmp_path / "groups.csv", energy)
+    table = pd.read_csv(tmp_path / "groups.csv")
+    assert table.columns.tolist() == ["kind", "orientation", "period", "index", "full_load_hours", "count", "area"]
+    surfaces = transfer.surfaces
+    for kind, orientation in energy.groups:
+        own = table[(table["kind"] == kind) & (table["orientation"] == orientation)]
+        member = surfaces.eligible & (surfaces.kind == kind) & (surfaces.orientation == orientation)
+        annual = np.average(energy.full_load_hours[member], weights=surfaces.area[member])
+        months = np.average(energy.full_load_hours_by_month[member], weights=surfaces.area[member], axis=0)
+        period = {name: rows.set_index("index")["full_load_hours"] for name, rows in own.groupby("period")}
+        assert period["annual"].to_list() == pytest.approx([annual], rel=1e-5)
+        assert period["month"].loc[range(1, 13)].to_list() == pytest.approx(months.tolist(), rel=1e-5, abs=1e-4)
+        assert len(period["hour"]) == 24
+        assert period["hour"].sum() == pytest.approx(annual, rel=1e-5)
+        assert (own["count"] == member.sum()).all()
+    # The hour is that of the middle of the interval: around noon the sun stands highest.
+    south = table[(table["kind"] == "roof") & (table["orientation"] == "south") & (table["period"] == "hour")]
+    noon = np.average(south["index"] + 0.5, weights=south["full_load_hours"])
+    offset = 0.5 - ((weather.data.index[0] + weather.interval / 2).minute / 60)  # of the middle in its hour
+    assert noon == pytest.approx(12 - weather.longitude / 15 + offset, abs=0.45)
+
+
+def test_time_series(weighed, tmp_path):
+    _, weather, energy = weighed
+    path = tmp_path / "timeseries.nc"
+    write_timeseries(path, energy, weather)
+    with xr.open_dataset(path) as dataset:
+        assert dataset["capacity_factor"].dims == ("time", "group")
+        assert dataset["group"].to_numpy().tolist() == ["_".join(group) for group in energy.groups]
+        np.testing.assert_allclose(dataset["capacity_factor"], energy.capacity_factor, atol=1e-7)
+        times = pd.DatetimeIndex(dataset["time"].to_numpy(), tz="UTC")
+        assert (times == energy.times).all()
+        assert (dataset["time_bounds"][:, 0].to_numpy() == dataset["time"].to_numpy()).all()
+        assert (np.diff(dataset["time_bounds"].to_numpy(), axis=1) == np.timedelta64(1, "h")).all()
+        assert weather.label in str(dataset.attrs)
+        for name in ("capacity_factor", "area"):
+            assert dataset[name].attrs["units"] and dataset[name].attrs["long_name"]
+        # The bounds need no attributes of their own (CF, 7.1).
+        assert dataset["time"].attrs["bounds"] in dataset
+    with netCDF4.Dataset(path) as raw:
+        assert raw["time"].dtype.kind == "i" and " since " in raw["time"].units
+
+
+def assert_same(one, other):
+    """Equal in every field, to the last bit, types included."""
+    if isinstance(one, np.ndarray):
+        np.testing.assert_array_equal(one, other)
+        assert one.dtype.kind == other.dtype.kind and (one.dtype.kind != "f" or one.dtype == other.dtype)
+    elif hasattr(one, "__dataclass_fields__"):
+        for name in one.__dataclass_fields__:
+            assert_same(getattr(one, name), getattr(other, name))
+    else:
+        assert type(one) is type(other) and one == other
+
+
+def test_transfer_comes_back_exactly(weighed, tmp_path):
+    transfer, weather, energy = weighed
+    write_transfer(tmp_path / "transfer.nc", transfer)
+    again = read_transfer(tmp_path / "transfer.nc")
+    assert_same(transfer, again)
+    np.testing.assert_array_equal(compute_energy(again, weather).full_load_hours, energy.full_load_hours)
+
+
+@pytest.mark.parametrize("way", ["hourly", "sky-grid:64"])
+def test_transfer_of_other_ways_and_without_surfaces(way, tmp_path):
+    times = pd.date_range("2021-06-01", periods=48, freq="h", tz="UTC")
+    suns = choose_suns(way, times, pd.Timedelta(hours=1), 52.5, 13.4)
+    for number, tilts in enumerate(([90, 30], [])):
+        transfer = unshaded_transfer(suns, tilts, [180] * len(tilts))
+        transfer.site.crs = None
+        path = tmp_path / f"{number}.nc"
+        write_transfer(path, transfer)
+        assert_same(transfer, read_transfer(path))
+
+
+def test_files_that_are_no_transfer(weighed, tmp_path):
+    transfer, weather, energy = weighed
+    good = tmp_path / "transfer.nc"
+    write_transfer(good, transfer)
+    content = good.read_bytes()
+    write_timeseries(tmp_path / "timeseries.nc", energy, weather)
+    paths = [ERA5, tmp_path / "missing.nc", tmp_path, tmp_path / "timeseries.nc"]
+    for name, part in (
+        ("empty", b""),
+        ("text", b"a,b\n1,2\n"),
+        ("half", content[: len(content) // 2]),
+        ("cut", content[:-9]),
+    ):
+        paths.append(tmp_path / f"{name}.nc")
+        paths[-1].write_bytes(part)
+    # Right title, but a variable is gone, has another length, or the settings are garbled.
+    with xr.open_dataset(good) as dataset:
+        changed = [dataset.drop_vars("visible_share"), dataset.drop_attrs(), dataset.isel(sun=0)]
+        changed += [dataset.assign_attrs(settings="{"), dataset.assign_attrs(site='{"place": 1}')]
+        for number, one in enumerate(changed):
+            paths.append(tmp_path / f"changed{number}.nc")
+            one.load().to_netcdf(paths[-1])
+    for path in paths:
+        with pytest.raises(InputError) as caught:
+            read_transfer(path)
+            pytest.fail(f"{path} was read")
+        assert str(path) in str(caught.value) and "\n" not in str(caught.value)
