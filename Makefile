@@ -16,9 +16,11 @@ demo:
 
 test:
 	@python3 tools/set_up.py all
-	.venv/bin/ruff check .
-	.venv/bin/ruff format --check .
-	@failed=0; for python in .venv-3.11/bin/python .venv-3.13/bin/python; do \
+	@failed=0; \
+	echo "[test] style: ruff"; \
+	.venv/bin/ruff check . || failed=1; \
+	.venv/bin/ruff format --check . || failed=1; \
+	for python in .venv-3.11/bin/python .venv-3.13/bin/python; do \
 	  if [ -x $$python ]; then \
 	    echo "[test] $$($$python -VV), Blender $$($$python -m pip show bpy | sed -n 's/^Version: //p')"; \
 	    $$python -m pytest --numprocesses 2 --dist loadfile --durations 10 || failed=1; \
@@ -33,8 +35,7 @@ versions:
 	@python3 tools/set_up.py one
 	.venv/bin/python -m pip install --quiet uv
 	.venv/bin/uv pip compile pyproject.toml --extra blender --extra test --universal --python-version 3.11 --upgrade \
-	  --no-annotate --no-header --quiet | sed '1i# The versions that `make test` passes with; the set-up installs exactly these. Renewed by `make versions`.' \
-	  > build.versions && mv build.versions tools/versions.txt
+	  --no-annotate --custom-compile-command "make versions" --quiet --output-file tools/versions.txt
 
 clean:
 	rm -rf .venv .venv-* build dist wheels *.egg-info
