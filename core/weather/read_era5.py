@@ -23,7 +23,8 @@ def read_era5(path, latitude, longitude, altitude, point):
     """Read ERA5 weather of one place.
 
     Radiation is accumulated over the hour that ends at the stamp (UTC), so the interval starts one hour earlier.
-    Temperature, wind and pressure are those of the stamp.
+    Temperature, wind and pressure are those of the stamp, half an hour after mid-interval; means with the stamp before
+    would raise the full load hours of Berlin 2017 by 0.05 to 0.17 %.
 
     Parameters
     ----------
