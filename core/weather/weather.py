@@ -11,7 +11,7 @@ class Weather:
 
     data: pd.DataFrame  # index: tz-aware start of each interval (UTC); see below
     interval: pd.Timedelta  # length of every interval
-    latitude: float  # [°] of the weather's grid point or station
+    latitude: float  # [°] of the sun: the place asked for, or that of the station
     longitude: float  # [°]
     altitude: float  # [m]
     label: str  # what the user should read beside the results: "ERA5 era5_berlin_2017.nc", "clear sky (upper bound)"
