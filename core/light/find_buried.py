@@ -6,6 +6,7 @@ from .check_arrays import check_scene
 from .ray_scene import RayScene
 
 CONTACT = 0.01  # [m] a floor this little above the ground lies on it
+UPRIGHT = np.sin(np.radians(1))  # a face that leans less than one degree is a wall
 ROUNDING = 8 * np.finfo(np.float32).eps  # of coordinates, as a share of them
 
 
@@ -28,8 +29,9 @@ def find_buried(scene):
     check_scene(scene)
     corners = np.asarray(scene.vertices, float)[scene.triangles]
     edges = corners[:, 1:] - corners[:, :1]
-    rise = np.cross(edges[:, 0], edges[:, 1])[:, 2]
-    downward = np.flatnonzero((rise < 0) & (scene.triangle_surface >= 0))
+    normal = np.cross(edges[:, 0], edges[:, 1])
+    upright = UPRIGHT * np.linalg.norm(normal, axis=1)  # walls, which rounding leans a little this way or that
+    downward = np.flatnonzero((normal[:, 2] < -upright) & (scene.triangle_surface >= 0))
     buried = np.zeros(len(scene.triangles), bool)
     if not len(downward):
         return buried
@@ -41,7 +43,7 @@ def find_buried(scene):
         buried[downward] = np.where(height > -np.inf, middle[:, 2] <= height + CONTACT, scene.footprint[downward])
     # Start as far above the middle as rounding may have put it below what it rests on.
     slack = ROUNDING * np.abs(corners[downward]).max(axis=(1, 2))
-    height = height_below(scene, np.flatnonzero(rise > 0), middle, middle[:, 2] + slack)
+    height = height_below(scene, np.flatnonzero(normal[:, 2] > upright), middle, middle[:, 2] + slack)
     buried[downward] |= middle[:, 2] <= height + CONTACT
     return buried
 
