@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from ..errors import InputError
+from .check_arrays import check_array
 from .random_numbers import mix, uniform
 from .ray_scene import map_in_order
 from .sample_points import (
@@ -27,6 +29,7 @@ from .sample_points import (
 RAYS_PER_TASK = 1 << 16
 CELL_DIVISIONS = 8  # each patch is judged in 64 cells, whether they lie inside or under something
 RAYS_PER_CELL = 8  # the vote that judges
+STRAY_RAYS = 1  # of them that may find a hole to the sky from the inside of an open shell
 
 
 @dataclass
@@ -61,7 +64,15 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     Returns
     -------
     Hemisphere
+
+    Raises
+    ------
+    InputError
+        If `traced` or `sample_count` cannot be used, or a ray would not be finite.
     """
+    check_array("traced", traced, (len(patches),), kind="b")
+    if sample_count < REPLICATES or sample_count % REPLICATES:
+        raise InputError("sample_count", f"{sample_count} rays", f"give a multiple of {REPLICATES}")
     sequence = additive_recurrence(sample_count // REPLICATES, 4)
     rows = np.flatnonzero(traced)
     step = max(1, RAYS_PER_TASK // sample_count)
@@ -151,9 +162,10 @@ def meets_back(patches, hit, directions):
 def find_covered_cells(ray_scene, patches, chosen):
     """Which cells of some patches lie inside or under something.
 
-    One point in each cell looks around; it is covered when more than half of its rays meet backs. Real models are
-    open shells: a single ray decides nothing. A wall that goes on below the ground meets the ground's back upwards and
-    nothing downwards: no ray of it brings light, and it is covered too.
+    One point in each cell looks around; it is covered when more than half of its rays meet backs and at most one the
+    sky. Real models are open shells: a single ray decides nothing, and who looks into an open house from outside meets
+    backs, but the sky too. A wall that goes on below the ground meets the ground's back upwards and nothing downwards:
+    no ray of it brings light, and it is covered too.
 
     Returns
     -------
@@ -173,9 +185,12 @@ def find_covered_cells(ray_scene, patches, chosen):
     )
     hit = ray_scene.trace_closest(origins.reshape(-1, 3), directions.reshape(-1, 3)).reshape(u.shape)
     back = meets_back(patches, hit, directions)
-    lost = back | ((hit < 0) & (directions[..., 2] <= 0))
-    back, lost = (met.reshape(count, cells, RAYS_PER_CELL).sum(axis=2) for met in (back, lost))
-    return (2 * back > RAYS_PER_CELL) | ((4 * back > RAYS_PER_CELL) & (lost == RAYS_PER_CELL))
+    upwards = directions[..., 2] > 0
+    met = (back, (hit < 0) & upwards, (hit < 0) & ~upwards)
+    back, sky, below = (rays.reshape(count, cells, RAYS_PER_CELL).sum(axis=2) for rays in met)
+    inside = (2 * back > RAYS_PER_CELL) & (sky <= STRAY_RAYS)
+    under = (4 * back > RAYS_PER_CELL) & (back + below == RAYS_PER_CELL)
+    return inside | under
 
 
 def hemisphere_rays(patches, chosen, sequence):
