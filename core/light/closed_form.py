@@ -9,7 +9,7 @@
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from .check_arrays import check_array
+from .check_arrays import UNIT, check_array
 
 
 def patches_with_empty_front(patches, vertices):
@@ -78,9 +78,9 @@ def sky_view_of_tilt(normal):
     ----------
     normal : (n, 3) float
     """
-    return (1 + normal[:, 2]) / 2
+    return (1 + check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)[:, 2]) / 2
 
 
 def ground_view_of_tilt(normal):
     """Ground view factor of an unobstructed surface: (1 - cos tilt)/2.   # Eq 7"""
-    return (1 - normal[:, 2]) / 2
+    return (1 - check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)[:, 2]) / 2

@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
+from .check_arrays import check_scene
 from .gather import square_above
 from .patches import Patches, patches_of_scene
 from .ray_scene import RayScene, usable_threads
@@ -32,6 +33,7 @@ def trace_pilot(scene, transfer, hourly, request, progress):
         Each patch as a surface, looked at from the same points, without reflections; the diffuse part is that of the
         surface in `transfer`.
     """
+    check_scene(scene)
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
     chosen = draw_patches(scene, patches.area, request.seed)
     few = take_patches(patches, chosen)

@@ -7,6 +7,8 @@ E_{n+1} = F (ρ ∘ E_n)
 
 import numpy as np
 
+from ..errors import InputError
+from .check_arrays import check_array
 from .sample_points import REPLICATES
 
 MINIMAL_OPEN_SHARE = 1 / 64  # below it the light of a patch is too uncertain to be spread over its open part
@@ -48,7 +50,18 @@ def reflect(form_factors, factor, first, far_first, max_bounces):
         ρ ∘ (E₀ + … + E_{max-1}), the light that F handed on: F · gathered + far_first = reflected.
     last : float
         Mean of E_max over mean of `first + reflected`, to judge what lies beyond the last bounce.
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit, or light is negative or not finite.
     """
+    count, sources = check_array("first", first, ("p", "s"), least=0).shape
+    check_array("far_first", far_first, (count, sources), least=0)
+    check_array("factor", factor, (count,), least=0, most=1 / MINIMAL_OPEN_SHARE)
+    if form_factors.shape != (count * REPLICATES, count):
+        raise InputError("form_factors", f"shape {form_factors.shape}", f"give {(count * REPLICATES, count)}")
+    check_array("form_factors", form_factors.data, ("entries",), least=0, most=1, row="entry")
     reflected = np.zeros_like(first)
     gathered = np.zeros_like(first)
     arriving = first

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import InputError
+from .check_arrays import UNIT, check_array
 from .random_numbers import mix, uniform
 from .ray_scene import map_in_order
 from .sample_points import cell_of_point, neighbouring_order, stratified_points
@@ -48,9 +50,21 @@ def trace_suns(ray_scene, patches, traced, closed, enclosed, *, point_count, sun
     Returns
     -------
     SunLight
+
+    Raises
+    ------
+    InputError
+        If an array or a number cannot be used.
     """
-    directions, _ = suns
     count = len(patches)
+    directions = check_array("directions of the suns", suns[0], ("s", 3), least=-1 - UNIT, most=1 + UNIT)
+    check_array("weights of the suns", suns[1], (len(directions),), least=0, most=1 + UNIT)
+    for name, values in (("traced", traced), ("closed", closed)):
+        check_array(name, values, (count,), kind="b")
+    cells = check_array("enclosed", enclosed, (count, "c"), kind="b").shape[1]
+    for name, number in (("point_count", point_count), ("cells of enclosed", cells)):
+        if number < 1 or round(np.sqrt(number)) ** 2 != number:
+            raise InputError(name, f"{number} is not a square number", "give 1, 4, 9, 16 …")
     found = SunLight(
         visible_share=np.zeros((count, len(directions)), np.float32),
         first=np.zeros((count, len(directions)), np.float32),
