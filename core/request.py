@@ -53,11 +53,14 @@ def check_request(request):
     for option, value in (("--albedo", request.albedo), ("--ground-albedo", request.ground_albedo)):
         if not 0 <= value <= 1:
             raise InputError(option, f"{value} is not a share of light", "give a number from 0 to 1")
-    if request.max_bounces is not None and request.max_bounces < 0:
-        raise InputError("--max-bounces", f"{request.max_bounces} is negative", "give auto, 0 or more")
+    bounces = request.max_bounces
+    if bounces is not None and not (bounces >= 0 and float(bounces).is_integer()):
+        problem = f"{bounces} is {'negative' if bounces < 0 else 'not a whole number'}"
+        raise InputError("--max-bounces", problem, "give auto, 0 or more")
     for option, value, least in (("--samples", request.samples, 4), ("--shadow-samples", request.shadow_samples, 1)):
-        if value < least:
-            raise InputError(option, f"{value} is too few", f"give {least} or more")
+        if not (value >= least and float(value).is_integer()):
+            problem = f"{value} is {'too few' if value < least else 'not a whole number'}"
+            raise InputError(option, problem, f"give {least} or more")
     if request.threads is not None and request.threads < 1:
         raise InputError("--threads", f"{request.threads} is too few", "give 1 or more")
     for option, value in (("--grid-size", request.grid_size), ("--patch-size", request.patch_size)):
