@@ -5,6 +5,10 @@ from functools import cache
 
 import numpy as np
 import pytest
+from closed import box, room
+from scenes import join, strip, suns_towards
+from towns import city_of_polygons, draw_town, moved, turned
+
 from citypv.core.geometry.build_scene import build_scene
 from citypv.core.geometry.convert_to_metres import convert_to_metres
 from citypv.core.light.patches import patches_of_scene
@@ -14,9 +18,6 @@ from citypv.core.light.trace_hemisphere import hemisphere_rays
 from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
 from citypv.core.request import Request
-from closed import box, room
-from scenes import join, strip, suns_towards
-from towns import city_of_polygons, draw_town, moved, turned
 
 SUNS = np.array([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3], [0.1, -0.9, 0.1]])
 FIELDS = ("sky_view_factor", "diffuse_relative", "visible_share", "direct_reflected", "covered_share")

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from citypv.core.light.trace_transfer import trace_transfer
-from citypv.core.progress import silent
-from citypv.core.request import Request
 from closed import box, room
 from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 from towns import spun
+
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
 ALBEDO = 0.25

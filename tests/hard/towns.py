@@ -1,6 +1,7 @@
 """A town of boxes as a City: float64, in the coordinates of a file, to the millimetre."""
 
 import numpy as np
+
 from citypv.core.geometry.city import City
 
 OUTWARDS = {

@@ -1,0 +1,158 @@
+"""Long runs: cancelled, killed, out of disk, repeated; nothing half-written is ever taken for a result."""
+
+import gc
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from closed import box
+from scenes import join, strip, suns_towards
+from small_city import write_small_city
+
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+
+SCENE = join([strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 8), *box((-5, -5, 0), (5, 5, 10))])
+SUNS = suns_towards(np.random.default_rng(1).normal(size=(20, 3)) * [1, 1, 0.3] + [0, 0, 1])
+SUNS.direction[:, 2] = np.abs(SUNS.direction[:, 2])
+FIELDS = ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error", "covered_share")
+WHOLE = {"faces.csv", "groups.csv", "summary.json", "timeseries.nc", "transfer.nc"}
+POSIX = pytest.mark.skipif(os.name != "posix", reason="signals and limits of POSIX")
+
+
+def trace(**settings):
+    return trace_transfer(SCENE, SUNS, Request(**settings), silent)
+
+
+def same(one, other):
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in FIELDS)
+
+
+def start(city, out, *more, code="from citypv.core.command_line import main; raise SystemExit(main())"):
+    arguments = ["simulate", str(city), "--out", str(out), "--suns", "typical-days:4", *more]
+    return subprocess.Popen(
+        [sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def finish(process):
+    process.communicate(timeout=120)
+    return process.returncode
+
+
+@pytest.mark.parametrize("stage", ["sky and reflections", "suns"])
+def test_cancel_leaves_nothing_running(stage):
+    """An exception from the progress ends the task in that stage, its threads end, and the next run is as ever."""
+    reference = trace()
+    before = threading.active_count()
+
+    def cancel(now, done, total, unit):
+        if now == stage:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        trace_transfer(SCENE, SUNS, Request(threads=2), cancel)
+    assert threading.active_count() == before
+    assert same(trace(), reference)
+
+
+def test_the_same_run_twice():
+    assert same(trace(), trace())
+
+
+def test_the_same_run_in_two_threads_at_once():
+    reference, found = trace(), {}
+
+    def run(name):
+        found[name] = trace(threads=2)
+
+    threads = [threading.Thread(target=run, args=(name,)) for name in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(found) == 4
+    assert all(same(one, reference) for one in found.values())
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads the memory from /proc")
+def test_twenty_runs_do_not_grow():
+    """Not by more than 5 % after the first runs have filled the allocators' pools."""
+
+    def resident():
+        gc.collect()
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+
+    for _ in range(5):
+        trace(samples=1024)
+    before = resident()
+    for _ in range(20):
+        trace(samples=1024)
+    assert resident() < 1.05 * before
+
+
+@POSIX
+@pytest.mark.slow
+@pytest.mark.parametrize("word", ["Tracing", "Electricity"])
+def test_killed_in_the_middle(tmp_path, word):
+    """No signal handler can help against SIGKILL: the wanted folder is not there, and the same run goes well then."""
+    city, out = write_small_city(tmp_path / "city.gml"), tmp_path / "out"
+    process = start(city, out)
+    for line in process.stderr:
+        if word in line:
+            process.send_signal(signal.SIGKILL)
+            break
+    process.communicate()
+    assert process.returncode == -signal.SIGKILL
+    assert not out.exists()
+    if word == "Electricity":
+        assert finish(start(city, out, "--quiet")) == 0
+        assert {path.name for path in out.iterdir()} == WHOLE
+
+
+@POSIX
+@pytest.mark.slow
+@pytest.mark.parametrize("limit", [0, 20_000])
+def test_out_of_disk_while_writing(tmp_path, limit):
+    """The system refuses to write on (here: files may not grow beyond a size): one line, status 1, nothing left."""
+    city, out = write_small_city(tmp_path / "city.gml"), tmp_path / "out"
+    code = (
+        "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
+        f"resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit})); "
+        "from citypv.core.command_line import main; raise SystemExit(main())"
+    )
+    process = start(city, out, "--quiet", code=code)
+    _, complaint = process.communicate(timeout=120)
+    assert process.returncode == 1, complaint
+    assert complaint.strip().splitlines()[-1].startswith("citypv: error: ")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["city.gml"]
+
+
+@POSIX
+@pytest.mark.slow
+def test_killed_while_results_are_replaced(tmp_path):
+    """With --overwrite the summary goes first and comes last: where it stands, what is beside it belongs to it."""
+    city, out = write_small_city(tmp_path / "city.gml"), tmp_path / "out"
+    assert finish(start(city, out, "--quiet")) == 0
+    code = (
+        "import os, pathlib; replace = pathlib.Path.replace\n"
+        "def stop(self, target):\n"
+        "    replace(self, target)\n"
+        "    os.kill(os.getpid(), 9)\n"
+        "pathlib.Path.replace = stop\n"
+        "from citypv.core.command_line import main; raise SystemExit(main())"
+    )
+    process = start(city, out, "--quiet", "--overwrite", "--seed", "1", code=code)
+    assert finish(process) == -signal.SIGKILL
+    assert not (out / "summary.json").exists()
+    started = time.time()
+    assert finish(start(city, out, "--quiet", "--overwrite")) == 0
+    assert {path.name for path in out.iterdir()} == WHOLE
+    assert min(path.stat().st_mtime for path in out.iterdir()) > started - 1

@@ -1,0 +1,139 @@
+"""Open shells: models have missing faces; no wall is brightened or blackened by them beyond what its own rays meet."""
+
+from itertools import chain
+
+import numpy as np
+import pytest
+from closed import box, room
+from scenes import join, strip, suns_towards
+
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+
+SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.9, 0.1, 0.15]])
+GROUND = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 24)
+HOUSE = box((-5, -5, 0), (5, 5, 10))
+NEIGHBOUR = box((9, -5, 0), (19, 5, 12))
+SIDES = ("roof", "floor", "south", "north", "east", "west")
+
+
+def trace(parts, **settings):
+    request = Request(**{"samples": 4096, "shadow_samples": 64, "effects": {"closed-form": False}} | settings)
+    return trace_transfer(join(parts), SUNS, request, silent)
+
+
+def of_side(transfer, house, side):
+    """The two triangles of one side of a house; the ground comes first, then the houses."""
+    first = 48 + 12 * house + 2 * SIDES.index(side)
+    return np.arange(first, first + 2)
+
+
+def without(parts, side):
+    """A house with a face that has no area any more, so that the others keep their places and names."""
+    gone = list(parts)
+    points, faces = gone[SIDES.index(side)]
+    gone[SIDES.index(side)] = (np.tile(points[0] - [0, 0, 1000.0], (len(points), 1)), faces)
+    return gone
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return trace([GROUND, *HOUSE, *NEIGHBOUR])
+
+
+def open_scene(house, neighbour=NEIGHBOUR):
+    """The degenerate face is left out of the scene altogether, its row stays."""
+    from dataclasses import replace
+
+    scene = join([GROUND, *house, *neighbour])
+    corners = scene.vertices[scene.triangles]
+    kept = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) > 0
+    names = ("triangles", "triangle_surface", "footprint", "closure")
+    vertices = np.where(scene.vertices < -500, 0.0, scene.vertices)
+    return replace(scene, vertices=vertices, **{name: getattr(scene, name)[kept] for name in names})
+
+
+def trace_open(house, neighbour=NEIGHBOUR):
+    request = Request(samples=4096, shadow_samples=64, effects={"closed-form": False})
+    with np.errstate(invalid="ignore"):
+        scene = open_scene(house, neighbour)
+    return trace_transfer(scene, SUNS, request, silent)
+
+
+@pytest.mark.parametrize("missing", ["floor", "roof", "south", "east", "west"])
+def test_a_house_with_a_face_missing_lights_no_other(whole, missing):
+    """Outer faces that cannot see the hole get what they always got; inside faces are not units of results."""
+    found = trace_open(without(HOUSE, missing))
+    blind = {"floor": SIDES, "roof": SIDES, "south": SIDES, "east": ("roof", "south", "north", "west"), "west": SIDES}
+    for side in blind[missing]:
+        if side in ("floor", missing):
+            continue
+        faces = of_side(whole, 0, side)
+        assert found.sky_view_factor[faces] == pytest.approx(whole.sky_view_factor[faces], abs=1e-6), side
+        assert found.covered_share[faces].max() == 0, side
+        assert found.visible_share[faces] == pytest.approx(whole.visible_share[faces], abs=1e-6), side
+        assert found.diffuse_relative[faces] == pytest.approx(whole.diffuse_relative[faces], abs=0.01), side
+    for name in ("diffuse_relative", "sky_view_factor", "direct_reflected"):
+        assert np.isfinite(getattr(found, name)).all()
+
+
+def test_a_wall_that_looks_into_an_open_house_keeps_the_rest_of_its_light(whole):
+    """The neighbour's west wall sees the backs of the house through the missing east wall: those rays carry nothing,
+    all others what they always did; it is not taken for covered."""
+    found = trace_open(without(HOUSE, "east"))
+    wall = of_side(whole, 1, "west")
+    assert found.covered_share[wall].max() < 0.15  # where the opening fills most of what a point sees
+    # Through the opening no more sky is seen than beyond the house: none, for its other walls stand.
+    assert found.sky_view_factor[wall] == pytest.approx(whole.sky_view_factor[wall], abs=0.002)
+    assert (found.diffuse_relative[wall] <= whole.diffuse_relative[wall] + 0.005).all()
+    assert (found.diffuse_relative[wall] >= whole.diffuse_relative[wall] - 0.1).all()
+
+
+def test_a_house_without_roof_does_not_light_its_outer_walls(whole):
+    found = trace_open(without(HOUSE, "roof"))
+    for side in ("south", "north", "west"):
+        faces = of_side(whole, 0, side)
+        assert found.visible_share[faces] == pytest.approx(whole.visible_share[faces], abs=1e-6)
+
+
+def test_all_walls_inverted(whole):
+    """Walls turned inside out receive what falls on their fronts, inside; the neighbour and the ground around are not
+    brightened, and what they lose is only what these walls reflected."""
+    inverted = [HOUSE[0], HOUSE[1], *room((-5, -5, 0), (5, 5, 10))[2:]]
+    found = trace([GROUND, *inverted, *NEIGHBOUR])
+    for side in ("south", "north", "east", "west"):
+        faces = of_side(whole, 0, side)
+        assert found.sky_view_factor[faces].max() == 0, side
+        assert found.visible_share[faces].max() == 0, side
+    wall = of_side(whole, 1, "west")
+    assert found.sky_view_factor[wall] == pytest.approx(whole.sky_view_factor[wall], abs=1e-6)
+    assert found.visible_share[wall] == pytest.approx(whole.visible_share[wall], abs=1e-6)
+    assert (found.diffuse_relative[wall] <= whole.diffuse_relative[wall] + 1e-3).all()
+    assert found.covered_share[wall].max() <= 0.25  # where the backs beside it fill most of what it sees
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_many_open_houses(seed):
+    """A block of houses, each with a random face missing: all lit walls keep the sky they see when nothing is missing,
+    up to what comes through the holes."""
+    generator = np.random.default_rng(seed)
+    houses = [
+        box((14 * column - 20, 14 * row - 20, 0), (14 * column - 10, 14 * row - 10, generator.uniform(5, 15)))
+        for column in range(3)
+        for row in range(3)
+    ]
+    closed = trace([GROUND, *chain(*houses)], samples=1024)
+    broken, gone = [], []
+    for place, house in enumerate(houses):
+        missing = SIDES[generator.integers(1, 6)]
+        gone += [48 + 12 * place + 2 * SIDES.index(missing) + half for half in range(2)]
+        broken += without(house, missing)
+    found = trace_open(broken, [])
+    rows = np.setdiff1d(np.flatnonzero((closed.surfaces.kind == "facade") | (closed.surfaces.kind == "flat")), gone)
+    rows = rows[rows >= 48]
+    change = found.sky_view_factor[rows] - closed.sky_view_factor[rows]
+    assert np.abs(change).max() < 0.05
+    assert np.abs(change.mean()) < 0.01
+    assert found.covered_share[rows].max() < 0.5  # so reported where a wall stands before a hole as large as itself
+    assert found.visible_share[rows] == pytest.approx(closed.visible_share[rows], abs=1e-6)

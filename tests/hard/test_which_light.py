@@ -1,0 +1,223 @@
+"""Which light: albedo 0 to 1, no reflection to fifty, one sample to ten million, no triangle to a million."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from closed import box, room
+from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
+
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.errors import InputError
+from citypv.core.light.patches import patches_of_scene
+from citypv.core.light.plan_effects import plan_effects
+from citypv.core.light.ray_scene import RayScene
+from citypv.core.light.reflect import radiosity_factor, reflect
+from citypv.core.light.trace_hemisphere import trace_hemisphere
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request, check_request
+from citypv.core.weather.add_sun import add_sun
+from citypv.core.weather.clear_sky import clear_sky
+
+SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
+ROOM = join(room((0, 0, 0), (4, 5, 3)))
+HOUSE = join([strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 6), *box((-5, -5, 0), (5, 5, 10))])
+
+
+def trace(scene, **settings):
+    return trace_transfer(scene, SUNS, Request(**settings), silent)
+
+
+# Albedo
+
+
+def furnace(albedo, bounces, samples=1024):
+    """Irradiance after some reflections inside a closed room whose every face is given E₀ = 1."""
+    patches = patches_of_scene(ROOM, np.full(12, albedo), 0)
+    ray_scene = RayScene(ROOM.vertices, ROOM.triangles)
+    hemisphere = trace_hemisphere(
+        ray_scene, patches, np.ones(12, bool), sample_count=samples, reflections=True, threads=1, progress=silent
+    )
+    factor = radiosity_factor(patches, hemisphere.covered_share)
+    given, nothing = np.ones((12, 1), np.float32), np.zeros((12, 1), np.float32)
+    reflected, _, last = reflect(hemisphere.form_factors, factor, given, nothing, bounces)
+    return (given + reflected)[:, 0], last
+
+
+@pytest.mark.parametrize("bounces", [0, 1, 3, 10, 50])
+@pytest.mark.parametrize("albedo", [0.0, 0.25, 0.999, 1.0])
+def test_closed_furnace(albedo, bounces):
+    """(1 - ρⁿ⁺¹)/(1 - ρ) on every face, n + 1 at ρ = 1: no light is lost and none is made."""
+    expected = bounces + 1 if albedo == 1 else (1 - albedo ** (bounces + 1)) / (1 - albedo)
+    irradiance, last = furnace(albedo, bounces)
+    assert irradiance == pytest.approx(expected, rel=1e-6)
+    assert last == pytest.approx(albedo**bounces / expected if bounces else 0, rel=1e-5)
+
+
+@pytest.mark.parametrize("albedo", [-0.01, 1.01, np.nan, np.inf, -np.inf])
+def test_albedo_that_is_no_share_of_light_is_refused(albedo):
+    for option in ("albedo", "ground_albedo"):
+        with pytest.raises(InputError, match="0 to 1"):
+            check_request(Request(**{option: albedo}))
+        with pytest.raises(InputError, match="0 to 1"):
+            trace(HOUSE, **{option: albedo})
+    values = np.full(len(HOUSE.triangles), 0.25)
+    values[7] = albedo
+    with pytest.raises(InputError, match="albedo: row 7 is") as caught:
+        patches_of_scene(HOUSE, values, 0)
+    assert "from 0 to 1" in str(caught.value)
+
+
+@pytest.mark.parametrize("albedo", [0.0, 0.25, 0.999, 1.0])
+@pytest.mark.parametrize("bounces", [0, 1, 50, None])
+def test_any_albedo_and_any_number_of_reflections(albedo, bounces):
+    """White furnace: at albedo 1 everything is as bright as the sky, and nothing is ever brighter than that.
+
+    Ground that is partly covered hands on its light by the share found open, in 64 cells: that may err by a percent.
+    """
+    transfer = trace(HOUSE, albedo=albedo, ground_albedo=albedo, max_bounces=bounces)
+    for values in (transfer.diffuse_relative, transfer.direct_reflected, transfer.diffuse_relative_standard_error):
+        assert np.isfinite(values).all()
+        assert values.min() >= 0
+    assert transfer.diffuse_relative.max() <= 1.01
+    walls = slice(16, 24)
+    if bounces == 0 or albedo == 0:
+        assert transfer.diffuse_relative == pytest.approx(transfer.sky_view_factor, abs=1e-6)
+    else:
+        assert transfer.diffuse_relative[walls].mean() == pytest.approx(0.5 + 0.5 * albedo, rel=0.04)
+
+
+def test_automatic_reflections_stop_at_fifty():
+    """At albedo 1 no number of reflections is enough: the most are followed, and the plan says that no bound exists."""
+    patches = patches_of_scene(HOUSE, np.ones(len(HOUSE.triangles)), 0)
+    plan = plan_effects(HOUSE, patches, Request(max_bounces=None, albedo=1.0))
+    assert plan.max_bounces == 50
+    assert plan.effects[2].bound is None
+    assert "most that are followed" in plan.effects[2].reason
+
+
+# Samples
+
+
+def one_triangle(height=5.0):
+    return scene_of_triangles([[0, 0, height], [3, 0, height], [0, 2, height]], [[0, 1, 2]])
+
+
+@pytest.mark.parametrize("samples", [4, 5, 64, 1000])
+@pytest.mark.parametrize("shadow_samples", [1, 2, 5, 16, 100])
+def test_few_samples(samples, shadow_samples):
+    transfer = trace(
+        one_triangle(), samples=samples, shadow_samples=shadow_samples, effects={"closed-form": False}, max_bounces=1
+    )
+    assert transfer.sky_view_factor == pytest.approx(1, abs=1e-6)
+    assert transfer.visible_share == pytest.approx(1, abs=1e-6)
+    assert transfer.diffuse_relative_standard_error == pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.parametrize("setting", [{"samples": 0}, {"samples": -4}, {"shadow_samples": 0}, {"max_bounces": -1}])
+def test_no_samples_are_refused(setting):
+    with pytest.raises(InputError):
+        trace(one_triangle(), **setting)
+
+
+@pytest.mark.slow
+def test_ten_million_equal_hits_lose_nothing():
+    """Every ray of an unshaded triangle reaches the sky, every shadow ray the sun: exactly 1, not 0.9999."""
+    transfer = trace(
+        one_triangle(), samples=10_000_000, shadow_samples=10_000_000, effects={"closed-form": False}, max_bounces=0
+    )
+    assert transfer.settings["hemisphere_rays"] == 10_000_000
+    assert transfer.sky_view_factor == pytest.approx(1, abs=1e-9)
+    assert transfer.visible_share == pytest.approx(1, abs=1e-9)
+
+
+@pytest.mark.slow
+def test_a_million_rays_into_a_closed_room_lose_nothing():
+    irradiance, _ = furnace(1.0, 3, samples=1 << 20)
+    assert irradiance == pytest.approx(4, rel=1e-6)
+
+
+# Triangles
+
+
+def test_no_triangle():
+    scene = scene_of_triangles(one_triangle().vertices, [[0, 1, 2]])
+    surfaces = scene.surfaces
+    names = {name: [] for name in ("surface_id", "building_id", "thematic")}
+    columns = {name: values[:0] for name, values in vars(surfaces).items() if name not in names}
+    nothing = np.zeros(0, bool)
+    empty = replace(
+        scene,
+        vertices=np.zeros((0, 3)),
+        triangles=np.zeros((0, 3), np.int32),
+        triangle_surface=np.zeros(0, np.int32),
+        footprint=nothing,
+        closure=nothing,
+        surfaces=replace(surfaces, **names, **columns),
+    )
+    transfer = trace(empty)
+    assert transfer.visible_share.shape == (0, 3)
+    assert transfer.diffuse_relative.shape == (0,)
+
+
+def test_a_surface_whose_triangles_are_all_gone():
+    """Its polygon stays a row of the results, without light."""
+    scene = scene_of_triangles([[0, 0, 5], [3, 0, 5], [0, 2, 5], [3, 2, 5]], [[0, 1, 2], [1, 3, 2]])
+    kept = [0]
+    parts = {name: getattr(scene, name)[kept] for name in ("triangles", "triangle_surface", "footprint", "closure")}
+    transfer = trace(replace(scene, **parts))
+    assert transfer.diffuse_relative[0] == pytest.approx(1, abs=1e-6)
+    assert transfer.diffuse_relative[1] == transfer.visible_share[1].max() == 0
+
+
+@pytest.mark.slow
+def test_a_million_triangles():
+    """A plain of 707² squares with a few rays each: all of it sees the whole sky."""
+    across = 707
+    place = np.arange(across + 1, dtype=float)
+    x, y = (axis.ravel() for axis in np.meshgrid(place, place, indexing="ij"))
+    corner = (np.arange(across)[:, None] * (across + 1) + np.arange(across)).ravel()
+    halves = [[corner, corner + across + 1, corner + across + 2], [corner, corner + across + 2, corner + 1]]
+    triangles = np.concatenate([np.stack(half, axis=1) for half in halves])
+    scene = scene_of_triangles(np.column_stack([x, y, np.zeros(len(x))]), triangles, np.zeros(len(triangles), int))
+    assert len(scene.triangles) == 2 * across**2
+    transfer = trace(scene, samples=4, shadow_samples=1, effects={"closed-form": False}, max_bounces=1)
+    assert transfer.sky_view_factor == pytest.approx(1, abs=1e-9)
+    assert transfer.visible_share == pytest.approx(1, abs=1e-6)
+
+
+# Weather
+
+
+def test_a_weather_year_of_zeros():
+    """No light: no electricity, and no NaN from the logarithms and quotients on the way there."""
+    weather = add_sun(clear_sky(52.5, 13.4, 40.0, 2021), pd.Timedelta(hours=1))
+    weather.data[["ghi", "dhi", "dni"]] = 0.0
+    energy = compute_energy(trace(HOUSE), weather)
+    electric = ~np.isin(HOUSE.surfaces.kind, ("ground", "downward"))
+    assert electric.sum() > 4
+    assert (energy.full_load_hours[electric] == 0).all()
+    assert (energy.poa_global_annual == 0).all()
+    assert (energy.full_load_hours_standard_error[electric] == 0).all()
+    assert (energy.capacity_factor == 0).all()
+
+
+def test_parallel_squares_see_each_other_by_their_view_factor():
+    """Howell C-11, unit squares at distance 1: 0.199825, within four standard errors, from both sides."""
+    scene = join([strip([0, 0, 0], [1, 0, 0], [0, 1, 0], 1), strip([0, 0, 1], [0, 1, 0], [1, 0, 0], 1)])
+    patches = patches_of_scene(scene, np.ones(4), 0)
+    hemisphere = trace_hemisphere(
+        RayScene(scene.vertices, scene.triangles),
+        patches,
+        np.ones(4, bool),
+        sample_count=1 << 16,
+        reflections=True,
+        threads=1,
+        progress=silent,
+    )
+    rows = np.asarray(hemisphere.form_factors.sum(axis=1)).reshape(4, -1)
+    error = np.sqrt(rows.var(axis=1, ddof=1).mean() / rows.size)
+    assert error < 3e-4
+    assert_mean(rows.mean(), max(error, 1e-5), 0.19982489569838738)

@@ -1,0 +1,195 @@
+"""Which sun: at zenith, on the horizon, in the plane of a wall, along a street; poles, date line and calendars."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from closed import box
+from scenes import join, strip, suns_towards
+
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.match_suns import match_suns
+from citypv.core.sun.solar_position import solar_position, sun_direction
+from citypv.core.sun.suns import Suns
+from citypv.core.weather.add_sun import add_sun, complete_irradiance
+from citypv.core.weather.clear_sky import clear_sky
+
+HOUR = pd.Timedelta(hours=1)
+GROUND = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 6)
+HOUSE = join([GROUND, *box((-5, -5, 0), (5, 5, 10))])
+SOUTH, NORTH, EAST, WEST = (12 + np.arange(2) + 2 * side for side in (2, 3, 4, 5))
+ROOF = np.array([12, 13])
+WAYS = ("typical-days:4", "sky-grid:64", "hourly")
+
+
+def visible(directions, scene=HOUSE, **settings):
+    return trace_transfer(scene, suns_towards(directions), Request(shadow_samples=64, **settings), silent)
+
+
+def test_at_zenith():
+    transfer = visible([[0, 0, 1], [1e-9, -1e-9, 1]])
+    walls = np.concatenate([SOUTH, NORTH, EAST, WEST])
+    assert transfer.visible_share[walls].max() == 0
+    assert transfer.visible_share[ROOF] == pytest.approx(1)
+    ground = np.average(transfer.visible_share[:12], weights=transfer.surfaces.area[:12], axis=0)
+    assert ground == pytest.approx(1 - 100 / 120**2, abs=0.005)
+    assert transfer.direct_reflected[walls, 0] == pytest.approx(transfer.direct_reflected[walls, 1], abs=1e-5)
+
+
+def test_on_the_horizon():
+    """No light on level faces, full light on the wall that faces the sun; nothing is NaN."""
+    transfer = visible([[0, -1, 0], [0, -1, 1e-9], [0, -1, -1e-9]], max_bounces=3)
+    assert transfer.visible_share[ROOF].max() == 0
+    assert transfer.visible_share[:12].max() == 0
+    assert transfer.visible_share[SOUTH] == pytest.approx(1)
+    assert np.isfinite(transfer.direct_reflected).all()
+    assert transfer.direct_reflected.min() >= 0
+
+
+@pytest.mark.parametrize("turn", [0.0, 17.3, 45.0, 89.99])
+@pytest.mark.parametrize("elevation", [5.0, 45.0])
+def test_exactly_in_the_plane_of_a_wall(turn, elevation):
+    """Both walls beside the sun receive nothing, as the sun's cosine is 0 there; the wall that faces it everything."""
+    a = np.radians(turn)
+    spin = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+    parts = [(points @ spin.T, faces) for points, faces in [GROUND, *box((-5, -5, 0), (5, 5, 10))]]
+    e = np.radians(elevation)
+    transfer = visible([spin @ [0, -np.cos(e), np.sin(e)]], join(parts))
+    assert transfer.visible_share[EAST].max() == transfer.visible_share[WEST].max() == 0
+    assert transfer.visible_share[SOUTH] == pytest.approx(1)
+
+
+@pytest.mark.parametrize("elevation", [2.0, 30.0])
+def test_exactly_along_a_street(elevation):
+    """A street of 10 m between two blocks: its floor is lit over its whole length, its walls not at all."""
+    blocks = box((-50, 5, 0), (50, 15, 20)) + box((-50, -15, 0), (50, -5, 20))
+    floor = strip([-50, -5, 0], [100, 0, 0], [0, 10, 0], 4)
+    e = np.radians(elevation)
+    transfer = visible([[np.cos(e), 0, np.sin(e)]], join([floor, *blocks]), max_bounces=0)
+    assert transfer.visible_share[:8] == pytest.approx(1)
+    towards_street = [8 + 4, 8 + 5, 8 + 12 + 6, 8 + 12 + 7]
+    assert transfer.surfaces.normal[towards_street, 1] == pytest.approx([-1, -1, 1, 1])
+    assert transfer.visible_share[towards_street].max() == 0
+
+
+def test_azimuth_0_is_azimuth_360():
+    both = sun_direction(np.array([60.0, 60.0]), np.array([0.0, 360.0]))
+    assert both[0] == pytest.approx(both[1], abs=1e-15)
+    transfer = visible(both)
+    assert np.array_equal(transfer.visible_share[:, 0], transfer.visible_share[:, 1])
+    assert transfer.direct_reflected[:, 0] == pytest.approx(transfer.direct_reflected[:, 1], abs=1e-6)
+
+
+def test_no_sun_above_the_horizon():
+    """Polar night: no direct light, no NaN, the sky shines all the same."""
+    none = np.zeros(0, np.int32)
+    transfer = trace_transfer(HOUSE, Suns("hourly", np.zeros((0, 3)), np.zeros(0), none, none), Request(), silent)
+    assert transfer.visible_share.shape == transfer.direct_reflected.shape == (len(HOUSE.surfaces), 0)
+    assert transfer.direct_annual_standard_error == pytest.approx(0)
+    assert transfer.diffuse_relative[ROOF] == pytest.approx(1, abs=1e-6)
+
+
+PLACES = {
+    "equator": (0.0, 10.0),
+    "polar circle": (66.56, 25.0),
+    "north pole": (90.0, 0.0),
+    "south pole": (-90.0, 0.0),
+    "southern hemisphere": (-33.9, 18.4),
+    "date line, west of it": (-16.8, 179.99),
+    "date line, east of it": (-16.8, -179.99),
+    "date line itself": (52.0, 180.0),
+}
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_places(place):
+    """A whole year of clear sky on the faces of a house: finite everywhere, no light while the sun is down."""
+    latitude, longitude = PLACES[place]
+    weather = add_sun(clear_sky(latitude, longitude, 0.0, 2021), HOUR)
+    assert np.isfinite(weather.data.to_numpy()).all()
+    down = weather.data["apparent_zenith"] > 88
+    assert (weather.data["dni"][down] == 0).all()
+    assert weather.data["dni"].max() < 1200
+    for way in WAYS:
+        suns = choose_suns(way, weather.data.index, HOUR, latitude, longitude)
+        assert np.linalg.norm(suns.direction, axis=1) == pytest.approx(1, abs=1e-9)
+        assert suns.direction[:, 2].min() > 0
+        assert suns.weight.sum() == pytest.approx(1)
+        match = match_suns(suns, weather.data.index, HOUR, latitude, longitude)
+        assert match.weight.sum(axis=1) == pytest.approx((~down).to_numpy(float), abs=1e-6)
+    suns = choose_suns("typical-days:4", weather.data.index, HOUR, latitude, longitude)
+    energy = compute_energy(trace_transfer(HOUSE, suns, Request(), silent), weather)
+    lit = energy.full_load_hours[ROOF]
+    assert np.isfinite(energy.poa_global_annual).all()
+    assert np.isfinite(lit).all()
+    assert (lit > 400).all()
+
+
+def test_both_sides_of_the_date_line_get_the_same():
+    hours = []
+    for longitude in (179.99, -179.99):
+        weather = add_sun(clear_sky(-16.8, longitude, 0.0, 2021), HOUR)
+        suns = choose_suns("typical-days:4", weather.data.index, HOUR, -16.8, longitude)
+        hours.append(compute_energy(visible(suns.direction), weather).poa_global_annual)
+    assert hours[0] == pytest.approx(hours[1], rel=0.02)
+
+
+def test_midnight_sun_and_polar_night():
+    """At 80° N the sun is up around the clock in June and never in December."""
+    weather = add_sun(clear_sky(80.0, 15.0, 0.0, 2021), HOUR).data
+    june, december = weather.loc["2021-06-21"], weather.loc["2021-12-21"]
+    assert (june["dni"] > 0).all()
+    assert (december[["ghi", "dhi", "dni"]] == 0).all().all()
+
+
+def test_equator_at_equinox_sees_the_sun_at_zenith():
+    position = solar_position(pd.DatetimeIndex(["2021-03-20T12:07:30Z"]), pd.Timedelta(0), 0.0, 0.0)
+    assert position["solar_zenith"].iloc[0] < 0.3
+    direction = sun_direction(position["apparent_zenith"], position["solar_azimuth"])
+    assert visible(direction).visible_share[ROOF] == pytest.approx(1)
+
+
+def test_southern_hemisphere_faces_north():
+    weather = add_sun(clear_sky(-33.9, 18.4, 0.0, 2021), HOUR)
+    suns = choose_suns("typical-days:4", weather.data.index, HOUR, -33.9, 18.4)
+    poa = compute_energy(trace_transfer(HOUSE, suns, Request(), silent), weather).poa_global_annual
+    assert poa[NORTH].mean() > 1.5 * poa[SOUTH].mean()
+
+
+@pytest.mark.parametrize("zone", ["Europe/Berlin", "America/St_Johns", "Asia/Kathmandu", "Australia/Lord_Howe"])
+def test_summer_time_moves_no_sun(zone):
+    """The same instants, named in a zone whose clocks jump."""
+    times = pd.date_range("2021-01-01", "2022-01-01", freq=HOUR, inclusive="left", tz="UTC")
+    utc = solar_position(times, HOUR, 52.5, 13.4).to_numpy()
+    assert np.array_equal(solar_position(times.tz_convert(zone), HOUR, 52.5, 13.4).to_numpy(), utc)
+    one, other = (choose_suns("typical-days:4", axis, HOUR, 52.5, 13.4) for axis in (times, times.tz_convert(zone)))
+    assert np.array_equal(one.direction, other.direction)
+
+
+@pytest.mark.parametrize(("year", "hours"), [(2020, 8784), (2021, 8760), (2016, 8784), (2100, 8760), (1900, 8760)])
+def test_leap_years_and_years_with_leap_seconds(year, hours):
+    """2016 ended with a leap second; 1900 and 2100 are divisible by four and no leap years."""
+    weather = add_sun(clear_sky(52.5, 13.4, 40.0, year), HOUR)
+    assert len(weather.data) == hours
+    assert np.isfinite(weather.data.to_numpy()).all()
+    suns = choose_suns("typical-days:2", weather.data.index, HOUR, 52.5, 13.4)
+    energy = compute_energy(visible(suns.direction), weather)
+    assert energy.years == pytest.approx(1, abs=0.003)
+    assert 900 < energy.full_load_hours[ROOF].mean() < 2500
+
+
+@pytest.mark.parametrize("zenith", [80.0, 87.9, 88.0, 88.1, 89.999, 90.0, 90.001, 120.0])
+def test_direct_normal_irradiance_towards_the_horizon(zenith):
+    """DNI = (GHI - DHI)/cos θ ends 2° above the horizon; what comes then counts as diffuse."""
+    given = {"ghi": np.array([30.0]), "dhi": np.array([20.0])}
+    found = complete_irradiance(given, np.array([zenith]))
+    if zenith <= 88:
+        assert found["dni"] == pytest.approx(10 / np.cos(np.radians(zenith)))
+        assert found["dni"] < 10 / np.cos(np.radians(88.0)) + 1e-6
+        assert found["dhi"] == 20
+    else:
+        assert found["dni"] == 0
+        assert found["dhi"] == 30
