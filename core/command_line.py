@@ -113,6 +113,9 @@ def build_parser():
     add_light(effects)
     effects.add_argument("--json", action="store_true", help="print as JSON")
     effects.set_defaults(run=run_effects)
+    selfcheck = commands.add_parser("selfcheck", help="trace what is known in closed form, and a dozen hard cases")
+    selfcheck.add_argument("--json", action="store_true", help="print as JSON")
+    selfcheck.set_defaults(run=run_selfcheck)
     return parser
 
 
@@ -243,6 +246,15 @@ def run_effects(options):
         print(json.dumps([asdict(effect) for effect in plan.effects], indent=2))
     else:
         print("\n".join(describe_plan(plan)))
+
+
+def run_selfcheck(options):
+    """`citypv selfcheck`: status 1 where a check fails."""
+    from .selfcheck import describe_check, describe_outcome, report_checks, selfcheck
+
+    checks = selfcheck(None if options.json else lambda check: print(describe_check(check), flush=True))
+    print(json.dumps(report_checks(checks), indent=2, ensure_ascii=False) if options.json else describe_outcome(checks))
+    return int(not all(check.passed for check in checks))
 
 
 def voice(options):
