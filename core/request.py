@@ -61,8 +61,10 @@ def check_request(request):
         if not (value >= least and float(value).is_integer()):
             problem = f"{value} is {'too few' if value < least else 'not a whole number'}"
             raise InputError(option, problem, f"give {least} or more")
-    if request.threads is not None and request.threads < 1:
-        raise InputError("--threads", f"{request.threads} is too few", "give 1 or more")
+    threads = request.threads
+    if threads is not None and not (threads >= 1 and float(threads).is_integer()):
+        problem = f"{threads} is {'too few' if threads < 1 else 'not a whole number'}"
+        raise InputError("--threads", problem, "give 1 or more")
     for option, value in (("--grid-size", request.grid_size), ("--patch-size", request.patch_size)):
         if value is not None and not value > 0:
             raise InputError(option, f"{value} is not a length", "give metres above 0")

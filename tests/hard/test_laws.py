@@ -116,6 +116,7 @@ def test_reciprocity(seed):
     assert (np.abs(total - total.T) <= bound).all()
 
 
+@pytest.mark.slow
 @law
 @given(seeds, draw.floats(0, 360))
 def test_turning_the_town_with_the_sun(seed, angle):
@@ -168,6 +169,7 @@ def test_permuting_the_faces(seed):
     assert np.array_equal(one.sky_view_factor[order], other.sky_view_factor)
 
 
+@pytest.mark.slow
 @law
 @given(seeds, draw.integers(2, 7), draw.sampled_from([100, 1000, 4096]))
 def test_threads_and_chunks(seed, threads, chunk):
