@@ -10,6 +10,7 @@ from .choose_lod import check_lod, choose_lod
 from .city import City, ImportReport
 from .clean_rings import clean_rings, starts_of
 from .measure_polygons import measure_polygons
+from .orient_shells import orient_shells, turn_over
 
 SMALLEST_AREA = 1e-6  # [m²] a square millimetre; below it a polygon has no direction
 TWIN_SHARE = 0.95  # a solid no larger than this share's inverse of the boundary surfaces repeats them
@@ -57,6 +58,7 @@ def assemble_city(contents, crs, lod=None):
     draft = _drop_twins(draft, report)
     if not draft.polygons:
         raise InputError(contents[0].path, "no building has a polygon that can be used", "see `citypv inspect`")
+    _orient(draft, report)
     return City(
         surface_id=draft.names,
         building_id=[draft.buildings[b] for b in draft.building],
@@ -215,6 +217,21 @@ def _drop_twins(draft, report):
         reason = "second drawing of the same building (Solid beside its surfaces)"
         report.skipped.setdefault(reason, []).extend(draft.names[i] for i in np.flatnonzero(~keep))
     return _keep(draft, keep)
+
+
+def _orient(draft, report):
+    """Turn over what faces into its building: where the shell is closed, and in open ones what has no class."""
+    found = orient_shells(draft.points, draft.ring_start, draft.polygon_start, draft.building)
+    named = np.array([bool(polygon.thematic) for polygon in draft.polygons])
+    certain, likely = found.flip & found.closed, found.flip & ~found.closed & ~named
+    draft.points = turn_over(draft.points, draft.ring_start, draft.polygon_start, certain | likely)
+    for reason, mask in (("turned over: faced into its closed shell", certain), ("turned over, as its shell", likely)):
+        if mask.any():
+            report.repaired.setdefault(reason, []).extend(draft.names[i] for i in np.flatnonzero(mask))
+    if found.doubtful.any():
+        names = [draft.names[i] for i in np.flatnonzero(found.doubtful)]
+        words = f"{len(names)} surfaces hang together in a way that tells no outside, and stay as drawn"
+        report.notes.append(f"{words}: {', '.join(names[:5])}{' …' if len(names) > 5 else '.'}")
 
 
 def _keep(draft, mask):

@@ -24,7 +24,7 @@ def choose_lod(lods, wanted=None):
     Parameters
     ----------
     lods : collection of str
-        What the building has.
+        What the building has; "" is a shape of a format that knows no levels, and suits every wish.
     wanted : str, optional
         ``"2"`` takes the best of 2.x, ``"2.2"`` exactly that.
 
@@ -34,9 +34,9 @@ def choose_lod(lods, wanted=None):
         None where the building has nothing to offer.
     """
     if wanted is None:
-        candidates = [lod for lod in lods if rank_lod(lod)[0] > 0]
+        candidates = [lod for lod in lods if lod == "" or rank_lod(lod)[0] > 0]
     else:
-        candidates = [lod for lod in lods if lod == wanted or lod.split(".")[0] == wanted]
+        candidates = [lod for lod in lods if lod in ("", wanted) or lod.split(".")[0] == wanted]
     return max(candidates, key=rank_lod, default=None)
 
 

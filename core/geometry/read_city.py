@@ -5,8 +5,10 @@ from pathlib import Path
 from ..errors import InputError
 from .join_contents import join_contents
 from .read_citygml import read_content as read_citygml_content
+from .read_obj import read_obj
 
 READERS = {".gml": read_citygml_content, ".citygml": read_citygml_content, ".xml": read_citygml_content}
+READERS |= {".obj": read_obj}
 
 
 def read_city(paths, lod=None, unit="m", up="z"):
@@ -34,7 +36,7 @@ def read_city(paths, lod=None, unit="m", up="z"):
     """
     if up not in ("z", "y"):
         raise InputError("--up", f"{up!r} is no axis", "choose z or y")
-    contents = [_reader(path)(path) for path in list_files(paths)]
+    contents = [_read(path, up) for path in list_files(paths)]
     return join_contents(contents, lod=lod, unit=unit)
 
 
@@ -64,5 +66,6 @@ def _suffix(path):
     return suffixes[-1] if suffixes else ""
 
 
-def _reader(path):
-    return READERS.get(_suffix(Path(path)), read_citygml_content)
+def _read(path, up):
+    reader = READERS.get(_suffix(path), read_citygml_content)
+    return reader(path, up) if reader is read_obj else reader(path)

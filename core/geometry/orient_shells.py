@@ -1,0 +1,143 @@
+"""Which polygons of a building are drawn with their inside out, told by what they hang together with."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from .measure_polygons import measure_polygons, next_in_ring
+
+WELD = 1e-3  # [m] corners of one building this close to each other are one
+SURE_VOLUME = 0.01  # of area^1.5, a slab of 100 x 100 x 1.5 m: below it a shell that is open is rather a sheet
+SURE_SHARE = 2 / 3  # of the area of a sheet that must agree before the rest is turned
+
+
+@dataclass
+class Orientation:
+    """What was found out about the polygons of a city."""
+
+    flip: np.ndarray  # (n,) bool: drawn with the inside out
+    closed: np.ndarray  # (n,) bool: part of a shell without a gap, so that its volume tells for certain
+    doubtful: np.ndarray  # (n,) bool: part of a shell that disagrees with itself and tells nothing
+
+
+def orient_shells(points, ring_start, polygon_start, building):
+    """Find polygons that face into their building.
+
+    Two polygons of a building that share an edge, and share it with no other, face the same side when they run along
+    it in opposite directions. Polygons linked by such edges are a shell; each shell has one of two orientations. The
+    one that encloses a positive volume is right (the divergence theorem: V = sum of area vector · point / 3). An open
+    shell is closed by a cone over its open edges. A shell that encloses next to nothing is a sheet: there the larger
+    part of the area, two thirds at least, tells the rest.
+
+    Parameters
+    ----------
+    points : array, (m, 3) float64 [m]
+    ring_start : array, (r + 1,) int64
+    polygon_start : array, (n + 1,) int64
+    building : array, (n,) int64
+
+    Returns
+    -------
+    Orientation
+    """
+    count = len(polygon_start) - 1
+    edges = _edges(points, ring_start, polygon_start, building)
+    shell, sign, twisted = _link(edges, count)
+    area, normal = measure_polygons(points, ring_start, polygon_start)
+    size = np.bincount(shell, area)
+    middle, closed = _middles(points, edges, shell, sign)
+    height = np.einsum("ij,ij->i", normal, points[ring_start[polygon_start[:-1]]] - middle[shell])
+    volume = np.bincount(shell, sign * area * height) / 3
+    turned = np.bincount(shell, np.where(sign < 0, area, 0.0), len(size))
+    same = np.bincount(shell, np.ones(count), len(size)) == 1
+    sure = ~same & (np.abs(volume) > np.where(closed, 1e-6, SURE_VOLUME) * size**1.5)
+    agree = ~sure & (np.maximum(turned, size - turned) >= SURE_SHARE * size)
+    right = np.where(sure, np.sign(volume), np.where(turned > 0.5 * size, -1.0, 1.0))
+    flip = (sign != right[shell]) & (sure | agree)[shell] & ~twisted
+    doubtful = twisted | (~(sure | agree)[shell])
+    return Orientation(flip, closed[shell] & ~twisted, doubtful)
+
+
+def turn_over(points, ring_start, polygon_start, chosen):
+    """Points with the rings of the chosen polygons run backwards, (m, 3) float64 [m]."""
+    chosen_ring = np.repeat(chosen, np.diff(polygon_start))
+    mirrored = np.repeat(ring_start[:-1] + ring_start[1:] - 1, np.diff(ring_start)) - np.arange(len(points))
+    return points[np.where(np.repeat(chosen_ring, np.diff(ring_start)), mirrored, np.arange(len(points)))]
+
+
+@dataclass
+class _Edges:
+    """Directed edges of all rings, sorted so that equal undirected ones stand beside each other."""
+
+    polygon: np.ndarray  # (e,)
+    start: np.ndarray  # (e,) index of a point
+    end: np.ndarray  # (e,)
+    forward: np.ndarray  # (e,) +1 or -1: along the edge from its smaller to its larger place
+    group: np.ndarray  # (e,) number of the undirected edge
+    uses: np.ndarray  # (e,) how often that edge is used
+
+
+def _edges(points, ring_start, polygon_start, building):
+    ring_polygon = np.repeat(np.arange(len(polygon_start) - 1), np.diff(polygon_start))
+    polygon = np.repeat(ring_polygon, np.diff(ring_start))
+    cells = np.round((points - points.min(axis=0, initial=np.inf)) / WELD).astype(np.int64)
+    keys = np.column_stack([building[polygon], cells])
+    place = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
+    start, end = np.arange(len(points)), next_in_ring(ring_start)
+    low, high = np.minimum(place[start], place[end]), np.maximum(place[start], place[end])
+    real = low < high
+    key = low * np.int64(len(points) + 1) + high
+    _, group, uses = np.unique(key[real], return_inverse=True, return_counts=True)
+    order = np.argsort(group, kind="stable")
+    start, end = start[real][order], end[real][order]
+    forward = np.where(place[start] < place[end], 1, -1)
+    group = group[order]
+    return _Edges(polygon[real][order], start, end, forward, group, uses[group])
+
+
+def _link(edges, count):
+    """Shell of each polygon (n,), its orientation within it +1 or -1 (n,), and shells that contradict themselves (n,).
+
+    Every polygon stands for two nodes, as drawn and turned. Links between nodes that agree make components: a shell
+    is a pair of them, mirror images of each other, or a single one if it contradicts itself.
+    """
+    pairs = np.flatnonzero(edges.uses == 2).reshape(-1, 2)
+    one, other = edges.polygon[pairs].T if len(pairs) else (np.zeros(0, np.int64),) * 2
+    odd = (edges.forward[pairs[:, 0]] == edges.forward[pairs[:, 1]]).astype(np.int64)
+    two_faces = one != other
+    one, other, odd = one[two_faces], other[two_faces], odd[two_faces]
+    row = np.concatenate([2 * one, 2 * one + 1])
+    column = np.concatenate([2 * other + odd, 2 * other + 1 - odd])
+    graph = coo_array((np.ones(len(row), np.int8), (row, column)), shape=(2 * count, 2 * count))
+    label = connected_components(graph, directed=False)[1].reshape(-1, 2)
+    drawn, turned = label.T
+    shell = np.unique(np.minimum(drawn, turned), return_inverse=True)[1].reshape(-1)
+    return shell, np.where(drawn <= turned, 1, -1), drawn == turned
+
+
+def _middles(points, edges, shell, sign):
+    """Tip of the cone that closes each shell, the middle of its open edges (s, 3) [m], and whether it has none (s,)."""
+    count = shell.max(initial=-1) + 1
+    owner = shell[edges.polygon]
+    gap = _gaps(edges, shell, sign)
+    weight = np.linalg.norm(points[edges.end] - points[edges.start], axis=1) * gap
+    whole = np.bincount(owner, weight, count)
+    closed = whole == 0
+    weight, whole = np.where(closed[owner], 1.0, weight), np.where(closed, np.bincount(owner, minlength=count), whole)
+    middle = np.empty((count, 3))
+    for axis in range(3):
+        ends = 0.5 * (points[edges.start, axis] + points[edges.end, axis])
+        middle[:, axis] = np.bincount(owner, weight * ends, count) / np.maximum(whole, 1e-300)
+    return middle, closed
+
+
+def _gaps(edges, shell, sign):
+    """Edges where their shell, once it agrees with itself, is open: (e,) bool."""
+    owner = shell[edges.polygon]
+    key = owner.astype(np.int64) * np.int64(edges.group.max(initial=0) + 1) + edges.group
+    _, index = np.unique(key, return_inverse=True)
+    index = index.reshape(-1)
+    total = np.bincount(index, edges.forward * sign[edges.polygon], index.max(initial=-1) + 1)
+    return np.abs(total[index]) > 0.5

@@ -1,0 +1,250 @@
+"""OBJ of five producers against counts and areas that independent scripts found, and its traps one by one."""
+
+import gzip
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cities import box, make_city
+
+from citypv.core.errors import InputError
+from citypv.core.geometry.build_scene import build_scene
+from citypv.core.geometry.classify import measure_tilt
+from citypv.core.geometry.measure_polygons import measure_polygons
+from citypv.core.geometry.orient_shells import orient_shells, turn_over
+from citypv.core.geometry.parse_obj import parse_obj
+from citypv.core.geometry.read_city import read_city
+from citypv.core.geometry.read_obj import read_obj
+
+DATA = Path(__file__).parents[1] / "data" / "obj"
+EXPECTED = json.loads((DATA / "expected.json").read_text(encoding="utf-8"))
+US_FOOT = 1200 / 3937  # [m]
+BANDS = {"up<1": (0, 1), "roof1-15": (1, 15), "roof15-60": (15, 60), "steep60-89": (60, 89), "wall89-91": (89, 91)}
+CUBE = "\n".join(f"v {x} {y} {z}" for z in (0, 3) for y in (0, 2) for x in (0, 1))
+FACES = ["f 1 3 4 2", "f 5 6 8 7", "f 1 2 6 5", "f 2 4 8 6", "f 4 3 7 8", "f 3 1 5 7"]
+
+
+def find(name):
+    return DATA / name if (DATA / name).exists() else DATA / f"{name}.gz"
+
+
+def write(folder, text, name="city.obj"):
+    (folder / name).write_text(text, encoding="utf-8")
+    return folder / name
+
+
+def measure(city):
+    area, normal = measure_polygons(city.points, city.ring_start, city.polygon_start)
+    return area, normal, measure_tilt(normal)[0]
+
+
+def signed_volume(city):
+    area, normal, _ = measure(city)
+    first = city.points[city.ring_start[city.polygon_start[:-1]]]
+    return float((area * (normal * (first - first.mean(axis=0))).sum(axis=1)).sum() / 3)
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_counts_bounds_and_volumes(name):
+    expected = EXPECTED[name]
+    parts = parse_obj(find(name))
+    assert len(parts.vertices) == expected["vertices"]
+    assert len(parts.faces) == expected["triangles"]
+    assert parts.vertices.min(axis=0) == pytest.approx(expected["min"], abs=6e-4)
+    assert parts.vertices.max(axis=0) == pytest.approx(expected["max"], abs=6e-4)
+    city = read_city(find(name))
+    assert city.report.building_count == max(expected["objects"], 1)
+    assert sum(city.report.lods_met.values()) == expected["triangles"]
+    lost = sum(len(ids) for reason, ids in city.report.skipped.items())
+    assert lost == expected["degenerate"]
+    assert len(city) == expected["triangles"] - lost
+    assert city.crs is None
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_areas_by_tilt_as_drawn(name):
+    content = read_obj(find(name))
+    rings = [polygon.rings[0][:-1] for polygon in content.polygons]
+    starts = np.cumsum([0, *[len(ring) for ring in rings]])
+    area, normal = measure_polygons(np.concatenate(rings), starts, np.arange(len(rings) + 1))
+    tilt = measure_tilt(normal)[0]
+    expected = EXPECTED[name]["area_by_tilt_native_units_if_Zup"]
+    for word, (low, high) in {**BANDS, "down": (91, 180.1)}.items():
+        inside = area[(tilt >= low) & (tilt < high)].sum()
+        assert inside == pytest.approx(expected.get(word, 0.0), rel=1e-3, abs=0.1)
+
+
+def test_grounds_of_rockaway_that_face_up_are_turned_and_named():
+    city = read_city(find("nyc_rockaway_1km_feet.obj"), unit="us-ft")
+    area, _, tilt = measure(city)
+    up, down = area[tilt < 1].sum(), area[tilt > 179].sum()
+    # Every building is a prism: as much floor as roof. As drawn, seven times as much faced up.
+    assert up == pytest.approx(down, rel=1e-4)
+    expected = EXPECTED["nyc_rockaway_1km_feet.obj"]["area_by_tilt_native_units_if_Zup"]
+    assert up + down == pytest.approx((expected["up<1"] + expected["down"]) * US_FOOT**2, rel=1e-3)
+    assert sum(len(ids) for reason, ids in city.report.repaired.items() if "turned over" in reason) > 4000
+    assert any("EPSG:2263" in note for note in city.report.notes)
+
+
+def test_midtown_in_metres_keeps_its_volume():
+    city = read_city(find("nyc_midtown_citicorp_1km.obj"))
+    expected = EXPECTED["nyc_midtown_citicorp_1km.obj"]
+    assert signed_volume(city) == pytest.approx(expected["signed_volume"], rel=1e-2)
+    assert len(set(city.building_id)) == expected["objects"]
+
+
+def test_the_tower_stands_upright_with_y_up():
+    city = read_city(find("nyc_tower_yup.obj"), unit="us-ft", up="y")
+    height = EXPECTED["nyc_tower_yup.obj"]["max"][1] * US_FOOT
+    assert np.ptp(city.points[:, 2]) == pytest.approx(height, abs=1e-3)
+    area, _, tilt = measure(city)
+    # The same tower in CityGML: its walls, and as much roof as floor.
+    assert area[np.abs(tilt - 90) < 1].sum() == pytest.approx(34722.7, rel=1e-3)
+    assert area[tilt < 1].sum() == pytest.approx(3343.3, rel=1e-3) == area[tilt > 179].sum()
+    assert signed_volume(city) == pytest.approx(EXPECTED["nyc_tower_yup.obj"]["signed_volume"] * US_FOOT**3, rel=1e-2)
+
+
+def test_the_floors_of_lyon_are_turned_as_the_tower_around_them():
+    city = read_city(find("lyon_tour_part_dieu.obj"))
+    area, _, tilt = measure(city)
+    assert area[tilt > 91].sum() == pytest.approx(area[tilt < 1].sum() + area[(tilt > 1) & (tilt < 60)].sum(), rel=0.06)
+    assert len(city.report.repaired["turned over, as its shell"]) == 236
+
+
+@pytest.mark.parametrize(
+    ("name", "faces", "buildings", "left_out"),
+    [
+        ("cube.obj", 5, 1, 0),
+        ("duplicatevertices.obj", 5, 1, 0),
+        ("nonmanifold.obj", 12, 1, 0),
+        ("nonmanifold.gml", 12, 1, 0),
+        ("twocubes.obj", 12, 2, 1),  # "6 5 2 1" crosses itself: as much area one way as the other
+    ],
+)
+def test_invalid_shells_are_read_and_said(name, faces, buildings, left_out):
+    city = read_city(DATA / name)
+    assert len(city) == faces - left_out
+    assert len(set(city.building_id)) == buildings
+    assert sum(len(ids) for ids in city.report.skipped.values()) == left_out
+
+
+def test_no_place_is_asked_for():
+    scene = build_scene(read_city(find("simshady_calibration.obj")))
+    assert scene.site.latitude is None
+    assert scene.surfaces.area.sum() == pytest.approx(1.0)
+    assert build_scene(read_city(find("simshady_calibration.obj")), 50.0, 8.0).site.latitude == 50.0
+
+
+def test_corners_count_backwards_and_carry_textures(tmp_path):
+    text = CUBE + "\nvt 0 0\nvn 0 0 1\n" + "\n".join(FACES)
+    plain = read_city(write(tmp_path, text))
+    backwards = text.replace("f 5 6 8 7", "f -4/1 -3/1 -1/1 -2/1").replace("f 1 2 6 5", "f 1//1 2//1 6/1/1 \\\n 5")
+    other = read_city(write(tmp_path, backwards))
+    assert np.array_equal(plain.points, other.points)
+    assert signed_volume(plain) == pytest.approx(6.0)
+
+
+def test_groups_are_buildings_where_no_object_is(tmp_path):
+    text = f"{CUBE}\ng north wing\n{FACES[0]}\n{FACES[1]}\ng south\n{FACES[2]}\ng north wing\n{FACES[3]}"
+    assert read_city(write(tmp_path, text)).building_id == ["north wing", "north wing", "south", "north wing"]
+    objects = text.replace("\ng south", "\no tower\ng south")
+    assert read_city(write(tmp_path, objects)).building_id == ["building_1", "building_1", "tower", "tower"]
+
+
+def test_scattered_parts_are_buildings_and_what_stands_on_one_belongs_to_it(tmp_path):
+    def cube(x, z, first, side=1.0):
+        corners = [(x + a * side, b * side, z + c * side) for c in (0, 1) for b in (0, 1) for a in (0, 1)]
+        faces = [[int(n) + first for n in face.split()[1:]] for face in FACES]
+        vertices = [f"v {a} {b} {c}" for a, b, c in corners]
+        return "\n".join([*vertices, *[f"f {' '.join(map(str, face))}" for face in faces]]) + "\n"
+
+    text = cube(0, 0, 0, 10.0) + cube(50, 0, 8) + cube(4, 10.5, 16)
+    city = read_city(write(tmp_path, text))
+    assert city.building_id == ["part_1"] * 6 + ["part_2"] * 6 + ["part_1"] * 6
+
+
+@pytest.mark.parametrize("turned", [[], [0], [3], [0, 3], [0, 1, 2, 3, 4, 5], [1, 2, 3, 4, 5], [1, 4]])
+@pytest.mark.parametrize("missing", [None, 0, 2])
+def test_a_house_is_turned_right_side_out(tmp_path, turned, missing):
+    faces = [f if k not in turned else " ".join(["f", *f.split()[:0:-1]]) for k, f in enumerate(FACES)]
+    faces = [face for k, face in enumerate(faces) if k != missing]
+    city = read_city(write(tmp_path, CUBE + "\n" + "\n".join(faces)))
+    _, normal, _ = measure(city)
+    middles = np.array([city.rings(k)[0].mean(axis=0) for k in range(len(city))])
+    assert (((middles - [0.5, 1.0, 1.5]) * normal).sum(axis=1) > 0).all()
+    named = sum(len(ids) for reason, ids in city.report.repaired.items() if "turned over" in reason)
+    assert named == len([k for k in turned if k != missing])
+
+
+def test_a_sheet_follows_its_larger_part():
+    square = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    row = [("a", "", [[(x + k, y, 0) for x, y, _ in square]]) for k in range(6)]
+    row[2] = ("a", "", [row[2][2][0][::-1]])
+    city = make_city(row)
+    found = orient_shells(city.points, city.ring_start, city.polygon_start, np.zeros(6, np.int64))
+    assert np.flatnonzero(found.flip).tolist() == [2]
+    points = turn_over(city.points, city.ring_start, city.polygon_start, found.flip)
+    _, normal = measure_polygons(points, city.ring_start, city.polygon_start)
+    assert normal[:, 2] == pytest.approx(1.0)
+
+
+def test_a_band_without_an_outside_is_left_alone_and_named():
+    angle = np.linspace(0, np.pi, 13)[:-1]
+    places = [(np.cos(2 * a), np.sin(2 * a), np.cos(a), np.sin(a)) for a in angle]
+    ends = [[((3 + s * c) * x, (3 + s * c) * y, s * d) for s in (-1, 1)] for x, y, c, d in places]
+    quads = [[ends[k][0], ends[k + 1][0], ends[k + 1][1], ends[k][1]] for k in range(11)]
+    quads.append([ends[11][0], ends[0][1], ends[0][0], ends[11][1]])  # half a turn
+    city = make_city([("a", "", [quad]) for quad in quads])
+    found = orient_shells(city.points, city.ring_start, city.polygon_start, np.zeros(12, np.int64))
+    assert not found.flip.any()
+    assert found.doubtful.all()
+
+
+def test_two_touching_buildings_do_not_turn_each_other():
+    city = make_city([*box("a", 0, 0, 10, 10, 0, 10), *box("b", 10, 0, 10, 10, 0, 10)])
+    building = np.repeat([0, 1], 6)
+    found = orient_shells(city.points, city.ring_start, city.polygon_start, building)
+    assert not found.flip.any()
+    assert found.closed.all()
+
+
+REFUSED = {
+    "no faces": (CUBE, "no faces in it"),
+    "index": (CUBE + "\nf 1 2 9", "line 9: a face names vertex 9, the file has 8"),
+    "before": (CUBE + "\nf 1 2 -9", "line 9: a face with a corner before the first vertex"),
+    "zero": (CUBE + "\nf 0 1 2", "line 9: a face with a corner before the first vertex"),
+    "words": (CUBE + "\nf one two three", "line 9: a face whose corners are not numbers"),
+    "nan": (CUBE + "\nv nan 0 0\nf 1 2 3", "line 9: a coordinate is not finite or beyond"),
+    "huge": (CUBE + "\nv 0 1e308 0\nf 1 2 3", "line 9: a coordinate is not finite or beyond"),
+    "two numbers": (CUBE + "\nv 0 1\nf 1 2 3", "line 9: a vertex without three numbers"),
+    "long line": ("f " + "1 " * 600_000, "line 1: longer than"),
+    "endless line": ("f 1 \\\n" * 400_000, r"line \d+: longer than"),
+    "only points": (CUBE + "\nf 1 2\nf 3", "no building has a shape"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused_with_line_and_cure(tmp_path, name):
+    text, problem = REFUSED[name]
+    path = write(tmp_path, text)
+    with pytest.raises(InputError, match=problem) as caught:
+        read_city(path)
+    assert str(caught.value).startswith(str(path))
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_binary_is_no_text(tmp_path):
+    (tmp_path / "city.obj").write_bytes(bytes(range(256)))
+    with pytest.raises(InputError, match="line 1: this is not text"):
+        read_city(tmp_path / "city.obj")
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
+def test_encodings_and_gzip(tmp_path, encoding):
+    text = "o Straße\n" + CUBE + "\n" + "\n".join(FACES)
+    with gzip.open(tmp_path / "city.obj.gz", "wb") as packed:
+        packed.write(text.encode(encoding))
+    city = read_city(tmp_path / "city.obj.gz")
+    assert len(city) == 6
+    assert city.building_id[0].startswith("Stra")
