@@ -129,6 +129,7 @@ def add_city(parser):
     city.add_argument("--latitude", type=float, metavar="D", help="[°] instead of what the files say")
     city.add_argument("--longitude", type=float, metavar="D", help="[°] instead of what the files say")
     city.add_argument("--grid-size", type=float, metavar="M", help="[m] split large polygons into cells id#k")
+    city.add_argument("--terrain", metavar="FILE", help="measured ground: TIN relief, OBJ, GeoTIFF or ASC grid")
     city.add_argument(
         "--ground", choices=("auto", "none"), default="auto", help="generate ground through the buildings' feet"
     )

@@ -18,6 +18,7 @@ class Request:
     grid_size: float | None = None  # [m], splits large polygons into cells
     patch_size: float | None = 10.0  # [m], longest edge of a patch of light; None keeps the triangles as they are
     ground: str = "auto"  # auto, none
+    terrain: str | None = None  # file of measured ground, takes the place of the generated one
     # the weather
     weather: str = "clear-sky"  # or a file
     weather_point: str = "nearest"  # or bilinear

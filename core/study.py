@@ -15,6 +15,7 @@ from .energy.pick_module import pick_module
 from .errors import InputError
 from .geometry.build_scene import build_scene
 from .geometry.read_city import read_city
+from .geometry.read_terrain import read_terrain
 from .light.patches import patches_of_scene
 from .light.pilot_suns import trace_pilot
 from .light.plan_effects import plan_effects
@@ -52,6 +53,7 @@ def read_scene(paths, request):
         latitude=request.latitude,
         longitude=request.longitude,
         ground=request.ground,
+        terrain=read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None,
         patch_size=request.patch_size,
         grid_size=request.grid_size,
     )

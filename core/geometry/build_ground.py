@@ -45,24 +45,32 @@ def build_ground(city, points, surfaces, footprint, patch_size=None):
         Footprints that hang in the air: passages, bridges, towers on other buildings.
     """
     patch_size = patch_size or DEFAULT_PATCH
-    feet = find_feet(city, points, surfaces, footprint)
+    feet = feet_or_corners(city, points, surfaces, footprint)
     low, high = points.min(axis=0), points.max(axis=0)
-    if not len(feet.start):
-        corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
-        feet.start = np.column_stack([corners, np.full(4, low[2])])
-        feet.end, feet.step = np.roll(feet.start, -1, axis=0), np.full(4, FOOTPRINT_STEP)
     reach = max(REACH * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
-    foot_points, edges = _cut_feet(feet, 0.5 * patch_size)
+    foot_points, edges = cut_feet(feet, 0.5 * patch_size)
     height = _interpolate_heights(foot_points, low[:2] - reach, high[:2] + reach)
     free = spread_points(foot_points[:, :2], feet.footprints, low[:2] - reach, high[:2] + reach, patch_size)
     free = np.column_stack([free, height(free)])
     vertices, triangles = _triangulate(feet, foot_points, edges, free)
-    triangles = triangles[~_under_buildings(vertices, triangles, feet.footprints)]
+    triangles = triangles[~under_buildings(vertices, triangles, feet.footprints)]
     used, corners = np.unique(triangles, return_inverse=True)
     return vertices[used], corners.reshape(-1, 3), feet.hanging
 
 
-def _cut_feet(feet, longest):
+def feet_or_corners(city, points, surfaces, footprint):
+    """Feet of a city; where nothing stands on the ground, the corners of its bounds."""
+    feet = find_feet(city, points, surfaces, footprint)
+    if not len(feet.start):
+        low, high = points.min(axis=0), points.max(axis=0)
+        corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
+        feet.start = np.column_stack([corners, np.full(4, low[2])])
+        feet.end, feet.step = np.roll(feet.start, -1, axis=0), np.full(4, FOOTPRINT_STEP)
+        feet.polygon, feet.on_footprint, feet.outward = np.full(4, -1), np.zeros(4, bool), np.zeros((4, 2))
+    return feet
+
+
+def cut_feet(feet, longest):
     """Points along the feet, one per place, and the edges between them."""
     length = np.linalg.norm((feet.end - feet.start)[:, :2], axis=1)
     edges_kept = length > COINCIDENT
@@ -127,7 +135,7 @@ def _triangulate(feet, foot_points, edges, free):
         if not len(missing) or turn == ROUNDS - 1:
             break
         foot_points, edges = _halve(feet, foot_points, edges, missing)
-    return vertices, _facing_up(vertices, triangulation.simplices.astype(np.int64))
+    return vertices, faces_up(vertices, triangulation.simplices.astype(np.int64))
 
 
 def _hang(corners, ends):
@@ -159,7 +167,7 @@ def drop_on_triangles(corners, places):
     return height
 
 
-def _under_buildings(vertices, triangles, footprints):
+def under_buildings(vertices, triangles, footprints):
     """Triangles that lie wholly under buildings, where the footprints are the floor."""
     if not len(footprints):
         return np.zeros(len(triangles), bool)
@@ -195,7 +203,8 @@ def _has_edges(triangulation, edges):
     return known[np.minimum(np.searchsorted(known, wanted), len(known) - 1)] == wanted
 
 
-def _facing_up(vertices, triangles):
+def faces_up(vertices, triangles):
+    """Triangles turned to face up, without those that are lines seen from above."""
     a, b, c = (vertices[triangles[:, k], :2] for k in range(3))
     doubled = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     triangles = np.where(doubled[:, None] < 0, triangles[:, ::-1], triangles)

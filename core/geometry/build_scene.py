@@ -5,7 +5,8 @@ import math
 
 import numpy as np
 
-from .build_ground import build_ground
+from .build_ground import build_ground, feet_or_corners
+from .build_terrain import build_terrain
 from .classify import classify, measure_tilt
 from .find_footprints import find_footprints
 from .grid_cells import split_into_cells
@@ -19,7 +20,7 @@ MICROMETRE = 6  # decimals of a metre
 LOST_SHARE = 0.01  # triangles that cover less or more than a polygon by this share are worth a word
 
 
-def build_scene(city, latitude=None, longitude=None, *, ground="auto", patch_size=10.0, grid_size=None):
+def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=None, patch_size=10.0, grid_size=None):
     """Triangulated and classified scene of a city.
 
     Parameters
@@ -29,6 +30,8 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", patch_siz
         [°] Override what the coordinate reference system says.
     ground : {'auto', 'none'}
         A surface through the buildings' feet, or nothing.
+    terrain : Terrain, optional
+        In the city's coordinate reference system; takes the place of the generated ground.
     patch_size : float or None
         [m] Longest edge of a triangle; None leaves the triangles of the polygons as they are.
     grid_size : float, optional
@@ -59,6 +62,8 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", patch_siz
     closure = (np.array(surfaces.thematic) == "ClosureSurface")[triangle_surface]
     carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
     scene = Scene(vertices, *carriers, surfaces, site, report)
+    if terrain is not None:
+        return _stand_on_terrain(scene, feet_or_corners(city, points, surfaces, under), points, terrain, patch_size)
     if ground == "none":
         return scene
     vertices, triangles, hanging = build_ground(city, points, surfaces, under, patch_size)
@@ -140,13 +145,30 @@ def _note_lost_area(points, triangles, triangle_surface, surfaces, report):
         report.repaired.setdefault(reason, []).extend(surfaces.surface_id[i] for i in np.flatnonzero(lost))
 
 
-def _stand_on_ground(scene, vertices, triangles):
+def _stand_on_terrain(scene, feet, points, terrain, patch_size):
+    """The scene on measured ground; what was done at the feet of walls goes into the report."""
+    site, names = scene.site, scene.surfaces.surface_id
+    moved = terrain.moved(lambda places: turn_to_true_north(places - np.array(site.origin), site.convergence))
+    ground = build_terrain(feet, points, moved, patch_size)
+    for reason, polygons in (
+        ("ends above the terrain, carried down", ground.raised),
+        ("ends below the terrain, cut by it", ground.buried),
+        ("footprint hangs in the air, the ground goes on below", ground.hanging),
+    ):
+        if len(polygons):
+            scene.report.repaired[reason] = [names[k] for k in polygons]
+    scene.report.notes += ground.notes
+    return _stand_on_ground(scene, ground.vertices, ground.triangles, ground.hidden)
+
+
+def _stand_on_ground(scene, vertices, triangles, hidden=None):
     count = len(triangles)
+    hidden = np.zeros(count, bool) if hidden is None else hidden  # sides and bottom: only backs are seen
     return Scene(
         vertices=np.concatenate([scene.vertices, vertices]),
         triangles=np.concatenate([scene.triangles, (triangles + len(scene.vertices)).astype(np.int32)]),
         triangle_surface=np.concatenate([scene.triangle_surface, np.full(count, -1, np.int32)]),
-        footprint=np.concatenate([scene.footprint, np.zeros(count, bool)]),
+        footprint=np.concatenate([scene.footprint, hidden]),
         closure=np.concatenate([scene.closure, np.zeros(count, bool)]),
         surfaces=scene.surfaces,
         site=scene.site,

@@ -27,6 +27,9 @@ class Feet:
     step: np.ndarray  # (e,) float64 [m] how far it may stand above a foot beside it
     footprints: np.ndarray  # (f,) shapely polygons seen from above, those on the ground
     hanging: np.ndarray  # (h,) int64 footprints that hang in the air
+    polygon: np.ndarray  # (e,) int64 the footprint or wall that each edge belongs to, -1 where none
+    on_footprint: np.ndarray  # (e,) bool: edge of a footprint, else the lower edge of a wall
+    outward: np.ndarray  # (e, 2) float64 away from the building, of any length
 
 
 def find_feet(city, points, surfaces, footprint):
@@ -61,7 +64,12 @@ def find_feet(city, points, surfaces, footprint):
     edge, step = edge[stands], step[stands]
     standing = np.isin(np.flatnonzero(footprint), polygon_of_point[edge])
     hanging = np.flatnonzero(footprint)[~standing]
-    return Feet(start[edge], end[edge], step, shapes[standing], hanging)
+    polygon = polygon_of_point[edge]
+    along, normal = (end - start)[edge], surfaces.normal[polygon]
+    # What a footprint covers lies to the left of its edges seen from its front.
+    aside = np.sign(normal[:, 2:]) * np.column_stack([along[:, 1], -along[:, 0]])
+    outward = np.where(footprint[polygon, None], aside, normal[:, :2])
+    return Feet(start[edge], end[edge], step, shapes[standing], hanging, polygon, footprint[polygon], outward)
 
 
 def _is_lowest(city, low, footprint):

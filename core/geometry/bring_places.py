@@ -1,0 +1,52 @@
+"""Places from one coordinate reference system to another, and the unit of its heights."""
+
+import numpy as np
+import pyproj
+
+from ..errors import InputError
+
+
+def plane_of(crs):
+    """The horizontal part of a coordinate reference system, and metres per unit of its heights.
+
+    Heights follow the unit of their own axis, or of the plane where they have none; on degrees they are metres.
+
+    Returns
+    -------
+    pyproj.CRS, float
+    """
+    system = pyproj.CRS.from_user_input(crs)
+    plane = system.sub_crs_list[0] if system.is_compound else system.to_2d()
+    if system.is_compound:
+        return plane, system.sub_crs_list[1].axis_info[0].unit_conversion_factor
+    if len(system.axis_info) > 2:
+        return plane, system.axis_info[2].unit_conversion_factor
+    return plane, 1.0 if plane.is_geographic else plane.axis_info[0].unit_conversion_factor
+
+
+def bring_places(places, source, target, path):
+    """Places, east first, from one coordinate reference system to another.
+
+    Parameters
+    ----------
+    places : array, (k, 2) float64
+        In the unit of their system.
+    source, target : str or pyproj.CRS
+    path : path-like
+        Named in errors.
+
+    Returns
+    -------
+    places : array, (k, 2) float64
+
+    Raises
+    ------
+    InputError
+        One of them has no place in the other.
+    """
+    (source, _), (target, _) = plane_of(source), plane_of(target)
+    turn = pyproj.Transformer.from_crs(source, target, always_xy=True)
+    there = np.column_stack(turn.transform(*np.asarray(places, float).T))
+    if not np.isfinite(there).all():
+        raise InputError(path, f"does not lie where {target.name} is defined", "give terrain of the city's place")
+    return there
