@@ -1,7 +1,7 @@
 """From the contents of files to one City: clean rings, one LoD per building, no twins, unique identifiers."""
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from ..errors import InputError
 from .choose_lod import check_lod, choose_lod
 from .city import City, ImportReport
 from .clean_rings import clean_rings, starts_of
-from .measure_polygons import measure_polygons
+from .measure_polygons import measure_polygons, measure_rings
 from .orient_shells import orient_shells, turn_over
 
 SMALLEST_AREA = 1e-6  # [m²] a square millimetre; below it a polygon has no direction
@@ -54,7 +54,7 @@ def assemble_city(contents, crs, lod=None):
     drop_repeated_buildings(contents, report)
     chosen = _choose(contents, lod, report)
     draft = _flatten(contents, chosen, report)
-    draft = _drop_degenerate(draft, report)
+    draft = _drop_degenerate(_drop_holes(draft, report), report)
     draft = _drop_twins(draft, report)
     if not draft.polygons:
         raise InputError(contents[0].path, "no building has a polygon that can be used", "see `citypv inspect`")
@@ -191,8 +191,27 @@ def _name_surfaces(polygons, building, buildings, report):
     return names
 
 
+def _drop_holes(draft, report):
+    """Take out holes without area."""
+    count, area = np.diff(draft.ring_start), np.linalg.norm(measure_rings(draft.points, draft.ring_start), axis=1)
+    is_hole = np.ones(len(count), bool)
+    is_hole[draft.polygon_start[:-1]] = False
+    drop = is_hole & ((count < 3) | ~(area > SMALLEST_AREA))
+    if not drop.any():
+        return draft
+    polygon = np.repeat(np.arange(len(draft.polygons)), np.diff(draft.polygon_start))
+    names = [draft.names[i] for i in np.unique(polygon[drop])]
+    report.repaired.setdefault("hole without area taken out", []).extend(names)
+    return replace(
+        draft,
+        points=draft.points[np.repeat(~drop, count)],
+        ring_start=starts_of(count[~drop]),
+        polygon_start=starts_of(np.bincount(polygon[~drop], minlength=len(draft.polygons))),
+    )
+
+
 def _drop_degenerate(draft, report):
-    """Leave out polygons without area, and holes without."""
+    """Leave out polygons without area."""
     count = np.diff(draft.ring_start)
     area, _ = measure_polygons(draft.points, draft.ring_start, draft.polygon_start)
     few = count[draft.polygon_start[:-1]] < 3

@@ -38,7 +38,8 @@ def measure_rings(points, ring_start):
     """Area vector of every ring, (r, 3) float64 [m²]: along the normal, as long as the area is large."""
     ring_of_point = np.repeat(np.arange(len(ring_start) - 1), np.diff(ring_start))
     # The first point of each ring is its origin, so that nothing is lost far from the system's own.
-    local = points - points[ring_start[:-1]][ring_of_point] if len(points) else points
+    first = ring_start[:-1][ring_of_point]  # empty rings, which have none, are not among them
+    local = points - points[first] if len(points) else points
     following = next_in_ring(ring_start)
     cross = np.cross(local, local[following]) if len(points) else local
     vectors = np.empty((len(ring_start) - 1, 3))

@@ -1,0 +1,252 @@
+"""Whatever a file holds, reading it ends in a city or in one line: files from small grammars, real ones spoilt."""
+
+import gzip
+from pathlib import Path
+
+import citygml_text as text
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from citypv.core.errors import InputError
+from citypv.core.geometry.build_scene import build_scene
+from citypv.core.geometry.read_city import READERS, read_city
+
+DATA = Path(__file__).parents[1] / "data"
+REAL = {
+    ".gml": ("citygml/lyon_1er_small_house.gml", "obj/nonmanifold.gml"),
+    ".obj": ("obj/cube.obj", "obj/twocubes.obj", "obj/duplicatevertices.obj", "obj/nonmanifold.obj"),
+    ".json": (
+        "cityjson/*minimal*.json",
+        "cityjson/*multisolid*.json",
+        "cityjson/cube*.json",
+        "cityjson/*templates*.json",
+    ),
+    ".jsonl": ("cityjson/*sample*.jsonl", "cityjson/*multi_object*.jsonl"),
+}
+TOKENS = [
+    b"nan", b"1e308", b"-1e400", b"inf", b"0", b"-1", b"99999999999999999999", b"1.5e", b"\x00", b"\xff\xfe",
+    b"\xef\xbb\xbf", b"<![CDATA[", b"&a;", b"&#0;", b"</", b"<", b">", b"/>", b"<!--", b"<?x?>", b'xmlns:a="b" ',
+    b'srsName="EPSG:4326" ', b'srsName="EPSG:25833" ', b'srsName="x" ', b'srsDimension="2" ', b'xlink:href="#a" ',
+    b"[", b"]", b"{", b"}", b",", b'"', b"null", b"true", b"{}", b"[]", b"\\", b"\n", b" ", b"f 1 2 3\n",
+    b"v 1 2 3\n", b"o a\n", b"g a\n", b"#", b"/", b"\xc3",
+]  # fmt: skip
+
+
+def spoilt_seeds(suffix):
+    """Small real files of a format that is known, at most 24 kB each."""
+    names = [path for pattern in REAL[suffix] for path in sorted(DATA.glob(pattern))]
+    return [path.read_bytes() for path in names if path.stat().st_size < 24_000] if suffix in READERS else []
+
+
+def read_safely(folder, data, suffix, build=True):
+    """A city whose points are finite, or one line that names the file and a cure; True for a city."""
+    path = folder / f"city{suffix}"
+    path.write_bytes(data)
+    try:
+        city = read_city(path)
+        assert np.isfinite(city.points).all()
+        assert len(city) > 0
+        if build:
+            scene = build_scene(city, 50.0, 8.0, ground="none", patch_size=None)
+            assert np.isfinite(scene.vertices).all()
+    except InputError as error:
+        assert len(str(error).splitlines()) == 1
+        assert len(str(error)) < 700
+        assert "; " in str(error)
+        return False
+    return True
+
+
+def thorough(count):
+    return settings(
+        max_examples=count,
+        deadline=None,
+        derandomize=True,
+        database=None,
+        suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow, HealthCheck.data_too_large],
+    )
+
+
+@st.composite
+def spoilt(draw, seeds):
+    """A real file with up to six of its pieces cut, doubled, swapped, overwritten or filled with a token."""
+    data = draw(st.sampled_from(seeds))
+    for _ in range(draw(st.integers(1, 6))):
+        places = sorted(draw(st.lists(st.integers(0, len(data)), min_size=2, max_size=2)))
+        first, last = places[0], min(places[1], places[0] + draw(st.sampled_from([1, 3, 20, 200, 10**6])))
+        kind = draw(st.sampled_from(["cut", "insert", "replace", "double", "truncate", "flip", "number"]))
+        token = draw(st.sampled_from(TOKENS))
+        if kind == "cut":
+            data = data[:first] + data[last:]
+        elif kind == "insert":
+            data = data[:first] + token + data[first:]
+        elif kind == "replace":
+            data = data[:first] + token + data[first + len(token) :]
+        elif kind == "double":
+            data = data[:last] + data[first:last] + data[last:]
+        elif kind == "truncate":
+            data = data[:first]
+        elif kind == "flip" and first < len(data):
+            data = data[:first] + bytes([data[first] ^ (1 << draw(st.integers(0, 7)))]) + data[first + 1 :]
+        elif kind == "number":
+            data = _with_number(data, first, token)
+        data = data[:60_000]
+    return data
+
+
+def _with_number(data, place, token):
+    """The number at or after a place becomes a token."""
+    start = next((k for k in range(place, len(data)) if data[k : k + 1].isdigit()), len(data))
+    end = next((k for k in range(start, len(data)) if data[k : k + 1] not in b"0123456789.-+e"), len(data))
+    return data[:start] + token + data[end:]
+
+
+NUMBERS = st.one_of(
+    st.integers(-20, 20).map(str),
+    st.floats(-1e3, 1e3).map(repr),
+    st.sampled_from(["nan", "1e308", "-inf", "1e-320", "", "x", "1,5", "389000.5", "5819000", "99999999", "-0"]),
+)
+POINTS = st.lists(st.lists(NUMBERS, min_size=0, max_size=4), max_size=7)
+IDS = st.sampled_from(["", "a", "b", "ä", "a~2", "a_1"])
+
+
+@st.composite
+def citygml(draw):
+    """Nested elements of CityGML in an order that need not make sense."""
+
+    def polygon():
+        ring = " ".join(" ".join(point) for point in draw(POINTS))
+        tag = draw(st.sampled_from(["gml:posList", "gml:pos", "gml:coordinates"]))
+        hole = draw(
+            st.sampled_from(
+                ["", f"<gml:interior><gml:LinearRing><{tag}>{ring}</{tag}></gml:LinearRing></gml:interior>"]
+            )
+        )
+        outline = f"<gml:exterior><gml:LinearRing><{tag}>{ring}</{tag}></gml:LinearRing></gml:exterior>"
+        return f'<gml:Polygon gml:id="{draw(IDS)}">{outline}{hole}</gml:Polygon>'
+
+    def member(depth=0):
+        kind = draw(st.sampled_from(["polygon", "polygon", "link", "turned", "group"]))
+        if kind == "polygon" or depth > 3:
+            return f"<gml:surfaceMember>{polygon()}</gml:surfaceMember>"
+        if kind == "link":
+            return text.links(draw(IDS))
+        if kind == "turned":
+            inside = f'<gml:OrientableSurface orientation="-">{member(depth + 1)}</gml:OrientableSurface>'
+            return f"<gml:surfaceMember>{inside}</gml:surfaceMember>"
+        return f"<gml:CompositeSurface>{member(depth + 1)}{member(depth + 1)}</gml:CompositeSurface>"
+
+    def part():
+        inside = "".join(member() for _ in range(draw(st.integers(0, 3))))
+        lod, wrap = draw(st.integers(0, 4)), draw(st.sampled_from([text.surface, text.solid]))
+        return wrap(inside, lod=lod)
+
+    houses = [text.building(*[part() for _ in range(draw(st.integers(0, 3)))], name=draw(IDS)) for _ in range(2)]
+    names = st.sampled_from(["EPSG:25833", "EPSG:4326", "CH1903", "EPSG:6697", "urn:ogc:def:crs:EPSG::99999", "x", ""])
+    envelope = f'<gml:boundedBy><gml:Envelope srsName="{draw(names)}"/></gml:boundedBy>' if draw(st.booleans()) else ""
+    return text.model(envelope, *houses).encode()
+
+
+@st.composite
+def obj(draw):
+    """Lines of OBJ, most of them whole."""
+    corner = st.one_of(st.integers(-9, 9).map(str), st.sampled_from(["1/2/3", "2//1", "3/", "/", "x", "1.5", "9" * 30]))
+    lines = st.one_of(
+        st.lists(NUMBERS, min_size=3, max_size=4).map(lambda words: " ".join(["v", *words])),
+        st.lists(st.floats(-50, 50).map(lambda x: f"{x:.2f}"), min_size=3, max_size=3).map(
+            lambda w: " ".join(["v", *w])
+        ),
+        st.lists(st.integers(-4, -1).map(str), min_size=3, max_size=5).map(lambda words: " ".join(["f", *words])),
+        st.lists(corner, max_size=5).map(lambda words: " ".join(["f", *words])),
+        st.sampled_from(
+            ["o a", "o", "g b", "g", "l 1 2", "vn 0 0 1", "# x", "\\", "f \\", "usemtl x", "curv 1", "\ufeff", "v"]
+        ),
+    )
+    good = ["v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 2"]
+    return "\n".join([*(good if draw(st.booleans()) else []), *draw(st.lists(lines, max_size=14))]).encode()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("suffix", "grammar", "count"), [(".gml", citygml(), 2000), (".obj", obj(), 3500)])
+def test_files_from_grammars(tmp_path, suffix, grammar, count):
+    outcomes = []
+
+    @thorough(count)
+    @given(grammar)
+    def check(data):
+        outcomes.append(read_safely(tmp_path, data, suffix))
+
+    check()
+    assert len(outcomes) >= 0.9 * count
+    assert 0.02 < np.mean(outcomes) < 0.98  # both ends are reached
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("suffix", "count"), [(".gml", 2500), (".obj", 3000), (".json", 1500), (".jsonl", 500)])
+def test_real_files_spoilt(tmp_path, suffix, count):
+    seeds = spoilt_seeds(suffix)
+    if not seeds:
+        pytest.skip(f"no small files of {suffix} or no reader of them")
+    outcomes = []
+
+    @thorough(count)
+    @given(spoilt(seeds))
+    def check(data):
+        outcomes.append(read_safely(tmp_path, data, suffix))
+
+    check()
+    assert len(outcomes) >= 0.9 * count
+    assert 0.02 < np.mean(outcomes) < 0.98
+
+
+@pytest.mark.parametrize("suffix", [".gml", ".obj", ".json", ".jsonl"])
+def test_files_cut_anywhere(tmp_path, suffix):
+    for seed in spoilt_seeds(suffix)[:2]:
+        read_safely(tmp_path, seed, suffix)
+        for share in np.linspace(0.01, 0.99, 25):
+            read_safely(tmp_path, seed[: int(share * len(seed))], suffix, build=False)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-8-sig", "latin-1", "utf-32"])
+@pytest.mark.parametrize("suffix", [".gml", ".obj", ".json", ".jsonl"])
+def test_every_encoding_is_read_or_refused(tmp_path, suffix, encoding):
+    for seed in spoilt_seeds(suffix)[:2]:
+        written = seed.decode("utf-8-sig")
+        read_safely(tmp_path, written.replace("UTF-8", encoding.upper()).encode(encoding, errors="replace"), suffix)
+
+
+def test_undeclared_prefixes_end_in_one_line(tmp_path):
+    house = text.building(text.surface(text.members(text.polygon("a", text.SQUARE))))
+    written = (
+        text.model(house)
+        .replace("<bldg:Building ", "<nowhere:Building ")
+        .replace("</bldg:Building", "</nowhere:Building")
+    )
+    (tmp_path / "city.gml").write_text(written, encoding="utf-8")
+    with pytest.raises(InputError, match=r"line \d+"):
+        read_city(tmp_path / "city.gml")
+
+
+def test_bombs_are_refused_with_bounded_memory(tmp_path):
+    import tracemalloc
+
+    bombs = {"gml": text.HEAD.encode(), "obj": b"v 0 0 0\n"}
+    for name, head in bombs.items():
+        with gzip.open(tmp_path / f"bomb.{name}.gz", "wb", compresslevel=9) as packed:
+            packed.write(head)
+            for _ in range(300):
+                packed.write(b" \n" * 2**19 if name == "obj" else b"<!--" + b" " * 2**20 + b"-->")
+    deep = b"<a>" * 100_000
+    (tmp_path / "deep.gml").write_bytes(text.HEAD.encode() + deep)
+    (tmp_path / "wide.gml").write_bytes(
+        text.HEAD.encode() + b"<a " + b" ".join(b'x%d="1"' % k for k in range(10**5)) + b"/>"
+    )
+    tracemalloc.start()
+    for name in ("bomb.gml.gz", "bomb.obj.gz", "deep.gml", "wide.gml"):
+        with pytest.raises(InputError):
+            read_city(tmp_path / name)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 64 * 2**20
