@@ -1,7 +1,6 @@
 """From the contents of files to one City: clean rings, one LoD per building, no twins, unique identifiers."""
 
 from collections import Counter
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,24 +8,9 @@ from ..errors import InputError
 from .choose_lod import check_lod, choose_lod
 from .city import City, ImportReport
 from .clean_rings import clean_rings, starts_of
-from .measure_polygons import measure_polygons, measure_rings
+from .measure_polygons import measure_rings
+from .mend_polygons import Draft, mend_polygons
 from .orient_shells import orient_shells, turn_over
-
-SMALLEST_AREA = 1e-6  # [m²] a square millimetre; below it a polygon has no direction
-TWIN_SHARE = 0.95  # a solid no larger than this share's inverse of the boundary surfaces repeats them
-
-
-@dataclass
-class _Draft:
-    """Polygons as flat arrays, still with what may be dropped."""
-
-    polygons: list
-    buildings: list  # (b,) ids
-    building: np.ndarray  # (n,) int64
-    points: np.ndarray
-    ring_start: np.ndarray
-    polygon_start: np.ndarray
-    names: list  # (n,) unique surface ids
 
 
 def assemble_city(contents, crs, lod=None):
@@ -53,9 +37,7 @@ def assemble_city(contents, crs, lod=None):
     report = _start_report(contents)
     drop_repeated_buildings(contents, report)
     chosen = _choose(contents, lod, report)
-    draft = _flatten(contents, chosen, report)
-    draft = _drop_degenerate(_drop_holes(draft, report), report)
-    draft = _drop_twins(draft, report)
+    draft = mend_polygons(_flatten(contents, chosen, report), report)
     if not draft.polygons:
         raise InputError(contents[0].path, "no building has a polygon that can be used", "see `citypv inspect`")
     _orient(draft, report)
@@ -80,7 +62,7 @@ def _start_report(contents):
     for content in contents:
         report.notes += content.notes
         for reason, identifiers in content.skipped.items():
-            report.skipped.setdefault(reason, []).extend(identifiers)
+            report.skip(reason, identifiers)
     return report
 
 
@@ -98,9 +80,19 @@ def drop_repeated_buildings(contents, report):
             earlier = seen.setdefault(name, (content, hash(shape)))
             if name and earlier[0] is not content and earlier[1] == hash(shape):
                 repeated.add(building)
-                report.skipped.setdefault("building given by an earlier file already", []).append(name)
+                report.skip("building given by an earlier file already", [name], _area(polygons))
         if repeated:
             content.polygons = [polygon for polygon in content.polygons if polygon.building not in repeated]
+
+
+def _area(polygons):
+    """[m²] of all outlines, less their holes."""
+    sizes = [[_size(ring) for ring in polygon.rings] for polygon in polygons]
+    return sum(outline - sum(holes) for outline, *holes in sizes)
+
+
+def _size(ring):
+    return float(np.linalg.norm(measure_rings(ring, np.array([0, len(ring)]))))
 
 
 def _choose(contents, wanted, report):
@@ -114,7 +106,7 @@ def _choose(contents, wanted, report):
         for of_building, lod, name in zip(lods, choice, content.buildings, strict=True):
             if lod is None:
                 reason = f"building without LoD {wanted}" if of_building and wanted else "building without a shape"
-                report.skipped.setdefault(reason, []).append(name)
+                report.skip(reason, [name])
         kept = [polygon for polygon in content.polygons if choice[polygon.building] in polygon.lods()]
         kept_lods.update(choice[polygon.building] for polygon in kept)
         chosen += [(content, polygon) for polygon in kept]
@@ -131,7 +123,7 @@ def _note_lost_parts(content, kept, choice, report):
     for building, part in sorted(parts):
         if choice[building] is not None:
             reason = "building part without the LoD of its building"
-            report.skipped.setdefault(reason, []).append(f"{content.buildings[building]} part {part}")
+            report.skip(reason, [f"{content.buildings[building]} part {part}"])
 
 
 def _refuse_empty(contents, wanted, report):
@@ -158,12 +150,10 @@ def _flatten(contents, chosen, report):
     points, ring_start, changed = clean_rings(rings, polygon_start)
     surface_names = _name_surfaces(polygons, building, names, report)
     for reason, indices in changed.items():
-        if len(indices):
-            report.repaired.setdefault(reason, []).extend(surface_names[i] for i in indices)
+        report.repair(reason, [surface_names[i] for i in indices])
     turned = [name for name, polygon in zip(surface_names, polygons, strict=True) if polygon.flipped]
-    if turned:
-        report.repaired["turned over, as its OrientableSurface says"] = turned
-    return _Draft(polygons, names, building, points, ring_start, polygon_start, surface_names)
+    report.repair("turned over, as its OrientableSurface says", turned)
+    return Draft(polygons, names, building, points, ring_start, polygon_start, surface_names)
 
 
 def _turned(polygon):
@@ -186,56 +176,8 @@ def _name_surfaces(polygons, building, buildings, report):
             repeated.append(name)
         taken.add(name)
         names.append(name)
-    if repeated:
-        report.repaired["identifier given twice, number added"] = repeated
+    report.repair("identifier given twice, number added", repeated)
     return names
-
-
-def _drop_holes(draft, report):
-    """Take out holes without area."""
-    count, area = np.diff(draft.ring_start), np.linalg.norm(measure_rings(draft.points, draft.ring_start), axis=1)
-    is_hole = np.ones(len(count), bool)
-    is_hole[draft.polygon_start[:-1]] = False
-    drop = is_hole & ((count < 3) | ~(area > SMALLEST_AREA))
-    if not drop.any():
-        return draft
-    polygon = np.repeat(np.arange(len(draft.polygons)), np.diff(draft.polygon_start))
-    names = [draft.names[i] for i in np.unique(polygon[drop])]
-    report.repaired.setdefault("hole without area taken out", []).extend(names)
-    return replace(
-        draft,
-        points=draft.points[np.repeat(~drop, count)],
-        ring_start=starts_of(count[~drop]),
-        polygon_start=starts_of(np.bincount(polygon[~drop], minlength=len(draft.polygons))),
-    )
-
-
-def _drop_degenerate(draft, report):
-    """Leave out polygons without area."""
-    count = np.diff(draft.ring_start)
-    area, _ = measure_polygons(draft.points, draft.ring_start, draft.polygon_start)
-    few = count[draft.polygon_start[:-1]] < 3
-    flat = ~few & ~(area > SMALLEST_AREA)
-    for reason, mask in (("fewer than three points", few), ("no area", flat)):
-        if mask.any():
-            report.skipped.setdefault(reason, []).extend(draft.names[i] for i in np.flatnonzero(mask))
-    return _keep(draft, ~(few | flat))
-
-
-def _drop_twins(draft, report):
-    """Leave out the Solid (or MultiSurface) that repeats the boundary surfaces of its building."""
-    area, _ = measure_polygons(draft.points, draft.ring_start, draft.polygon_start)
-    order = ("surface", "solid", "multisurface")
-    rank = np.array([order.index(polygon.source) for polygon in draft.polygons], np.int64)
-    keep = np.ones(len(rank), bool)
-    size = [np.bincount(draft.building[rank == k], area[rank == k], len(draft.buildings)) for k in range(3)]
-    for better, worse in ((0, 1), (0, 2), (1, 2)):
-        twin = (size[better] > 0) & (size[worse] > 0) & (size[better] >= TWIN_SHARE * size[worse])
-        keep &= ~((rank == worse) & twin[draft.building])
-    if not keep.all():
-        reason = "second drawing of the same building (Solid beside its surfaces)"
-        report.skipped.setdefault(reason, []).extend(draft.names[i] for i in np.flatnonzero(~keep))
-    return _keep(draft, keep)
 
 
 def _orient(draft, report):
@@ -245,27 +187,8 @@ def _orient(draft, report):
     certain, likely = found.flip & found.closed, found.flip & ~found.closed & ~named
     draft.points = turn_over(draft.points, draft.ring_start, draft.polygon_start, certain | likely)
     for reason, mask in (("turned over: faced into its closed shell", certain), ("turned over, as its shell", likely)):
-        if mask.any():
-            report.repaired.setdefault(reason, []).extend(draft.names[i] for i in np.flatnonzero(mask))
+        report.repair(reason, [draft.names[i] for i in np.flatnonzero(mask)])
     if found.doubtful.any():
         names = [draft.names[i] for i in np.flatnonzero(found.doubtful)]
         words = f"{len(names)} surfaces hang together in a way that tells no outside, and stay as drawn"
         report.notes.append(f"{words}: {', '.join(names[:5])}{' …' if len(names) > 5 else '.'}")
-
-
-def _keep(draft, mask):
-    if mask.all():
-        return draft
-    rings = np.diff(draft.polygon_start)
-    ring_mask = np.repeat(mask, rings)
-    point_mask = np.repeat(ring_mask, np.diff(draft.ring_start))
-    kept = np.flatnonzero(mask)
-    return _Draft(
-        polygons=[draft.polygons[i] for i in kept],
-        buildings=draft.buildings,
-        building=draft.building[mask],
-        points=draft.points[point_mask],
-        ring_start=starts_of(np.diff(draft.ring_start)[ring_mask]),
-        polygon_start=starts_of(rings[mask]),
-        names=[draft.names[i] for i in kept],
-    )

@@ -142,7 +142,7 @@ def _note_lost_area(points, triangles, triangle_surface, surfaces, report):
     lost = np.abs(covered - surfaces.area) > np.maximum(LOST_SHARE * surfaces.area, 1e-3)
     if lost.any():
         reason = "triangles do not match the area (crossing or strongly bent outline)"
-        report.repaired.setdefault(reason, []).extend(surfaces.surface_id[i] for i in np.flatnonzero(lost))
+        report.repair(reason, [surfaces.surface_id[i] for i in np.flatnonzero(lost)])
 
 
 def _stand_on_terrain(scene, feet, points, terrain, patch_size):
@@ -155,8 +155,7 @@ def _stand_on_terrain(scene, feet, points, terrain, patch_size):
         ("ends below the terrain, cut by it", ground.buried),
         ("footprint hangs in the air, the ground goes on below", ground.hanging),
     ):
-        if len(polygons):
-            scene.report.repaired[reason] = [names[k] for k in polygons]
+        scene.report.repair(reason, [names[k] for k in polygons])
     scene.report.notes += ground.notes
     return _stand_on_ground(scene, ground.vertices, ground.triangles, ground.hidden)
 

@@ -15,8 +15,21 @@ class ImportReport:
     lods_met: dict = field(default_factory=dict)  # LoD -> number of polygons
     lods_chosen: dict = field(default_factory=dict)  # LoD -> number of polygons kept
     repaired: dict = field(default_factory=dict)  # reason -> list of surface ids
-    skipped: dict = field(default_factory=dict)  # reason -> list of surface ids
+    skipped: dict = field(default_factory=dict)  # reason -> list of ids
+    skipped_area: dict = field(default_factory=dict)  # reason -> [m²] of what was left out, where it has a shape
     notes: list = field(default_factory=list)  # sentences worth reading
+
+    def repair(self, reason, names):
+        """Remember which surfaces were repaired, and how."""
+        if len(names):
+            self.repaired.setdefault(reason, []).extend(names)
+
+    def skip(self, reason, names, area=None):
+        """Remember what was left out, why, and its area [m²] where that is known."""
+        if len(names):
+            self.skipped.setdefault(reason, []).extend(names)
+        if area is not None:
+            self.skipped_area[reason] = self.skipped_area.get(reason, 0.0) + float(area)
 
 
 @dataclass

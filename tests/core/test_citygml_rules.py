@@ -82,7 +82,8 @@ def test_reference_without_target_is_reported(tmp_path):
 
 
 def test_names_are_made_where_missing_and_numbered_where_repeated(tmp_path):
-    walls = text.surface(text.members(text.polygon("", SQUARE), text.polygon("a", FURTHER), text.polygon("a", SQUARE)))
+    third = [(x, y + 9, z) for x, y, z in SQUARE]
+    walls = text.surface(text.members(text.polygon("", SQUARE), text.polygon("a", FURTHER), text.polygon("a", third)))
     city = read(tmp_path, text.building(walls), text.building(walls, name=""))
     assert len(set(city.surface_id)) == 6
     assert city.surface_id[0] == "house_1"
@@ -92,11 +93,25 @@ def test_names_are_made_where_missing_and_numbered_where_repeated(tmp_path):
 
 
 def test_unclosed_and_repeated_points_are_mended_and_reported(tmp_path):
-    doubled = [SQUARE[0], SQUARE[0], *SQUARE[1:]]
+    doubled = [FURTHER[0], FURTHER[0], *FURTHER[1:]]
     walls = text.surface(text.members(text.polygon("open", SQUARE, closed=False), text.polygon("twice", doubled)))
     city = read(tmp_path, text.building(walls))
     assert [len(city.rings(k)[0]) for k in range(2)] == [4, 4]
     assert city.report.repaired == {"ring was not closed": ["open"], "repeated point taken out": ["twice"]}
+
+
+def test_polygon_drawn_twice_in_its_building_counts_once(tmp_path):
+    again = [*SQUARE[2:], *SQUARE[:2]]  # begins at another corner
+    other_side, larger = SQUARE[::-1], [(2 * x, y, z) for x, y, z in SQUARE]
+    drawn = {"once": SQUARE, "again": again, "other_side": other_side, "larger": larger}
+    city = read(
+        tmp_path,
+        text.building(text.surface(text.members(*[text.polygon(name, ring) for name, ring in drawn.items()]))),
+        text.building(text.surface(text.members(text.polygon("neighbour", SQUARE))), name="next"),
+    )
+    assert city.surface_id == ["once", "other_side", "larger", "neighbour"]
+    assert city.report.skipped == {"drawn twice in its building": ["again"]}
+    assert city.report.skipped_area == {"drawn twice in its building": pytest.approx(12)}
 
 
 def test_polygons_that_cannot_be_used_are_left_out_with_reason_and_name(tmp_path):

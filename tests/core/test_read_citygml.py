@@ -98,6 +98,16 @@ def test_holes_are_kept():
         assert e["holes"] - total in (0, lost), name
 
 
+@pytest.mark.parametrize("name", EXPECTED)
+def test_bent_polygons_are_reported(name):
+    lods = [lod for n, lod in CASES if n == name]
+    repaired = [read_city(find(name), lod=lod).report.repaired for lod in lods]
+    bent = [
+        ids for reasons in repaired for reason, ids in reasons.items() if reason.startswith("bent by more than 5 cm")
+    ]
+    assert sum(map(len, bent)) == EXPECTED[name]["nonplanar_gt_5cm"]
+
+
 def test_best_of_lod_2_by_default_and_never_two_at_once():
     assert read_city(find("hamburg_CS2_multiLOD.gml")).report.lods_chosen == {"2": 21}
     assert read_city(find("delft_lod1_v2.xml")).report.lods_chosen == {"1": 91}

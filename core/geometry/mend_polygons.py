@@ -1,0 +1,150 @@
+"""Take out of a city's polygons what cannot be used or is there twice, and say so in its report."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .clean_rings import starts_of
+from .measure_polygons import measure_polygons, measure_rings, polygon_bounds
+
+SMALLEST_AREA = 1e-6  # [m²] a square millimetre; below it a polygon has no direction
+TWIN_SHARE = 0.95  # a solid no larger than this share's inverse of the boundary surfaces repeats them
+SAME = 1e-4  # [m] corners this close to each other are one
+BENT = 0.05  # [m] points further apart than this across the mean plane are worth a word
+
+
+@dataclass
+class Draft:
+    """Polygons as flat arrays, still with what may be dropped."""
+
+    polygons: list
+    buildings: list  # (b,) ids
+    building: np.ndarray  # (n,) int64
+    points: np.ndarray  # (m, 3) float64 [m]
+    ring_start: np.ndarray  # (r + 1,) int64
+    polygon_start: np.ndarray  # (n + 1,) int64
+    names: list  # (n,) unique surface ids
+
+    def shape(self):
+        """What the measuring functions ask for."""
+        return self.points, self.ring_start, self.polygon_start
+
+
+def mend_polygons(draft, report):
+    """Polygons that can be used, each once.
+
+    Parameters
+    ----------
+    draft : Draft
+    report : ImportReport
+        Grows by what was repaired and skipped.
+
+    Returns
+    -------
+    Draft
+    """
+    draft = _drop_degenerate(_drop_holes(draft, report), report)
+    draft = _drop_doubles(_drop_twins(draft, report), report)
+    _note_bent(draft, report)
+    return draft
+
+
+def _drop_holes(draft, report):
+    """Take out holes without area."""
+    count, area = np.diff(draft.ring_start), np.linalg.norm(measure_rings(draft.points, draft.ring_start), axis=1)
+    is_hole = np.ones(len(count), bool)
+    is_hole[draft.polygon_start[:-1]] = False
+    drop = is_hole & ((count < 3) | ~(area > SMALLEST_AREA))
+    if not drop.any():
+        return draft
+    polygon = np.repeat(np.arange(len(draft.polygons)), np.diff(draft.polygon_start))
+    report.repair("hole without area taken out", [draft.names[i] for i in np.unique(polygon[drop])])
+    return replace(
+        draft,
+        points=draft.points[np.repeat(~drop, count)],
+        ring_start=starts_of(count[~drop]),
+        polygon_start=starts_of(np.bincount(polygon[~drop], minlength=len(draft.polygons))),
+    )
+
+
+def _drop_degenerate(draft, report):
+    """Leave out polygons without area."""
+    count = np.diff(draft.ring_start)
+    area, _ = measure_polygons(*draft.shape())
+    few = count[draft.polygon_start[:-1]] < 3
+    flat = ~few & ~(area > SMALLEST_AREA)
+    for reason, mask in (("fewer than three points", few), ("no area", flat)):
+        if mask.any():
+            report.skip(reason, _names(draft, mask), area[mask].sum())
+    return _keep(draft, ~(few | flat))
+
+
+def _drop_twins(draft, report):
+    """Leave out the Solid (or MultiSurface) that repeats the boundary surfaces of its building."""
+    area, _ = measure_polygons(*draft.shape())
+    order = ("surface", "solid", "multisurface")
+    rank = np.array([order.index(polygon.source) for polygon in draft.polygons], np.int64)
+    keep = np.ones(len(rank), bool)
+    size = [np.bincount(draft.building[rank == k], area[rank == k], len(draft.buildings)) for k in range(3)]
+    for better, worse in ((0, 1), (0, 2), (1, 2)):
+        twin = (size[better] > 0) & (size[worse] > 0) & (size[better] >= TWIN_SHARE * size[worse])
+        keep &= ~((rank == worse) & twin[draft.building])
+    if not keep.all():
+        reason = "second drawing of the same building (Solid beside its surfaces)"
+        report.skip(reason, _names(draft, ~keep), area[~keep].sum())
+    return _keep(draft, keep)
+
+
+def _drop_doubles(draft, report):
+    """Leave out a polygon that its building has already, corner for corner and facing the same side."""
+    area, normal = measure_polygons(*draft.shape())
+    bounds = [polygon_bounds(axis, draft.ring_start, draft.polygon_start) for axis in draft.points.T]
+    size = np.diff(draft.ring_start[draft.polygon_start])
+    middles = [np.round(0.5 * (low + high) / SAME) for low, high in bounds]
+    rough = np.column_stack([draft.building, size, *middles, np.round(area / SAME), np.round(normal / 0.01)])
+    _, group, uses = np.unique(rough, axis=0, return_inverse=True, return_counts=True)
+    seen, keep = set(), np.ones(len(size), bool)
+    for k in np.flatnonzero(uses[group.reshape(-1)] > 1):
+        corners = draft.points[draft.ring_start[draft.polygon_start[k]] : draft.ring_start[draft.polygon_start[k + 1]]]
+        cells = np.round(corners / SAME).astype(np.int64)
+        key = group.reshape(-1)[k], cells[np.lexsort(cells.T)].tobytes()
+        keep[k] = key not in seen
+        seen.add(key)
+    if not keep.all():
+        report.skip("drawn twice in its building", _names(draft, ~keep), area[~keep].sum())
+    return _keep(draft, keep)
+
+
+def _note_bent(draft, report):
+    """Say which polygons do not lie in a plane; their triangles follow the bend."""
+    if not draft.polygons:
+        return
+    _, normal = measure_polygons(*draft.shape())
+    polygon = np.repeat(np.arange(len(draft.polygons)), np.diff(draft.ring_start[draft.polygon_start]))
+    first = draft.ring_start[draft.polygon_start[:-1]]
+    height = np.einsum("ij,ij->i", draft.points - draft.points[first][polygon], normal[polygon])
+    bent = np.maximum.reduceat(height, first) - np.minimum.reduceat(height, first) > BENT
+    if bent.any():
+        report.repair(f"bent by more than {100 * BENT:.0f} cm, triangles follow the bend", _names(draft, bent))
+
+
+def _names(draft, mask):
+    return [draft.names[i] for i in np.flatnonzero(mask)]
+
+
+def _keep(draft, mask):
+    if mask.all():
+        return draft
+    rings = np.diff(draft.polygon_start)
+    ring_mask = np.repeat(mask, rings)
+    point_mask = np.repeat(ring_mask, np.diff(draft.ring_start))
+    kept = np.flatnonzero(mask)
+    return Draft(
+        polygons=[draft.polygons[i] for i in kept],
+        buildings=draft.buildings,
+        building=draft.building[mask],
+        points=draft.points[point_mask],
+        ring_start=starts_of(np.diff(draft.ring_start)[ring_mask]),
+        polygon_start=starts_of(rings[mask]),
+        names=[draft.names[i] for i in kept],
+    )
