@@ -1,11 +1,14 @@
 """`citypv inspect`: what was read, what was mended or left out, and where it stands on Earth."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 
-from .geometry.build_scene import build_scene
 from .geometry.read_city import read_city
+from .list_findings import list_findings
+from .study import stand_city
+
+NAMES_SHOWN = 3
 
 
 def inspect_city(paths, request):
@@ -20,9 +23,14 @@ def inspect_city(paths, request):
     -------
     dict
         Plain types only.
+
+    Raises
+    ------
+    InputError
+        A file cannot be used.
     """
     city = read_city(paths, lod=request.lod, unit=request.unit, up=request.up)
-    scene = build_scene(city, request.latitude, request.longitude, ground=request.ground, patch_size=None)
+    scene = stand_city(city, replace(request, patch_size=None))
     surfaces = scene.surfaces
     return {
         "report": asdict(scene.report),
@@ -36,7 +44,22 @@ def inspect_city(paths, request):
             surfaces.area,
             surfaces.eligible,
         ),
+        "findings": describe_findings(list_findings(scene)),
     }
+
+
+def describe_findings(findings):
+    """Findings in plain types: what, why, how many, which area [m²] and which ids."""
+    return [
+        {
+            "heading": finding.heading,
+            "reason": finding.reason,
+            "count": len(finding.names),
+            "area": None if finding.area is None else round(finding.area, 3),
+            "ids": finding.names,
+        }
+        for finding in findings
+    ]
 
 
 def group_areas(names, area, chosen=None):
@@ -75,10 +98,18 @@ def describe_city(found):
             f"  {name or '(none)':<22} {row['count']:>8,}  {row['area']:>14,.1f} m²"
             for name, row in found[title].items()
         ]
-    for title in ("repaired", "skipped"):
-        for reason, names in report[title].items():
-            lines.append(f"{title} {len(names):,}: {reason} ({', '.join(names[:3])}{' …' if len(names) > 3 else ''})")
-    return lines + list(report["notes"])
+    return [*lines, *tell_findings(found["findings"]), *report["notes"]]
+
+
+def tell_findings(findings):
+    """A line for each finding: how many, why, area, the first ids."""
+    lines = []
+    for finding in findings:
+        names = ", ".join(map(str, finding["ids"][:NAMES_SHOWN]))
+        more = " …" if finding["count"] > NAMES_SHOWN else ""
+        area = "" if finding["area"] is None else f", {finding['area']:,.1f} m²"
+        lines.append(f"{finding['heading']} {finding['count']:,}: {finding['reason']}{area} ({names}{more})")
+    return lines
 
 
 def words_of(counts):

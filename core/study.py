@@ -47,8 +47,17 @@ def read_scene(paths, request):
     InputError
         If a file cannot be used, or nothing tells where the scene stands on Earth.
     """
-    city = read_city(paths, lod=request.lod, unit=request.unit, up=request.up)
-    scene = build_scene(
+    scene = stand_city(read_city(paths, lod=request.lod, unit=request.unit, up=request.up), request)
+    if scene.site.latitude is None or scene.site.longitude is None:
+        raise InputError(
+            paths[0], "names no coordinate reference system", "say where it stands with --latitude D --longitude D"
+        )
+    return scene
+
+
+def stand_city(city, request):
+    """Scene of a city on its ground: generated, or terrain from a file."""
+    return build_scene(
         city,
         latitude=request.latitude,
         longitude=request.longitude,
@@ -57,11 +66,6 @@ def read_scene(paths, request):
         patch_size=request.patch_size,
         grid_size=request.grid_size,
     )
-    if scene.site.latitude is None or scene.site.longitude is None:
-        raise InputError(
-            paths[0], "names no coordinate reference system", "say where it stands with --latitude D --longitude D"
-        )
-    return scene
 
 
 def read_year(site, request):

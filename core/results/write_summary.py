@@ -10,6 +10,7 @@ import numpy as np
 import pyproj
 
 from ..energy.pick_module import nominal_power, pick_module
+from ..list_findings import list_findings
 
 LIBRARIES = ("embreex", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
 
@@ -78,6 +79,10 @@ def describe_input(transfer, scene):
     }
     if scene is not None:
         description["report"] = asdict(scene.report)
+        description["findings"] = [
+            {"heading": one.heading, "reason": one.reason, "count": len(one.names), "area": one.area}
+            for one in list_findings(scene, transfer.covered_share)
+        ]
         description["triangles"] = len(scene.triangles)
         description["ground_triangles"] = int((scene.triangle_surface < 0).sum())
     return description
