@@ -1,0 +1,80 @@
+"""A second caster: what points of a scene see, with normals, directions and judgement of its own.
+
+Nothing of the tracer is used but the distance at which rays start (below it two faces are one). Hits come from Embree
+called directly, and `meets_in_double` finds them again without it, triangle by triangle in float64.
+"""
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+SKY, FAR, FRONT, BACK = range(4)
+
+
+class OwnRays:
+    """Triangles of a scene, their own normals and areas, and a tree over them."""
+
+    def __init__(self, scene, offset):
+        self.corners = np.asarray(scene.vertices, float)[scene.triangles]
+        doubled = np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
+        length = np.linalg.norm(doubled, axis=1)
+        self.area, self.normal = length / 2, doubled / np.maximum(length, 1e-30)[:, None]
+        self.footprint, self.offset = scene.footprint, np.asarray(offset, float)
+        self.tree = EmbreeScene(robust=True)
+        TriangleMesh(self.tree, scene.vertices.astype(np.float32), scene.triangles.astype(np.int32))
+
+    def points(self, rows, count, generator):
+        """Uniform points just in front of some triangles: (n, count, 3)."""
+        root, other = np.sqrt(generator.random((len(rows), count))), generator.random((len(rows), count))
+        weights = np.stack([1 - root, root * (1 - other), root * other], axis=-1)
+        away = self.offset[rows, None, None] * self.normal[rows, None]
+        return np.einsum("nkb,nbc->nkc", weights, self.corners[rows]) + away
+
+    def directions(self, rows, count, generator):
+        """Cosine-distributed directions: a unit vector on the sphere added to the normal: (n, count, 3)."""
+        ball = generator.normal(size=(len(rows), count, 3))
+        towards = self.normal[rows, None] + (1 - 1e-7) * ball / np.linalg.norm(ball, axis=-1, keepdims=True)
+        return towards / np.linalg.norm(towards, axis=-1, keepdims=True)
+
+    def judge(self, origins, directions):
+        """What each ray meets: sky, far ground, the front of a face, or a back: (n,) int."""
+        origins, directions = (np.ascontiguousarray(rays, np.float32) for rays in (origins, directions))
+        return self.judge_hits(self.tree.run(origins, directions), directions)
+
+    def judge_hits(self, hit, directions):
+        """Whoever looks along a face's normal sees its back; of a footprint only backs are seen."""
+        back = ((directions * self.normal[hit]).sum(axis=1) > 0) | self.footprint[hit]
+        return np.where(hit >= 0, np.where(back, BACK, FRONT), np.where(directions[:, 2] > 0, SKY, FAR))
+
+    def shares(self, rows, points, rays, generator):
+        """Shares of the rays from each of some points that meet sky, far ground, fronts and backs: (n, points, 4)."""
+        found = np.empty((len(rows), points, 4))
+        step = max(1, (1 << 18) // (points * rays))
+        for first in range(0, len(rows), step):
+            some = rows[first : first + step]
+            origins = np.repeat(self.points(some, points, generator), rays, axis=1).reshape(-1, 3)
+            met = self.judge(origins, self.directions(some, points * rays, generator).reshape(-1, 3))
+            met = met.reshape(len(some), points, rays)
+            found[first : first + step] = np.stack([(met == kind).mean(axis=2) for kind in range(4)], axis=-1)
+        return found
+
+    def lit(self, rows, points, sun, generator):
+        """Share of each triangle's points whose ray towards a sun meets nothing: (n,)."""
+        origins = self.points(rows, points, generator).reshape(-1, 3)
+        met = self.judge(origins, np.broadcast_to(sun, origins.shape))
+        return ((met == SKY).reshape(len(rows), points) & (self.normal[rows] @ sun > 0)[:, None]).mean(axis=1)
+
+
+def meets_in_double(corners, origin, direction):
+    """First triangle on a ray, every triangle tried in float64; -1 for none (Möller and Trumbore 1997)."""
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    across = np.cross(direction, second)
+    determinant = (first * across).sum(axis=1)
+    scale = np.divide(1, determinant, out=np.zeros_like(determinant), where=np.abs(determinant) > 1e-15)
+    away = origin - corners[:, 0]
+    u = (away * across).sum(axis=1) * scale
+    turned = np.cross(away, first)
+    v, distance = (turned @ direction) * scale, (turned * second).sum(axis=1) * scale
+    met = (scale != 0) & (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)
+    nearest = int(np.argmin(np.where(met, distance, np.inf))) if met.any() else -1
+    return nearest

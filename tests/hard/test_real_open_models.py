@@ -1,0 +1,252 @@
+"""Real open models: Midtown Manhattan and a tile of North Rhine-Westphalia, each wall held against its own rays."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from own_rays import BACK, FAR, FRONT, SKY, OwnRays, meets_in_double
+
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.geometry.build_scene import build_scene
+from citypv.core.geometry.read_city import read_city
+from citypv.core.light import trace_hemisphere
+from citypv.core.light.patches import patches_of_scene
+from citypv.core.light.ray_scene import RayScene
+from citypv.core.light.trace_suns import trace_suns
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.weather.add_sun import add_sun
+from citypv.core.weather.clear_sky import clear_sky
+
+DATA = Path(__file__).parents[1] / "data"
+FILES = {
+    "Manhattan": ("obj/nyc_midtown_citicorp_1km.obj.gz", {"latitude": 40.757, "longitude": -73.97}),
+    "North Rhine": ("citygml/nrw_LoD2_32_280_5659_1_NW.gml.gz", {}),
+}
+TOWNS = list(FILES)
+WALLS = 500  # patches, drawn by area
+RAYS = 4096  # of each
+POINTS = 64  # of each that are judged, by as many rays
+ERRORS = 4.5  # standard errors that a thousand comparisons with fixed seeds stay within
+SUNS = np.array([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.9, 0.1, 0.15]])
+SUNS = SUNS / np.linalg.norm(SUNS, axis=1, keepdims=True)
+
+pytestmark = pytest.mark.slow
+
+
+@cache
+def scene_of(town):
+    name, place = FILES[town]
+    return build_scene(read_city([DATA / name]), patch_size=25.0, **place)
+
+
+@cache
+def walls_of(town):
+    """Patches of the scene, some of its walls, and what their own rays say."""
+    scene = scene_of(town)
+    patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.25), 0)
+    own, generator = OwnRays(scene, patches.offset), np.random.default_rng(2)
+    kind = np.append(scene.surfaces.kind, "ground")[scene.triangle_surface]
+    weight = np.where((kind == "facade") & ~scene.closure, own.area, 0)
+    rows = np.sort(generator.choice(len(weight), WALLS, replace=False, p=weight / weight.sum()))
+    by_ray = own.shares(rows, RAYS, 1, generator).mean(axis=1)
+    return patches, rows, own, by_ray, own.shares(rows, POINTS, POINTS, generator)
+
+
+def look(town):
+    """What the tracer says of the same walls: shares (n, 3) of sky, far ground and fronts, and the whole answer."""
+    scene, (patches, rows, *_) = scene_of(town), walls_of(town)
+    traced = np.isin(np.arange(len(patches)), rows)
+    found = trace_hemisphere.trace_hemisphere(
+        RayScene(scene.vertices, scene.triangles),
+        patches,
+        traced,
+        sample_count=RAYS,
+        reflections=True,
+        threads=2,
+        progress=silent,
+    )
+    met = np.asarray(found.form_factors.sum(axis=1)).reshape(found.sky.shape)
+    return np.stack([values[rows].mean(axis=1) for values in (found.sky, found.far_ground, met)], axis=1), found
+
+
+def is_covered(points):
+    """By definition: more than half of a point's rays meet backs; or, below the ground, all but those that leave
+    downwards."""
+    backs = points[..., BACK]
+    return (backs > 0.5) | ((backs > 0.25) & (points[..., SKY] + points[..., FRONT] == 0))
+
+
+def complaints(town, shares):
+    """Walls that get more than their own rays meet, and walls that get less than those of their points that are not
+    covered: two (n, 3) bool."""
+    _, _, _, by_ray, points = walls_of(town)
+    by_ray = by_ray[:, : FRONT + 1]
+    hidden = np.where(is_covered(points)[..., None], points[..., : FRONT + 1], 0)
+    # Both are counts of rays; a share of which neither saw a ray may still be a few rays wide.
+    middle = np.clip((shares + by_ray) / 2, 2 / RAYS, 1)
+    variance = 2 * middle * (1 - middle) / RAYS
+    brighter = shares - by_ray > ERRORS * np.sqrt(variance)
+    variance = variance + hidden.var(axis=1, ddof=1) / POINTS
+    darker = by_ray - hidden.mean(axis=1) - shares > ERRORS * np.sqrt(variance)
+    return brighter, darker
+
+
+@pytest.mark.parametrize("town", TOWNS)
+def test_the_second_caster_is_right(town):
+    """What Embree says to it is what every triangle tried in float64 says, but where two faces coincide: of a party
+    wall, met from within, either side may answer."""
+    _, rows, own, _, _ = walls_of(town)
+    generator = np.random.default_rng(5)
+    some = generator.choice(rows, 80)
+    origins = own.points(some, 1, generator)[:, 0].astype(np.float32).astype(float)
+    directions = own.directions(some, 1, generator)[:, 0].astype(np.float32).astype(float)
+    hit = np.array([meets_in_double(own.corners, *ray) for ray in zip(origins, directions, strict=True)])
+    again = own.tree.run(origins.astype(np.float32), directions.astype(np.float32))
+    one, other = own.judge_hits(hit, directions), own.judge_hits(again, directions)
+    assert len(np.unique(one)) >= 3
+    for ray in np.flatnonzero(one != other):
+        assert min(hit[ray], again[ray]) >= 0
+        away = [(own.corners[face, 0] - origins[ray]) @ own.normal[face] for face in (hit[ray], again[ray])]
+        along = [directions[ray] @ own.normal[face] for face in (hit[ray], again[ray])]
+        assert away[0] / along[0] == pytest.approx(away[1] / along[1], abs=1e-4)
+    assert (one != other).mean() < 0.05
+
+
+def test_the_models_are_open():
+    """Else these tests would test nothing: boundary edges, and walls that see backs without being covered."""
+    city = read_city([DATA / FILES["Manhattan"][0]])
+    scene = build_scene(city, ground="none", patch_size=None, **FILES["Manhattan"][1])
+    edges = np.sort(np.concatenate([scene.triangles[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
+    _, uses = np.unique(edges, axis=0, return_counts=True)
+    assert 9_700 < (uses == 1).sum() < 10_000
+    *_, points = walls_of("Manhattan")
+    backs = points[..., BACK]
+    assert (backs > 0).mean() > 0.2  # of points that see any
+    assert ((backs > 0) & (backs <= 0.5)).mean() > 0.1  # of points that see some and are not covered
+
+
+@pytest.mark.parametrize("town", TOWNS)
+def test_no_wall_is_brightened_or_blackened_beyond_its_own_rays(town):
+    shares, found = look(town)
+    brighter, darker = complaints(town, shares)
+    assert not brighter.any()
+    assert not darker[:, SKY].any()
+    # Cells of a 64th judge the rest: along the edge of what is covered a few percent of it may go.
+    _, rows, _, by_ray, points = walls_of(town)
+    lost = by_ray[:, : FRONT + 1] - np.where(is_covered(points)[..., None], points[..., : FRONT + 1], 0).mean(axis=1)
+    assert (lost - shares).max() < 0.07
+    assert darker.mean(axis=0).max() < 0.03
+    assert shares.mean(axis=0)[SKY] == pytest.approx(by_ray[:, SKY].mean(), abs=2e-3)
+    assert shares.mean(axis=0)[FAR] == pytest.approx(lost.mean(axis=0)[FAR], abs=2e-3)
+    # Who is called covered is so by definition, and the other way round.
+    covered = is_covered(points).mean(axis=1)
+    assert np.abs(found.covered_share[rows] - covered).mean() < 0.02
+    called = found.covered_share[rows] > 0.5
+    assert called.sum() > 30
+    assert covered[called].min() > 0.4
+    assert covered[~called].max() < 0.65
+
+
+def any_back_covers(ray_scene, patches, chosen):
+    """The naive rule: whoever sees a back lies inside."""
+    return np.ones((len(chosen), trace_hemisphere.CELL_DIVISIONS**2), bool)
+
+
+def nothing_covers(ray_scene, patches, chosen):
+    """The other naive rule: every ray speaks for itself."""
+    return np.zeros((len(chosen), trace_hemisphere.CELL_DIVISIONS**2), bool)
+
+
+def backs_are_fronts(patches, hit, directions):
+    """A tracer that does not know backs."""
+    return np.zeros(hit.shape, bool)
+
+
+@pytest.mark.parametrize(("mechanism", "broken"), [
+    ("find_covered_cells", any_back_covers),
+    ("find_covered_cells", nothing_covers),
+    ("meets_back", backs_are_fronts),
+])  # fmt: skip
+def test_a_broken_mechanism_is_found_out(monkeypatch, mechanism, broken):
+    """The tests above fail where the mechanism is broken."""
+    town = "Manhattan"
+    monkeypatch.setattr(trace_hemisphere, mechanism, broken)
+    shares, found = look(town)
+    brighter, darker = complaints(town, shares)
+    _, rows, _, _, points = walls_of(town)
+    if broken is any_back_covers:
+        assert darker[:, SKY].mean() > 0.2
+    elif broken is nothing_covers:
+        assert np.abs(found.covered_share[rows] - is_covered(points).mean(axis=1)).mean() > 0.1
+    else:
+        assert brighter[:, FRONT].mean() > 0.1
+
+
+@pytest.mark.parametrize("town", TOWNS)
+def test_no_wall_gets_more_or_less_sun_than_reaches_it(town):
+    """Shadow rays of one's own from 1,024 points of each wall to three suns."""
+    scene, (patches, rows, own, _, points) = scene_of(town), walls_of(town)
+    _, found = look(town)
+    light = trace_suns(
+        RayScene(scene.vertices, scene.triangles),
+        patches,
+        np.isin(np.arange(len(patches)), rows),
+        np.zeros(len(patches), bool),
+        found.enclosed,
+        point_count=1024,
+        suns=(SUNS.astype(np.float32), np.ones(3, np.float32) / 3),
+        behind=False,
+        threads=2,
+        progress=lambda share, rays: None,
+    )
+    lit = np.stack([own.lit(rows, 1024, sun, np.random.default_rng(7)) for sun in SUNS], axis=1)
+    shares = light.visible_share[rows]
+    assert 0.05 < lit.mean() < 0.6
+    middle = np.clip((shares + lit) / 2, 2 / 1024, 1)
+    error = np.sqrt(2 * middle * (1 - middle) / 1024)
+    assert (shares - lit <= ERRORS * error).all()
+    # Covered points are dark whatever shines through the holes of their house.
+    covered = is_covered(points).mean(axis=1)[:, None]
+    assert (lit - shares <= ERRORS * error + np.minimum(covered + 0.1 * (covered > 0), lit)).all()
+    free = covered[:, 0] == 0
+    assert shares[free].mean(axis=0) == pytest.approx(lit[free].mean(axis=0), abs=3e-3)
+
+
+@pytest.mark.parametrize("town", TOWNS)
+def test_the_whole_chain(town):
+    """Few samples, every number finite, every law kept; a warning would be an error here."""
+    scene = scene_of(town)
+    weather = add_sun(clear_sky(scene.site.latitude, scene.site.longitude, 0.0, 2021), pd.Timedelta(hours=1))
+    times = weather.data.index
+    suns = choose_suns("typical-days:2", times, weather.interval, scene.site.latitude, scene.site.longitude)
+    transfer = trace_transfer(scene, suns, Request(samples=32, shadow_samples=4), silent)
+    for name in ("sky_view_factor", "far_ground_view_factor", "covered_share", "visible_share", "diffuse_relative"):
+        values = getattr(transfer, name)
+        assert np.isfinite(values).all(), name
+        assert values.min() >= 0, name
+        assert values.max() <= 1.25, name  # full light and a quarter of it reflected at most
+    for name in ("direct_reflected", "direct_annual_standard_error", "diffuse_relative_standard_error"):
+        assert np.isfinite(getattr(transfer, name)).all(), name
+    assert (transfer.sky_view_factor + transfer.far_ground_view_factor).max() <= 1 + 1e-6
+    energy = compute_energy(transfer, weather)
+    surfaces = transfer.surfaces
+    electric = ~np.isin(surfaces.kind, ("ground", "downward"))
+    hours = energy.full_load_hours
+    assert np.isfinite(hours[electric]).all()
+    assert hours[electric].min() >= 0
+    assert hours[electric].max() < 2300
+
+    def mean(chosen):
+        return np.average(hours[chosen], weights=surfaces.area[chosen])
+
+    facade, covered = surfaces.kind == "facade", transfer.covered_share > 0.99
+    south, north = (facade & (surfaces.orientation == side) for side in ("south", "north"))
+    top = np.isin(surfaces.kind, ("flat", "roof"))
+    assert 50 < mean(north) < mean(south) < mean(top) < 2000
+    assert hours[facade & covered].max() < 100  # what is covered all over gets nothing, but for stray cells
+    assert 0.02 < np.average(covered[facade], weights=surfaces.area[facade]) < 0.5
