@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from .polygon import Polygon, Reference
+from .place_shapes import read_anchor
+from .polygon import FileContent, Polygon, Reference
 
 LARGEST_COORDINATE = 1e8  # [m, ft or °] beyond it lies no place on Earth in any system
 XLINK = "{http://www.w3.org/1999/xlink}href"
@@ -66,6 +67,8 @@ def _walk(element, place, content, kinds):
             kind = kinds[child.tag] = _kind(child.tag)
         if kind == "leaf":
             _add_polygon(child, place, content)
+        elif kind == "ImplicitGeometry":
+            _add_implicit(child, place, content, kinds)
         elif kind != "passed by":
             inner = _step(child, kind, place, content)
             if inner is not None:
@@ -79,6 +82,25 @@ def _walk_group(element, place, content, kinds):
         identifier = _identifier(element)
         if identifier:
             content.groups[identifier] = (first, len(content.polygons))
+
+
+def _add_implicit(element, place, content, kinds):
+    """Polygons of a shape that is drawn about its own origin, moved to where it stands."""
+    name = _identifier(element) or f"line {element.sourceline}"
+    anchor = read_anchor(element)
+    shape = next(iter(element.iterchildren("{*}relativeGMLGeometry", "{*}relativeGeometry")), None)
+    if place.lod is None or anchor is None or shape is None:
+        content.skip("implicit geometry without a shape, a place or a level of detail", name)
+        return
+    local = FileContent(content.path)
+    _walk(shape, place, local, kinds)
+    for drawn in shape.iterchildren("*"):
+        content.prototypes[_identifier(drawn)] = local.polygons
+    for reason, names in local.skipped.items():
+        content.skipped.setdefault(reason, []).extend(names)
+    content.polygons += anchor.place(local.polygons)
+    if XLINK in shape.attrib:
+        content.instances.append((shape.attrib[XLINK].rpartition("#")[2], anchor, place, name))
 
 
 def _kind(tag):
@@ -103,9 +125,6 @@ def _step(child, kind, place, content):
         if "srsDimension" in attributes:
             place = place._replace(dimension=attributes["srsDimension"])
     if kind == "interior":  # the voids of a solid never see the sky
-        return None
-    if kind == "ImplicitGeometry":
-        content.skip("implicit geometry (a shape from a library)", _identifier(child) or f"line {child.sourceline}")
         return None
     if kind == "BuildingPart":
         content.part_count += 1

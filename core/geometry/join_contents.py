@@ -1,11 +1,13 @@
 """Bring the contents of several files to one coordinate reference system in metres, and join them."""
 
 import numpy as np
+import pyproj
 
 from ..errors import InputError
 from .assemble_city import assemble_city
 from .convert_to_metres import convert_to_metres
 from .name_crs import name_crs
+from .place_shapes import leave_out_degrees
 
 
 def join_contents(contents, lod=None, unit="m"):
@@ -29,6 +31,8 @@ def join_contents(contents, lod=None, unit="m"):
     """
     for content in contents:
         content.crs = _crs_of(content)
+        if content.crs and pyproj.CRS.from_user_input(content.crs).is_geographic:
+            leave_out_degrees(content)
     crs = _common_crs(contents)
     rings = [ring for content in contents for polygon in content.polygons for ring in polygon.rings]
     points = np.concatenate([np.empty((0, 3)), *rings])

@@ -1,5 +1,6 @@
 """Stream an XML file element by element, without ever following what it points to."""
 
+import io
 import re
 
 from lxml import etree
@@ -17,10 +18,38 @@ SAFE = {
     "remove_pis": True,
 }
 CUT = "the file is cut or damaged: get it again"
+HEAD_BYTES = 2**16  # the root element begins within
+ROOT = re.compile(rb"<[A-Za-z_][^\s<>/]*")
+NO_CONTENT = re.compile(rb"<!--.*?-->|<\?.*?\?>", re.DOTALL)
+KNOWN_PREFIXES = {
+    "gml": "http://www.opengis.net/gml",
+    "bldg": "http://www.opengis.net/citygml/building/2.0",
+    "core": "http://www.opengis.net/citygml/2.0",
+    "xlink": "http://www.w3.org/1999/xlink",
+    "xsi": "http://www.w3.org/2001/XMLSchema-instance",
+}
 
 
-def read_root(path):
+class UndeclaredPrefixError(InputError):
+    """A name bears a prefix that nothing in the file explains."""
+
+    def __init__(self, path, line, prefix):
+        problem = f"line {line}: the prefix {prefix!r} is not declared"
+        super().__init__(path, problem, f'declare it in the first element: xmlns:{prefix}="…"')
+        self.line, self.prefix = line, prefix
+
+    def __reduce__(self):
+        return type(self), (self.source, self.line, self.prefix)
+
+
+def read_root(path, declared=()):
     """Tag and namespaces of the root element.
+
+    Parameters
+    ----------
+    path : path-like
+    declared : collection of str
+        Prefixes that the file uses without a declaration, and that are given one.
 
     Returns
     -------
@@ -29,10 +58,13 @@ def read_root(path):
 
     Raises
     ------
+    UndeclaredPrefixError
+        A prefix that is neither declared in the file nor given here.
     InputError
         Not XML, or XML with a document type (its entities could be a bomb or reach outside).
     """
-    with open_input(path) as stream:
+    with open_input(path) as opened:
+        stream = _declare(opened, declared)
         try:
             _, root = next(iter(etree.iterparse(stream, events=("start",), **SAFE)))
         except StopIteration:
@@ -46,7 +78,7 @@ def read_root(path):
         return root.tag, dict(root.nsmap)
 
 
-def iterate_elements(path, tags):
+def iterate_elements(path, tags, declared=()):
     """Yield each element that ends and has one of the tags; what lies before it is forgotten afterwards.
 
     Parameters
@@ -54,15 +86,47 @@ def iterate_elements(path, tags):
     path : path-like
     tags : sequence of str
         Local names in any namespace.
+    declared : collection of str
+        Prefixes that the file uses without a declaration, and that are given one.
+
+    Raises
+    ------
+    UndeclaredPrefixError, InputError
     """
     wanted = [f"{{*}}{tag}" for tag in tags]
-    with open_input(path) as stream:
+    with open_input(path) as opened:
+        stream = _declare(opened, declared)
         try:
             for _, element in etree.iterparse(stream, events=("end",), tag=wanted, **SAFE):
                 yield element
                 _forget(element)
         except etree.XMLSyntaxError as error:
             raise _syntax_error(path, error) from error
+
+
+def _declare(stream, prefixes):
+    """The same stream with declarations of some prefixes added to its first element."""
+    if not prefixes:
+        return stream
+    head = stream.read(HEAD_BYTES)
+    blank = NO_CONTENT.sub(lambda found: b" " * len(found.group()), head)
+    root = ROOT.search(blank)
+    if root is None:
+        return _Joined(head, stream)
+    given = "".join(
+        f' xmlns:{prefix}="{KNOWN_PREFIXES.get(prefix, "urn:undeclared:" + prefix)}"' for prefix in prefixes
+    )
+    return _Joined(head[: root.end()] + given.encode() + head[root.end() :], stream)
+
+
+class _Joined(io.RawIOBase):
+    """Bytes in hand, then those of a stream."""
+
+    def __init__(self, head, stream):
+        self._head, self._stream = io.BytesIO(head), stream
+
+    def read(self, size=-1):
+        return self._head.read(size) or self._stream.read(size)
 
 
 def _forget(element):
@@ -76,6 +140,9 @@ def _syntax_error(path, error):
     message = re.sub(r"\s+", " ", (error.msg or "not well formed").split(", line ")[0])
     message = message.replace(", try XML_PARSE_HUGE", "").strip()
     line = error.lineno or 1
+    prefix = re.match(r"Namespace prefix (\S+)", message)
+    if error.code == etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE and prefix:
+        return UndeclaredPrefixError(path, line, prefix.group(1))
     if "ntity" in message and ("loop" in message or "mplification" in message or "ndeclared" in message):
         return InputError(path, f"line {line}: entities are not accepted ({message})", "write the text out in full")
     if "Resource limit" in message or "too long" in message or "xcessive depth" in message:

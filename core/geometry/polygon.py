@@ -17,6 +17,7 @@ class Polygon:
     line: int = 0  # in the file
     flipped: bool = False
     more_lods: tuple = ()  # further LoDs that use it by reference
+    implicit: bool = False  # set down from a shape that is drawn about its own origin
 
     def lods(self):
         """Every LoD this polygon belongs to."""
@@ -46,6 +47,8 @@ class FileContent:
     polygons: list = field(default_factory=list)
     references: list = field(default_factory=list)
     groups: dict = field(default_factory=dict)  # id -> (first, last) into polygons
+    prototypes: dict = field(default_factory=dict)  # id -> polygons of a shape about its own origin
+    instances: list = field(default_factory=list)  # (id of a shape, anchor, place, name) to be set down
     srs_names: dict = field(default_factory=dict)  # spelling -> line where it was met first
     skipped: dict = field(default_factory=dict)  # reason -> ids
     notes: list = field(default_factory=list)

@@ -5,11 +5,13 @@ from pathlib import Path
 from ..errors import InputError
 from .collect_polygons import collect_polygons
 from .join_contents import join_contents
-from .parse_xml import iterate_elements, read_root
+from .parse_xml import UndeclaredPrefixError, iterate_elements, read_root
+from .place_shapes import place_shapes
 from .polygon import FileContent
 from .resolve_references import resolve_references
 
 MEMBERS = ("cityObjectMember", "featureMember", "member")
+MOST_UNDECLARED = 16  # prefixes; a file with more is no city
 
 
 def read_citygml(paths, lod=None, unit="m"):
@@ -41,16 +43,34 @@ def read_citygml(paths, lod=None, unit="m"):
 def read_content(path):
     """Every polygon of one CityGML file, all levels of detail, before any choice.
 
+    A prefix that the file uses without declaring it (as of an extension whose schema was forgotten) is given a
+    declaration, and that is noted.
+
     Returns
     -------
     FileContent
     """
-    root, namespaces = read_root(path)
+    declared = []
+    while True:
+        try:
+            content = _read_declared(path, declared)
+        except UndeclaredPrefixError as error:
+            if error.prefix in declared or len(declared) == MOST_UNDECLARED:
+                raise
+            declared.append(error.prefix)
+        else:
+            words = "{} uses the prefix {!r} without declaring it; it was read as if it had."
+            content.notes += [words.format(path, prefix) for prefix in declared]
+            return content
+
+
+def _read_declared(path, declared):
+    root, namespaces = read_root(path, declared)
     if "opengis.net/citygml" not in " ".join([root, *filter(None, namespaces.values())]):
         name = root.rpartition("}")[2]
         raise InputError(path, f"line 1: <{name}> is not CityGML", "give a CityGML, CityJSON or OBJ file")
     content, kinds, others = FileContent(path), {}, {}
-    for element in iterate_elements(path, ("Building", "Envelope", "appearanceMember", *MEMBERS)):
+    for element in iterate_elements(path, ("Building", "Envelope", "appearanceMember", *MEMBERS), declared):
         name = element.tag.rpartition("}")[2]
         if name == "Building":
             collect_polygons(element, content, kinds)
@@ -65,4 +85,5 @@ def read_content(path):
     if not content.buildings:
         raise InputError(path, "no buildings in it", "give a file that holds buildings")
     resolve_references(content)
+    place_shapes(content)
     return content

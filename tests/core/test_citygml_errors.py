@@ -1,6 +1,7 @@
 """Files that cannot be used end in one clear line: file, place, cure."""
 
 import gzip
+import pickle
 
 import citygml_text as text
 import pytest
@@ -92,3 +93,33 @@ def test_entities_in_attributes_are_refused_too(tmp_path):
     (tmp_path / "city.gml").write_text(written, encoding="utf-8")
     with pytest.raises(InputError, match="document type"):
         read_city(tmp_path / "city.gml")
+
+
+@pytest.mark.parametrize("comment", ["", "<!-- <CityModel> -->"])
+def test_undeclared_prefixes_are_declared_and_noted(tmp_path, comment):
+    written = GOOD.decode().replace("<gml:surfaceMember>", '<gml:surfaceMember xlink:show="new"><uro:x/><bad:y/>')
+    written = written.replace(' xmlns:xlink="http://www.w3.org/1999/xlink"', "").replace(
+        "<CityModel", f"{comment}<CityModel"
+    )
+    (tmp_path / "city.gml").write_text(written, encoding="utf-8")
+    city = read_city(tmp_path / "city.gml")
+    assert city.surface_id == ["a"]
+    assert [note.split("prefix ")[1].split()[0] for note in city.report.notes] == ["'xlink'", "'uro'", "'bad'"]
+
+
+def test_undeclared_prefix_of_the_building_itself(tmp_path):
+    written = GOOD.decode().replace(' xmlns:bldg="http://www.opengis.net/citygml/building/2.0"', "")
+    (tmp_path / "city.gml").write_text(written, encoding="utf-8")
+    assert read_city(tmp_path / "city.gml").thematic == ["WallSurface"]
+
+
+def test_undeclared_prefix_that_cannot_be_mended_is_named(tmp_path):
+    written = GOOD.decode().replace("<gml:surfaceMember>", "<gml:surfaceMember><uro:x/>").replace("UTF-8", "UTF-16")
+    (tmp_path / "city.gml").write_bytes(written.encode("utf-16"))
+    with pytest.raises(InputError, match=r"line 3: the prefix 'uro' is not declared; declare it") as caught:
+        read_city(tmp_path / "city.gml")
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+    many = "".join(f"<p{k}:x/>" for k in range(17))
+    (tmp_path / "many.gml").write_text(GOOD.decode().replace("<gml:surfaceMember>", "<gml:surfaceMember>" + many))
+    with pytest.raises(InputError, match="the prefix 'p16'"):
+        read_city(tmp_path / "many.gml")

@@ -157,3 +157,54 @@ def test_installation_shades_and_other_objects_are_named(tmp_path):
                 "<cityObjectMember><Bridge/></cityObjectMember>")  # fmt: skip
     assert city.thematic == ["WallSurface", "BuildingInstallation"]
     assert city.report.notes == ["1 Bridge left out: no building."]
+
+
+TURN = "0 -1 0 10 1 0 0 20 0 0 2 30 0 0 0 1"  # a quarter turn to the left, twice as high, then a step
+
+
+def installation(shape, matrix=TURN, point="100 200 300", lod=2):
+    parts = f"<core:transformationMatrix>{matrix}</core:transformationMatrix>" if matrix else ""
+    parts += f"<core:relativeGMLGeometry{shape}</core:relativeGMLGeometry>"
+    if point:
+        place = text.wrap(point, "core:referencePoint", "gml:Point", "gml:pos")
+        parts += place
+    tags = "bldg:outerBuildingInstallation", "bldg:BuildingInstallation", f"bldg:lod{lod}ImplicitRepresentation"
+    return text.wrap(parts, *tags, "core:ImplicitGeometry").replace("core:", "")
+
+
+def shape(name="s", ring="m"):
+    return f'><gml:MultiSurface gml:id="{name}">{text.members(text.polygon(ring, SQUARE))}</gml:MultiSurface>'
+
+
+def test_implicit_geometry_stands_where_its_matrix_and_point_put_it(tmp_path):
+    wall = text.surface(text.members(text.polygon("w", FURTHER)))
+    city = read(tmp_path, text.building(wall, installation(shape()), installation(' xlink:href="#s">', "", "1 2 3")))
+    assert city.surface_id == ["w", "m", "m~2"]
+    assert city.thematic == ["WallSurface", "BuildingInstallation", "BuildingInstallation"]
+    # (x, y, z) becomes (-y + 10, x + 20, 2z + 30), then the point is added.
+    assert city.rings(1)[0].tolist() == [[110 - y, 220 + x, 330 + 2 * z] for x, y, z in SQUARE]
+    assert city.rings(2)[0].tolist() == [[1 + x, 2 + y, 3 + z] for x, y, z in SQUARE]
+    assert not city.report.skipped
+
+
+@pytest.mark.parametrize(
+    ("drawn", "reason"),
+    [
+        (installation(' xlink:href="#nowhere">'), "whose shape the file does not hold"),
+        (installation(shape(), point=""), "without a shape, a place or a level of detail"),
+        (installation(shape(), matrix="1 2 3"), "without a shape, a place or a level of detail"),
+        (installation(shape(), point="1 nan 3"), "without a shape, a place or a level of detail"),
+    ],
+)
+def test_implicit_geometry_that_cannot_be_placed_is_reported(tmp_path, drawn, reason):
+    city = read(tmp_path, text.building(text.surface(text.members(text.polygon("w", FURTHER))), drawn))
+    assert city.surface_id == ["w"]
+    assert list(city.report.skipped) == [f"implicit geometry {reason}"]
+
+
+def test_implicit_geometry_in_degrees_is_reported(tmp_path):
+    near = [(48 + y / 1e5, 11 + x / 1e5, z) for x, y, z in FURTHER]
+    ring = text.polygon("w", near).replace("<gml:Polygon", '<gml:Polygon srsName="EPSG:4979"')
+    city = read(tmp_path, text.building(text.surface(text.members(ring)), installation(shape(), point="48 11 0")))
+    assert city.surface_id == ["w"]
+    assert city.report.skipped == {"implicit geometry in a system of degrees": ["m"]}

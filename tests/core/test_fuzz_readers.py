@@ -217,18 +217,6 @@ def test_every_encoding_is_read_or_refused(tmp_path, suffix, encoding):
         read_safely(tmp_path, written.replace("UTF-8", encoding.upper()).encode(encoding, errors="replace"), suffix)
 
 
-def test_undeclared_prefixes_end_in_one_line(tmp_path):
-    house = text.building(text.surface(text.members(text.polygon("a", text.SQUARE))))
-    written = (
-        text.model(house)
-        .replace("<bldg:Building ", "<nowhere:Building ")
-        .replace("</bldg:Building", "</nowhere:Building")
-    )
-    (tmp_path / "city.gml").write_text(written, encoding="utf-8")
-    with pytest.raises(InputError, match=r"line \d+"):
-        read_city(tmp_path / "city.gml")
-
-
 def test_bombs_are_refused_with_bounded_memory(tmp_path):
     import tracemalloc
 
