@@ -177,9 +177,10 @@ def estimate_error(transfer, weather, full_load_hours, poa, years):
     Returns
     -------
     numpy.ndarray, (n,)
+        NaN where there are no full load hours, or the error of the irradiance is unknown.
     """
     annual = weather.data[["dni", "dhi"]].sum() * (weather.interval / pd.Timedelta(hours=1)) / years / 1000.0
     direct = np.asarray(transfer.direct_annual_standard_error, float) * annual["dni"]
     diffuse = np.asarray(transfer.diffuse_relative_standard_error, float) * annual["dhi"]
     ratio = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
-    return ratio * np.hypot(direct, diffuse)
+    return np.where(np.isnan(full_load_hours), np.nan, ratio * np.hypot(direct, diffuse))

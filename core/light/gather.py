@@ -44,7 +44,7 @@ class Direct:
 
     visible_share: np.ndarray  # (n, s) float32
     reflected: np.ndarray  # (n, s) float32, without what the far ground reflects at first bounce
-    standard_error: np.ndarray  # (n,) of the mean weighted with the suns' weights
+    standard_error: np.ndarray  # (n,) of the mean weighted with the suns' weights; NaN where one point tells no spread
     last: float  # share of the last bounce in all light
     ray_count: int
 
@@ -115,10 +115,16 @@ def gather_direct(tracing, hemisphere, suns):
             found.last = max(found.last, last)
             annual_gathered += gathered @ suns.weight[block].astype(np.float32)
     variance = variance_of_cell_pairs(annual_by_point)
+    variance[~send_shadow_rays(tracing, hemisphere)] = 0  # known exactly, even where one point tells no spread
     if tracing.plan.reflections:
         variance = variance + variance_of_replicates(replicates_of(hemisphere.form_factors, annual_gathered))
     found.standard_error = np.sqrt(merge.power(2) @ variance)
     return found
+
+
+def send_shadow_rays(tracing, hemisphere):
+    """Patches whose visible share of a sun is found by shadow rays: (p,) bool."""
+    return ~tracing.plan.closed & tracing.patches.receives & ~hemisphere.enclosed.all(axis=1)
 
 
 def look_at_block(tracing, hemisphere, suns, block, rays_before):
@@ -138,7 +144,7 @@ def look_at_block(tracing, hemisphere, suns, block, rays_before):
     return trace_suns(
         tracing.ray_scene,
         patches,
-        ~plan.closed & patches.receives & ~hemisphere.enclosed.all(axis=1),
+        send_shadow_rays(tracing, hemisphere),
         plan.closed & patches.receives,
         hemisphere.enclosed,
         point_count=square_above(tracing.request.shadow_samples),

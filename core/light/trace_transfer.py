@@ -18,6 +18,8 @@ from .sample_points import REPLICATES
 from .trace_hemisphere import trace_hemisphere
 from .transfer import Transfer
 
+ONE_POINT = "of direct light: one shadow point per patch tells no spread; ask for --shadow-samples 2 or more"
+
 
 def trace_transfer(scene, suns, request, progress):
     """Trace a scene.
@@ -95,6 +97,7 @@ def trace_transfer(scene, suns, request, progress):
             "embree_thread_seconds": ray_scene.thread_seconds,
             "last_bounce_share_diffuse": diffuse.last,
             "last_bounce_share_direct": direct.last,
+            **({"standard_error_unknown": ONE_POINT} if np.isnan(direct.standard_error).any() else {}),
         },
     )
 

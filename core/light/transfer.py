@@ -28,5 +28,5 @@ class Transfer:
     diffuse_relative_standard_error: np.ndarray  # (n,)
     visible_share: np.ndarray  # (n, s) float32, share of the surface that sees the sun
     direct_reflected: np.ndarray  # (n, s) float32, per DNI
-    direct_annual_standard_error: np.ndarray  # (n,) of direct_relative weighted with suns.weight
+    direct_annual_standard_error: np.ndarray  # (n,) of direct_relative weighted with suns.weight; NaN: unknown
     settings: dict = field(default_factory=dict)  # whatever makes the run repeatable

@@ -116,6 +116,22 @@ def test_few_samples(samples, shadow_samples):
     assert transfer.diffuse_relative_standard_error == pytest.approx(0, abs=1e-6)
 
 
+def test_one_shadow_point_tells_no_error():
+    """Whose light is known exactly has no error; of the others it is unknown, which is not the same, and said."""
+    weather = add_sun(clear_sky(52.5, 13.4, 40.0, 2021), pd.Timedelta(hours=1))
+    one, four = (trace(HOUSE, shadow_samples=points) for points in (1, 2))
+    roof, floor, walls = [12, 13], [14, 15], np.arange(16, 24)
+    assert (one.direct_annual_standard_error[roof + floor] == 0).all()
+    assert np.isnan(one.direct_annual_standard_error[walls]).all()
+    assert "--shadow-samples 2" in one.settings["standard_error_unknown"]
+    energy = compute_energy(one, weather)
+    assert np.isnan(energy.full_load_hours_standard_error[walls]).all()
+    assert np.isfinite(energy.full_load_hours[walls]).all()
+    assert np.isnan(energy.full_load_hours[floor] + energy.full_load_hours_standard_error[floor]).all()
+    assert np.isfinite(four.direct_annual_standard_error).all()
+    assert "standard_error_unknown" not in four.settings
+
+
 @pytest.mark.parametrize("setting", [{"samples": 0}, {"samples": -4}, {"shadow_samples": 0}, {"max_bounces": -1}])
 def test_no_samples_are_refused(setting):
     with pytest.raises(InputError):
