@@ -18,6 +18,7 @@ SAFE = {
     "remove_pis": True,
 }
 CUT = "the file is cut or damaged: get it again"
+MOST_TAGS = 2**22  # held in memory at once; the largest buildings have some ten thousand
 HEAD_BYTES = 2**16  # the root element begins within
 ROOT = re.compile(rb"<[A-Za-z_][^\s<>/]*")
 NO_CONTENT = re.compile(rb"<!--.*?-->|<\?.*?\?>", re.DOTALL)
@@ -95,11 +96,12 @@ def iterate_elements(path, tags, declared=()):
     """
     wanted = [f"{{*}}{tag}" for tag in tags]
     with open_input(path) as opened:
-        stream = _declare(opened, declared)
+        stream = _Counted(path, _declare(opened, declared))
         try:
             for _, element in etree.iterparse(stream, events=("end",), tag=wanted, **SAFE):
                 yield element
                 _forget(element)
+                stream.tags = 0
         except etree.XMLSyntaxError as error:
             raise _syntax_error(path, error) from error
 
@@ -127,6 +129,21 @@ class _Joined(io.RawIOBase):
 
     def read(self, size=-1):
         return self._head.read(size) or self._stream.read(size)
+
+
+class _Counted:
+    """A stream that ends where more elements follow each other than memory should hold and no building needs."""
+
+    def __init__(self, path, stream):
+        self._path, self._stream, self.tags = path, stream, 0
+
+    def read(self, size=-1):
+        data = self._stream.read(size)
+        self.tags += data.count(b"<")
+        if self.tags > MOST_TAGS:
+            problem = f"more than {MOST_TAGS:,} tags without the end of a building"
+            raise InputError(self._path, problem, "take out what is no building, or split the building")
+        return data
 
 
 def _forget(element):
