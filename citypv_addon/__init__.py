@@ -8,14 +8,18 @@ from ..operators.classify_city import ClassifyCity
 from ..operators.colour_city import ColourCity, RenderCity
 from ..operators.draw_legend import start_drawing, stop_drawing
 from ..operators.import_city import ChooseCity, ImportCity
+from ..operators.select_group import SelectBuildings, SelectGroup
 from ..operators.session import close_sessions
+from ..operators.show_report import CopyGroup, ShowReport
+from ..operators.take_meshes import TakeMeshes
 from ..operators.trace_city import TraceCity
 from ..operators.weigh_energy import WeighEnergy
 from .command import register_command, unregister_command
 from .panels import PANELS, draw_import_menu
 from .properties import Settings
 
-CLASSES = (Settings, ChooseCity, ImportCity, ClassifyCity, TraceCity, WeighEnergy, ColourCity, RenderCity, *PANELS)
+STEPS = (ChooseCity, ImportCity, TakeMeshes, ClassifyCity, TraceCity, WeighEnergy, ColourCity, RenderCity)
+CLASSES = (Settings, *STEPS, SelectGroup, SelectBuildings, CopyGroup, ShowReport, *PANELS)
 
 
 def register():

@@ -4,6 +4,7 @@ import bpy
 
 from ..operators.run_step import Step
 from ..operators.session import find_city
+from .report import draw_report, draw_rows
 
 
 class _Panel:
@@ -47,7 +48,12 @@ class ImportPanel(_Step, bpy.types.Panel):
         for name in ("city_path", "lod", "unit", "up"):
             column.prop(settings, name)
         draw_step(self.layout, column, "citypv.import_city", "IMPORT")
-        draw_lines(self.layout, context, "citypv_report")
+        head, meshes = column.panel("citypv_meshes", default_closed=True)
+        head.label(text="Meshes of this scene")
+        if meshes:
+            meshes.prop(settings, "collection")
+            draw_step(self.layout, meshes, "citypv.take_meshes", "OUTLINER_COLLECTION")
+        draw_report(self.layout, context)
 
 
 class ClassifyPanel(_Step, bpy.types.Panel):
@@ -63,12 +69,14 @@ class ClassifyPanel(_Step, bpy.types.Panel):
             column.prop(settings, "latitude")
             column.prop(settings, "longitude")
         column.prop(settings, "ground")
+        if settings.ground == "terrain":
+            column.prop(settings, "terrain")
         column.prop(settings, "patch_size")
         column.prop(settings, "split")
         if settings.split:
             column.prop(settings, "grid_size")
         draw_step(self.layout, column, "citypv.classify", "MOD_BUILD")
-        draw_table(self.layout, context, "citypv_kinds", ("Kind", "Count", "Area [m²]"))
+        draw_rows(self.layout, context, ("kind", "orientation", "eligible"))
 
 
 class TracePanel(_Step, bpy.types.Panel):
@@ -156,17 +164,13 @@ def draw_table(layout, context, key, head):
 
 
 def draw_lines(layout, context, key):
-    """Show the sentences that a step left on the city."""
+    """Show the sentence that a step left on the city."""
     city, _ = find_city(context.scene)
-    if city is None or key not in city:
-        return
-    lines = city[key]
-    box = layout.box().column(align=True)
-    for line in [lines] if isinstance(lines, str) else lines:
-        box.label(text=line)
+    if city is not None and key in city:
+        layout.box().label(text=city[key])
 
 
 def draw_import_menu(menu, context):
     """Show the import in the menu File > Import."""
     menu.layout.operator_context = "INVOKE_DEFAULT"
-    menu.layout.operator("citypv.choose_city", text="City for CityPV (.gml, .xml)")
+    menu.layout.operator("citypv.choose_city", text="City for CityPV (.gml, .json, .obj)")

@@ -1,7 +1,7 @@
 """The settings of the panel, kept with each Blender scene as `scene.citypv`."""
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..operators.attributes import TITLES
 
@@ -19,6 +19,7 @@ UNITS = [
 UP = [("z", "Z", "The file's z axis points up"), ("y", "Y", "The file's y axis points up")]
 GROUNDS = [
     ("auto", "Through the feet", "A surface through the buildings' feet"),
+    ("terrain", "Terrain file", "Measured ground: TIN relief (CityGML), OBJ, GeoTIFF or ASC grid"),
     ("none", "None", "Exactly the surfaces that were read"),
 ]
 SUNS = [
@@ -47,11 +48,16 @@ class Settings(bpy.types.PropertyGroup):
 
     # Import
     city_path: StringProperty(
-        name="City", description="File of buildings (CityGML and others), or a folder of them", subtype="FILE_PATH"
+        name="City", description="File of buildings (CityGML, CityJSON, OBJ), or a folder", subtype="FILE_PATH"
     )
     lod: EnumProperty(name="Detail", description="Level of detail that is read", items=LODS)
     unit: EnumProperty(name="Unit", description="Of files that name no coordinate reference system", items=UNITS)
     up: EnumProperty(name="Up", description="Axis that points to the sky, in files that do not say", items=UP)
+    collection: PointerProperty(
+        name="Collection",
+        description="Its meshes are taken as buildings, with those of collections in it; empty: the selected meshes",
+        type=bpy.types.Collection,
+    )
     # Classify
     own_place: BoolProperty(
         name="Own place", description="Give latitude and longitude by hand instead of the reference system's"
@@ -59,6 +65,9 @@ class Settings(bpy.types.PropertyGroup):
     latitude: FloatProperty(name="Latitude", description="Degrees, north is positive", min=-90, max=90, precision=4)
     longitude: FloatProperty(name="Longitude", description="Degrees, east is positive", min=-180, max=180, precision=4)
     ground: EnumProperty(name="Ground", description="What the city stands on", items=GROUNDS)
+    terrain: StringProperty(
+        name="File", description="TIN relief (CityGML), OBJ, GeoTIFF or ASC grid; gzip too", subtype="FILE_PATH"
+    )
     split: BoolProperty(name="Split large surfaces", description="Split large surfaces into cells with own results")
     grid_size: FloatProperty(name="Cell", description="Side of the cells", default=5, min=0.1, subtype="DISTANCE")
     patch_size: FloatProperty(

@@ -5,6 +5,7 @@ Every attribute is called `citypv_` + name and lives on the faces (domain FACE).
 | name | type | meaning |
 |---|---|---|
 | `surface` | INT | polygon of the city, the row of faces.csv; -1 on ground that was generated |
+| `building` | INT | place in the list `citypv_buildings` of the object; on the city only |
 | `kind`, `orientation` | INT | codes of `KIND_CODES` and `ORIENTATION_CODES`, also kept on the object |
 | the names of `RESULTS` | FLOAT | NaN where there is no such result, as on generated ground |
 """

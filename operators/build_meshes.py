@@ -4,13 +4,14 @@ import bpy
 import numpy as np
 
 from .attributes import PREFIX
+from .keep_report import BUILDINGS
 from .write_attributes import write_face_attribute
 
 COLLECTION = "CityPV"
 
 
 def build_meshes(scene, name="City"):
-    """Build the objects of a scene, with the face attribute `citypv_surface`.
+    """Build the objects of a scene, with the face attributes `citypv_surface` and, on the city, `citypv_building`.
 
     Parameters
     ----------
@@ -29,6 +30,7 @@ def build_meshes(scene, name="City"):
     generated = scene.triangle_surface < 0
     city = _build_object(name, scene, ~generated)
     ground = _build_object("Ground", scene, generated) if generated.any() else None
+    _write_buildings(city, scene, scene.triangle_surface[~generated])
     for item, part in ((city, "city"), (ground, "ground")):
         if item is not None:
             item[PREFIX + "part"] = part
@@ -67,6 +69,14 @@ def _build_object(name, scene, chosen):
     mesh = _build_mesh(name, scene.vertices, scene.triangles[chosen])
     write_face_attribute(mesh, "surface", scene.triangle_surface[chosen])
     return bpy.data.objects.new(name, mesh)
+
+
+def _write_buildings(city, scene, surfaces):
+    # The names stand on the object, in the order of the file; the faces carry their place in that list.
+    number = {name: place for place, name in enumerate(dict.fromkeys(scene.surfaces.building_id))}
+    city[BUILDINGS] = list(number)
+    numbers = np.array([number[name] for name in scene.surfaces.building_id], dtype=np.int32)
+    write_face_attribute(city.data, "building", numbers[surfaces])
 
 
 def _build_mesh(name, vertices, triangles):

@@ -10,9 +10,9 @@ from .colour_faces import colour_faces, read_scale, show_exact_colours
 from .place_camera import place_camera, set_background
 from .render_preview import prepare_render
 from .run_step import redraw_panels
+from .select_faces import leave_edit_mode
 from .session import find_city
 from .show_city import show_city
-from .write_attributes import read_face_attribute
 
 
 class ColourCity(bpy.types.Operator):
@@ -27,10 +27,11 @@ class ColourCity(bpy.types.Operator):
         """There are faces with something to show."""
         cls.poll_message_set("Classify the city first")
         city, _ = find_city(context.scene)
-        return city is not None and read_face_attribute(city.data, "kind") is not None
+        return city is not None and PREFIX + "kind" in city.data.attributes
 
     def execute(self, context):
         """Colour, and say which range was taken."""
+        leave_edit_mode(context)
         settings, (city, ground) = context.scene.citypv, find_city(context.scene)
         ends = {} if settings.auto_range else {"low": settings.low, "high": settings.high}
         try:
@@ -63,6 +64,7 @@ class RenderCity(bpy.types.Operator):
 
     def execute(self, context):
         """Set the stage and render it."""
+        leave_edit_mode(context)
         city, _ = find_city(context.scene)
         camera = place_camera(context.scene, read_vertices(city))
         build_legend(context.scene, camera, read_scale(city), city.get(PREFIX + "weather", ""))

@@ -6,15 +6,17 @@ from pathlib import Path
 import bpy
 
 from .build_meshes import build_meshes, remove_city, show_objects
+from .keep_report import keep_report
 from .read_settings import read_city_path, read_settings
 from .run_step import Step
 from .session import Session, find_city, open_session
 from .show_city import show_city
-from .summarise import summarise_import
+
+SUFFIXES = (".gml", ".xml", ".citygml", ".json", ".jsonl", ".obj", ".gz")  # the file browser shows these
 
 
 class ImportCity(Step, bpy.types.Operator):
-    """Read the buildings of a file or folder (CityGML and others) and show them, in place of an earlier import"""
+    """Read the buildings of a file or folder (CityGML, CityJSON, OBJ) and show them, in place of an earlier import"""
 
     bl_idname = "citypv.import_city"
     bl_label = "Import city"
@@ -39,25 +41,16 @@ class ImportCity(Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Read the files; triangles without ground show what was read."""
-        from ..core.geometry.build_scene import build_scene
         from ..core.geometry.read_city import read_city
 
         paths, request = task
         progress("reading buildings", 0, 1, "files")
         city = read_city(paths, lod=request.lod, unit=request.unit, up=request.up)
-        progress("triangulating", 0, len(city), "polygons")
-        place = {"latitude": request.latitude, "longitude": request.longitude}
-        return city, build_scene(city, **place, ground="none", patch_size=None)
+        return triangulate_import(city, request, progress)
 
     def finish(self, context, result):
         """Show the buildings."""
-        city, scene = result
-        remove_city(*find_city(context.scene))
-        item, ground = build_meshes(scene)
-        show_objects(context.scene, item, ground)
-        open_session(item, Session(city=city))
-        show_city(scene.vertices, shaded=True)
-        return summarise_import(item, scene)
+        return show_import(context, *result)
 
 
 class ChooseCity(bpy.types.Operator):
@@ -66,7 +59,7 @@ class ChooseCity(bpy.types.Operator):
     bl_idname = "citypv.choose_city"
     bl_label = "Import city"
 
-    filter_glob: bpy.props.StringProperty(default="*.gml;*.xml;*.citygml;*.gz", options={"HIDDEN"})
+    filter_glob: bpy.props.StringProperty(default=";".join("*" + suffix for suffix in SUFFIXES), options={"HIDDEN"})
     files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
 
@@ -80,3 +73,25 @@ class ChooseCity(bpy.types.Operator):
         files = [{"name": file.name} for file in self.files]
         bpy.ops.citypv.import_city("INVOKE_DEFAULT", files=files, directory=self.directory)
         return {"FINISHED"}
+
+
+def triangulate_import(city, request, progress):
+    """Return a city, its scene without ground, and what reading came upon."""
+    from ..core.geometry.build_scene import build_scene
+    from ..core.list_findings import list_findings
+
+    progress("triangulating", 0, len(city), "polygons")
+    place = {"latitude": request.latitude, "longitude": request.longitude}
+    scene = build_scene(city, **place, ground="none", patch_size=None)
+    # What is covered shows once the city stands on its ground.
+    return city, scene, list_findings(scene, covered_share=[0.0] * len(scene.surfaces))
+
+
+def show_import(context, city, scene, findings):
+    """Show a city in place of an earlier one; return what to tell."""
+    remove_city(*find_city(context.scene))
+    item, ground = build_meshes(scene)
+    show_objects(context.scene, item, ground)
+    open_session(item, Session(city=city))
+    show_city(scene.vertices, shaded=True)
+    return keep_report(item, scene, findings)

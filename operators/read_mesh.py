@@ -1,65 +1,114 @@
-"""Blender meshes, as they stand in the scene → a City."""
+"""Blender meshes, as they stand in the scene → what a reader of files hands on."""
 
-import bmesh
+from collections import Counter
+
 import numpy as np
 
 from ..core.errors import InputError
-from ..core.geometry.city import City, ImportReport
+from ..core.geometry.polygon import FileContent, Polygon
+from .attributes import PREFIX
+
+LARGEST_COORDINATE = 1e8  # [m] beyond it lies no place on Earth
+OTHER_SHAPES = ("CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME")
 
 
-def read_meshes(items, context):
-    """Read mesh objects as buildings: an object is a building, a face of it (after modifiers) a surface.
-
-    World axes are taken as x east, y north, z up, in metres; the place on Earth has to be given by hand.
-
-    Parameters
-    ----------
-    items : list of bpy.types.Object
-        Mesh objects.
-    context : bpy.types.Context
-        For the modifiers and the scene's unit.
+def find_items(context):
+    """Objects that may be taken: those of the chosen collection and the ones below it, else the selected ones.
 
     Returns
     -------
-    City
+    name : str
+        What they are called together.
+    items : list of bpy.types.Object
+        Without those that CityPV made.
+    """
+    chosen = context.scene.citypv.collection
+    items = context.selected_objects if chosen is None else chosen.all_objects
+    name = "Selected objects" if chosen is None else f"Collection {chosen.name}"
+    return name, [item for item in items if not item.get(PREFIX + "part")]
+
+
+def read_meshes(name, items, context):
+    """Read objects as buildings: a mesh (after its modifiers) is a building, a face of it a surface.
+
+    Instances that an object makes (of a collection, by geometry nodes) are buildings as well. World axes are taken as
+    x east, y north, z up, in the scene's unit; the place on Earth has to be given by hand.
+
+    Parameters
+    ----------
+    name : str
+        What the objects are called together.
+    items : list of bpy.types.Object
+    context : bpy.types.Context
+        For modifiers, instances and the scene's unit.
+
+    Returns
+    -------
+    FileContent
 
     Raises
     ------
     InputError
         There is no face.
     """
-    graph = context.evaluated_depsgraph_get()
-    metres = context.scene.unit_settings.scale_length
-    points, sizes, surface_id, building_id = [np.empty((0, 3))], [], [], []
-    for item in items:
-        corners, face_sizes = _read_faces(item, graph)
-        points.append(corners * metres)
-        sizes += face_sizes
-        surface_id += [f"{item.name}/{face}" for face in range(len(face_sizes))]
-        building_id += [item.name] * len(face_sizes)
-    if not sizes:
-        raise InputError("Selected meshes", "they have no faces", "select meshes with faces")
-    return City(
-        surface_id=surface_id,
-        building_id=building_id,
-        thematic=[""] * len(sizes),
-        points=np.concatenate(points),
-        ring_start=np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
-        polygon_start=np.arange(len(sizes) + 1, dtype=np.int64),
-        crs=None,
-        report=ImportReport(files=[item.name for item in items], building_count=len(items)),
-    )
+    metres, chosen, met = context.scene.unit_settings.scale_length, set(items), set()
+    content, names = FileContent(name), Counter()
+    for instance in context.evaluated_depsgraph_get().object_instances:
+        item = instance.object.original
+        owner = instance.parent.original if instance.is_instance else item
+        if owner not in chosen or instance.object.type != "MESH":
+            continue
+        met.add(owner)
+        building = f"{owner.name}/{item.name}" if instance.is_instance else item.name
+        names[building] += 1
+        if names[building] > 1:
+            building += f"~{names[building]}"
+        _add_building(content, building, instance.object.data, np.array(instance.matrix_world), metres)
+    _tell_left_out(content, chosen - met)
+    if not content.polygons:
+        raise InputError(name, "they have no faces", "select meshes with faces, or choose a collection of such")
+    return content
 
 
-def _read_faces(item, graph):
-    # Corner points of all faces in a row, and how many each has; a mirrored object keeps its outside outside.
-    solid = bmesh.new()
-    solid.from_object(item, graph)
-    matrix = item.matrix_world
-    solid.transform(matrix)
-    if matrix.determinant() < 0:
-        bmesh.ops.reverse_faces(solid, faces=solid.faces)
-    sizes = [len(face.verts) for face in solid.faces]
-    corners = np.array([vertex.co for face in solid.faces for vertex in face.verts], dtype=np.float64).reshape(-1, 3)
-    solid.free()
-    return corners, sizes
+def join_meshes(content):
+    """City of meshes, mended as files are."""
+    from ..core.geometry.join_contents import join_contents
+
+    return join_contents([content])
+
+
+def _add_building(content, building, mesh, matrix, metres):
+    if not len(mesh.polygons):
+        content.skip("mesh without faces", building)
+        return
+    content.buildings.append(building)
+    for face, ring in enumerate(_read_rings(mesh, matrix, metres)):
+        # A face is a ring that Blender never closes; here it ends where it begins, so that none counts as mended.
+        rings = [np.concatenate([ring, ring[:1]])]
+        if not (np.abs(ring) <= LARGEST_COORDINATE).all():  # also true for NaN
+            content.skip("coordinates that are not finite or beyond the Earth", f"{building}/{face}")
+            continue
+        number = len(content.buildings) - 1
+        content.polygons.append(Polygon(f"{building}/{face}", number, 0, "", "", "surface", rings, face))
+
+
+def _read_rings(mesh, matrix, metres):
+    """Corners of each face in the world: list of (k, 3) float64 [m]; mirrored, an outside stays outside."""
+    points = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+    corners = np.empty(len(mesh.loops), dtype=np.int32)
+    start = np.empty(len(mesh.polygons), dtype=np.int32)
+    mesh.vertices.foreach_get("co", points)
+    mesh.loops.foreach_get("vertex_index", corners)
+    mesh.polygons.foreach_get("loop_start", start)
+    with np.errstate(invalid="ignore", over="ignore"):  # of points that are left out later
+        places = metres * (points.reshape(-1, 3).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3])
+    rings = np.split(places[corners], start[1:])
+    return [ring[::-1] for ring in rings] if np.linalg.det(matrix[:3, :3]) < 0 else rings
+
+
+def _tell_left_out(content, items):
+    for item in sorted(items, key=lambda item: item.name):
+        if item.type == "MESH":
+            content.skip("hidden in the viewport", item.name)
+        elif item.type in OTHER_SHAPES:
+            content.skip("no mesh: convert it to one", item.name)

@@ -27,7 +27,8 @@ def read_settings(settings):
         longitude=settings.longitude if settings.own_place else None,
         grid_size=settings.grid_size if settings.split else None,
         patch_size=settings.patch_size,
-        ground=settings.ground,
+        ground="auto" if settings.ground == "terrain" else settings.ground,
+        terrain=read_terrain_path(settings) if settings.ground == "terrain" else None,
         weather=read_weather_source(settings),
         weather_point=settings.weather_point,
         year=settings.year,
@@ -49,6 +50,13 @@ def read_city_path(settings):
     if not settings.city_path:
         raise InputError("City", "no file is chosen", "choose a file or a folder of buildings")
     return bpy.path.abspath(settings.city_path)
+
+
+def read_terrain_path(settings):
+    """Path of the terrain's file; relative ones (//) start at the .blend file."""
+    if not settings.terrain:
+        raise InputError("Terrain", "no file is chosen", "choose a terrain file, or another ground")
+    return bpy.path.abspath(settings.terrain)
 
 
 def read_weather_source(settings):

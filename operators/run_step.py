@@ -7,6 +7,7 @@ import bpy
 
 from ..core.errors import InputError
 from ..core.progress import describe_progress, silent
+from .select_faces import leave_edit_mode
 
 TICK = 0.1  # between two looks at the work [s]
 
@@ -82,6 +83,7 @@ class Step:
         """Do the step and wait for it."""
         try:
             result = self.work(self.prepare(context), silent)
+            leave_edit_mode(context)
             return self._tell(self.finish(context, result))
         except (InputError, ImportError) as error:
             return self._refuse(error)
@@ -129,6 +131,7 @@ class Step:
             return self._refuse(error)
         if error is not None:
             raise error
+        leave_edit_mode(context)
         try:
             return self._tell(self.finish(context, self._job.result))
         except InputError as problem:

@@ -4,6 +4,7 @@ import bpy
 
 from ..core.errors import InputError
 from .colour_faces import colour_faces
+from .keep_report import keep_report
 from .read_settings import read_settings
 from .run_step import Step
 from .session import find_city, find_own_city, find_session
@@ -34,20 +35,23 @@ class TraceCity(Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Trace; the weather only says which hours there are."""
+        from ..core.list_findings import list_findings
         from ..core.study import check_settings, read_year, trace_scene
 
         session, request = task
         check_settings(request)
         progress("reading weather", 0, 1, "years")
         weather = read_year(session.scene.site, request)
-        return session, weather, trace_scene(session.scene, weather, request, progress)
+        transfer = trace_scene(session.scene, weather, request, progress)
+        return session, weather, transfer, list_findings(session.scene, transfer.covered_share)
 
     def finish(self, context, result):
         """Write what does not depend on the weather; what an earlier weather made of it goes."""
-        session, weather, transfer = result
+        session, weather, transfer, findings = result
         city, ground = find_own_city(context.scene, session)
         write_results(city, ground, transfer)
         forget_energy(city)
+        keep_report(city, session.scene, findings)
         session.weather, session.transfer, session.energy = weather, transfer, None
         colour_faces(city, ground, "diffuse_relative")
         return f"Traced {len(transfer.surfaces)} surfaces and {len(transfer.suns)} suns"

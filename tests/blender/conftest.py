@@ -1,6 +1,7 @@
 """Blender as a Python module, kept away from anybody's settings, and a small city to show in it."""
 
 import os
+import re
 import tempfile
 
 # Blender reads this when it is imported.
@@ -20,9 +21,9 @@ from citypv.core.sun.suns import Suns
 
 EAST, NORTH = 391500.0, 5817800.0  # Berlin, EPSG:25833
 POLYGON = (
-    '<bldg:boundedBy><bldg:{name} gml:id="{id}"><bldg:lod2MultiSurface><gml:MultiSurface><gml:surfaceMember>'
-    "<gml:Polygon><gml:exterior><gml:LinearRing><gml:posList>{points}</gml:posList></gml:LinearRing></gml:exterior>"
-    "</gml:Polygon></gml:surfaceMember></gml:MultiSurface></bldg:lod2MultiSurface></bldg:{name}></bldg:boundedBy>"
+    "<bldg:boundedBy><bldg:{name}><bldg:lod2MultiSurface><gml:MultiSurface><gml:surfaceMember>"
+    '<gml:Polygon gml:id="{id}"><gml:exterior><gml:LinearRing><gml:posList>{points}</gml:posList></gml:LinearRing>'
+    "</gml:exterior></gml:Polygon></gml:surfaceMember></gml:MultiSurface></bldg:lod2MultiSurface></bldg:{name}></bldg:boundedBy>"
 )
 CITY = (
     '<?xml version="1.0" encoding="UTF-8"?><CityModel xmlns="http://www.opengis.net/citygml/2.0" '
@@ -63,6 +64,27 @@ def city_file(tmp_path_factory):
     houses = [describe_house(f"house{i}", EAST + x, NORTH + y) for i, (x, y) in enumerate(places)]
     path = tmp_path_factory.mktemp("city") / "street.gml"
     path.write_text(CITY.format(houses="".join(houses)), encoding="utf-8")
+    return path
+
+
+def turn_ring(found):
+    words = found[2].split()
+    return found[1] + " ".join(" ".join(words[k : k + 3]) for k in range(len(words) - 3, -1, -3)) + found[3]
+
+
+@pytest.fixture(scope="session")
+def row_file(tmp_path_factory):
+    """Two houses wall to wall; of the second a roof faces down, and a wall is a line."""
+    first, second = (describe_house(name, EAST + x, NORTH) for name, x in (("a", 0.0), ("b", 10.0)))
+    second, turned = re.subn(r"(b_RoofSurface_0.*?posList>)([^<]+)(<)", turn_ring, second, count=1)
+    line = re.search(r"<bldg:boundedBy>.*?</bldg:boundedBy>", second)[0]
+    x, y = EAST + 10, NORTH
+    flat = re.sub(r"posList>[^<]+<", f"posList>{x} {y} 35 {x + 5} {y} 35 {x + 9} {y} 35 {x} {y} 35<", line)
+    second = second.replace(line, line + flat.replace("b_GroundSurface_0", "b_line"))
+    assert turned == 1
+    assert "b_line" in second
+    path = tmp_path_factory.mktemp("row") / "row.gml"
+    path.write_text(CITY.format(houses=first + second), encoding="utf-8")
     return path
 
 

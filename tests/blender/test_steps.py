@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from citypv.core.errors import InputError
-from citypv.core.geometry.build_scene import build_scene
 from citypv.core.request import Request
-from citypv.operators.attributes import KIND_CODES, QUANTITIES
-from citypv.operators.read_mesh import read_meshes
+from citypv.operators.attributes import QUANTITIES
+from citypv.operators.build_meshes import read_vertices
+from citypv.operators.keep_report import read_rows
 from citypv.operators.read_settings import read_settings
 from citypv.operators.run_step import CancelledError, Job
 from citypv.operators.session import find_city, find_own_city, find_session
@@ -46,23 +46,6 @@ def test_the_whole_chain_from_a_script(addon, city_file):
     assert "upper bound" in city["citypv_weather"]
 
 
-def test_import_says_what_was_read(addon, city_file):
-    city, ground = run_steps(addon, city_file, "import_city")
-    assert ground is None
-    assert "3 buildings, 21 surfaces" in list(city["citypv_report"])
-    assert "Reference system: EPSG:25833" in list(city["citypv_report"])
-    assert any(line.startswith("52.4") or line.startswith("52.5") for line in city["citypv_report"])
-
-
-def test_classifying_counts_kinds_and_keeps_the_report(addon, city_file):
-    city, ground = run_steps(addon, city_file, "import_city", "classify")
-    assert "facade|12|" in " ".join(city["citypv_kinds"])
-    assert "roof|6|" in " ".join(city["citypv_kinds"])
-    assert "3 buildings, 21 surfaces" in list(city["citypv_report"])
-    assert [item.name for item in (city, ground)] == ["City", "Ground"]
-    assert set(read_face_attribute(city.data, "kind")) <= set(KIND_CODES.values())
-
-
 def test_importing_again_takes_the_place_of_the_first(addon, city_file):
     run_steps(addon, city_file, "import_city", "classify", "import_city")
     assert [item.name for item in bpy.context.scene.objects] == ["City"]
@@ -78,6 +61,46 @@ def test_tracing_anew_takes_back_the_energy(addon, city_file):
     addon.attribute = "full_load_hours"
     with pytest.raises(RuntimeError, match="City: its faces have no full load hours yet"):
         bpy.ops.citypv.colour()
+
+
+TERRAIN = """ncols 3
+nrows 3
+xllcorner 391440
+yllcorner 5817740
+cellsize 60
+nodata_value -9999
+37 37 37
+37 37 37
+37 37 37
+"""
+
+
+def test_the_city_stands_on_the_terrain_of_a_file(addon, city_file, tmp_path):
+    path = tmp_path / "terrain.asc"
+    path.write_text(TERRAIN)
+    addon.ground, addon.terrain = "terrain", str(path)
+    city, ground = run_steps(addon, city_file, "import_city", "classify")
+    heights = read_vertices(ground)[:, 2]
+    # The walls begin at 35 m; the terrain, at 37 m, cuts them.
+    assert heights.max() == pytest.approx(2.0, abs=1e-4)
+    session = find_session(city)
+    assert len(session.scene.report.repaired["ends below the terrain, cut by it"]) >= 3
+    rows = [row["name"] for row in read_rows(city, "repaired")]
+    assert "ends below the terrain, cut by it" in rows
+
+
+def test_terrain_that_cannot_be_used_is_an_error_in_one_line(addon, city_file, tmp_path):
+    run_steps(addon, city_file, "import_city")
+    addon.ground = "terrain"
+    with pytest.raises(RuntimeError, match="Terrain: no file is chosen; choose a terrain file"):
+        bpy.ops.citypv.classify()
+    path = tmp_path / "far.asc"
+    path.write_text(TERRAIN.replace("391440", "491440"))
+    addon.terrain = str(path)
+    with pytest.raises(RuntimeError, match=r"far\.asc: ") as told:
+        bpy.ops.citypv.classify()
+    assert len(str(told.value).strip().splitlines()) == 1
+    assert "Traceback" not in str(told.value)
 
 
 @pytest.mark.parametrize("content", ["", "<CityModel", "no XML at all"])
@@ -118,44 +141,10 @@ def test_settings_become_a_request(addon, tmp_path):
     assert (request.grid_size, request.threads, request.lod) == (2.5, 3, "1")
     addon.suns = "hourly"
     assert read_settings(addon).suns == "hourly"
-
-
-def test_a_mesh_of_the_user_becomes_a_city(addon):
-    bpy.ops.mesh.primitive_cube_add(size=2, location=(3, 4, 5), scale=(5, 4, 3))
-    box = bpy.context.object
-    city = read_meshes([box], bpy.context)
-    surfaces = build_scene(city, latitude=50.0, longitude=8.0).surfaces
-    by_kind = {kind: sorted(surfaces.area[surfaces.kind == kind].tolist()) for kind in ("facade", "flat", "downward")}
-    expected = {"facade": [48.0, 48.0, 60.0, 60.0], "flat": [80.0], "downward": [80.0]}
-    for kind, areas in expected.items():
-        np.testing.assert_allclose(by_kind[kind], areas, rtol=1e-6)
-    np.testing.assert_allclose(city.points.min(axis=0), [-2, 0, 2], atol=1e-6)
-    np.testing.assert_allclose(city.points.max(axis=0), [8, 8, 8], atol=1e-6)
-    # Mirrored, its outside stays outside.
-    box.scale.x = -box.scale.x
-    bpy.context.view_layer.update()
-    mirrored = build_scene(read_meshes([box], bpy.context), latitude=50.0, longitude=8.0).surfaces
-    assert sorted(mirrored.kind) == sorted(surfaces.kind)
-    assert sorted(mirrored.orientation) == sorted(surfaces.orientation)
-
-
-def test_a_mesh_of_the_user_goes_through_the_steps(addon):
-    bpy.ops.mesh.primitive_cube_add(size=10, location=(0, 0, 5))
-    assert bpy.ops.citypv.classify() == {"FINISHED"}
-    with pytest.raises(RuntimeError, match="its place on Earth is unknown; switch on Own place"):
-        bpy.ops.citypv.trace()
-    addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
-    addon.typical_days, addon.samples = 2, 64
-    for step in ("classify", "trace", "energy"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
-    assert len(np.unique(read_face_attribute(city.data, "full_load_hours"))) >= 4
-
-
-def test_meshes_without_faces_are_refused(addon):
-    bpy.ops.object.add(type="MESH")
-    with pytest.raises(InputError, match="Selected meshes: they have no faces"):
-        read_meshes([bpy.context.object], bpy.context)
+    addon.ground, addon.terrain = "none", str(tmp_path / "terrain.tif")
+    assert (read_settings(addon).ground, read_settings(addon).terrain) == ("none", None)
+    addon.ground = "terrain"
+    assert (read_settings(addon).ground, read_settings(addon).terrain) == ("auto", str(tmp_path / "terrain.tif"))
 
 
 def test_a_city_that_is_gone_when_a_step_ends_is_an_error(addon, city_file):

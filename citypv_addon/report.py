@@ -1,0 +1,67 @@
+"""How the panels show the report: sentences, and rows with a button that selects their faces."""
+
+import textwrap
+
+from ..operators.keep_report import REPORT, describe_row, read_rows
+from ..operators.session import find_city
+
+TITLES = {
+    "kind": "Kinds",
+    "orientation": "Orientations",
+    "eligible": "Eligible for photovoltaics",
+    "class": "Classes of the file",
+    "repaired": "Repaired",
+    "skipped": "Left out",
+    "inside": "Inside, switched off",
+}
+CLOSED = ("orientation", "eligible", "class")
+FOUND = ("repaired", "skipped", "inside")
+WIDTH = 46  # characters of a line in the panel
+
+
+def draw_report(layout, context):
+    """Show what was read, and the buttons that hand it over."""
+    city, _ = find_city(context.scene)
+    if city is None or REPORT not in city:
+        return
+    box = layout.box().column(align=True)
+    for sentence in city[REPORT]:
+        for line in textwrap.wrap(sentence, WIDTH, subsequent_indent="   "):
+            box.label(text=line)
+    row = layout.row(align=True)
+    row.operator("citypv.show_report", icon="TEXT")
+    row.operator("citypv.select_buildings", icon="HOME")
+    draw_rows(layout, context, ("class", *FOUND))
+
+
+def draw_rows(layout, context, headings):
+    """Show the rows of some headings, each heading in a part that folds away."""
+    city, _ = find_city(context.scene)
+    for heading in headings:
+        rows = read_rows(city, heading)
+        if not rows:
+            continue
+        head, body = layout.panel(f"citypv_{heading}", default_closed=heading in CLOSED)
+        head.label(text=TITLES[heading])
+        for row in rows if body else ():
+            (_draw_finding if heading in FOUND else _draw_row)(body.column(align=True), row)
+
+
+def _draw_row(column, row):
+    line = column.split(factor=0.5)
+    line.operator("citypv.select_group", text=row["name"]).group = row["key"]
+    for cell in (row["count"], row["area"]):
+        place = line.row()
+        place.alignment = "RIGHT"
+        place.label(text=cell)
+
+
+def _draw_finding(column, row):
+    # What was left out has no faces to select.
+    line = column.row(align=True)
+    if len(row["surfaces"]):
+        line.operator("citypv.select_group", text=row["name"]).group = row["key"]
+    else:
+        line.label(text=row["name"])
+    line.operator("citypv.copy_group", text="", icon="COPYDOWN").group = row["key"]
+    column.label(text=describe_row(row))

@@ -1,0 +1,83 @@
+"""Select what the report names: the faces of a group, or of whole buildings."""
+
+import bpy
+import numpy as np
+
+from ..core.errors import InputError
+from .keep_report import BUILDINGS, NAMES_SHOWN, describe_row, find_faces, find_row, read_rows
+from .select_faces import leave_edit_mode, read_selection, select_faces
+from .session import find_city
+from .write_attributes import read_face_attribute
+
+
+def _suggest(self, context, text):
+    return [row["key"] for row in read_rows(find_city(context.scene)[0]) if text.lower() in row["key"].lower()]
+
+
+class OfCity:
+    """Base of the operators that need a city and nothing else."""
+
+    @classmethod
+    def poll(cls, context):
+        """There is a city."""
+        cls.poll_message_set("Import a city first")
+        return find_city(context.scene)[0] is not None
+
+
+class SelectGroup(OfCity, bpy.types.Operator):
+    """Select the faces of a group of the report, in edit mode"""
+
+    bl_idname = "citypv.select_group"
+    bl_label = "Select group"
+    bl_options = {"REGISTER", "UNDO"}
+
+    group: bpy.props.StringProperty(
+        name="Group", description="Heading/name as in the report, such as kind/roof; or building/ID", search=_suggest
+    )
+
+    @classmethod
+    def description(cls, context, properties):
+        """Say the whole reason, how many, and the first ids."""
+        try:
+            row = find_row(find_city(context.scene)[0], properties.group)
+        except (InputError, AttributeError):
+            return cls.__doc__
+        return f"Select in edit mode: {row['name']} ({describe_row(row)})"
+
+    def execute(self, context):
+        """Select, and say how many faces."""
+        city, _ = find_city(context.scene)
+        leave_edit_mode(context)
+        try:
+            chosen = find_faces(city, self.group)
+            select_faces(context, city, chosen)
+        except InputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"{chosen.sum()} faces: {self.group.partition('/')[2]}")
+        return {"FINISHED"}
+
+
+class SelectBuildings(OfCity, bpy.types.Operator):
+    """Extend the selection of faces to whole buildings, and say which they are"""
+
+    bl_idname = "citypv.select_buildings"
+    bl_label = "Whole buildings"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        """Select, and name the buildings."""
+        city, _ = find_city(context.scene)
+        leave_edit_mode(context)
+        building = read_face_attribute(city.data, "building")
+        wanted = np.unique(building[read_selection(city.data)]) if building is not None else ()
+        try:
+            if not len(wanted):
+                raise InputError(city.name, "none of its faces is selected", "select faces in edit mode")
+            select_faces(context, city, np.isin(building, wanted))
+        except InputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        names = ", ".join(city[BUILDINGS][k] for k in wanted[:NAMES_SHOWN].tolist())
+        self.report({"INFO"}, f"{len(wanted)} buildings: {names}{' …' if len(wanted) > NAMES_SHOWN else ''}")
+        return {"FINISHED"}

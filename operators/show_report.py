@@ -1,0 +1,50 @@
+"""Hand the report over as text: all of it, or the ids of a group."""
+
+import bpy
+
+from ..core.errors import InputError
+from .keep_report import find_row, write_out
+from .select_group import OfCity
+from .session import find_city
+
+TEXT = "CityPV report"
+
+
+class ShowReport(OfCity, bpy.types.Operator):
+    """Write the complete report with all ids into the text "CityPV report", and show it in every open text editor"""
+
+    bl_idname = "citypv.show_report"
+    bl_label = "Report as text"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        """Write the text anew and show it."""
+        text = bpy.data.texts.get(TEXT) or bpy.data.texts.new(TEXT)
+        text.from_string(write_out(find_city(context.scene)[0]))
+        areas = [area for window in context.window_manager.windows for area in window.screen.areas]
+        editors = [area.spaces.active for area in areas if area.type == "TEXT_EDITOR"]
+        for editor in editors:
+            editor.text, editor.top = text, 0
+        where = "shown in the text editor" if editors else "open it in a text editor"
+        self.report({"INFO"}, f'{len(text.lines)} lines in the text "{TEXT}": {where}')
+        return {"FINISHED"}
+
+
+class CopyGroup(OfCity, bpy.types.Operator):
+    """Copy the ids of a group of the report to the clipboard"""
+
+    bl_idname = "citypv.copy_group"
+    bl_label = "Copy ids"
+
+    group: bpy.props.StringProperty(name="Group", description="Heading/name as in the report")
+
+    def execute(self, context):
+        """Copy, one id a line."""
+        try:
+            row = find_row(find_city(context.scene)[0], self.group)
+        except InputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        context.window_manager.clipboard = row["ids"]
+        self.report({"INFO"}, f"{row['count']} ids copied: {row['name']}")
+        return {"FINISHED"}

@@ -1,0 +1,155 @@
+"""Meshes, collections and instances of the user's scene become buildings, and what cannot be used is told."""
+
+import bpy
+import numpy as np
+import pytest
+
+from citypv.core.errors import InputError
+from citypv.core.geometry.build_scene import build_scene
+from citypv.operators.keep_report import find_row, read_rows
+from citypv.operators.read_mesh import join_meshes, read_meshes
+from citypv.operators.session import find_city, find_session
+from citypv.operators.write_attributes import read_face_attribute
+
+
+def take(items):
+    return join_meshes(read_meshes("Boxes", items, bpy.context))
+
+
+def add_box(name, location, collection=None):
+    bpy.ops.mesh.primitive_cube_add(size=2, location=location, scale=(5, 4, 3))
+    box = bpy.context.object
+    box.name = name
+    if collection is not None:
+        bpy.context.scene.collection.objects.unlink(box)
+        collection.objects.link(box)
+    return box
+
+
+def add_mesh(name, points, faces):
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(points, [], faces)
+    item = bpy.data.objects.new(name, mesh)
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
+def test_a_mesh_of_the_user_becomes_a_city(addon):
+    bpy.ops.mesh.primitive_cube_add(size=2, location=(3, 4, 5), scale=(5, 4, 3))
+    box = bpy.context.object
+    city = take([box])
+    surfaces = build_scene(city, latitude=50.0, longitude=8.0).surfaces
+    by_kind = {kind: sorted(surfaces.area[surfaces.kind == kind].tolist()) for kind in ("facade", "flat", "downward")}
+    expected = {"facade": [48.0, 48.0, 60.0, 60.0], "flat": [80.0], "downward": [80.0]}
+    for kind, areas in expected.items():
+        np.testing.assert_allclose(by_kind[kind], areas, rtol=1e-6)
+    np.testing.assert_allclose(city.points.min(axis=0), [-2, 0, 2], atol=1e-6)
+    np.testing.assert_allclose(city.points.max(axis=0), [8, 8, 8], atol=1e-6)
+    # Mirrored, its outside stays outside.
+    box.scale.x = -box.scale.x
+    bpy.context.view_layer.update()
+    mirrored = build_scene(take([box]), latitude=50.0, longitude=8.0).surfaces
+    assert sorted(mirrored.kind) == sorted(surfaces.kind)
+    assert sorted(mirrored.orientation) == sorted(surfaces.orientation)
+
+
+def test_a_mesh_of_the_user_goes_through_the_steps(addon):
+    bpy.ops.mesh.primitive_cube_add(size=10, location=(0, 0, 5))
+    assert bpy.ops.citypv.classify() == {"FINISHED"}
+    with pytest.raises(RuntimeError, match="its place on Earth is unknown; switch on Own place"):
+        bpy.ops.citypv.trace()
+    addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
+    addon.typical_days, addon.samples = 2, 64
+    for step in ("classify", "trace", "energy"):
+        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    city, _ = find_city(bpy.context.scene)
+    assert len(np.unique(read_face_attribute(city.data, "full_load_hours"))) >= 4
+
+
+def test_meshes_without_faces_are_refused(addon):
+    bpy.ops.object.add(type="MESH")
+    with pytest.raises(InputError, match="Boxes: they have no faces"):
+        take([bpy.context.object])
+
+
+def test_the_scale_of_the_scene_counts(addon):
+    box = add_box("box", (0, 0, 3))
+    bpy.context.scene.unit_settings.scale_length = 0.01
+    city = take([box])
+    np.testing.assert_allclose(np.ptp(city.points, axis=0), [0.1, 0.08, 0.06], rtol=1e-6)
+
+
+def test_a_collection_gives_its_meshes_those_below_it_and_its_instances(addon):
+    town, quarter, model = (bpy.data.collections.new(name) for name in ("Town", "Quarter", "Model"))
+    bpy.context.scene.collection.children.link(town)
+    town.children.link(quarter)
+    add_box("house", (0, 0, 3), town)
+    add_box("barn", (40, 0, 3), quarter)
+    shed = add_box("shed", (0, 0, 0), model)  # the model itself is not in the scene
+    for place in ((0, 50, 3), (40, 50, 3)):
+        row = bpy.data.objects.new("row", None)
+        row.instance_type, row.instance_collection, row.location = "COLLECTION", model, place
+        quarter.objects.link(row)
+    add_box("elsewhere", (500, 0, 3))
+    addon.collection = town
+    assert bpy.ops.citypv.take_meshes() == {"FINISHED"}
+    city = find_session(find_city(bpy.context.scene)[0]).city
+    names = sorted(set(city.building_id))
+    assert names == ["barn", "house", "row.001/shed", "row/shed"]
+    assert len(city) == 24
+    points = {name: city.points[city.ring_start[:-1]][np.array(city.building_id) == name] for name in names}
+    np.testing.assert_allclose(points["row.001/shed"].min(axis=0), [35, 46, 0], atol=1e-5)
+    np.testing.assert_allclose(points["row/shed"].max(axis=0), [5, 54, 6], atol=1e-5)
+    assert shed.name == "shed"
+    assert bpy.ops.citypv.classify() == {"FINISHED"}
+    item, _ = find_city(bpy.context.scene)
+    assert list(item["citypv_report"])[:2] == ["Collection Town", "4 buildings, 0 parts, 24 surfaces"]
+
+
+def test_what_cannot_be_used_of_meshes_is_reported(addon):
+    box = add_box("box", (0, 0, 3))
+    empty = add_mesh("empty", [], [])
+    spoilt = add_mesh("spoilt", [(20, 0, 0), (30, 0, 0), (30, 9, 0), (20, float("nan"), 0)], [(0, 1, 2), (0, 2, 3)])
+    thin = add_mesh("thin", [(20, 20, 0), (30, 20, 0), (40, 20, 0)], [(0, 1, 2)])
+    curve = bpy.data.objects.new("curve", bpy.data.curves.new("curve", "CURVE"))
+    lamp = bpy.data.objects.new("lamp", bpy.data.lights.new("lamp", "POINT"))
+    hidden = add_box("hidden", (90, 0, 3))
+    hidden.hide_viewport = True
+    for item in (curve, lamp):
+        bpy.context.scene.collection.objects.link(item)
+    bpy.context.view_layer.update()
+    city = take([box, empty, spoilt, thin, curve, lamp, hidden])
+    assert city.report.skipped == {
+        "mesh without faces": ["empty"],
+        "coordinates that are not finite or beyond the Earth": ["spoilt/1"],
+        "hidden in the viewport": ["hidden"],
+        "no mesh: convert it to one": ["curve"],
+        "no area": ["thin/0"],
+    }
+    assert not city.report.repaired
+    assert sorted(set(city.building_id)) == ["box", "spoilt"]
+
+
+def test_a_box_turned_inside_out_is_mended_as_in_a_file(addon):
+    box = add_box("box", (0, 0, 3))
+    box.data.flip_normals()
+    assert bpy.ops.citypv.take_meshes() == {"FINISHED"}
+    item, _ = find_city(bpy.context.scene)
+    assert find_row(item, "repaired/turned over: faced into its closed shell")["count"] == "6"
+    assert not read_rows(item, "skipped")
+    assert find_row(item, "kind/flat")["area"] == "80.0 m²"
+
+
+def test_meshes_are_taken_from_edit_mode_as_they_are_edited(addon):
+    add_box("box", (0, 0, 3))
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.transform.resize(value=(1, 1, 2))
+    assert bpy.ops.citypv.take_meshes() == {"FINISHED"}
+    city = find_session(find_city(bpy.context.scene)[0]).city
+    assert np.ptp(city.points[:, 2]) == pytest.approx(12)
+
+
+def test_nothing_to_take_says_what_to_do(addon):
+    with pytest.raises(RuntimeError, match="Select meshes, or choose a collection"):
+        bpy.ops.citypv.take_meshes()

@@ -1,0 +1,188 @@
+"""The report in Blender: what it says, and that each of its groups selects exactly its faces."""
+
+import re
+
+import bpy
+import numpy as np
+import pytest
+
+from citypv.core.geometry.read_city import READERS
+from citypv.operators.import_city import SUFFIXES
+from citypv.operators.keep_report import describe_row, find_row, read_rows
+from citypv.operators.select_faces import leave_edit_mode, read_selection
+from citypv.operators.session import find_city, find_session
+from citypv.operators.write_attributes import read_face_attribute
+
+TURNED = "repaired/turned over: faced into its closed shell"
+
+
+@pytest.fixture
+def city(addon, row_file):
+    """The row of houses, imported and classified."""
+    addon.city_path = str(row_file)
+    assert bpy.ops.citypv.import_city() == {"FINISHED"}
+    assert bpy.ops.citypv.classify() == {"FINISHED"}
+    return find_city(bpy.context.scene)[0]
+
+
+def selected_surfaces(city):
+    """Ids of the surfaces whose faces are selected; all faces of a surface are, or none."""
+    assert city.mode == "EDIT"
+    leave_edit_mode(bpy.context)
+    chosen, surface = read_selection(city.data), read_face_attribute(city.data, "surface")
+    ids = find_session(city).scene.surfaces.surface_id
+    assert not set(surface[chosen]) & set(surface[~chosen])
+    return {ids[k] for k in set(surface[chosen].tolist())}
+
+
+def test_import_says_what_was_read(addon, row_file):
+    addon.city_path = str(row_file)
+    assert bpy.ops.citypv.import_city() == {"FINISHED"}
+    city, ground = find_city(bpy.context.scene)
+    assert ground is None
+    lines = list(city["citypv_report"])
+    assert (
+        lines[:5]
+        == [
+            "row.gml",
+            "2 buildings, 0 parts, 14 surfaces",
+            "Detail met: LoD 2: 15",
+            "Detail taken: LoD 2: 14",
+            "Reference system: EPSG:25833",
+        ]
+        or lines[3] == "Detail taken: LoD 2: 15"
+    )
+    # From pyproj's own grid of Berlin: 52.4996° N, 13.4019° E; the convergence there is -1.27°.
+    assert re.fullmatch(r"52\.499\d\d° N, 13\.40\d\d\d° E, altitude 35\.0 m", lines[5])
+    assert re.fullmatch(r"Grid north: -1\.2[67]\d\d° from true north", lines[6])
+    counts = {row["name"]: (row["count"], row["area"]) for row in read_rows(city, "kind")}
+    # Walls 10 × 6 and 8 × 6 with a gable of 8 × 3 / 2, twice each; roofs 10 × 5, twice.
+    assert counts == {"facade": ("8", "480 m²"), "roof": ("4", "200 m²"), "downward": ("2", "160 m²")}
+
+
+def test_the_report_follows_the_steps(addon, city):
+    inside = {row["name"]: row for row in read_rows(city, "inside")}
+    name = next(name for name in inside if name.startswith("covered"))
+    covered = inside[name]["ids"].split()
+    assert sorted(covered) == ["a_WallSurface_1", "b_WallSurface_3"]
+    assert inside[name]["area"] == "120 m²"
+    addon.typical_days, addon.samples, addon.shadow_samples = 2, 64, 4
+    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    traced = {row["name"]: row for row in read_rows(city, "inside")}
+    assert traced[name]["ids"].split() == covered
+    assert read_rows(city, "repaired")
+
+
+@pytest.mark.parametrize(
+    ("group", "expected"),
+    [
+        (TURNED, {"b_RoofSurface_0"}),
+        ("kind/roof", {"a_RoofSurface_0", "a_RoofSurface_1", "b_RoofSurface_0", "b_RoofSurface_1"}),
+        ("class/GroundSurface", {"a_GroundSurface_0", "b_GroundSurface_0"}),
+        ("eligible/facade south", {"a_WallSurface_0", "b_WallSurface_0"}),
+        ("orientation/east", {"a_WallSurface_1", "b_WallSurface_1"}),
+        ("inside/lies under its building, on the ground", {"a_GroundSurface_0", "b_GroundSurface_0"}),
+    ],
+)
+def test_a_group_selects_its_faces(city, group, expected):
+    assert bpy.ops.citypv.select_group(group=group) == {"FINISHED"}
+    assert bpy.context.tool_settings.mesh_select_mode[:] == (False, False, True)
+    assert bpy.context.view_layer.objects.active == city
+    assert selected_surfaces(city) == expected
+
+
+def test_every_group_with_faces_selects_as_many_surfaces_as_it_says(city):
+    """From edit mode as well as from object mode, and whatever was selected or hidden before."""
+    session = find_session(city)
+    for row in read_rows(city):
+        if not len(row["surfaces"]):
+            continue
+        bpy.ops.citypv.select_group(group="kind/facade")
+        bpy.ops.mesh.hide(unselected=False)
+        assert bpy.ops.citypv.select_group(group=row["key"]) == {"FINISHED"}
+        names = selected_surfaces(city)
+        assert len(names) == int(row["count"]), row["key"]
+        surfaces = session.scene.surfaces
+        area = surfaces.area[np.isin(surfaces.surface_id, list(names))].sum()
+        assert row["area"].startswith(f"{area:.0f}" if area >= 100 else f"{area:.1f}"), row["key"]
+
+
+def test_a_building_and_what_belongs_to_a_face(city):
+    assert bpy.ops.citypv.select_group(group="building/b") == {"FINISHED"}
+    whole = selected_surfaces(city)
+    assert len(whole) == 7
+    assert all(name.startswith("b_") for name in whole)
+    bpy.ops.citypv.select_group(group=TURNED)
+    assert bpy.ops.citypv.select_buildings() == {"FINISHED"}
+    assert selected_surfaces(city) == whole
+
+
+def test_what_has_no_faces_says_so_and_can_be_copied(city):
+    row = find_row(city, "skipped/no area")
+    assert (row["count"], row["ids"]) == ("1", "b_line")
+    assert describe_row(row) == "1, 0.0 m², b_line"
+    with pytest.raises(RuntimeError, match="skipped/no area: has no faces to select; copy its ids"):
+        bpy.ops.citypv.select_group(group=row["key"])
+    assert bpy.ops.citypv.copy_group(group=row["key"]) == {"FINISHED"}
+
+
+@pytest.mark.parametrize("operator", ["select_group", "copy_group"])
+def test_a_group_that_is_not_there_is_an_error_in_one_line(city, operator):
+    with pytest.raises(
+        RuntimeError, match="City: its report has no group 'kind/tower'; give one such as kind/"
+    ) as told:
+        getattr(bpy.ops.citypv, operator)(group="kind/tower")
+    assert len(str(told.value).strip().splitlines()) == 1
+    with pytest.raises(RuntimeError, match="City: it has no building 'c'"):
+        bpy.ops.citypv.select_group(group="building/c")
+
+
+def test_nothing_selected_or_hidden_is_told(city):
+    bpy.ops.citypv.select_group(group="kind/roof")
+    bpy.ops.mesh.select_all(action="DESELECT")
+    with pytest.raises(RuntimeError, match="City: none of its faces is selected"):
+        bpy.ops.citypv.select_buildings()
+    city.hide_set(True)
+    with pytest.raises(RuntimeError, match="City: it is hidden; show it"):
+        bpy.ops.citypv.select_group(group="kind/roof")
+
+
+def test_the_steps_go_on_from_edit_mode(addon, city):
+    bpy.ops.citypv.select_group(group="kind/roof")
+    addon.typical_days, addon.samples, addon.shadow_samples = 2, 64, 4
+    assert bpy.ops.citypv.colour.poll()
+    for step in ("trace", "energy", "colour", "classify", "import_city"):
+        bpy.ops.citypv.select_group(group="kind/roof")
+        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    assert bpy.context.mode == "OBJECT"
+
+
+def test_the_report_as_text_is_complete(city, row_file):
+    assert bpy.ops.citypv.show_report() == {"FINISHED"}
+    assert bpy.ops.citypv.show_report() == {"FINISHED"}
+    assert [text.name for text in bpy.data.texts] == ["CityPV report"]
+    lines = bpy.data.texts["CityPV report"].as_string().splitlines()
+    assert lines[0] == str(row_file)
+    for row in read_rows(city):
+        assert f"{row['heading']}: {row['name']}" in lines
+        assert all(f"    {name}" in lines for name in row["ids"].split())
+
+
+def test_a_saved_file_keeps_the_report(city, tmp_path):
+    path = str(tmp_path / "city.blend")
+    expected = [dict(row) for row in read_rows(city)]
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    city, _ = find_city(bpy.context.scene)
+    kept = [dict(row) for row in read_rows(city)]
+    assert [row["key"] for row in kept] == [row["key"] for row in expected]
+    assert bpy.ops.citypv.select_group(group=TURNED) == {"FINISHED"}
+    leave_edit_mode(bpy.context)
+    surfaces = read_face_attribute(city.data, "surface")[read_selection(city.data)]
+    assert set(surfaces.tolist()) == set(np.array(find_row(city, TURNED)["surfaces"]).tolist())
+
+
+def test_the_file_browser_shows_every_format(addon):
+    assert set(READERS) <= set(SUFFIXES)
+    shown = bpy.ops.citypv.choose_city.get_rna_type().properties["filter_glob"].default
+    assert set(shown.split(";")) == {"*" + suffix for suffix in SUFFIXES}
