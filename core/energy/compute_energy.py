@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from .check_inputs import check_hours, check_transfer
 from .energy import Energy
 from .fast_sapm import fast_sapm, tabulate_sapm
 from .fill_behind import order_neighbours
@@ -45,7 +46,14 @@ def compute_energy(transfer, weather, module_name=DEFAULT_MODULE, threads=None, 
     -------
     Energy
         Full load hours are NaN for surfaces of kind ground and downward.
+
+    Raises
+    ------
+    InputError
+        The Transfer, the weather or the module cannot be used.
     """
+    check_transfer(transfer)
+    check_hours(weather)
     module = pick_module(module_name)
     hours = prepare_hours(transfer.suns, weather, module)
     groups = find_groups(transfer.surfaces)

@@ -5,6 +5,7 @@ import shapely
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay
 
+from .check_geometry import check_parts, check_patch_size
 from .find_feet import COINCIDENT, FOOTPRINT_STEP, find_feet
 from .ground_points import spread_points
 
@@ -43,7 +44,14 @@ def build_ground(city, points, surfaces, footprint, patch_size=None):
         Facing up.
     hanging : array, (h,) int64
         Footprints that hang in the air: passages, bridges, towers on other buildings.
+
+    Raises
+    ------
+    InputError
+        An array or the length cannot be used.
     """
+    check_patch_size(patch_size)
+    check_parts(city, points, surfaces, footprint)
     patch_size = patch_size or DEFAULT_PATCH
     feet = feet_or_corners(city, points, surfaces, footprint)
     low, high = points.min(axis=0), points.max(axis=0)

@@ -5,8 +5,10 @@ import math
 
 import numpy as np
 
+from ..errors import InputError
 from .build_ground import build_ground, feet_or_corners
 from .build_terrain import build_terrain
+from .check_geometry import check_city, check_extent
 from .classify import classify, measure_tilt
 from .find_footprints import find_footprints
 from .grid_cells import split_into_cells
@@ -16,6 +18,7 @@ from .refine import refine_triangles
 from .scene import Scene, Site, Surfaces
 from .triangulate import triangulate
 
+GROUNDS = ("auto", "none")
 MICROMETRE = 6  # decimals of a metre
 LOST_SHARE = 0.01  # triangles that cover less or more than a polygon by this share are worth a word
 
@@ -40,7 +43,16 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
     Returns
     -------
     Scene
+
+    Raises
+    ------
+    InputError
+        A number, an array or a setting cannot be used.
     """
+    if ground not in GROUNDS:
+        raise InputError("--ground", f"{ground!r} is unknown", f"give {' or '.join(GROUNDS)}")
+    check_city(city)
+    check_extent(city)
     whole_area = _areas(city)
     if grid_size is not None:
         city, parent = split_into_cells(city, grid_size)

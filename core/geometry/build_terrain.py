@@ -7,8 +7,10 @@ import shapely
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
+from ..check_arrays import check_array
 from ..errors import InputError
 from .build_ground import DEFAULT_PATCH, REACH, SHORTEST_REACH, cut_feet, drop_on_triangles, faces_up, under_buildings
+from .check_geometry import check_patch_size, check_terrain
 from .ground_points import spread_points
 from .read_terrain import HORIZON
 from .terrain import measure_heights
@@ -55,8 +57,13 @@ def build_terrain(feet, points, terrain, patch_size=None):
     Raises
     ------
     InputError
-        The terrain has no height under any building.
+        The terrain has no height under any building, or cannot be used.
     """
+    check_patch_size(patch_size)
+    check_terrain(terrain)
+    check_array("points", points, ("m", 3), row="point")
+    check_array("start of the feet", feet.start, ("e", 3))
+    check_array("end of the feet", feet.end, (len(feet.start), 3))
     patch_size = patch_size or DEFAULT_PATCH
     low, high = points.min(axis=0), points.max(axis=0)
     reach = max(REACH * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ..check_arrays import UNIT, check_array
+
 SMALLEST_ELIGIBLE_AREA = 6.25  # [m²]
 TOLERANCE = 1e-6  # [°] on every bound
 WINDOW = 30.0  # [°] either side of north, east, south, west
@@ -23,6 +25,7 @@ def measure_tilt(normal):
     surface_azimuth : array, (n,) float64 [°]
         Clockwise from true north; 0 where the surface is level.
     """
+    normal = check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)
     across = np.hypot(normal[:, 0], normal[:, 1])
     surface_tilt = np.degrees(np.arctan2(across, normal[:, 2]))
     surface_azimuth = np.degrees(np.arctan2(normal[:, 0], normal[:, 1])) % 360.0
@@ -52,8 +55,11 @@ def classify(area, surface_tilt, surface_azimuth, thematic):
         north, east, south, west or none.
     eligible : array, (n,) bool
     """
+    count = len(thematic)
+    area = check_array("area", area, (count,), most=np.inf)
+    tilt = check_array("surface_tilt", surface_tilt, (count,), least=0, most=180)
+    surface_azimuth = check_array("surface_azimuth", surface_azimuth, (count,), least=0, most=360)
     thematic = np.asarray(thematic, dtype=str)
-    tilt = np.asarray(surface_tilt, float)
     kind = np.select(
         [
             (thematic == "TINRelief") | ((thematic == "GroundSurface") & (tilt <= 91 + TOLERANCE)),

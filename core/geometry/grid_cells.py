@@ -4,10 +4,12 @@ import numpy as np
 import shapely
 
 from ..errors import InputError
+from .check_geometry import check_city
 from .city import City
 from .measure_polygons import measure_polygons
 from .triangulate import plane_axes
 
+MOST_CELLS = 1e6  # of one polygon
 SLIVER = 1e-6  # [m²] pieces below it are rounding
 
 
@@ -30,10 +32,11 @@ def split_into_cells(city, grid_size):
     Raises
     ------
     InputError
-        grid_size is not positive.
+        grid_size is not positive, would make too many cells, or the city cannot be used.
     """
     if not grid_size > 0:
         raise InputError("--grid-size", f"{grid_size} is not positive", "give the side of a cell in metres")
+    check_city(city)
     _, normal = measure_polygons(city.points, city.ring_start, city.polygon_start)
     axes = np.stack([*plane_axes(normal), normal], axis=1)  # (n, 3, 3), rows right, upward, outward
     pieces, parent, names = [], [], []
@@ -63,7 +66,11 @@ def _cut(rings, axes, grid_size):
     origin = rings[0][0]
     flat = [(ring - origin) @ axes.T for ring in rings]
     low, high = flat[0][:, :2].min(axis=0), flat[0][:, :2].max(axis=0)
-    columns, rows = np.maximum(np.ceil((high - low) / grid_size - 1e-9), 1).astype(int)
+    columns, rows = np.maximum(np.ceil((high - low) / grid_size - 1e-9), 1)
+    if columns * rows > MOST_CELLS:
+        problem = f"{grid_size:g} m would make {columns * rows:.0e} cells of one polygon"
+        raise InputError("--grid-size", problem, "give a larger one")
+    columns, rows = int(columns), int(rows)
     if columns * rows == 1:
         return [rings]
     shape = shapely.Polygon(flat[0][:, :2], [ring[:, :2] for ring in flat[1:]])

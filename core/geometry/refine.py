@@ -2,6 +2,11 @@
 
 import numpy as np
 
+from ..check_arrays import check_triangles
+from ..errors import InputError
+from .check_geometry import check_patch_size
+
+MOST_PIECES = 50e6  # more need more memory than there is
 TIE = 1e-6  # lengths that differ by less than this share are equal: rounding must not choose between them
 
 
@@ -32,10 +37,16 @@ def refine_triangles(vertices, triangles, patch_size):
         Oriented as their parents.
     parent : array, (s,) int64
         Index of the given triangle that each one is a piece of, ascending.
+
+    Raises
+    ------
+    InputError
+        Vertices, triangles or the length cannot be used, or the pieces would be too many.
     """
-    if not patch_size > 0:
-        raise ValueError(f"patch_size must be positive, not {patch_size}")
+    check_patch_size(patch_size)
+    vertices, triangles = check_triangles(vertices, triangles)
     vertices, triangles = np.asarray(vertices, float), np.asarray(triangles, np.int64)
+    check_pieces(vertices, triangles, patch_size)
     parent = np.arange(len(triangles))
     while True:
         edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)  # (3 t, 2)
@@ -52,6 +63,19 @@ def refine_triangles(vertices, triangles, patch_size):
         triangles, parent = _split(vertices, triangles, parent, middle.reshape(-1, 3))
     order = np.argsort(parent, kind="stable")
     return vertices, triangles[order], parent[order]
+
+
+def check_pieces(vertices, triangles, patch_size):
+    """Refuse more pieces than memory holds, as where one vertex stands far away by mistake."""
+    corners = vertices[triangles]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0)
+    doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    height = np.divide(doubled, longest, out=np.zeros(len(longest)), where=longest > 0)
+    pieces = (1 + longest / patch_size) * (1 + height / patch_size)
+    if pieces.sum() > MOST_PIECES:
+        problem = f"{patch_size:g} m would make about {pieces.sum():.0e} patches"
+        cure = f"give a larger one; the longest edge has {longest.max():,.0f} m, look whether that is right"
+        raise InputError("--patch-size", problem, cure)
 
 
 def _split(vertices, triangles, parent, middle):

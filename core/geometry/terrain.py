@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import shapely
 
+from ..check_arrays import check_array
+
 
 @dataclass
 class Layer:
@@ -40,6 +42,7 @@ def measure_heights(terrain, places):
     heights : array, (k,) float64 [m]
         NaN in gaps and beyond the edge.
     """
+    places = check_array("places", places, ("k", 2))
     heights = np.full(len(places), np.nan)
     for layer in terrain.layers:
         missing = np.flatnonzero(np.isnan(heights))

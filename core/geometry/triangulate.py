@@ -5,6 +5,7 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
+from .check_geometry import check_rings
 from .measure_polygons import measure_polygons
 
 THIN = 1e-9  # a triangle whose area is below this share of its longest edge squared has none
@@ -30,7 +31,13 @@ def triangulate(points, ring_start, polygon_start):
     triangles : array, (t, 3) int64
         Into points, ordered by polygon.
     triangle_polygon : array, (t,) int64
+
+    Raises
+    ------
+    InputError
+        A ring does not follow the one before, or a point is no number.
     """
+    check_rings(points, ring_start, polygon_start)
     area, normal = measure_polygons(points, ring_start, polygon_start)
     ring_count = np.diff(polygon_start)
     first = ring_start[polygon_start[:-1]]

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .check_arrays import check_array, check_scene
+from ..check_arrays import check_array, check_seed
+from .check_arrays import check_scene
 from .find_buried import find_buried
 from .random_numbers import key_of_names, mix
 
@@ -48,6 +49,7 @@ def patches_of_scene(scene, albedo, seed):
         Names the array that cannot be used, and where in it.
     """
     check_scene(scene)
+    check_seed(seed)
     albedo = check_array("albedo", albedo, (len(scene.triangles),), least=0, most=1)
     corners = np.asarray(scene.vertices, float)[scene.triangles]  # (t, 3, 3)
     edges = corners[:, 1:] - corners[:, :1]

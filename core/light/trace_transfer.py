@@ -7,7 +7,8 @@ import numpy as np
 from scipy import sparse
 
 from ..request import check_request
-from .check_arrays import check_scene, check_suns
+from ..sun.check_suns import check_suns
+from .check_arrays import check_scene
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
 from .gather import Tracing, gather_diffuse, gather_direct
 from .patches import patches_of_scene

@@ -5,14 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
+from ..check_arrays import check_seed
 from ..errors import InputError
+from .check_suns import check_place, check_times
 from .hourly import hourly_suns
 from .match_suns import match_suns
 from .sky_grid import sky_grid_suns
 from .typical_days import typical_day_suns
 
 CURE = "give hourly, typical-days:N or sky-grid:N"
-FEWEST_DIRECTIONS = 16
+FEWEST_DIRECTIONS, MOST_DIRECTIONS = 16, 1_000_000
 
 
 def choose_suns(way, times, interval, latitude, longitude, seed=0):  # noqa: PLR0917
@@ -39,9 +41,12 @@ def choose_suns(way, times, interval, latitude, longitude, seed=0):  # noqa: PLR
     Raises
     ------
     InputError
-        The words mean nothing, or ask for more typical days than there are days.
+        The words mean nothing, or ask for more typical days than there are days; the place is not on Earth.
     """
     name, count = parse_way(way)
+    check_times(times, interval)
+    check_place(latitude, longitude)
+    check_seed(seed)
     if name == "hourly":
         return hourly_suns(times, interval, latitude, longitude)
     if name == "typical-days":
@@ -69,7 +74,7 @@ def parse_way(way):
     count : int
         0 for "hourly".
     """
-    name, _, number = way.partition(":")
+    name, _, number = str(way).partition(":")
     if way == "hourly":
         return name, 0
     if name not in ("typical-days", "sky-grid") or not (number.isascii() and number.isdigit()):
@@ -77,4 +82,6 @@ def parse_way(way):
     count, least = int(number), FEWEST_DIRECTIONS if name == "sky-grid" else 1
     if count < least:
         raise InputError("--suns", f"{way!r} is too few", f"give {name}:{least} or more")
+    if count > MOST_DIRECTIONS:
+        raise InputError("--suns", f"{way!r} is too many", f"give {name}:{MOST_DIRECTIONS} at most")
     return name, count

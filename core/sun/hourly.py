@@ -29,4 +29,5 @@ def hourly_suns(times, interval, latitude, longitude):
     direction = sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
     day, step = (np.asarray(part) for part in solar_days(times, interval, longitude))
     weight = np.full(len(direction), 1.0 / max(len(direction), 1))
-    return Suns("hourly", direction, weight, (day - day[0])[sunny].astype(np.int32), step[sunny].astype(np.int32))
+    day = day - day[:1].sum()  # of the first interval, where there is one
+    return Suns("hourly", direction, weight, day[sunny].astype(np.int32), step[sunny].astype(np.int32))

@@ -3,6 +3,8 @@
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from ..errors import InputError
+
 CHUNK = 512  # directions at a time
 
 
@@ -27,6 +29,8 @@ def match_sky_grid(suns, direction):
     weight : numpy.ndarray, (t, 3) float64
         Not negative; rows sum to 1.
     """
+    if suns.way != f"sky-grid:{len(suns)}":
+        raise InputError("suns", f"{len(suns)} directions of {suns.way}", "give all of them")
     points = np.concatenate([suns.direction, suns.direction * [1.0, 1.0, -1.0]])
     hull = ConvexHull(points)
     corners = hull.simplices[find_triangles(hull, direction)]

@@ -3,11 +3,15 @@
 import numpy as np
 from scipy.spatial import KDTree
 
+from ..errors import InputError
+from .check_suns import check_suns
 from .match_sky_grid import match_sky_grid
 from .match_typical_days import match_typical_days
 from .solar_days import solar_days
 from .solar_position import is_sunny, solar_position, sun_direction
 from .suns import SunMatch
+
+WAYS = ("hourly", "typical-days", "sky-grid")
 
 
 def match_suns(suns, times, interval, latitude, longitude):
@@ -33,6 +37,9 @@ def match_suns(suns, times, interval, latitude, longitude):
     SunMatch
         With weights of zero where the sun stands below 2°.
     """
+    check_suns(suns)
+    if not suns.way.startswith(WAYS):
+        raise InputError("suns", f"the way {suns.way!r} is unknown", f"give one of {', '.join(WAYS)}")
     sun = solar_position(times, interval, latitude, longitude)
     sunny = is_sunny(sun["apparent_zenith"])
     direction = sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
@@ -42,7 +49,8 @@ def match_suns(suns, times, interval, latitude, longitude):
     if not sunny.any():
         return SunMatch(index, weight)
     if not len(suns):
-        raise ValueError("no sun was traced, but the sun stands above 2° on this time axis")
+        problem = "none was traced, but the sun stands above 2° on this time axis"
+        raise InputError("suns", problem, "trace them again, for a year and place that have sun")
     if suns.way.startswith("sky-grid"):
         index[sunny], weight[sunny] = match_sky_grid(suns, direction)
     elif suns.way.startswith("typical-days"):

@@ -4,6 +4,9 @@ import numpy as np
 import pandas as pd
 import pvlib
 
+from ..check_arrays import check_array
+from .check_suns import INSTANT, check_place, check_times
+
 MINIMUM_ELEVATION = 2.0  # [°] apparent; below it there is no direct part (paper, section 2.2)
 
 
@@ -29,8 +32,8 @@ def solar_position(times, interval, latitude, longitude):
     -----
     The NREL SPA algorithm as implemented in pvlib, :doi:`10.1016/j.solener.2003.12.003`.
     """
-    if times.tz is None:
-        raise TypeError("times have no time zone; see pandas.DatetimeIndex.tz_localize")
+    check_times(times, interval, INSTANT)
+    check_place(latitude, longitude)
     position = pvlib.solarposition.get_solarposition(times + interval / 2, latitude, longitude)
     return pd.DataFrame(
         {
@@ -55,6 +58,8 @@ def sun_direction(apparent_zenith, solar_azimuth):
     numpy.ndarray, (t, 3)
         x east, y north, z up.
     """
+    apparent_zenith = check_array("apparent_zenith", apparent_zenith, ("t",), least=0, most=180)
+    solar_azimuth = check_array("solar_azimuth", solar_azimuth, (len(apparent_zenith),), least=-360, most=360)
     zenith, azimuth = np.radians(apparent_zenith), np.radians(solar_azimuth)
     return np.stack([np.sin(zenith) * np.sin(azimuth), np.sin(zenith) * np.cos(azimuth), np.cos(zenith)], axis=-1)
 

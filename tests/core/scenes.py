@@ -16,7 +16,7 @@ def scene_of_triangles(vertices, triangles, triangle_surface=None, *, thematic=N
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     summed = np.array([normal[own == surface].sum(axis=0) for surface in range(count)]) if count < len(own) else normal
     area = np.linalg.norm(summed, axis=1) / 2
-    unit = summed / (2 * area[:, None])
+    unit = summed / np.maximum(2 * area, 1e-300)[:, None]
     tilt = np.degrees(np.arccos(np.clip(unit[:, 2], -1, 1)))
     azimuth = np.degrees(np.arctan2(unit[:, 0], unit[:, 1])) % 360
     thematic = [""] * count if thematic is None else thematic

@@ -127,7 +127,7 @@ def test_large_patches_change_nothing():
     _, pieces, parent = refine_triangles(vertices, [[0, 1, 2]], 2.0)
     assert pieces.tolist() == [[0, 1, 2]]
     assert parent.tolist() == [0]
-    with pytest.raises(ValueError, match="positive"):
+    with pytest.raises(ValueError, match="above 0"):
         refine_triangles(vertices, [[0, 1, 2]], 0.0)
 
 

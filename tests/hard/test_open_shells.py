@@ -56,9 +56,7 @@ def open_scene(house, neighbour=NEIGHBOUR):
 
 def trace_open(house, neighbour=NEIGHBOUR):
     request = Request(samples=4096, shadow_samples=64, effects={"closed-form": False})
-    with np.errstate(invalid="ignore"):
-        scene = open_scene(house, neighbour)
-    return trace_transfer(scene, SUNS, request, silent)
+    return trace_transfer(open_scene(house, neighbour), SUNS, request, silent)
 
 
 @pytest.mark.parametrize("missing", ["floor", "roof", "south", "east", "west"])

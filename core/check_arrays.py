@@ -1,0 +1,106 @@
+"""Refuse arrays that cannot be used, at the door: each error names the array, the place in it and the cure."""
+
+import numpy as np
+
+from .errors import InputError
+
+LARGEST = 1e9  # [m] Embree works in float32; beyond this nothing of a city is left in it
+UNIT = 1e-3  # by how much the length of a unit vector may be off
+MOST_SEED = 2**32 - 1
+KINDS = {"f": ("fiu", "numbers"), "i": ("iu", "integers"), "b": ("b", "booleans")}
+
+
+def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, row="row"):
+    """Refuse an array of the wrong shape or type, or with a value that is not finite or out of bounds.
+
+    Parameters
+    ----------
+    name : str
+        Of the array, for the message.
+    values : array_like
+    shape : tuple of int or str
+        A letter stands for any length.
+    kind : {'f', 'i', 'b'}
+        Numbers, integers or booleans.
+    least, most : float
+        Bounds, inclusive.
+    row : str
+        What a row is called in the message.
+
+    Returns
+    -------
+    numpy.ndarray
+
+    Raises
+    ------
+    InputError
+    """
+    values = np.asarray(values)
+    words = f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
+    fits = values.ndim == len(shape) and all(
+        isinstance(wanted, str) or wanted == found for wanted, found in zip(shape, values.shape, strict=True)
+    )
+    if not fits:
+        raise InputError(name, f"shape {values.shape}", f"give an array of shape {words}")
+    kinds, noun = KINDS[kind]
+    if values.dtype.kind not in kinds:
+        raise InputError(name, f"values of type {values.dtype}", f"give {noun}")
+    # The bounds are compared so that a NaN, which lies in no bounds, fails too.
+    if kind != "b" and values.size and not (values.min() >= least and values.max() <= most):
+        inside = ((values >= least) & (values <= most)).reshape(len(values), -1).all(axis=1)
+        first = int(np.flatnonzero(~inside)[0])
+        cure = f"give finite {noun} from {least:g} to {most:g}"
+        raise InputError(name, f"{row} {first} {describe_row(values[first], least, most)}", cure)
+    return values
+
+
+def describe_row(values, least, most):
+    """What a row is; of a long one, the first value that is out of bounds."""
+    if values.size <= 4:
+        return f"is {values}"
+    column = int(np.flatnonzero(~((values >= least) & (values <= most)).ravel())[0])
+    return f"holds {values.ravel()[column]} in column {column}"
+
+
+def check_triangles(vertices, triangles):
+    """Refuse vertices and triangles that Embree must not see.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float [m]
+    triangles : (t, 3) int
+
+    Returns
+    -------
+    vertices, triangles : numpy.ndarray
+    """
+    vertices = check_array("vertices", vertices, ("v", 3), row="vertex")
+    triangles = check_array("triangles", triangles, ("t", 3), kind="i", most=np.inf, least=-np.inf)
+    if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
+        outside = ((triangles < 0) | (triangles >= len(vertices))).any(axis=1)
+        first = int(np.flatnonzero(outside)[0])
+        problem = f"triangle {first} is {triangles[first]}, a vertex beyond the {len(vertices)} given"
+        raise InputError("triangles", problem, "check the indices")
+    return vertices, triangles
+
+
+def check_unit(name, values):
+    """Refuse vectors that are not of unit length.
+
+    Parameters
+    ----------
+    name : str
+    values : (n, 3) float
+    """
+    values = check_array(name, values, ("n", 3), least=-1 - UNIT, most=1 + UNIT)
+    wrong = np.abs(np.linalg.norm(values, axis=1) - 1) > UNIT
+    if wrong.any():
+        first = int(np.flatnonzero(wrong)[0])
+        raise InputError(name, f"row {first} is {values[first]}", "give unit vectors")
+    return values
+
+
+def check_seed(seed):
+    """Refuse what no random numbers can start from."""
+    if not (isinstance(seed, int | np.integer) and 0 <= seed <= MOST_SEED):
+        raise InputError("--seed", f"{seed!r} is no seed", f"give a whole number from 0 to {MOST_SEED}")

@@ -1,0 +1,75 @@
+"""Refuse a Transfer or a weather that would make numbers out of none."""
+
+import numpy as np
+
+from ..check_arrays import UNIT, check_array, check_unit
+from ..errors import InputError
+from ..sun.check_suns import check_place, check_suns, check_times
+from ..weather.check_weather import LIMITS
+
+ANGLES = ("apparent_zenith", "solar_azimuth")
+SHARES = ("covered_share", "sky_view_factor", "far_ground_view_factor")
+
+
+def check_transfer(transfer):
+    """Refuse a Transfer whose arrays do not fit together, or hold what is not a number.
+
+    A standard error may be NaN: unknown.
+
+    Parameters
+    ----------
+    transfer : Transfer
+
+    Raises
+    ------
+    InputError
+    """
+    check_suns(transfer.suns)
+    surfaces, count, suns = transfer.surfaces, len(transfer.surfaces), len(transfer.suns)
+    check_unit_or_none("normal", surfaces.normal, count)
+    check_array("area", surfaces.area, (count,), least=0)
+    check_array("eligible", surfaces.eligible, (count,), kind="b")
+    for name in ("kind", "orientation"):
+        if np.shape(getattr(surfaces, name)) != (count,):
+            raise InputError(name, f"shape {np.shape(getattr(surfaces, name))}", f"give an array of shape ({count},)")
+    for name in SHARES:
+        check_array(name, getattr(transfer, name), (count,), least=0, most=1 + UNIT)
+    check_array("diffuse_relative", transfer.diffuse_relative, (count,), least=0)
+    check_array("visible_share", transfer.visible_share, (count, suns), least=0, most=1 + UNIT)
+    check_array("direct_reflected", transfer.direct_reflected, (count, suns), least=0)
+    for name in ("diffuse_relative_standard_error", "direct_annual_standard_error"):
+        error = np.asarray(getattr(transfer, name))
+        known = np.where(np.isnan(error), 0, error) if error.dtype.kind == "f" else error
+        check_array(name, known, (count,), least=0)
+    if not 0 <= transfer.ground_albedo <= 1:
+        raise InputError("ground_albedo", f"{transfer.ground_albedo}", "give a number from 0 to 1")
+
+
+def check_unit_or_none(name, normal, count):
+    """Refuse normals that are neither of unit length nor, where a surface has no area, zero."""
+    normal = check_array(name, normal, (count, 3), least=-1 - UNIT, most=1 + UNIT)
+    check_unit(name, normal[normal.any(axis=1)])
+
+
+def check_hours(weather):
+    """Refuse a Weather that lacks columns or holds values that no weather has.
+
+    Parameters
+    ----------
+    weather : Weather
+
+    Raises
+    ------
+    InputError
+    """
+    check_times(weather.data.index, weather.interval)
+    check_place(weather.latitude, weather.longitude)
+    count = len(weather.data)
+    if not count:
+        raise InputError("weather", "no hour in it", "give one or more full years")
+    for name in (*LIMITS, *ANGLES):
+        if name not in weather.data.columns:
+            raise InputError("weather", f"no column {name}", "complete it with add_sun")
+        least, most, _ = LIMITS.get(name, (-360.0, 360.0, "°"))
+        values = weather.data[name].to_numpy()
+        check_array(f"{name} of the weather", values, (count,), least=least, most=most, row="hour")
