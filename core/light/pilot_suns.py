@@ -4,6 +4,9 @@ from dataclasses import fields, replace
 
 import numpy as np
 
+from ..errors import InputError
+from ..request import check_request
+from ..sun.check_suns import check_suns
 from .check_arrays import check_scene
 from .gather import square_above
 from .patches import Patches, patches_of_scene
@@ -31,9 +34,20 @@ def trace_pilot(scene, transfer, hourly, request, progress):
     -------
     clustered, exact : Transfer
         Each patch as a surface, looked at from the same points, without reflections; the diffuse part is that of the
-        surface in `transfer`.
+        surface in `transfer`. Without rows where no surface is eligible.
+
+    Raises
+    ------
+    InputError
+        The scene, the suns or a setting cannot be used, or the Transfer is that of another scene.
     """
     check_scene(scene)
+    check_request(request)
+    for suns in (transfer.suns, hourly):
+        check_suns(suns)
+    if len(transfer.surfaces) != len(scene.surfaces):
+        problem = f"{len(transfer.surfaces)} surfaces for a scene of {len(scene.surfaces)}"
+        raise InputError("transfer", problem, "give that of the same scene")
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
     chosen = draw_patches(scene, patches.area, request.seed)
     few = take_patches(patches, chosen)
@@ -59,7 +73,10 @@ def trace_pilot(scene, transfer, hourly, request, progress):
 def draw_patches(scene, area, seed):
     """Patches of eligible surfaces, drawn by area: (k,) int, ascending."""
     own = scene.triangle_surface
-    weight = np.where((own >= 0) & scene.surfaces.eligible[own], area, 0)
+    eligible = np.append(scene.surfaces.eligible, False)  # the generated ground's -1 takes the last
+    weight = np.where(eligible[own], area, 0)
+    if not weight.any():
+        return np.zeros(0, int)
     count = min(PATCHES, np.count_nonzero(weight))
     return np.sort(np.random.default_rng(seed).choice(len(own), count, replace=False, p=weight / weight.sum()))
 
