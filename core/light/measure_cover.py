@@ -4,9 +4,9 @@ import numpy as np
 
 from ..progress import silent
 from .patches import patches_of_scene
-from .ray_scene import RayScene, usable_threads
+from .ray_scene import RayScene, map_in_order, usable_threads
 from .sample_points import REPLICATES
-from .trace_hemisphere import trace_hemisphere
+from .trace_hemisphere import CELL_DIVISIONS, RAYS_PER_CELL, RAYS_PER_TASK, find_covered_cells, trace_hemisphere
 from .trace_transfer import area_means
 
 RAYS = 8 * REPLICATES  # per patch; one that meets a back has the patch looked at in cells
@@ -25,14 +25,38 @@ def measure_cover(scene, threads=None):
     (n,) float64
     """
     patches = patches_of_scene(scene, np.zeros(len(scene.triangles)), seed=0)
+    ray_scene = RayScene(scene.vertices, scene.triangles)
+    chosen = patches.receives & (scene.triangle_surface >= 0)
+    covered_share = measure_patches(ray_scene, patches, chosen, usable_threads(threads))
+    return area_means(scene.triangle_surface, patches.area, len(scene.surfaces)) @ covered_share
+
+
+def measure_patches(ray_scene, patches, chosen, threads):
+    """Covered share of some patches; the others get 0, those that receive nothing 1: (p,) float32."""
     hemisphere = trace_hemisphere(
-        RayScene(scene.vertices, scene.triangles),
-        patches,
-        patches.receives & (scene.triangle_surface >= 0),
-        sample_count=RAYS,
-        reflections=False,
-        threads=usable_threads(threads),
-        progress=silent,
+        ray_scene, patches, chosen, sample_count=RAYS, reflections=False, threads=threads, progress=silent
     )
     hemisphere.covered_share[~patches.receives] = 1
-    return area_means(scene.triangle_surface, patches.area, len(scene.surfaces)) @ hemisphere.covered_share
+    return hemisphere.covered_share
+
+
+def find_cover(ray_scene, patches, threads):
+    """Covered share of each patch, and which of its cells are covered.
+
+    Returns
+    -------
+    covered_share : (p,) float32
+    covered : (p, CELL_DIVISIONS²) bool
+    """
+    covered_share = measure_patches(ray_scene, patches, patches.receives, threads)
+    covered = np.zeros((len(patches), CELL_DIVISIONS**2), bool)
+    rows = np.flatnonzero((covered_share > 0) & patches.receives)
+    step = max(1, RAYS_PER_TASK // (RAYS_PER_CELL * CELL_DIVISIONS**2))
+    tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
+
+    def look(chosen):
+        return find_covered_cells(ray_scene, patches, chosen)
+
+    for chosen, cells in zip(tasks, map_in_order(look, tasks, threads), strict=True):
+        covered[chosen] = cells
+    return covered_share, covered

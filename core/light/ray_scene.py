@@ -52,14 +52,31 @@ class RayScene:
         hit_triangles : (n,) int32
             -1 where the ray meets nothing.
         """
-        ray_origins = usable_rays("ray_origins", ray_origins)
-        ray_directions = usable_rays("ray_directions", ray_directions)
-        if len(ray_origins) != len(ray_directions):
-            problem = f"{len(ray_directions)} rows for {len(ray_origins)} ray_origins"
-            raise InputError("ray_directions", problem, "give one direction per ray")
+        ray_origins, ray_directions = usable_pairs(ray_origins, ray_directions)
         if not self.triangle_count or not len(ray_origins):
             return np.full(len(ray_origins), -1, np.int32)
         return self._run(ray_origins, ray_directions)
+
+    def trace_places(self, ray_origins, ray_directions):
+        """First triangle on each ray, and where on it.
+
+        Parameters
+        ----------
+        ray_origins, ray_directions : (n, 3) float32
+
+        Returns
+        -------
+        hit_triangles : (n,) int32
+            -1 where the ray meets nothing.
+        b1, b2 : (n,) float32
+            Barycentric weights of the second and third corner; without meaning where nothing is met.
+        """
+        ray_origins, ray_directions = usable_pairs(ray_origins, ray_directions)
+        if not self.triangle_count or not len(ray_origins):
+            nowhere = np.zeros(len(ray_origins), np.float32)
+            return np.full(len(ray_origins), -1, np.int32), nowhere, nowhere
+        found = self._run(ray_origins, ray_directions, output=1)
+        return found["primID"], found["u"], found["v"]
 
     def trace_blocked(self, ray_origins, ray_direction):
         """Whether anything stands on each ray.
@@ -91,6 +108,16 @@ class RayScene:
 def usable_rays(name, rays):
     """Ray origins or directions as Embree takes them: (n, 3) float32, finite."""
     return np.ascontiguousarray(check_array(name, rays, ("n", 3)), np.float32)
+
+
+def usable_pairs(ray_origins, ray_directions):
+    """Ray origins and as many directions."""
+    ray_origins = usable_rays("ray_origins", ray_origins)
+    ray_directions = usable_rays("ray_directions", ray_directions)
+    if len(ray_origins) != len(ray_directions):
+        problem = f"{len(ray_directions)} rows for {len(ray_origins)} ray_origins"
+        raise InputError("ray_directions", problem, "give one direction per ray")
+    return ray_origins, ray_directions
 
 
 def usable_threads(threads=None):
