@@ -12,7 +12,7 @@ import traceback
 from functools import partial
 
 from .errors import InputError
-from .request import Request, check_request
+from .request import ESTIMATORS, Request, check_request
 
 EPILOGUE = "Every option and every file written is described in docs/command_line.md."
 
@@ -162,8 +162,8 @@ def add_light(parser):
     light.add_argument("--albedo-file", metavar="CSV", help="albedo by surface id or kind")
     light.add_argument("--far-ground", choices=("on", "off"), default="on", help="open ground beyond the scene")
     light.add_argument("--sky", choices=("isotropic",), default="isotropic", help="model of the diffuse sky")
-    light.add_argument("--estimator", choices=("gather",), default="gather", help="how light is followed")
-    light.add_argument("--samples", type=int, default=256, metavar="N", help="hemisphere rays per patch (256)")
+    light.add_argument("--estimator", choices=ESTIMATORS, default=ESTIMATORS[0], help="how light is followed")
+    light.add_argument("--samples", type=int, default=256, metavar="N", help="rays per patch (256)")
     light.add_argument("--shadow-samples", type=int, default=16, metavar="M", help="shadow points per patch (16)")
     light.add_argument("--patch-size", type=length, default=10.0, metavar="M", help="[m] of patches, or none (10)")
     light.add_argument("--effects", nargs="+", type=effect, default=[], metavar="KEY=on|off", help="overrule the plan")

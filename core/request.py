@@ -4,6 +4,8 @@ from dataclasses import asdict, dataclass, field
 
 from .errors import InputError
 
+ESTIMATORS = ("gather", "forward")
+
 
 @dataclass
 class Request:
@@ -30,7 +32,8 @@ class Request:
     ground_albedo: float = 0.25
     albedo_file: str | None = None
     far_ground: bool = True
-    samples: int = 256  # hemisphere rays per patch
+    estimator: str = ESTIMATORS[0]  # how light is followed
+    samples: int = 256  # hemisphere rays per patch; forward: photons per patch from each source
     shadow_samples: int = 16  # points per patch from which each sun is looked for
     effects: dict = field(default_factory=dict)  # key -> bool, overrules the plan
     seed: int = 0
@@ -54,6 +57,8 @@ def check_request(request):
     for option, value in (("--albedo", request.albedo), ("--ground-albedo", request.ground_albedo)):
         if not 0 <= value <= 1:
             raise InputError(option, f"{value} is not a share of light", "give a number from 0 to 1")
+    if request.estimator not in ESTIMATORS:
+        raise InputError("--estimator", f"{request.estimator!r} is not known", f"give {' or '.join(ESTIMATORS)}")
     bounces = request.max_bounces
     if bounces is not None and not (bounces >= 0 and float(bounces).is_integer()):
         problem = f"{bounces} is {'negative' if bounces < 0 else 'not a whole number'}"

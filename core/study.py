@@ -20,6 +20,7 @@ from .light.patches import patches_of_scene
 from .light.pilot_suns import trace_pilot
 from .light.plan_effects import plan_effects
 from .light.read_albedo import albedo_of_triangles
+from .light.trace_forward import trace_forward
 from .light.trace_transfer import trace_transfer
 from .progress import silent
 from .request import check_request
@@ -90,7 +91,8 @@ def trace_scene(scene, weather, request, progress=silent):
     suns = choose_suns(
         request.suns, weather.data.index, weather.interval, scene.site.latitude, scene.site.longitude, request.seed
     )
-    return trace_transfer(scene, suns, request, progress)
+    trace = {"gather": trace_transfer, "forward": trace_forward}[request.estimator]
+    return trace(scene, suns, request, progress)
 
 
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent):

@@ -9,6 +9,7 @@ from .closed_form import patches_with_empty_front
 
 AUTOMATIC_REMAINDER = 0.005  # share of the first light that automatic bounces may leave out
 MOST_BOUNCES = 50
+FORWARD_REASON = "the forward estimator follows light from its source"
 
 
 @dataclass
@@ -39,6 +40,7 @@ class EffectPlan:
 
 
 KEYS = ("closed-form", "suns-behind", "reflections", "far-ground")
+SHORTCUTS = ("closed-form", "suns-behind")  # of gather; photons fall wherever they fall
 
 
 def plan_effects(scene, patches, request):
@@ -58,6 +60,8 @@ def plan_effects(scene, patches, request):
     for key in request.effects:
         if key not in KEYS:
             raise InputError("--effects", f"no effect is called {key!r}", f"use {', '.join(KEYS)}")
+        if request.estimator == "forward" and key in SHORTCUTS and request.effects[key]:
+            raise InputError("--effects", f"{key} is for gather only", "leave it out or use --estimator gather")
     reflections, max_bounces = plan_reflections(patches, request)
     far_ground = plan_far_ground(patches, request, max_bounces)
     closed_form, closed = plan_closed_form(scene, patches, request)
@@ -109,6 +113,9 @@ def plan_far_ground(patches, request, max_bounces):
 def plan_closed_form(scene, patches, request):
     """Patches with nothing in front of them need no ray."""
     count = len(patches)
+    if request.estimator == "forward":
+        nothing = np.zeros(count, bool)
+        return Effect("closed-form", False, f"photons for all {count:,} patches", FORWARD_REASON, 0.0), nothing
     if not request.effects.get("closed-form", True):
         return Effect("closed-form", False, f"rays for all {count:,} patches", "switched off", 0.0), np.zeros(
             count, bool
@@ -120,6 +127,8 @@ def plan_closed_form(scene, patches, request):
 
 def plan_suns_behind(request):
     """A sun behind a patch cannot be seen from it."""
+    if request.estimator == "forward":
+        return Effect("suns-behind", False, "photons that meet a back end there", FORWARD_REASON, 0.0)
     if request.effects.get("suns-behind", False):
         return Effect("suns-behind", True, "a shadow ray for every sun", "switched on", 0.0)
     return Effect("suns-behind", False, "no shadow ray for a sun behind a face", "it cannot be seen", 0.0)

@@ -1,0 +1,181 @@
+"""From a scene and its suns to the Transfer: the forward estimator.
+
+Photons start at sun, sky and far ground and leave their light where they arrive (Bredemeier et al., Eq. 1 to 4). They
+are reflected at the very place that they meet, and what they leave is counted for whole surfaces: nothing is taken for
+even over a patch, so what comes out has noise but no bias. Every source is followed through all reflections; the cost
+is (suns + 2) · samples · patches photons, of at most 1 + max_bounces rays each.
+
+Which share of a surface is covered is no matter of light: a few hemisphere rays tell it, as in gather.
+"""
+
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+
+from ..request import check_request
+from .check_arrays import check_scene, check_suns
+from .emit_photons import box_of_scene, far_ground_source, sky_source, sun_source
+from .follow_photons import Tally, Target
+from .measure_cover import find_cover
+from .patches import patches_of_scene
+from .plan_effects import plan_effects
+from .ray_scene import RayScene, usable_threads
+from .read_albedo import albedo_of_triangles
+from .trace_sources import REPLICATES, Light, Run, trace_sources
+from .trace_suns import projection_in_front
+from .trace_transfer import Clock, area_means
+from .transfer import Transfer
+
+
+@dataclass
+class Direct:
+    """Under each sun, per DNI."""
+
+    visible_share: np.ndarray  # (n, s) float32
+    reflected: np.ndarray  # (n, s) float32, without what the far ground reflects at first bounce
+    annual: np.ndarray  # (REPLICATES, n) float64, all light weighted with the suns' weights
+    last: float = 0.0  # share of the last bounce in all light, the largest of all suns
+    ray_count: int = 0
+    tally: Tally = field(default_factory=Tally)
+
+
+def trace_forward(scene, suns, request, progress):
+    """Trace a scene with photons.
+
+    Parameters
+    ----------
+    scene : Scene
+    suns : Suns
+    request : Request
+        `samples` is the number of photons per patch from each source: the sky, the far ground and every sun.
+    progress : callable
+        See `core.progress`.
+
+    Returns
+    -------
+    Transfer
+        `visible_share` is unbiased and so may exceed 1 by its noise. Its `settings` say what was decided and traced,
+        and under `photons` where the light of sky, far ground and suns went.
+
+    Raises
+    ------
+    InputError
+        If a number, an array or a setting cannot be used: no ray is traced with it.
+    """
+    check_scene(scene)
+    check_suns(suns)
+    check_request(request)
+    clock = Clock()
+    patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
+    plan = plan_effects(scene, patches, request)
+    merge = area_means(scene.triangle_surface, patches.area, len(scene.surfaces))
+    run, covered_share = prepare_run(scene, patches, request, progress)
+    run.total *= len(suns) + 1 + plan.far_ground
+    clock.lap("plan, tree and cover")
+
+    box = box_of_scene(scene)
+    (sky,) = trace_sources(run, [sky_source(*box, request.seed)], plan.max_bounces)
+    far = trace_far_ground(run, box, plan, request.seed)
+    clock.lap("sky and far ground")
+    direct = trace_direct(run, (box, suns, request), far, plan.max_bounces, merge)
+    clock.lap("suns")
+    diffuse = sky.whole + request.ground_albedo * far.whole
+    return Transfer(
+        surfaces=scene.surfaces,
+        site=scene.site,
+        suns=suns,
+        covered_share=merge @ covered_share,
+        sky_view_factor=sky.first.mean(axis=0),
+        far_ground_view_factor=far.first.mean(axis=0),
+        ground_albedo=request.ground_albedo if plan.far_ground else 0.0,
+        diffuse_relative=diffuse.mean(axis=0),
+        diffuse_relative_standard_error=standard_error(diffuse),
+        visible_share=direct.visible_share,
+        direct_reflected=direct.reflected,
+        direct_annual_standard_error=standard_error(direct.annual),
+        settings={
+            "request": request.as_dict(),
+            "effects": [asdict(effect) for effect in plan.effects],
+            "max_bounces": plan.max_bounces,
+            "brightest_albedo": max(float(patches.albedo.max(initial=0)), request.ground_albedo),
+            "patches": len(patches),
+            "threads": run.threads,
+            "photons_per_source": run.per_replicate * REPLICATES,
+            "rays": sky.ray_count + far.ray_count + direct.ray_count,
+            "photons": {name: asdict(light.tally) for name, light in zip(SOURCES, (sky, far, direct), strict=True)},
+            "seconds": clock.seconds,
+            "embree_thread_seconds": run.target.ray_scene.thread_seconds,
+            "last_bounce_share_diffuse": sky.last,
+            "last_bounce_share_direct": direct.last,
+        },
+    )
+
+
+SOURCES = ("sky", "far ground", "suns")
+
+
+def prepare_run(scene, patches, request, progress):
+    """What photons fall on, and the covered share of each patch.
+
+    Returns
+    -------
+    Run
+        For one source.
+    covered_share : (p,) float32
+    """
+    threads = usable_threads(request.threads)
+    ray_scene = RayScene(scene.vertices, scene.triangles)
+    covered_share, covered = find_cover(ray_scene, patches, threads)
+    count = len(scene.surfaces)
+    surface = np.where(scene.triangle_surface < 0, count, scene.triangle_surface)
+    area = np.bincount(surface, patches.area, count + 1)[:-1]
+    per_replicate = -(-request.samples * int(patches.receives.sum()) // REPLICATES)
+    target = Target(ray_scene, patches, surface, count, covered)
+    return Run(target, area, per_replicate, threads, progress, per_replicate * REPLICATES), covered_share
+
+
+def trace_far_ground(run, box, plan, seed):
+    """Light of the open ground beyond the scene, per radiosity; its arrival is the first reflection already."""
+    if not plan.far_ground:
+        return Light(*np.zeros((2, REPLICATES, len(run.area))))
+    (light,) = trace_sources(run, [far_ground_source(*box, seed)], plan.max_bounces - 1)
+    return light
+
+
+def trace_direct(run, lit, far, max_bounces, merge):
+    """Visible share and reflected irradiance of the surfaces for every sun.
+
+    Parameters
+    ----------
+    run : Run
+    lit : tuple of box, Suns and Request
+    far : Light
+        Of the far ground, which shines by the suns' light.
+    max_bounces : int
+    merge : (n, p) sparse
+        Averages patches over their surface.
+
+    Returns
+    -------
+    Direct
+    """
+    box, suns, request = lit
+    count, height = len(run.area), np.maximum(suns.direction[:, 2], 0) * request.ground_albedo
+    sources = [sun_source(box, direction, index, request.seed) for index, direction in enumerate(suns.direction)]
+    found = Direct(*np.zeros((2, count, len(suns)), np.float32), far.whole * (suns.weight @ height))
+    for index, light in enumerate(trace_sources(run, sources, max_bounces)):
+        aoi_projection = projection_in_front(run.target.patches.normal, suns.direction[index : index + 1].astype("f4"))
+        unshaded = merge @ aoi_projection[:, 0].astype(float)
+        first = light.first.mean(axis=0)
+        found.visible_share[:, index] = np.divide(first, unshaded, out=np.zeros(count), where=unshaded > 0)
+        found.reflected[:, index] = light.reflected.mean(axis=0) + height[index] * far.reflected.mean(axis=0)
+        found.annual += suns.weight[index] * light.whole
+        found.last = max(found.last, light.last)
+        found.ray_count += light.ray_count
+        found.tally.add(light.tally)
+    return found
+
+
+def standard_error(replicates):
+    """Of the mean of independent replicates: (REPLICATES, n) to (n,) float64."""
+    return np.sqrt(replicates.var(axis=0, ddof=1) / len(replicates))

@@ -1,0 +1,271 @@
+"""The forward estimator against values known without a ray tracer, and against the paper's own way of sending rays."""
+
+import numpy as np
+import pytest
+from radiosity import canyon_after_bounces
+from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
+from scipy import stats
+from test_closed_forms import ALBEDO, SUNS, canyon, direct_relative, tilted_square
+from test_tracing import three_houses
+
+from citypv.core.errors import InputError
+from citypv.core.light import trace_sources
+from citypv.core.light.emit_photons import box_of_scene, emit_photons, far_ground_source, sky_source, sun_source
+from citypv.core.light.follow_photons import Photons, Tally, Target, meet_fronts, reflect_photons
+from citypv.core.light.patches import patches_of_scene
+from citypv.core.light.plan_effects import KEYS
+from citypv.core.light.ray_scene import RayScene
+from citypv.core.light.trace_forward import trace_forward
+from citypv.core.plain_scenes import room
+from citypv.core.progress import silent
+from citypv.core.request import Request
+
+FIELDS = ("sky_view_factor", "far_ground_view_factor", "covered_share", "visible_share", "direct_reflected")
+ERRORS = ("diffuse_relative", "diffuse_relative_standard_error", "direct_annual_standard_error")
+
+
+def trace(scene, suns=SUNS, **settings):
+    return trace_forward(scene, suns, Request(estimator="forward", **settings), silent)
+
+
+@pytest.mark.parametrize(("tilt", "expected"), [(0, 1.0), (30, 0.949759526), (60, 0.8125), (90, 0.625)])
+def test_unshaded_surface(tilt, expected):
+    """Eq. 9 and Eq. 11 of the paper."""
+    transfer = trace(tilted_square(tilt), samples=100_000)
+    error = transfer.diffuse_relative_standard_error
+    # A hemisphere that just covers the scene would give 1.6 % more, the far ground without its albedo twice as much.
+    assert 0 < error < 0.016 * expected / 8
+    assert_mean(transfer.diffuse_relative, error, expected)
+    normal = np.array([0, -np.sin(np.radians(tilt)), np.cos(np.radians(tilt))])
+    ground_view = (1 - normal[2]) / 2
+    eq_11 = np.maximum(SUNS.direction @ normal, 0) + ALBEDO * ground_view * SUNS.direction[:, 2]
+    assert direct_relative(transfer).ravel() == pytest.approx(eq_11, abs=0.002)
+    assert transfer.far_ground_view_factor == pytest.approx(ground_view, abs=0.005)
+    annual = direct_relative(transfer) @ SUNS.weight
+    assert transfer.direct_annual_standard_error < 0.002
+    assert_mean(annual, transfer.direct_annual_standard_error + 1e-6, eq_11 @ SUNS.weight)
+
+
+def test_far_ground_off_leaves_the_sky_only():
+    transfer = trace(tilted_square(90), samples=100_000, far_ground=False)
+    assert transfer.diffuse_relative == pytest.approx(0.5, abs=0.005)
+    assert transfer.far_ground_view_factor == transfer.direct_reflected.max() == transfer.ground_albedo == 0
+
+
+def check_canyon(bounces, samples, largest):
+    """Faces as long as the street: what arrives is counted at its own place, so nothing need be split."""
+    scene, ground, wall = canyon(strips=1, middle=60.0)
+    transfer = trace(scene, suns_towards([[0, 0, 1]]), max_bounces=bounces, samples=samples, far_ground=False)
+    known = canyon_after_bounces(1, 1, ALBEDO, bounces)
+    for chosen, value in ((wall, known[0][-1]), (ground, known[1][-1])):
+        area = scene.surfaces.area[chosen]
+        mean = np.average(transfer.diffuse_relative[chosen], weights=area)
+        error = np.sqrt(((area * transfer.diffuse_relative_standard_error[chosen]) ** 2).sum()) / area.sum()
+        assert error < largest
+        assert_mean(mean, error, value)
+
+
+@pytest.mark.parametrize("bounces", [0, 1, 2])
+def test_street_canyon(bounces):
+    """The error is small enough to tell none, one and two reflections apart: 0.06 and 0.009."""
+    check_canyon(bounces, 20_000, 0.0015)
+
+
+@pytest.mark.slow
+def test_street_canyon_after_three_reflections():
+    """Small enough to tell two from three: 0.0014."""
+    check_canyon(3, 400_000, 3.4e-4)
+
+
+def paper_hemisphere(scene, radius, count, seed):
+    """Eq. 1 and 2 as they stand: starts on a hemisphere, Lambertian directions inwards, those that rise discarded."""
+    generator = np.random.default_rng(seed)
+    around, height = generator.uniform(0, 2 * np.pi, count), generator.uniform(0, 1, count)
+    level = np.sqrt(1 - height**2)
+    outwards = np.column_stack([level * np.cos(around), level * np.sin(around), height])
+    # Lambertian about the inward normal: a point of the unit sphere added to it.
+    scattered = generator.normal(size=(count, 3))
+    directions = scattered / np.linalg.norm(scattered, axis=1, keepdims=True) - outwards
+    falls = directions[:, 2] < 0
+    ray_scene = RayScene(scene.vertices, scene.triangles)
+    directions = directions[falls].astype(np.float32)
+    hit = ray_scene.trace_closest((radius * outwards[falls]).astype(np.float32), directions)
+    front = np.flatnonzero(hit >= 0)
+    front = front[np.einsum("ij,ij->i", directions[front], scene.surfaces.normal[hit[front]]) < 0]
+    hits = np.bincount(hit[front], minlength=len(scene.triangles))
+    density = count / (2 * np.pi * radius**2)  # Eq. 1
+    return hits / scene.surfaces.area / density, np.sqrt(np.maximum(hits, 1)) / scene.surfaces.area / density
+
+
+@pytest.mark.parametrize("radius", [60.0, 120.0])
+def test_the_box_sends_the_light_of_the_papers_hemisphere(radius):
+    """At any radius, for rays that rise are discarded."""
+    scene = three_houses()
+    paper, error = paper_hemisphere(scene, radius, 1_000_000, 1)
+    transfer = trace(scene, max_bounces=0, samples=8000)
+    total = np.hypot(error, transfer.diffuse_relative_standard_error)
+    lit = paper > 0
+    assert lit.sum() > 30
+    assert (np.abs(transfer.sky_view_factor - paper)[lit] < 4.5 * total[lit]).all()
+    ratio = (paper @ scene.surfaces.area) / (transfer.sky_view_factor @ scene.surfaces.area)
+    assert ratio == pytest.approx(1, abs=0.005)  # rays that rise would add 1 %
+
+
+def test_sun_at_zenith_on_the_horizon_and_in_the_plane_of_walls():
+    scene = join([strip([-20, -20, 0], [40, 0, 0], [0, 40, 0], 2), *facing_walls()])
+    transfer = trace(scene, suns_towards([[0, 0, 1], [0, -1, 0], [1e-9, 0, 1]]), samples=2000, max_bounces=0)
+    ground, south, east = (slice(0, 4), slice(4, 6), slice(6, 8))
+    for zenith in (0, 2):
+        assert transfer.visible_share[ground, zenith] == pytest.approx(1, abs=0.02)
+        assert transfer.visible_share[4:, zenith].max() == 0
+    assert transfer.visible_share[south, 1] == pytest.approx(1, abs=0.02)
+    assert transfer.visible_share[ground, 1].max() == transfer.visible_share[east, 1].max() == 0
+
+
+def facing_walls():
+    """A wall that looks south and one that looks east."""
+    return [strip([-5, 0, 0], [10, 0, 0], [0, 0, 10], 1), strip([10, 5, 0], [0, 10, 0], [0, 0, 10], 1)]
+
+
+def test_where_the_light_goes():
+    """Absorbed, escaped and lost light is what was emitted, exactly: the weights are multiples of 2⁻²⁶."""
+    transfer = trace(three_houses(), samples=2000, albedo=0.3, ground_albedo=0.7, max_bounces=4)
+    for tally in transfer.settings["photons"].values():
+        ends = sum(value for name, value in tally.items() if name != "emitted")
+        assert ends == tally["emitted"] > 0
+        assert tally["escaped"] > 0
+        assert tally["absorbed"] > 0
+    whole = transfer.settings["photons"]["sky"]["emitted"]
+    box = box_of_scene(three_houses())
+    power = sky_source(*box, 0).power.sum()
+    received = transfer.diffuse_relative @ transfer.surfaces.area
+    assert received > 0
+    # What the surfaces are said to receive of the sky is what its photons left on them, less the far ground's part.
+    dark = trace(three_houses(), samples=2000, albedo=0, ground_albedo=0)
+    absorbed = dark.settings["photons"]["sky"]["absorbed"] / whole * power
+    assert dark.diffuse_relative @ dark.surfaces.area == pytest.approx(absorbed, rel=1e-9)
+
+
+@pytest.mark.parametrize("bounces", [0, 1, 3, 50])
+@pytest.mark.parametrize("albedo", [0.0, 0.25, 0.999, 1.0])
+def test_closed_furnace(albedo, bounces):
+    """In a closed room with E₀ = 1 everywhere E is (1 - ρⁿ⁺¹)/(1 - ρ), n + 1 at ρ = 1: not a photon finds a way out."""
+    scene = join(room((0, 0, 0), (4, 5, 3)))
+    patches = patches_of_scene(scene, np.full(12, albedo), 0)
+    target = Target(RayScene(scene.vertices, scene.triangles), patches, np.arange(12), 12, np.zeros((12, 64), bool))
+    count = 20_000
+    number = np.arange(count)
+    generator = np.random.default_rng(0)
+    places = (generator.choice(12, count, p=patches.area / patches.area.sum()), *barycentric(generator, count))
+    photons = Photons(np.zeros((count, 3)), np.zeros((count, 3)), np.ones(count), number, np.zeros(count, int))
+    received = np.bincount(places[0], photons.weight, 12)
+    tally = Tally()
+    for bounce in range(bounces):
+        photons = reflect_photons(patches, np.uint64(7), photons, places, bounce)
+        photons, places = meet_fronts(target, photons, tally, False)
+        received += np.bincount(places[0], photons.weight, 12)
+    expected = bounces + 1 if albedo == 1 else (1 - albedo ** (bounces + 1)) / (1 - albedo)
+    assert received.sum() == pytest.approx(count * expected, rel=1e-6)
+    assert tally.escaped == tally.on_backs == tally.closed == 0
+    if albedo:
+        mean = received * patches.area.sum() / patches.area / count
+        assert mean == pytest.approx(expected, rel=0.1)
+
+
+def barycentric(generator, count):
+    one, two = generator.random((2, count))
+    outside = one + two > 1
+    return np.where(outside, 1 - one, one).astype("f4"), np.where(outside, 1 - two, two).astype("f4")
+
+
+def test_threads_and_chunks_change_no_bit(monkeypatch):
+    reference = trace(three_houses(), samples=600, threads=1)
+    others = [trace(three_houses(), samples=600, threads=threads) for threads in (2, 7)]
+    monkeypatch.setattr(trace_sources, "PHOTONS_PER_TASK", 777)
+    others.append(trace(three_houses(), samples=600, threads=3))
+    for other in others:
+        for name in (*FIELDS, *ERRORS):
+            assert np.array_equal(getattr(other, name), getattr(reference, name)), name
+        assert other.settings["photons"] == reference.settings["photons"]
+
+
+def test_seed_changes_the_noise_only():
+    scene = three_houses()
+    one, other = (trace(scene, samples=2000, seed=seed) for seed in (0, 1))
+    difference = one.diffuse_relative - other.diffuse_relative
+    error = np.hypot(one.diffuse_relative_standard_error, other.diffuse_relative_standard_error)
+    noisy = error > 0
+    assert np.abs(difference).max() > 0
+    assert (np.abs(difference[noisy]) < 4 * error[noisy]).mean() > 0.95
+
+
+def test_standard_error_is_that_of_the_noise():
+    """Errors over standard errors follow Student's t with the fifteen degrees of freedom of sixteen replicates."""
+    quotients = []
+    for seed in range(150):
+        transfer = trace(tilted_square(60), suns_towards([[0, 0, 1]]), samples=1600, seed=seed, threads=1)
+        quotients.append((transfer.diffuse_relative - 0.8125) / transfer.diffuse_relative_standard_error)
+    assert stats.kstest(np.concatenate(quotients), "t", args=(trace_sources.REPLICATES - 1,)).pvalue > 0.01
+    assert 0.7 < np.std(quotients) < 1.4
+
+
+def test_standard_error_falls_with_samples():
+    scene = three_houses()
+    few, many = (np.median(trace(scene, samples=count).diffuse_relative_standard_error) for count in (250, 4000))
+    assert many < few / 3  # independent photons: a quarter
+
+
+def test_photons_enter_where_the_light_does():
+    """Shares of the box's sides, and directions: the sky's fall, the far ground's rise, a sun's are parallel."""
+    low, size = np.array([0.0, 0, 0]), np.array([4.0, 2, 1])
+    place = np.arange(100_000)
+    for source, rising in ((sky_source(low, size, 0), False), (far_ground_source(low, size, 0), True)):
+        origins, directions = emit_photons(source, np.zeros_like(place), place)
+        assert source.power.sum() == pytest.approx(8 + 6)
+        level = origins[:, 2] == (0 if rising else 1)
+        assert level.mean() == pytest.approx(8 / 14, abs=1e-3)
+        assert ((directions[:, 2] > 0) == rising).all()
+        assert np.linalg.norm(directions, axis=1) == pytest.approx(1, abs=1e-6)
+        assert np.abs(directions[level, 2]).mean() == pytest.approx(2 / 3, abs=2e-3)  # Lambertian
+        outwards = ((origins == low) & (directions < 0)) | ((origins == low + size) & (directions > 0))
+        assert not outwards.any()
+        assert ((origins == low) | (origins == low + size)).any(axis=1).all()
+    sun = sun_source((low, size), [0, 0, 1], 0, 0)
+    assert sun.power == pytest.approx([8, 0, 0, 0, 0, 0])
+    slanted = sun_source((low, size), [0.6, 0, 0.8], 0, 0)
+    assert slanted.power.sum() == pytest.approx(8 * 0.8 + 2 * 0.6)
+
+
+def test_shortcuts_of_gather_are_refused():
+    with pytest.raises(InputError, match="closed-form is for gather only"):
+        trace(three_houses(), effects={"closed-form": True})
+    with pytest.raises(InputError, match="no effect is called"):
+        trace(three_houses(), effects={"fog": True})
+    effects = trace(three_houses(), samples=16)
+    assert [effect["key"] for effect in effects.settings["effects"]] == list(KEYS)
+    assert not any(effect["on"] for effect in effects.settings["effects"][:2])
+
+
+def test_unknown_estimator_is_refused():
+    with pytest.raises(InputError, match="'backward' is not known; give gather or forward"):
+        trace_forward(three_houses(), SUNS, Request(estimator="backward"), silent)
+
+
+def test_an_error_in_progress_ends_the_task():
+    def stop(stage, done, total, unit):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        trace_forward(three_houses(), SUNS, Request(samples=16), stop)
+
+
+def test_nothing_that_receives_and_no_sun():
+    """A floor that lies on the ground, under no sun at all."""
+    scene = scene_of_triangles([[0, 0, 0], [0, 2, 0], [3, 0, 0], [3, 2, 0]], [[0, 1, 2]])
+    scene.footprint[:] = True
+    empty = suns_towards([[0, 0, 1]])
+    for name in ("direction", "weight", "day", "step"):
+        setattr(empty, name, getattr(empty, name)[:0])
+    transfer = trace(scene, empty)
+    assert transfer.diffuse_relative == transfer.sky_view_factor == 0
+    assert transfer.visible_share.shape == (1, 0)

@@ -1,0 +1,162 @@
+"""Gather and forward, two estimators that share no ray, find the same light."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scenes import scene_of_triangles, suns_towards
+from test_closed_forms import canyon, direct_relative
+from test_tracing import three_houses
+
+from citypv.core.geometry.build_scene import build_scene
+from citypv.core.geometry.read_city import read_city
+from citypv.core.geometry.refine import refine_triangles
+from citypv.core.light.trace_forward import trace_forward
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+
+ROOT = Path(__file__).parents[2]
+SUNS = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3], [0.3, -0.9, 0.1], [0, 0, 1]])
+
+
+def refined(scene, patch_size):
+    """The same surfaces, cut into smaller patches."""
+    vertices, triangles, parent = refine_triangles(scene.vertices, scene.triangles, patch_size)
+    return scene_of_triangles(vertices, triangles, parent)
+
+
+def group_means(transfer, least=3):
+    """Of each group of surfaces: label, mean and standard error of diffuse and of annual direct light.
+
+    Surfaces count as independent. A photon reflected from one to the other makes that a little too small.
+    """
+    surfaces = transfer.surfaces
+    annual = direct_relative(transfer) @ transfer.suns.weight
+    found = {}
+    for label in sorted(set(zip(surfaces.kind, surfaces.orientation, strict=True))):
+        chosen = (surfaces.kind == label[0]) & (surfaces.orientation == label[1])
+        if chosen.sum() < least:
+            continue
+        share = surfaces.area[chosen] / surfaces.area[chosen].sum()
+        pairs = (
+            (transfer.diffuse_relative, transfer.diffuse_relative_standard_error),
+            (annual, transfer.direct_annual_standard_error),
+        )
+        found[label] = [
+            (share @ value[chosen], np.sqrt(((share * error[chosen]) ** 2).sum())) for value, error in pairs
+        ]
+    return found
+
+
+def compare(scene, suns, gather, forward):
+    """Group by group: gather less forward, the standard error of that, and the reflected light of gather.
+
+    Returns
+    -------
+    difference, error : (g, 2) float
+        Of diffuse and of annual direct light.
+    reflected : (g, 2) float
+    """
+    one = trace_transfer(scene, suns, Request(**gather), silent)
+    other = trace_forward(scene, suns, Request(estimator="forward", **forward), silent)
+    dark = group_means(replace(one, direct_reflected=0 * one.direct_reflected, diffuse_relative=one.sky_view_factor))
+    one, other = group_means(one), group_means(other)
+    assert list(one) == list(other)
+    assert len(one) >= 3
+    means, errors = (
+        np.array([[[pair[part] for pair in side[key]] for key in one] for side in (one, other)]) for part in (0, 1)
+    )
+    before = np.array([[pair[0] for pair in dark[key]] for key in one])
+    return means[0] - means[1], np.hypot(*errors), means[0] - before
+
+
+@pytest.mark.parametrize("bounces", [0, 1, 3])
+def test_three_houses(bounces):
+    scene = refined(three_houses(), 4.0)
+    settings = {"max_bounces": bounces}
+    difference, error, _ = compare(scene, SUNS, settings | {"samples": 256}, settings | {"samples": 100})
+    assert error.max() < 0.01  # one reflection adds 0.03 to 0.1 on the walls
+    assert (np.abs(difference) <= 4 * error + 1e-6).all()
+
+
+def test_street_canyon():
+    scene, _, _ = canyon(strips=12)
+    difference, error, reflected = compare(scene, SUNS, {"samples": 1024}, {"samples": 400})
+    assert error.max() < 0.006
+    assert reflected.max() > 10 * error.max()
+    assert (np.abs(difference) <= 4 * error).all()
+
+
+@pytest.mark.slow
+def test_light_that_is_even_over_a_patch_is_where_gather_errs():
+    """Walls of ten metres hand on their mean light from all of their height; cut into pieces they do so no more."""
+    settings = {"max_bounces": 1, "far_ground": False, "shadow_samples": 64}
+    share, steps = {}, {}
+    for patch_size, gather, forward in ((40.0, 8192, 10_000), (4.0, 1024, 200)):
+        difference, error, reflected = compare(
+            refined(three_houses(), patch_size), SUNS, settings | {"samples": gather}, settings | {"samples": forward}
+        )
+        share[patch_size] = (np.abs(difference) / np.maximum(reflected, 1e-9))[1:, 1]
+        steps[patch_size] = (np.abs(difference) / np.maximum(error, 1e-9))[1:, 1]
+    assert share[40.0].max() > 0.05
+    assert steps[40.0].max() > 10
+    assert share[4.0].max() < 0.02
+    assert steps[4.0].max() < 5
+
+
+PATCHES = 0.025  # of the reflected part: what light that is even over patches of 10 m may change
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bounces", [0, 3])
+def test_berlin(bounces):
+    """The demo's tile, on its generated ground: facades and roofs by orientation."""
+    scene = build_scene(read_city([ROOT / "examples" / "berlin" / "berlin_3910_5817.gml"]))
+    settings = {"max_bounces": bounces}
+    difference, error, reflected = compare(scene, SUNS, settings | {"samples": 256}, settings | {"samples": 32})
+    assert len(difference) >= 9
+    assert np.median(error) < 0.004
+    assert (np.abs(difference) <= 4 * error + PATCHES * reflected + 1e-6).all()
+
+
+@pytest.mark.slow
+def test_town():
+    """91,764 triangles against gather, and against the reference that another engine traced."""
+    town = np.load(ROOT / "tests" / "data" / "town.npz")
+    scene = scene_of_triangles(town["vertices"], town["triangles"])
+    chosen = [20, 71, 100]
+    suns = suns_towards(town["sun"][chosen])
+    settings = {"far_ground": False}
+    difference, error, reflected = compare(scene, suns, settings | {"samples": 256}, settings | {"samples": 48})
+    assert error.max() < 5e-4
+    assert (np.abs(difference) <= 4 * error + PATCHES * reflected).all()
+
+
+@pytest.mark.slow
+def test_town_against_its_reference():
+    town = np.load(ROOT / "tests" / "data" / "town.npz")
+    scene = scene_of_triangles(town["vertices"], town["triangles"])
+    chosen = [20, 71, 100]
+    suns = suns_towards(town["sun"][chosen])
+    request = Request(estimator="forward", samples=48, far_ground=False)
+    forward = trace_forward(scene, suns, request, silent)
+    triangle = town["triangle"]
+    share = scene.surfaces.area[triangle] / scene.surfaces.area[triangle].sum()
+    pairs = (
+        (
+            forward.diffuse_relative,
+            forward.diffuse_relative_standard_error,
+            town["diffuse"] + town["diffuse_reflected"],
+        ),
+        (
+            direct_relative(forward) @ suns.weight,
+            forward.direct_annual_standard_error,
+            (town["direct"] + town["direct_reflected"])[:, chosen] @ suns.weight,
+        ),
+    )
+    for found, single, known in pairs:
+        error = np.sqrt(((share * single[triangle]) ** 2).sum())
+        assert error < 0.002  # the reflected part is 0.01 of direct and 0.06 of diffuse light
+        assert abs(share @ found[triangle] - share @ known) < 4 * error
