@@ -21,10 +21,12 @@ from .patches import patches_of_scene
 from .plan_effects import plan_effects
 from .ray_scene import RayScene, usable_threads
 from .read_albedo import albedo_of_triangles
-from .trace_sources import REPLICATES, Light, Run, trace_sources
+from .trace_sources import REPLICATES, Run, no_light, trace_sources
 from .trace_suns import projection_in_front
 from .trace_transfer import Clock, area_means
 from .transfer import Transfer
+
+WHOLE = 1 - 1e-6  # share that rounding may leave of a surface that is covered as a whole
 
 
 @dataclass
@@ -34,6 +36,7 @@ class Direct:
     visible_share: np.ndarray  # (n, s) float32
     reflected: np.ndarray  # (n, s) float32, without what the far ground reflects at first bounce
     annual: np.ndarray  # (REPLICATES, n) float64, all light weighted with the suns' weights
+    photons: np.ndarray  # (n,) float64, sum of squares of what single photons bring to it
     last: float = 0.0  # share of the last bounce in all light, the largest of all suns
     ray_count: int = 0
     tally: Tally = field(default_factory=Tally)
@@ -54,8 +57,9 @@ def trace_forward(scene, suns, request, progress):
     Returns
     -------
     Transfer
-        `visible_share` is unbiased and so may exceed 1 by its noise. Its `settings` say what was decided and traced,
-        and under `photons` where the light of sky, far ground and suns went.
+        Shares end at 1. Of what chance gives a surface beyond that nothing is lost: `diffuse_relative` keeps it, and
+        `direct_reflected` takes it in, so that sums stay unbiased. `settings` say what was decided and traced, and
+        under `photons` where the light of sky, far ground and suns went.
 
     Raises
     ------
@@ -80,19 +84,22 @@ def trace_forward(scene, suns, request, progress):
     direct = trace_direct(run, (box, suns, request), far, plan.max_bounces, merge)
     clock.lap("suns")
     diffuse = sky.whole + request.ground_albedo * far.whole
+    photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
+    covered_share = merge @ covered_share
+    closed = (covered_share > WHOLE) | (run.area == 0)
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
         suns=suns,
-        covered_share=merge @ covered_share,
-        sky_view_factor=sky.first.mean(axis=0),
-        far_ground_view_factor=far.first.mean(axis=0),
+        covered_share=covered_share,
+        sky_view_factor=np.minimum(sky.first.mean(axis=0), 1),
+        far_ground_view_factor=np.minimum(far.first.mean(axis=0), 1),
         ground_albedo=request.ground_albedo if plan.far_ground else 0.0,
         diffuse_relative=diffuse.mean(axis=0),
-        diffuse_relative_standard_error=standard_error(diffuse),
+        diffuse_relative_standard_error=standard_error(diffuse, photons, closed),
         visible_share=direct.visible_share,
         direct_reflected=direct.reflected,
-        direct_annual_standard_error=standard_error(direct.annual),
+        direct_annual_standard_error=standard_error(direct.annual, direct.photons, closed),
         settings={
             "request": request.as_dict(),
             "effects": [asdict(effect) for effect in plan.effects],
@@ -137,7 +144,7 @@ def prepare_run(scene, patches, request, progress):
 def trace_far_ground(run, box, plan, seed):
     """Light of the open ground beyond the scene, per radiosity; its arrival is the first reflection already."""
     if not plan.far_ground:
-        return Light(*np.zeros((2, REPLICATES, len(run.area))))
+        return no_light(len(run.area))
     (light,) = trace_sources(run, [far_ground_source(*box, seed)], plan.max_bounces - 1)
     return light
 
@@ -162,20 +169,42 @@ def trace_direct(run, lit, far, max_bounces, merge):
     box, suns, request = lit
     count, height = len(run.area), np.maximum(suns.direction[:, 2], 0) * request.ground_albedo
     sources = [sun_source(box, direction, index, request.seed) for index, direction in enumerate(suns.direction)]
-    found = Direct(*np.zeros((2, count, len(suns)), np.float32), far.whole * (suns.weight @ height))
+    found = Direct(
+        *np.zeros((2, count, len(suns)), np.float32),
+        annual=far.whole * (suns.weight @ height),
+        photons=(far.photon * (suns.weight @ height)) ** 2,
+    )
+    beyond_first = far.whole.mean(axis=0) - np.minimum(far.first.mean(axis=0), 1)
     for index, light in enumerate(trace_sources(run, sources, max_bounces)):
         aoi_projection = projection_in_front(run.target.patches.normal, suns.direction[index : index + 1].astype("f4"))
         unshaded = merge @ aoi_projection[:, 0].astype(float)
-        first = light.first.mean(axis=0)
+        first = np.minimum(light.first.mean(axis=0), unshaded)
         found.visible_share[:, index] = np.divide(first, unshaded, out=np.zeros(count), where=unshaded > 0)
-        found.reflected[:, index] = light.reflected.mean(axis=0) + height[index] * far.reflected.mean(axis=0)
+        found.reflected[:, index] = light.whole.mean(axis=0) - first + height[index] * beyond_first
         found.annual += suns.weight[index] * light.whole
+        found.photons += np.where(unshaded > 0, suns.weight[index] * light.photon, 0) ** 2
         found.last = max(found.last, light.last)
         found.ray_count += light.ray_count
         found.tally.add(light.tally)
     return found
 
 
-def standard_error(replicates):
-    """Of the mean of independent replicates: (REPLICATES, n) to (n,) float64."""
-    return np.sqrt(replicates.var(axis=0, ddof=1) / len(replicates))
+def standard_error(replicates, photons, closed):
+    """Standard error of the mean of independent replicates.
+
+    Where a few photons arrive, or none, their spread tells little: one more might have come. Its light counts as well,
+    which takes √(k + 1) for √k photons.
+
+    Parameters
+    ----------
+    replicates : (REPLICATES, n) float64
+    photons : (n,) float64
+        Square of what one photon brings.
+    closed : (n,) bool
+        Where none can arrive.
+
+    Returns
+    -------
+    (n,) float64
+    """
+    return np.sqrt(replicates.var(axis=0, ddof=1) / len(replicates) + np.where(closed, 0, photons))

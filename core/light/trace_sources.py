@@ -32,6 +32,7 @@ class Light:
 
     first: np.ndarray  # (REPLICATES, n) float64
     reflected: np.ndarray  # (REPLICATES, n) float64
+    photon: np.ndarray  # (n,) float64, what a single photon brings
     last: float = 0.0  # share of the last bounce in all light
     ray_count: int = 0
     tally: Tally = field(default_factory=Tally)
@@ -68,6 +69,11 @@ def trace_sources(run, sources, max_bounces):
         yield add_deposits(run, source, islice(found, len(ranges) if source.power.any() else 0), max_bounces)
 
 
+def no_light(count):
+    """Light of a source that does not shine on any of some surfaces."""
+    return Light(*np.zeros((2, REPLICATES, count)), np.zeros(count))
+
+
 def add_deposits(run, source, found, max_bounces):
     """Irradiance by one source from the deposits of its photons.
 
@@ -82,7 +88,7 @@ def add_deposits(run, source, found, max_bounces):
     -------
     Light
     """
-    light = Light(*np.zeros((2, REPLICATES, len(run.area))))
+    light = no_light(len(run.area))
     arrived = last = 0.0
     for part in found:
         rows = slice(part.first_replicate, part.first_replicate + len(part.first))
@@ -99,4 +105,5 @@ def add_deposits(run, source, found, max_bounces):
     per_photon = source.power.sum() / max(run.per_replicate, 1) / np.where(run.area > 0, run.area, np.inf)
     light.first *= per_photon
     light.reflected *= per_photon
+    light.photon = per_photon / REPLICATES
     return light

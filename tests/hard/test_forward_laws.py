@@ -1,0 +1,128 @@
+"""Laws of the forward estimator on random scenes: the light that gather finds, and none lost."""
+
+import numpy as np
+import pytest
+from closed import room
+from hypothesis import given
+from scenes import join, scene_of_triangles, suns_towards
+from test_laws import SUNS, law, random_parts, seeds
+
+from citypv.core.geometry.refine import refine_triangles
+from citypv.core.light import trace_sources
+from citypv.core.light.trace_forward import trace_forward
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+
+PATCHES = 0.04  # of the reflected part: what gather errs by where light is even over patches of six metres
+FIELDS = ("diffuse_relative", "visible_share", "direct_reflected", "diffuse_relative_standard_error")
+
+
+def random_scene(seed):
+    """Boxes on a plain, apart from each other, in patches of six metres; one surface for each side."""
+    scene = join(random_parts(seed, apart=True))
+    vertices, triangles, parent = refine_triangles(scene.vertices, scene.triangles, 6.0)
+    return scene_of_triangles(vertices, triangles, parent)
+
+
+def trace(scene, estimator, **options):
+    way = {"gather": trace_transfer, "forward": trace_forward}[estimator]
+    return way(scene, suns_towards(SUNS), Request(**{"estimator": estimator, "threads": 1} | options), silent)
+
+
+def group_light(transfer):
+    """Means and standard errors of diffuse and annual direct light, by kind and orientation: two (2 g,)."""
+    surfaces, suns = transfer.surfaces, transfer.suns
+    first = np.maximum(surfaces.normal @ suns.direction.T, 0) * transfer.visible_share
+    far = np.outer(transfer.far_ground_view_factor, transfer.ground_albedo * suns.direction[:, 2])
+    direct = (first + far + transfer.direct_reflected) @ suns.weight
+    parts = (
+        (transfer.diffuse_relative, transfer.diffuse_relative_standard_error),
+        (direct, transfer.direct_annual_standard_error),
+    )
+    labels = np.char.add(surfaces.kind.astype(str), surfaces.orientation.astype(str))
+    means, errors = [], []
+    for label in np.unique(labels):
+        share = np.where(labels == label, surfaces.area, 0)
+        share /= share.sum()
+        means += [share @ mean for mean, _ in parts]
+        errors += [np.sqrt(share**2 @ error**2) for _, error in parts]
+    return np.array(means), np.array(errors)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bounces", [0, 2])
+def test_gather_and_forward_agree(bounces):
+    """Within their errors on every scene; over all scenes the differences are as large as the errors, and not biased.
+
+    The plain and the boxes' upper sides take part; the first hits must agree without any allowance.
+    """
+    collected = []
+
+    @law
+    @given(seeds)
+    def agree(seed):
+        scene = random_scene(seed)
+        gathered = trace(scene, "gather", samples=64, max_bounces=bounces)
+        (one, s), (other, t) = (
+            group_light(transfer) for transfer in (gathered, trace(scene, "forward", samples=24, max_bounces=bounces))
+        )
+        error, allowance = np.hypot(s, t), 0
+        if bounces:
+            dark, _ = group_light(trace(scene, "gather", samples=64, max_bounces=0))
+            allowance = PATCHES * (one - dark)
+        lit = error > 1e-6
+        assert (np.abs(one - other) <= 5 * error + allowance + 1e-6).all()
+        collected.append((one - other)[lit] / error[lit])
+
+    agree()
+    z = np.concatenate(collected)
+    assert len(collected) >= 200
+    assert len(z) > 1500
+    assert 0.75 < np.sqrt(np.mean(z**2)) < 1.25
+    assert abs(z.mean()) < 4 / np.sqrt(len(z)) if bounces == 0 else abs(z.mean()) < 0.25
+
+
+@pytest.mark.slow
+@law
+@given(seeds)
+def test_energy(seed):
+    """Everything emitted is absorbed, escapes or is lost on backs; the remainder is 0, not 10⁻⁶."""
+    transfer = trace(join(random_parts(seed)), "forward", samples=16, albedo=0.37, ground_albedo=0.81, max_bounces=6)
+    for tally in transfer.settings["photons"].values():
+        assert tally["emitted"] > 0
+        assert sum(tally.values()) == 2 * tally["emitted"]
+        assert min(tally.values()) >= 0
+
+
+@pytest.mark.slow
+@law
+@given(seeds)
+def test_threads_and_chunks(seed):
+    scene = join(random_parts(seed))
+    one = trace(scene, "forward", samples=24)
+    before = trace_sources.PHOTONS_PER_TASK
+    try:
+        trace_sources.PHOTONS_PER_TASK = 100
+        other = trace(scene, "forward", samples=24, threads=5)
+    finally:
+        trace_sources.PHOTONS_PER_TASK = before
+    for name in FIELDS:
+        assert np.array_equal(getattr(one, name), getattr(other, name)), name
+    assert one.settings["photons"] == other.settings["photons"]
+
+
+@pytest.mark.slow
+@law
+@given(seeds)
+def test_a_closed_room_stays_dark(seed):
+    """Not one photon of sky, sun or far ground finds a way in."""
+    generator = np.random.default_rng(seed)
+    low, high = generator.uniform(-5, 0, 3), generator.uniform(1, 6, 3)
+    turn, _ = np.linalg.qr(generator.normal(size=(3, 3)))
+    parts = room(low, high)
+    inside = join(
+        [(points @ (turn * np.sign(np.linalg.det(turn))).T + [900, -700, 50], faces) for points, faces in parts]
+    )
+    transfer = trace(inside, "forward", samples=256)
+    assert transfer.diffuse_relative.max() == transfer.visible_share.max() == transfer.direct_reflected.max() == 0
