@@ -5,10 +5,11 @@ from pathlib import Path
 from ..errors import InputError
 from .join_contents import join_contents
 from .read_citygml import read_content as read_citygml_content
+from .read_cityjson import read_cityjson
 from .read_obj import read_obj
 
 READERS = {".gml": read_citygml_content, ".citygml": read_citygml_content, ".xml": read_citygml_content}
-READERS |= {".obj": read_obj}
+READERS |= {".json": read_cityjson, ".jsonl": read_cityjson, ".obj": read_obj}
 
 
 def read_city(paths, lod=None, unit="m", up="z"):
