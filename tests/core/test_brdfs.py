@@ -1,0 +1,148 @@
+"""Laws of reflection: samplers against their densities, white furnace, reciprocity, Fresnel's known values."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from citypv.core.light.brdf_glass import Glass, fresnel, reflect_interfaces
+from citypv.core.light.brdf_glossy import Glossy
+from citypv.core.light.brdf_lambertian import Lambertian
+from citypv.core.light.brdf_mirror import Mirror
+
+SPREADING = [Lambertian(0.6), Glossy(0.9, 0.1), Glossy(0.8, 0.3), Glossy(1.0, 1.0)]
+ZENITHS = [0.0, 30.0, 60.0, 85.0]  # [°]
+
+
+def towards(zenith, azimuth=25.0):
+    """A unit vector: (1, 3)."""
+    zenith, azimuth = np.radians(zenith), np.radians(azimuth)
+    return np.array([[np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)]])
+
+
+def sphere_grid(across, around):
+    """Middles of cells of equal solid angle: (across · around, 3), and that angle [sr]."""
+    height = 1 - (np.arange(across) + 0.5) * 2 / across
+    azimuth = (np.arange(around) + 0.5) * 2 * np.pi / around - np.pi
+    height, azimuth = (grid.ravel() for grid in np.meshgrid(height, azimuth, indexing="ij"))
+    level = np.sqrt(1 - height**2)
+    return np.column_stack([level * np.cos(azimuth), level * np.sin(azimuth), height]), 4 * np.pi / len(height)
+
+
+def count_cells(directions, across, around):
+    """Directions in each cell of `sphere_grid`."""
+    row = np.minimum(((1 - directions[:, 2]) * across / 2).astype(int), across - 1)
+    column = ((np.arctan2(directions[:, 1], directions[:, 0]) + np.pi) / (2 * np.pi) * around).astype(int) % around
+    return np.bincount(row * around + column, minlength=across * around)
+
+
+@pytest.mark.parametrize("zenith", ZENITHS)
+@pytest.mark.parametrize("brdf", SPREADING, ids=str)
+def test_samples_follow_their_density(brdf, zenith):
+    """χ² over 20 × 30 cells of the sphere; samples that sink, whose share is 0, count as one cell more."""
+    across, around, fine, count = 20, 30, 30, 200_000
+    draws = np.random.default_rng(3).random((count, 3))
+    arriving = np.repeat(towards(zenith), count, axis=0)
+    leaving, share = brdf.sample(arriving, draws)
+    assert np.linalg.norm(leaving, axis=1) == pytest.approx(1, abs=1e-9)
+    observed = count_cells(leaving[share > 0], across, around)
+    middles, angle = sphere_grid(across * fine, around * fine)
+    density = brdf.pdf(np.broadcast_to(towards(zenith), middles.shape), middles) * angle
+    expected = density.reshape(across, fine, around, fine).sum(axis=(1, 3)).ravel() * count
+    assert expected.sum() <= count * 1.002
+    observed, expected = (np.append(cells, count - cells.sum()) for cells in (observed, expected))
+    # Cells with too few to be expected are thrown together.
+    few = expected < 10
+    groups = [np.append(cells[~few], cells[few].sum()) for cells in (observed, expected)]
+    assert groups[1].size > 5
+    if groups[1][-1] < 10:
+        groups = [np.append(cells[:-2], cells[-2:].sum()) for cells in groups]
+    statistic, chance = stats.chisquare(groups[0], groups[1] * groups[0].sum() / groups[1].sum())
+    assert chance > 1e-3, statistic
+
+
+@pytest.mark.parametrize("zenith", ZENITHS)
+@pytest.mark.parametrize("brdf", SPREADING, ids=str)
+def test_share_is_what_the_law_says(brdf, zenith):
+    """evaluate · cos = share · pdf, sample by sample, and the mean share is the integral of evaluate · cos."""
+    count = 50_000
+    arriving = np.repeat(towards(zenith), count, axis=0)
+    leaving, share = brdf.sample(arriving, np.random.default_rng(4).random((count, 3)))
+    lit = share > 0
+    known = brdf.evaluate(arriving[lit], leaving[lit]) * leaving[lit, 2]
+    assert known == pytest.approx(share[lit] * brdf.pdf(arriving[lit], leaving[lit]), rel=1e-6)
+    middles, angle = sphere_grid(1000, 1000)
+    whole = brdf.evaluate(np.broadcast_to(towards(zenith), middles.shape), middles) * np.maximum(middles[:, 2], 0)
+    error = share.std() / np.sqrt(count)
+    assert error < 0.003
+    assert share.mean() == pytest.approx(whole.sum() * angle, abs=4 * error + 1e-4)
+
+
+@pytest.mark.parametrize("zenith", [*ZENITHS, 89.9])
+@pytest.mark.parametrize("brdf", [Lambertian(1.0), Mirror(1.0), Glossy(1.0, 0.05), Glossy(1.0, 1.0)], ids=str)
+def test_white_furnace(brdf, zenith):
+    """What reflects all light reflects exactly all of it; facets lose what meets a second one, and never add any."""
+    arriving = np.repeat(towards(zenith), 50_000, axis=0)
+    _, share = brdf.sample(arriving, np.random.default_rng(5).random((50_000, 3)))
+    if isinstance(brdf, Glossy):
+        assert share.min() >= 0
+        assert share.max() <= 1
+        assert share.mean() > (0.9 if brdf.roughness < 0.1 and zenith < 89 else 0.3)
+    else:
+        assert (share == 1).all()
+
+
+def test_what_glossy_faces_lose():
+    """At α = 1 straight on 1 - ln 2 is left, by integration; all over the hemisphere what the docstring says."""
+    count = 400_000
+    draws = np.random.default_rng(6).random((count, 3))
+    _, share = Glossy(1.0, 1.0).sample(np.repeat(towards(0.0), count, axis=0), draws)
+    assert share.mean() == pytest.approx(1 - np.log(2), abs=4 * share.std() / np.sqrt(count))
+    arriving, _ = Lambertian(1.0).sample(np.zeros((count, 3)), draws)
+    for roughness, lost in ((0.1, 0.03), (0.3, 0.153), (1.0, 0.593)):
+        _, share = Glossy(1.0, roughness).sample(arriving, np.random.default_rng(7).random((count, 3)))
+        assert 1 - share.mean() == pytest.approx(lost, abs=0.006)
+
+
+@pytest.mark.parametrize("brdf", SPREADING, ids=str)
+def test_reciprocity(brdf):
+    generator = np.random.default_rng(8)
+    one, other = (Lambertian(1.0).sample(np.zeros((5000, 3)), generator.random((5000, 2)))[0] for _ in range(2))
+    assert brdf.evaluate(one, other) == pytest.approx(brdf.evaluate(other, one), rel=1e-9)
+    assert brdf.evaluate(one, other).max() > 0
+    below = other * [1, 1, -1]
+    assert (brdf.evaluate(one, below) == 0).all()
+    assert (brdf.pdf(one, below) == 0).all()
+
+
+def test_mirror_and_glass_know_one_direction():
+    arriving = towards(50.0)
+    for brdf in (Mirror(0.7), Glass()):
+        leaving, share = brdf.sample(arriving, np.zeros((1, 3)))
+        assert leaving == pytest.approx(arriving * [-1, -1, 1])
+        assert 0 < share[0] <= brdf.albedo
+        assert brdf.pdf(arriving, leaving) == brdf.evaluate(arriving, leaving) == 0
+
+
+def test_fresnel():
+    """0.04 straight on at n = 1.5; nothing parallel at Brewster's angle; everything at grazing incidence."""
+    assert fresnel([1.0], 1.5) == pytest.approx(0.04)
+    brewster = np.cos(np.arctan(1.5))
+    perpendicular, parallel = fresnel([brewster], 1.5)
+    assert parallel == pytest.approx(0, abs=1e-15)
+    assert perpendicular == pytest.approx(((1.5**2 - 1) / (1.5**2 + 1)) ** 2)  # 0.1479
+    assert fresnel([0.0], 1.5) == pytest.approx(1)
+    # Born and Wolf, n = 1.52: 4.26 % straight on; half of it at a right angle of both.
+    assert reflect_interfaces([1.0], 1.52, 1) == pytest.approx(0.0426, abs=1e-4)
+
+
+@pytest.mark.parametrize("interfaces", [1, 2, 4])
+def test_panes(interfaces):
+    """A pane reflects 2R/(1 + R); light that is followed to and fro through the interfaces gives the same."""
+    cosine = np.array([1.0, 0.7, 0.3, 0.05])
+    single = fresnel(cosine, 1.5)
+    # Add one interface after the other: R' = R + T² r / (1 - R r), with nothing absorbed.
+    together = single.copy()
+    for _ in range(interfaces - 1):
+        together = together + (1 - together) ** 2 * single / (1 - together * single)
+    assert reflect_interfaces(cosine, 1.5, interfaces) == pytest.approx(together.mean(axis=0))
+    assert (np.diff(reflect_interfaces(cosine, 1.5, interfaces)) > 0).all()
