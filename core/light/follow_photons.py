@@ -50,6 +50,7 @@ class Target:
     surface: np.ndarray  # (p,) int, of each patch; `surface_count` where it has none
     surface_count: int
     buried: np.ndarray  # (p, CELL_DIVISIONS²) bool, cells of patches that lie inside or under something
+    finishes: tuple  # laws of reflection other than Lambert's, and (p,) int, which of them patches follow; -1 for none
 
 
 @dataclass
@@ -109,7 +110,7 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
         deposit(photons, target.surface[places[0]], found.first if bounce == 0 else found.reflected)
         found.last = float(photons.weight.sum())
         found.arrived += found.last
-        photons = reflect_photons(target.patches, source.key, photons, places, bounce)
+        photons = reflect_photons(target, source.key, photons, places, bounce)
         found.tally.absorbed += found.last - float(photons.weight.sum())
     found.tally.cut = float(photons.weight.sum())
     return found
@@ -157,12 +158,12 @@ def deposit(photons, surface, sums):
     sums += np.bincount(place, photons.weight, replicates * (count + 1)).reshape(replicates, -1)[:, :-1]
 
 
-def reflect_photons(patches, key, photons, places, bounce):
+def reflect_photons(target, key, photons, places, bounce):
     """Photons that go on from the places where they arrived; what the faces absorb leaves their weight.
 
     Parameters
     ----------
-    patches : Patches
+    target : Target
     key : uint64
         Of the source.
     photons : Photons
@@ -171,7 +172,7 @@ def reflect_photons(patches, key, photons, places, bounce):
     bounce : int
     """
     draws = draw_for_photons(key, photons.number, bounce)
-    origins, directions, share = scatter(patches, places, photons.directions, draws)
+    origins, directions, share = scatter(target.patches, places, photons.directions, draws, target.finishes)
     weight = np.rint(photons.weight * share / QUANTUM) * QUANTUM
     going = weight > 0
     return Photons(origins, directions, weight, photons.number, photons.row).take(going)

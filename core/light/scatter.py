@@ -7,6 +7,7 @@ from .sample_points import cosine_direction
 
 NUMBERS = 3  # random numbers per reflection: two for the direction, one to choose by
 STREAM = np.uint64(0x5CA77E4)
+FLATTEST = 1e-7  # cosine that rounding may leave to light that just meets a front
 
 
 def leave_patches(patches, places, local):
@@ -36,8 +37,8 @@ def leave_patches(patches, places, local):
     return origins, x * tangents[:, 0] + y * tangents[:, 1] + z * normal
 
 
-def scatter(patches, places, directions, draws):
-    """Reflect photons.
+def scatter(patches, places, directions, draws, finishes):
+    """Reflect photons by the law of the face that each meets.
 
     Parameters
     ----------
@@ -48,6 +49,8 @@ def scatter(patches, places, directions, draws):
         In which the photons arrived.
     draws : (m, NUMBERS) float32
         Uniform random numbers.
+    finishes : tuple of list and (p,) int
+        Laws of reflection other than Lambert's, and which of them each patch follows; -1 for Lambert's.
 
     Returns
     -------
@@ -55,8 +58,24 @@ def scatter(patches, places, directions, draws):
     share : (m,) float64
         Of the light that is reflected.
     """
-    local = cosine_direction(draws[:, 0], draws[:, 1])
-    return *leave_patches(patches, places, local), patches.albedo[places[0]].astype(float)
+    hit = places[0]
+    share = patches.albedo[hit].astype(float)
+    local = np.stack(cosine_direction(draws[:, 0], draws[:, 1]))
+    brdfs, finish = finishes
+    for index, brdf in enumerate(brdfs):
+        chosen = np.flatnonzero(finish[hit] == index)
+        arriving = arrive_on_patches(patches, hit[chosen], directions[chosen])
+        leaving, share[chosen] = brdf.sample(arriving, draws[chosen])
+        local[:, chosen] = leaving.T
+    return *leave_patches(patches, places, local), share
+
+
+def arrive_on_patches(patches, hit, directions):
+    """Where light comes from, in the frames of the patches it falls on: (m, 3) float64, of unit length."""
+    axes = np.concatenate([patches.tangents[hit], patches.normal[hit, None]], axis=1).astype(float)
+    arriving = -np.einsum("mij,mj->mi", axes, directions.astype(float))
+    arriving[:, 2] = np.maximum(arriving[:, 2], FLATTEST)
+    return arriving / np.linalg.norm(arriving, axis=1, keepdims=True)
 
 
 def draw_for_photons(key, number, bounce):

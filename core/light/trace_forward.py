@@ -20,7 +20,7 @@ from .measure_cover import find_cover
 from .patches import patches_of_scene
 from .plan_effects import plan_effects
 from .ray_scene import RayScene, usable_threads
-from .read_albedo import albedo_of_triangles
+from .read_albedo import albedo_of_triangles, finish_of_triangles
 from .trace_sources import REPLICATES, Run, no_light, trace_sources
 from .trace_suns import projection_in_front
 from .trace_transfer import Clock, area_means
@@ -137,7 +137,7 @@ def prepare_run(scene, patches, request, progress):
     surface = np.where(scene.triangle_surface < 0, count, scene.triangle_surface)
     area = np.bincount(surface, patches.area, count + 1)[:-1]
     per_replicate = -(-request.samples * int(patches.receives.sum()) // REPLICATES)
-    target = Target(ray_scene, patches, surface, count, covered)
+    target = Target(ray_scene, patches, surface, count, covered, finish_of_triangles(scene, request))
     return Run(target, area, per_replicate, threads, progress, per_replicate * REPLICATES), covered_share
 
 

@@ -10,11 +10,14 @@ from test_tracing import three_houses
 
 from citypv.core.errors import InputError
 from citypv.core.light import trace_sources
+from citypv.core.light.brdf_lambertian import Lambertian
+from citypv.core.light.brdf_mirror import Mirror
 from citypv.core.light.emit_photons import box_of_scene, emit_photons, far_ground_source, sky_source, sun_source
 from citypv.core.light.follow_photons import Photons, Tally, Target, meet_fronts, reflect_photons
 from citypv.core.light.patches import patches_of_scene
 from citypv.core.light.plan_effects import KEYS
 from citypv.core.light.ray_scene import RayScene
+from citypv.core.light.scatter import leave_patches
 from citypv.core.light.trace_forward import trace_forward
 from citypv.core.plain_scenes import room
 from citypv.core.progress import silent
@@ -148,30 +151,35 @@ def test_where_the_light_goes():
     assert dark.diffuse_relative @ dark.surfaces.area == pytest.approx(absorbed, rel=1e-9)
 
 
+@pytest.mark.parametrize("mirrors", [0, 6, 12])
 @pytest.mark.parametrize("bounces", [0, 1, 3, 50])
 @pytest.mark.parametrize("albedo", [0.0, 0.25, 0.999, 1.0])
-def test_closed_furnace(albedo, bounces):
-    """In a closed room with E₀ = 1 everywhere E is (1 - ρⁿ⁺¹)/(1 - ρ), n + 1 at ρ = 1: not a photon finds a way out."""
+def test_closed_furnace(albedo, bounces, mirrors):
+    """In a closed room with E₀ = 1 everywhere E is (1 - ρⁿ⁺¹)/(1 - ρ), n + 1 at ρ = 1: not a photon finds a way out.
+
+    Even light stays even, whether dull faces reflect it or mirrors.
+    """
     scene = join(room((0, 0, 0), (4, 5, 3)))
     patches = patches_of_scene(scene, np.full(12, albedo), 0)
-    target = Target(RayScene(scene.vertices, scene.triangles), patches, np.arange(12), 12, np.zeros((12, 64), bool))
+    finishes = ([Mirror(albedo)], np.where(np.arange(12) < mirrors, 0, -1))
+    ray_scene = RayScene(scene.vertices, scene.triangles)
+    target = Target(ray_scene, patches, np.arange(12), 12, np.zeros((12, 64), bool), finishes)
     count = 20_000
-    number = np.arange(count)
     generator = np.random.default_rng(0)
     places = (generator.choice(12, count, p=patches.area / patches.area.sum()), *barycentric(generator, count))
-    photons = Photons(np.zeros((count, 3)), np.zeros((count, 3)), np.ones(count), number, np.zeros(count, int))
+    local, _ = Lambertian(1.0).sample(np.zeros((count, 3)), generator.random((count, 2)))
+    _, outwards = leave_patches(patches, places, local.T)
+    photons = Photons(np.zeros((count, 3)), -outwards, np.ones(count), np.arange(count), np.zeros(count, int))
     received = np.bincount(places[0], photons.weight, 12)
     tally = Tally()
     for bounce in range(bounces):
-        photons = reflect_photons(patches, np.uint64(7), photons, places, bounce)
+        photons = reflect_photons(target, np.uint64(7), photons, places, bounce)
         photons, places = meet_fronts(target, photons, tally, False)
         received += np.bincount(places[0], photons.weight, 12)
     expected = bounces + 1 if albedo == 1 else (1 - albedo ** (bounces + 1)) / (1 - albedo)
     assert received.sum() == pytest.approx(count * expected, rel=1e-6)
     assert tally.escaped == tally.on_backs == tally.closed == 0
-    if albedo:
-        mean = received * patches.area.sum() / patches.area / count
-        assert mean == pytest.approx(expected, rel=0.1)
+    assert received * patches.area.sum() / patches.area / count == pytest.approx(expected, rel=0.1)
 
 
 def barycentric(generator, count):
@@ -246,6 +254,18 @@ def test_shortcuts_of_gather_are_refused():
     effects = trace(three_houses(), samples=16)
     assert [effect["key"] for effect in effects.settings["effects"]] == list(KEYS)
     assert not any(effect["on"] for effect in effects.settings["effects"][:2])
+
+
+def test_broken_numbers_are_refused():
+    scene, suns = three_houses(), suns_towards([[0, 0, 1]])
+    scene.vertices[3, 1] = np.nan
+    with pytest.raises(InputError, match="vertices: vertex 3"):
+        trace(scene)
+    suns.direction[0, 2] = np.inf
+    with pytest.raises(InputError, match="direction of the suns: row 0"):
+        trace(three_houses(), suns)
+    with pytest.raises(InputError, match="--samples"):
+        trace(three_houses(), samples=0)
 
 
 def test_unknown_estimator_is_refused():

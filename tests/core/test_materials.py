@@ -1,0 +1,204 @@
+"""Materials by name, from a file, and what they do to the light: a mirror facade and the street opposite."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scenes import assert_mean, join, strip, suns_towards
+
+from citypv.core.errors import InputError
+from citypv.core.light.brdf_glass import Glass, reflect_interfaces
+from citypv.core.light.brdf_glossy import Glossy
+from citypv.core.light.brdf_lambertian import Lambertian
+from citypv.core.light.brdf_mirror import Mirror
+from citypv.core.light.materials import ALBEDO_RANGES, PANES, brdf_of_material
+from citypv.core.light.pilot_suns import trace_pilot
+from citypv.core.light.read_albedo import albedo_of_triangles, finish_of_triangles, read_albedo
+from citypv.core.light.trace_forward import trace_forward
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+
+HEIGHT, HALF = 10.0, 400.0  # [m] of the facade, and half its length
+EDGES = np.array([0.0, 4.0, 8.0, 12.0, 20.0])  # [m] from the facade, of strips of the street
+MIDDLE = slice(10, 18)  # the street's surfaces in the middle: four strips of two triangles
+
+
+def street():
+    """A facade that looks south onto a street; only the middle of the street is looked at.
+
+    Returns
+    -------
+    Scene
+        Surfaces 0 and 1 are the facade.
+    """
+    parts = [strip([-HALF, 0, 0], [2 * HALF, 0, 0], [0, 0, HEIGHT], 1)]
+    for start, end in ((-HALF, -HALF / 2), (-HALF / 2, HALF / 2), (HALF / 2, HALF)):
+        for near, far in itertools.pairwise(EDGES):
+            parts.append(strip([start, -far, 0], [end - start, 0, 0], [0, far - near, 0], 1))
+    return join(parts)
+
+
+def finish(tmp_path, text):
+    """An albedo file for the street: its ground is black."""
+    path = tmp_path / "finish.csv"
+    path.write_text(text)
+    return str(path)
+
+
+def light_of_strips(transfer, column=None):
+    """Mean and standard error of each strip: of diffuse light, or of what a sun reflects onto it."""
+    area = transfer.surfaces.area[MIDDLE].reshape(4, 2)
+    values = transfer.diffuse_relative if column is None else transfer.direct_reflected[:, column]
+    error = transfer.diffuse_relative_standard_error if column is None else transfer.direct_annual_standard_error
+    share = area / area.sum(axis=1, keepdims=True)
+    mean = (share * values[MIDDLE].reshape(4, 2)).sum(axis=1)
+    return mean, np.sqrt((share**2 * error[MIDDLE].reshape(4, 2) ** 2).sum(axis=1))
+
+
+def trace_street(tmp_path, text, elevation, samples=60_000):
+    angle = np.radians(elevation)
+    request = Request(
+        estimator="forward",
+        samples=samples,
+        max_bounces=1,
+        far_ground=False,
+        albedo_file=finish(tmp_path, text),
+        effects={"far-ground": False},
+    )
+    suns = suns_towards([[0, -np.cos(angle), np.sin(angle)]])
+    return trace_forward(street(), suns, request, silent)
+
+
+def lit_share(elevation):
+    """Share of each strip onto which the mirror image of the sun shines: a beam as wide as the facade is high."""
+    reach = HEIGHT / np.tan(np.radians(elevation))
+    return np.clip((reach - EDGES[:-1]) / np.diff(EDGES), 0, 1)
+
+
+@pytest.mark.parametrize("elevation", [30.0, 50.0])
+def test_sun_in_a_mirror_facade(tmp_path, elevation):
+    """The mirror image of the sun lights the street: ρ · sin(elevation) as far as the facade throws it."""
+    transfer = trace_street(tmp_path, "surface,albedo,material\nfacade,0.6,mirror\nflat,0,\n", elevation)
+    mean, error = light_of_strips(transfer, 0)
+    assert error.max() < 0.01
+    expected = 0.6 * np.sin(np.radians(elevation)) * lit_share(elevation)
+    assert expected[0] > 0.29
+    assert expected[-1] == 0 or elevation < 45
+    assert_mean(mean, error, expected)
+    assert transfer.direct_reflected[0, 0] < 1e-3  # nothing comes back to the facade from a black street
+
+
+def test_sky_in_a_mirror_facade(tmp_path):
+    """The facade shows the sky: ρ times what the street sees of the facade (Hottel), twice what a dull one sends."""
+    near, far = EDGES[:-1], EDGES[1:]
+    seen = 0.5 * (1 - (np.hypot(far, HEIGHT) - np.hypot(near, HEIGHT)) / (far - near))
+    for material, share in (("mirror", 1.0), ("", 0.5)):
+        transfer = trace_street(tmp_path, f"surface,albedo,material\nfacade,0.8,{material}\nflat,0,\n", 45.0)
+        mean, error = light_of_strips(transfer)
+        assert error.max() < 0.005
+        # The street sees the sky but for the facade, and in the facade its image.
+        assert_mean(mean, error, 1 - seen + 0.8 * share * seen)
+
+
+@pytest.mark.parametrize(("name", "interfaces"), list(PANES.items()))
+def test_sun_in_a_glass_facade(tmp_path, name, interfaces):
+    """Fresnel's share at the angle of incidence, which is the elevation here."""
+    elevation = 30.0
+    transfer = trace_street(tmp_path, f"surface,albedo,material\nfacade,,{name}\nflat,0,\n", elevation)
+    mean, error = light_of_strips(transfer, 0)
+    share = reflect_interfaces([np.cos(np.radians(elevation))], 1.52, interfaces)[0]
+    assert 0.04 * interfaces / 2 < share < 0.2
+    assert_mean(mean, error + 1e-4, share * np.sin(np.radians(elevation)) * lit_share(elevation))
+
+
+def test_a_glossy_facade_throws_a_blurred_beam(tmp_path):
+    """Hardly rough it is a mirror; rough it lights beyond the beam and less within."""
+    texts = [
+        f"surface,albedo,material\nfacade,0.6,{name}\nflat,0,\n" for name in ("mirror", "glossy:0.001", "glossy:0.3")
+    ]
+    mirror, smooth, rough = (light_of_strips(trace_street(tmp_path, text, 50.0), 0)[0] for text in texts)
+    assert smooth == pytest.approx(mirror, abs=0.01)
+    assert rough[0] < 0.9 * mirror[0]
+    assert mirror[3] < 1e-3
+    assert rough[3] > 0.02
+
+
+def test_gather_refuses_what_it_cannot_reflect(tmp_path):
+    path = finish(tmp_path, "surface,material\nfacade,glass\n")
+    suns = suns_towards([[0, 0, 1]])
+    with pytest.raises(InputError, match=r"'facade' reflects like a mirror.*use --estimator forward"):
+        trace_transfer(street(), suns, Request(albedo_file=path), silent)
+    dull = finish(tmp_path, "surface,material\nfacade,brick\n")
+    transfer = trace_transfer(street(), suns, Request(albedo_file=dull), silent)
+    assert transfer.settings["brightest_albedo"] == pytest.approx(0.3)
+
+
+def test_the_pilot_follows_a_forward_run_with_mirrors(tmp_path):
+    path = finish(tmp_path, "surface,material\nfacade,glass\n")
+    request = Request(estimator="forward", samples=16, albedo_file=path)
+    suns = suns_towards([[0, -1, 1], [0, 0, 1]])
+    transfer = trace_forward(street(), suns, request, silent)
+    one, other = trace_pilot(street(), transfer, suns, request, lambda *report: None)
+    assert np.array_equal(one.visible_share, other.visible_share)
+
+
+def test_light_that_glass_could_reflect_has_no_bound(tmp_path):
+    """At grazing incidence a pane reflects everything; the plan says so, and many reflections do no harm."""
+    path = finish(tmp_path, "surface,material\nfacade,double glazing\n")
+    request = Request(estimator="forward", samples=200, albedo_file=path, max_bounces=None)
+    transfer = trace_forward(street(), suns_towards([[0, -1, 1]]), request, silent)
+    assert transfer.settings["max_bounces"] == 50
+    assert transfer.settings["effects"][2]["bound"] is None
+    for tally in transfer.settings["photons"].values():
+        assert sum(tally.values()) == 2 * tally["emitted"]
+
+
+def test_materials_by_name():
+    assert brdf_of_material("concrete") == Lambertian(pytest.approx(0.225))
+    assert brdf_of_material("concrete", 0.4) == Lambertian(0.4)
+    assert brdf_of_material("glass") == Glass(1.52, 2)
+    assert brdf_of_material("double glazing") == Glass(1.52, 4)
+    assert brdf_of_material("mirror", 0.9) == Mirror(0.9)
+    assert brdf_of_material("glossy:0.2", 0.5) == Glossy(0.5, 0.2)
+    for least, most in ALBEDO_RANGES.values():
+        assert 0 < least < most < 1
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("surface,albedo\nroof,1.2\n", "line 2: albedo 1.2; give a number from 0 to 1"),
+        ("surface,albedo\nroof,nan\n", "line 2: albedo nan"),
+        ("surface,albedo\nroof\n", "line 2 is not a name and a number"),
+        ("surface,albedo\nroof,grey\n", "line 2 is not a name and a number"),
+        ("surface,colour\nroof,red\n", "line 1 is not the header"),
+        ("", "line 1 is not the header"),
+        ("surface,material\nroof,cheese\n", "line 2: cheese is no material; use asphalt, brick"),
+        ("surface,material\nroof,mirror\n", "line 2: mirror has no albedo of its own"),
+        ("surface,material\nroof,brick:2\n", "line 2: brick:2 is no material"),
+        ("surface,albedo,material\nroof,0.5,glass\n", "line 2: glass reflects by Fresnel"),
+        ("surface,albedo,material\nroof,0.5,glossy:0\n", "line 2: glossy:0 names no roughness"),
+        ("surface,albedo,material\nroof,0.5,glossy\n", "line 2: glossy names no roughness"),
+        ("surface,albedo,material\nroof,0.5\n", "line 2 is not as the header"),
+        ("surface,albedo,material\nroof,,\n", "line 2 is not a name and a number"),
+    ],
+)
+def test_files_that_cannot_be_used(tmp_path, text, words):
+    with pytest.raises(InputError, match=words) as caught:
+        read_albedo(finish(tmp_path, text))
+    assert "\n" not in str(caught.value)
+
+
+def test_surface_before_kind_before_the_rest(tmp_path):
+    text = "surface,albedo,material\ns0,0.9,\nfacade,0.5,mirror\nground,0.1,\n"
+    scene = street()
+    request = Request(estimator="forward", albedo=0.3, albedo_file=finish(tmp_path, text))
+    scene.triangle_surface[-1] = -1  # generated ground
+    assert albedo_of_triangles(scene, request)[[0, 1, 2, -1]] == pytest.approx([0.9, 0.5, 0.3, 0.1])
+    brdfs, chosen = finish_of_triangles(scene, request)
+    assert brdfs == [Mirror(0.5)]
+    assert chosen[[0, 1, 2, -1]].tolist() == [-1, 0, -1, -1]
+    wrong = Request(albedo_file=finish(tmp_path, "surface,albedo\nattic,0.5\n"))
+    with pytest.raises(InputError, match="'attic' is neither a surface nor a kind"):
+        albedo_of_triangles(scene, wrong)
