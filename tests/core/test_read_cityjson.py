@@ -1,0 +1,309 @@
+"""CityJSON of several producers and versions against counts and areas that independent scripts found."""
+
+import gzip
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from citypv.core.errors import InputError
+from citypv.core.geometry.locate_site import locate_site
+from citypv.core.geometry.measure_polygons import measure_polygons
+from citypv.core.geometry.read_city import read_city
+
+DATA = Path(__file__).parents[1] / "data" / "cityjson"
+EXPECTED = json.loads((DATA / "expected.json").read_text(encoding="utf-8"))
+NO_BUILDINGS = ("all_geometry_types_v10.json", "geomtemplate_2.city.json")
+CASES = [
+    (name, lod)
+    for name, e in EXPECTED.items()
+    if name not in NO_BUILDINGS
+    for lod in sorted({key.split(":")[0][3:] for key in e["area_by_lod_geom_class"]})
+]
+PLACES = {  # of the publisher's towns, to a tenth of a degree
+    "3dbag_3476_v11_triangulated.city.json": (52.1, 4.5),
+    "3dbag_5870_ext.city.jsonl": (52.05, 4.3),
+    "3dbag_delft_subset_v20.city.jsonl": (52.0, 4.4),
+    "denhaag_random_5.city.jsonl": (52.1, 4.3),
+    "montreal_b4.city.jsonl": (45.5, -73.56),
+    "rotterdam_delfshaven_v20.city.json": (51.9, 4.4),
+}
+CUBE = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]]
+FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+SHELL = [[face] for face in FACES]
+
+
+def find(name):
+    return DATA / name if (DATA / name).exists() else DATA / f"{name}.gz"
+
+
+def solid(**more):
+    return {"type": "Solid", "lod": "2", "boundaries": [SHELL], **more}
+
+
+def house(*geometries, kind="Building", **more):
+    return {"type": kind, "geometry": list(geometries), **more}
+
+
+def model(objects, vertices=CUBE, **more):
+    return {"type": "CityJSON", "version": "2.0", "CityObjects": objects, "vertices": vertices, **more}
+
+
+def read(tmp_path, document, **options):
+    (tmp_path / "city.json").write_text(json.dumps(document), encoding="utf-8")
+    return read_city(tmp_path / "city.json", **options)
+
+
+def areas(city):
+    return measure_polygons(city.points, city.ring_start, city.polygon_start)[0]
+
+
+@pytest.mark.parametrize(("name", "lod"), CASES)
+def test_counts_and_areas_of_every_lod(name, lod):
+    city = read_city(find(name), lod=lod)
+    types, area, thematic = EXPECTED[name]["types"], areas(city), np.array(city.thematic)
+    assert city.report.building_count == types["Building"] + types.get("BuildingZ", 0)
+    assert city.report.part_count == types.get("BuildingPart", 0)
+    expected = {
+        key.split(":")[2]: row
+        for key, row in EXPECTED[name]["area_by_lod_geom_class"].items()
+        if key.split(":")[0] == f"lod{lod}"
+    }
+    lost = sum(len(city.report.skipped.get(reason, ())) for reason in ("no area", "fewer than three points"))
+    assert len(city) + lost == sum(count for count, _ in expected.values())
+    for word, (count, square_metres) in expected.items():
+        chosen = thematic == (word if word != "None" else "")
+        assert count - lost <= chosen.sum() <= count
+        assert area[chosen].sum() == pytest.approx(square_metres, rel=1e-3, abs=0.06)
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_place_on_earth_and_best_lod(name):
+    city = read_city(find(name))
+    assert set(city.report.lods_chosen) <= {"2", "2.2"}
+    latitude, longitude, _ = locate_site(city.crs, city.points.mean(axis=0))
+    assert (latitude, longitude) == pytest.approx(PLACES[name], abs=0.06)
+    low, high = (np.array(EXPECTED[name][word]) for word in ("min", "max"))
+    assert (city.points >= low - 2e-3).all()
+    assert (city.points <= high + 2e-3).all()
+
+
+READ = {  # file: buildings, polygons, area [m²] as its coordinates tell
+    "appearance_lookalike.city.jsonl": (1, 1, 1.0),
+    "bbox_seq.city.jsonl": (1, 1, 100.0),
+    "cityjson_late_attribute.city.json": (2, 2, 200.0),
+    "fcb_bbox_attr.city.jsonl": (3, 3, 300.0),
+    "fcb_multi_object_feature.city.jsonl": (2, 2, 200.0),
+    "fcb_string_truncation.city.jsonl": (2, 2, 200.0),
+    "fcb_unsigned_range.city.jsonl": (2, 2, 200.0),
+    "geometry_vertices_attr_collision.city.json": (1, 1, 100.0),
+    "hierarchy.city.json": (1, 1, 100.0),
+    "minimal.city.json": (1, 1, 100.0),
+    "minimal_oneline.city.json": (1, 1, 1.0),
+    "multisolid.city.json": (1, 2, 200.0),
+    "numeric_lod.city.json": (1, 1, 100.0),
+    "reserved_attr_collision.city.json": (1, 1, 100.0),
+    "seq_named_city_json.city.json": (2, 2, 200.0),
+    "temporal_offset.city.json": (1, 1, 100.0),
+    "unknown_crs.city.json": (1, 1, 1.0),
+    "wkb_winding.city.json": (1, 1, 0.5),
+}
+REFUSED = {
+    "all_geometry_types_v10.json": "no buildings in it",  # generic objects
+    "geomtemplate_2.city.json": "no buildings in it",  # a tree
+    "geometry_templates.city.json": "no buildings in it",  # trees
+    "geometry_templates_bad_lod.city.json": "no buildings in it",
+    "insert_appearance.city.json": "no buildings in it",  # a road
+    "insert_crs_28992.city.json": "no buildings in it",
+    "insert_other_lod.city.json": "no buildings in it",
+    "no_geometry.city.json": "no buildings in it",
+    "sample.city.jsonl": "no building has a shape",
+    "sample_late_attribute.city.jsonl": "no building has a shape",
+    "cityparquet_metadata.json": "no CityJSON",
+    **dict.fromkeys(("csol.json", "cube.json", "cube10.json", "cube2.json", "msol.json"), "no buildings in it"),
+    **dict.fromkeys(("msol2.json", "nonmanifold.json", "torus.city.json"), "no buildings in it"),
+}
+
+
+@pytest.mark.parametrize("name", READ)
+def test_odd_files_are_read(name):
+    city = read_city(find(name))
+    assert (city.report.building_count, len(city)) == READ[name][:2]
+    assert areas(city).sum() == pytest.approx(READ[name][2])
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_files_without_buildings_are_refused_with_the_reason(name):
+    with pytest.raises(InputError, match=REFUSED[name]):
+        read_city(find(name))
+
+
+def test_every_file_at_hand_is_tried():
+    names = {path.name.removesuffix(".gz") for path in DATA.iterdir()} - {"expected.json"}
+    assert names == set(EXPECTED) | set(READ) | set(REFUSED)
+
+
+@pytest.mark.parametrize("name", ["cube.json", "torus.city.json", "nonmanifold.json", "msol.json", "csol.json"])
+def test_solids_of_generic_objects_have_their_area_once_they_are_buildings(tmp_path, name):
+    document = json.loads(find(name).read_text(encoding="utf-8"))
+    for item in document["CityObjects"].values():
+        item["type"] = "Building"
+    city = read(tmp_path, document)
+    scale = document.get("transform", {}).get("scale", [1, 1, 1])
+    points = np.array(document["vertices"]) * scale
+    whole = 0.0
+    for geometry in (one for item in document["CityObjects"].values() for one in item["geometry"]):
+        solids = [geometry["boundaries"]] if geometry["type"] == "Solid" else geometry["boundaries"]
+        for surface in (surface for one in solids for surface in one[0]):
+            sizes = [fan_area(points[ring]) for ring in surface]
+            whole += sizes[0] - sum(sizes[1:])
+    lost = sum(city.report.skipped_area.values())  # drawn twice, where two solids touch
+    assert areas(city).sum() + lost == pytest.approx(whole, rel=1e-9)
+
+
+def fan_area(ring):
+    fan = np.cross(ring[1:-1] - ring[0], ring[2:] - ring[0]).sum(axis=0)
+    return 0.5 * float(np.linalg.norm(fan))
+
+
+def test_semantics_ids_and_parts(tmp_path):
+    surfaces = [{"type": "GroundSurface", "id": "g"}, {"type": "RoofSurface"}, {"type": "WallSurface", "id": "w"}]
+    semantics = {"surfaces": surfaces, "values": [[0, 1, 2, 2, 2, None]]}
+    part = house(solid(semantics=semantics), kind="BuildingPart", parents=["b"])
+    city = read(tmp_path, model({"p": part, "b": house(children=["p"])}))
+    assert city.thematic == ["GroundSurface", "RoofSurface", "WallSurface", "WallSurface", "WallSurface", ""]
+    assert city.surface_id == ["g", "b_2", "b_3", "b_4", "b_5", "b_6"]
+    assert set(city.building_id) == {"b"}
+    assert (city.report.building_count, city.report.part_count) == (1, 1)
+
+
+def test_solid_and_multisurface_of_one_building_count_once(tmp_path):
+    shifted = [[2 * x, y, z] for x, y, z in CUBE]
+    again = {"type": "MultiSurface", "lod": "2", "boundaries": [[[k + 8 for k in ring]] for ring in FACES]}
+    city = read(tmp_path, model({"b": house(again, solid())}, CUBE + [[x / 2 + 1e-3, y, z] for x, y, z in shifted]))
+    assert len(city) == 6
+    assert [len(names) for names in city.report.skipped.values()] == [6]
+
+
+def test_template_stands_where_its_matrix_and_point_put_it(tmp_path):
+    matrix = [0, -1, 0, 10, 1, 0, 0, 20, 0, 0, 2, 30, 0, 0, 0, 1]  # a quarter turn, twice as high, then a step
+    templates = {"templates": [{"type": "Solid", "lod": 2.2, "boundaries": [SHELL]}], "vertices-templates": CUBE}
+    instance = {"type": "GeometryInstance", "template": 0, "boundaries": [0], "transformationMatrix": matrix}
+    document = model({"b": house(instance)}, [[100, 200, 300]], **{"geometry-templates": templates})
+    city = read(tmp_path, document)
+    assert city.report.lods_chosen == {"2.2": 6}
+    assert city.rings(0)[0].tolist() == [
+        [110 - y, 220 + x, 330 + 2 * z] for x, y, z in (CUBE[corner] for corner in FACES[0])
+    ]
+
+
+def test_installations_shade_and_rooms_do_not(tmp_path):
+    objects = {
+        "b": house(solid(), children=["i", "r"]),
+        "i": house(solid(), kind="BuildingInstallation", parents=["b"]),
+        "r": house(solid(), kind="BuildingRoom", parents=["b"]),
+    }
+    far = {"type": "Solid", "lod": "2", "boundaries": [[[[k + 8 for k in ring]] for ring in FACES]]}
+    objects["i"]["geometry"] = [far]
+    city = read(tmp_path, model(objects, CUBE + [[x + 5, y, z] for x, y, z in CUBE]))
+    assert city.thematic.count("BuildingInstallation") == 6
+    assert len(city) == 12
+    assert "1 BuildingRoom left out: no building." in city.report.notes
+
+
+@pytest.mark.parametrize(
+    ("name", "spelling"),
+    [
+        ("EPSG:25833", {"referenceSystem": "https://www.opengis.net/def/crs/EPSG/0/25833"}),
+        ("EPSG:25833", {"referenceSystem": "urn:ogc:def:crs:EPSG::25833"}),
+        ("EPSG:25833", {"referenceSystem": "EPSG:25833"}),
+        ("EPSG:25833", {"crs": {"epsg": 25833}}),
+    ],
+)
+def test_spellings_of_the_system(tmp_path, name, spelling):
+    vertices = [[x + 390_000, y + 5_818_000, z] for x, y, z in CUBE]
+    assert read(tmp_path, model({"b": house(solid())}, vertices, metadata=spelling)).crs == name
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-32"])
+@pytest.mark.parametrize("indent", [None, 1])
+def test_encodings_and_layouts(tmp_path, encoding, indent):
+    document = json.dumps(model({"b": house(solid())}), indent=indent)
+    (tmp_path / "city.json").write_bytes(document.encode(encoding))
+    assert len(read_city(tmp_path / "city.json")) == 6
+    (tmp_path / "city.json.gz").write_bytes(gzip.compress(document.encode(encoding)))
+    assert len(read_city(tmp_path / "city.json.gz")) == 6
+
+
+GOOD = model({"b": house(solid())})
+DEEP = "[" * 200_000
+BAD_DOCUMENTS = {
+    "empty": ("", "empty"),
+    "blank": (" \n\n", "nothing but blanks"),
+    "cut": (json.dumps(GOOD)[:200], r"line 1, column \d+: the JSON breaks off"),
+    "no json": ("hello", "line 1, column 1"),
+    "a list": ("[1, 2]", "no CityJSON"),
+    "geojson": ('{"type": "FeatureCollection"}', "no CityJSON .type 'FeatureCollection'"),
+    "a feature alone": ('{"type": "CityJSONFeature"}', "give the head of the sequence"),
+    "old": (json.dumps({**GOOD, "version": "0.9"}), "version '0.9'; bring it to 2.0"),
+    "new": (json.dumps({**GOOD, "version": "3.0"}), "version '3.0'"),
+    "deep": (json.dumps(GOOD)[:-1] + ', "x": ' + DEEP + "}", "nested deeper|breaks off"),
+    "NaN": (json.dumps(GOOD).replace("[2, 0, 0]", "[NaN, 0, 0]"), "NaN is no number"),
+    "1e308": (json.dumps(GOOD).replace("[2, 0, 0]", "[1e308, 0, 0]"), r"vertices\[1\]: a coordinate is not finite"),
+    "1e999": (json.dumps(GOOD).replace("[2, 0, 0]", "[1e999, 0, 0]"), "vertices: not rows of three numbers"),
+    "digits": (json.dumps(GOOD).replace("[2, 0, 0]", f"[{'9' * 5000}, 0, 0]"), "too many digits"),
+    "huge": (json.dumps(GOOD).replace("[2, 0, 0]", f"[{'9' * 30}, 0, 0]"), r"vertices\[1\]"),
+    "words": (json.dumps(GOOD).replace("[2, 0, 0]", '["2", "0", "0"]'), "vertices: not rows of three numbers"),
+    "ragged": (json.dumps(GOOD).replace("[2, 0, 0]", "[2, 0]"), "vertices: not rows of three numbers"),
+    "transform": (json.dumps({**GOOD, "transform": {"scale": [1, 1]}}), "transform: scale and translate"),
+    "objects": (json.dumps({**GOOD, "CityObjects": []}), "CityObjects is no object"),
+    "two documents": (json.dumps(GOOD) + "\n" + json.dumps(GOOD), "line 2: a CityJSONFeature is expected"),
+    "long attribute": ('{"a": "' + "x" * 11_000_000, "line 1, column"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_DOCUMENTS)
+def test_refused_with_file_place_and_cure(tmp_path, name):
+    text, problem = BAD_DOCUMENTS[name]
+    (tmp_path / "city.json").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=problem) as caught:
+        read_city(tmp_path / "city.json")
+    assert str(caught.value).startswith(str(tmp_path / "city.json"))
+    assert len(str(caught.value)) < 400
+    assert "; " in str(caught.value)
+
+
+BAD_PIECES = {
+    "a ring that names a vertex the file does not hold": {"boundaries": [[[[0, 1, 99]]]]},
+    "a ring whose corners are not numbers of vertices": {"boundaries": [[[[0, True, 1.5]]]]},
+    "boundaries that are no lists of rings": {"boundaries": [[[0, 1, 2]]]},
+    "boundaries that are no list": {"boundaries": 7},
+    "no level of detail": {"lod": "good"},
+    "geometry of an unknown type": {"type": "Blob"},
+    "geometry without surfaces (MultiPoint)": {"type": "MultiPoint"},
+    "inner shell of a solid: it never sees the sky": {"boundaries": [SHELL[:5], SHELL]},
+    "semantics that do not fit the boundaries (the surfaces are kept)": {
+        "boundaries": [SHELL[:5]],
+        "semantics": {"surfaces": [{"type": "RoofSurface"}], "values": [[0]]},
+    },
+    "instance without a template, a place or a matrix that can be used": {"type": "GeometryInstance", "template": 4},
+}
+
+
+@pytest.mark.parametrize("reason", BAD_PIECES)
+def test_pieces_that_cannot_be_used_are_reported(tmp_path, reason):
+    objects = {"good": house(solid()), "bad": house(solid(**BAD_PIECES[reason]))}
+    report = read(tmp_path, model(objects)).report
+    assert report.skipped[reason] == ["bad"]
+
+
+def test_parents_in_a_circle_or_missing_are_noted(tmp_path):
+    objects = {
+        "a": house(solid(), kind="BuildingPart", parents=["b"]),
+        "b": house(kind="BuildingPart", parents=["a"]),
+        "c": house(solid(), kind="BuildingPart", parents=["nowhere"]),
+    }
+    city = read(tmp_path, model(objects))
+    assert "3 objects whose parent the file does not hold stand as buildings: a, b, c." in city.report.notes
+    assert set(city.building_id) == {"a", "c"}
