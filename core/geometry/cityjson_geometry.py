@@ -10,6 +10,7 @@ from .polygon import Polygon
 DEPTHS = {"MultiSurface": 1, "CompositeSurface": 1, "Solid": 2, "MultiSolid": 3, "CompositeSolid": 3}
 SOLIDS = {"Solid", "MultiSolid", "CompositeSolid"}
 NO_SURFACES = {"MultiPoint", "MultiLineString"}
+LONGEST_ID = 200  # characters
 INTERIOR = {"InteriorWallSurface", "CeilingSurface", "FloorSurface"}
 
 
@@ -62,7 +63,7 @@ def collect_geometry(geometry, vertices, owner, content, *, source="surface", lo
             content.skip(rings, owner.name)
             continue
         name = surface.get("id")
-        name = name if isinstance(name, str) else ""
+        name = name if isinstance(name, str) and name.isprintable() and len(name) <= LONGEST_ID else ""
         uses[name] = uses.get(name, 0) + 1
         thematic = owner.thematic or (thematic if thematic in THEMATIC else "")
         polygons.append(Polygon(name, owner.building, owner.part, thematic, lod, source, rings, owner.line))

@@ -19,6 +19,9 @@ INSTALLATIONS = {"BuildingInstallation", "BuildingConstructiveElement"}
 INSIDE = {"BuildingRoom", "BuildingFurniture", "BuildingStorey", "BuildingUnit"}
 LOD = re.compile(r"[0-4](\.\d)?")
 OLD = re.compile(r"0\.\d")
+UNSEEN = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
+LONGEST_NAME = 200  # characters
+MOST_TYPES = 30  # each with a note of its own
 
 
 def read_cityjson(path):
@@ -77,16 +80,17 @@ class _Reader:
             kind = item.get("type") if isinstance(item, dict) else None
             role = _role(kind)
             if role is None:
-                self.others[str(kind)] = self.others.get(str(kind), 0) + 1
+                other = _clean(str(kind))
+                self.others[other] = self.others.get(other, 0) + 1
                 continue
             top = _top(name, objects)
             if top is None:
-                self.orphans.append(name)
+                self.orphans.append(_clean(name))
                 top = name
             building = self._number(top)
             self.content.part_count += role == "part"
             owner = Owner(
-                name,
+                _clean(name),
                 building,
                 self.content.part_count if role == "part" else 0,
                 "BuildingInstallation" if role == "installation" else "",
@@ -97,7 +101,7 @@ class _Reader:
     def _number(self, name):
         if name not in self.buildings:
             self.buildings[name] = len(self.content.buildings)
-            self.content.buildings.append(name)
+            self.content.buildings.append(_clean(name))
         return self.buildings[name]
 
     def _collect_object(self, geometries, vertices, owner):
@@ -143,7 +147,9 @@ class _Reader:
     def finish(self):
         """Say what was left out; refuse a file without buildings."""
         content = self.content
-        content.notes += [f"{count} {kind} left out: no building." for kind, count in sorted(self.others.items())]
+        content.notes += [
+            f"{count} {kind} left out: no building." for kind, count in sorted(self.others.items())[:MOST_TYPES]
+        ]
         if self.orphans:
             names = ", ".join(self.orphans[:5])
             content.notes.append(
@@ -206,10 +212,15 @@ def _name_of_system(metadata):
     metadata = metadata if isinstance(metadata, dict) else {}
     name = metadata.get("referenceSystem")
     if isinstance(name, str):
-        return name
+        return _clean(name)
     crs = metadata.get("crs")
     epsg = crs.get("epsg") if isinstance(crs, dict) else None
     return f"EPSG:{epsg}" if type(epsg) is int else None
+
+
+def _clean(name):
+    """A name that fits into a line: no control characters, no halves of characters, not too long."""
+    return UNSEEN.sub("\N{REPLACEMENT CHARACTER}", name[:LONGEST_NAME])
 
 
 def _role(kind):

@@ -307,3 +307,13 @@ def test_parents_in_a_circle_or_missing_are_noted(tmp_path):
     city = read(tmp_path, model(objects))
     assert "3 objects whose parent the file does not hold stand as buildings: a, b, c." in city.report.notes
     assert set(city.building_id) == {"a", "c"}
+
+
+def test_names_of_any_kind_fit_into_a_line(tmp_path):
+    ids = {"surfaces": [{"type": "RoofSurface", "id": "two\nlines"}], "values": [[0, None, None, None, None, None]]}
+    objects = {"a\nb\u2028": house(solid(semantics=ids)), "x" * 10_000: house(kind="Tree\n" * 100)}
+    objects["x" * 10_001] = house(solid(), kind="BuildingPart", parents=["none"])
+    city = read(tmp_path, model(objects))
+    texts = [*city.surface_id, *city.building_id, *city.report.notes]
+    assert all(text.isprintable() and len(text) < 400 for text in texts)
+    assert {len(name) for name in city.building_id} == {4, 200}
