@@ -4,17 +4,9 @@ import bpy
 import numpy as np
 
 from ..core.errors import InputError
+from ..core.results.colour_map import GROUND, MISSING, choose_range, linear_light, srgb_colour
 from .attributes import CODES, PREFIX, TITLES
-from .colour_scale import (
-    GROUND,
-    MISSING,
-    build_scale,
-    choose_range,
-    colours_of_values,
-    linear_colour,
-    linear_light,
-    srgb_colour,
-)
+from .colour_scale import build_scale, colours_of_values, linear_colour
 from .write_attributes import read_face_attribute
 
 MATERIAL = "CityPV colours"

@@ -4,7 +4,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from .colour_scale import GROUND, linear_colour
+from ..core.results.colour_map import GROUND
+from .colour_scale import linear_colour
 
 LENS, SENSOR_WIDTH = 60.0, 36.0  # [mm]
 AZIMUTH, ELEVATION = 150.0, 38.0  # where the camera stands, seen from the city [°]

@@ -50,6 +50,7 @@ def assemble_city(contents, crs, lod=None):
         polygon_start=draft.polygon_start,
         crs=crs,
         report=report,
+        lod=[polygon.lod for polygon in draft.polygons],
     )
 
 
@@ -108,7 +109,9 @@ def _choose(contents, wanted, report):
                 reason = f"building without LoD {wanted}" if of_building and wanted else "building without a shape"
                 report.skip(reason, [name])
         kept = [polygon for polygon in content.polygons if choice[polygon.building] in polygon.lods()]
-        kept_lods.update(choice[polygon.building] for polygon in kept)
+        for polygon in kept:
+            polygon.lod, polygon.more_lods = choice[polygon.building], ()
+        kept_lods.update(polygon.lod for polygon in kept)
         chosen += [(content, polygon) for polygon in kept]
         _note_lost_parts(content, kept, choice, report)
     report.lods_chosen = dict(sorted(kept_lods.items()))

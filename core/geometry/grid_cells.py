@@ -57,6 +57,7 @@ def split_into_cells(city, grid_size):
         polygon_start=np.cumsum([0] + [len(piece) for piece in pieces]),
         crs=city.crs,
         report=city.report,
+        lod=None if city.lod is None else [city.lod[p] for p in parent],
     )
     return split, np.array(parent, np.int64)
 

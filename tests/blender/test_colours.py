@@ -7,21 +7,12 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 
 from citypv.core.errors import InputError
+from citypv.core.results.colour_map import GROUND, MAPS, MISSING, choose_range, srgb_colour
 from citypv.operators.attributes import KIND_CODES, TITLES
 from citypv.operators.build_legend import BAR_BOTTOM, BAR_HEIGHT, BAR_WIDTH, LEFT
 from citypv.operators.build_meshes import build_meshes, show_objects
 from citypv.operators.colour_faces import colour_faces, read_scale
-from citypv.operators.colour_scale import (
-    CLASS_COLOURS,
-    GROUND,
-    MAPS,
-    MISSING,
-    build_scale,
-    choose_range,
-    colours_of_values,
-    format_tick,
-    srgb_colour,
-)
+from citypv.operators.colour_scale import CLASS_COLOURS, build_scale, colours_of_values, format_tick
 from citypv.operators.place_camera import camera_axes, place_camera
 from citypv.operators.render_preview import render_preview
 from citypv.operators.write_attributes import read_face_attribute, write_classes, write_results

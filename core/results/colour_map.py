@@ -1,0 +1,88 @@
+"""Colours of numbers: the stops of the maps, a round range for them, and what lies between two stops."""
+
+import numpy as np
+
+# Perceptually uniform maps, sRGB at 17 equal steps from low to high: viridis and inferno by S. van der Walt and
+# N. Smith (CC0), cividis by Nuñez, Anderton and Renslow (2018), https://doi.org/10.1371/journal.pone.0199239.
+MAPS = {
+    "viridis": "440154 48186a 472d7b 424086 3b528b 33638d 2c728e 26828e 21918c 1fa088 28ae80 3fbc73 5ec962 84d44b "
+    "addc30 d8e219 fde725",
+    "cividis": "00224e 002e6a 1a386f 32436d 434e6c 535a6d 61656f 6f7073 7d7c78 8c8878 9b9476 aba072 bcae6c cdbb63 "
+    "dec958 f0d846 fee838",
+    "inferno": "000004 0b0724 210c4a 3d0965 57106e 71196e 8a226a a32c61 bc3754 d24644 e45a31 f1731d f98e09 fcac11 "
+    "f9cb35 f2ea69 fcffa4",
+}
+MISSING = "8f8f8c"  # faces without this result
+GROUND = "dededa"  # generated ground, and the sky of a picture
+
+
+def choose_range(values, areas):
+    """Round range that holds 96 % of the area: the 2nd and 98th percentile, widened to full ticks.
+
+    Parameters
+    ----------
+    values : (f,) float
+        NaN where missing.
+    areas : (f,) float [m²]
+
+    Returns
+    -------
+    low, high : float
+        0 and 1 where no value is finite.
+    """
+    known = np.isfinite(values)
+    if not known.any():
+        return 0.0, 1.0
+    values, areas = values[known].astype(float), areas[known].astype(float)
+    order = np.argsort(values)
+    share = np.cumsum(areas[order]) / areas.sum() if areas.sum() > 0 else np.linspace(0, 1, len(values))
+    ends = np.minimum(np.searchsorted(share, [0.02, 0.98]), len(values) - 1)
+    low, high = values[order][ends]
+    step = tick_step(low, high)
+    low, high = np.floor(low / step + 1e-6) * step, np.ceil(high / step - 1e-6) * step
+    return float(low), float(high if high > low else low + step)
+
+
+def tick_step(low, high):
+    """Distance of ticks: 1, 2 or 5 times a power of ten, so that four to ten of them fit."""
+    span = high - low
+    if not span > 1e-9 * max(abs(low), abs(high)):
+        span = max(abs(high), 1e-3)
+    power = 10.0 ** np.floor(np.log10(span / 4))
+    return float(power * max(factor for factor in (1, 2, 5) if factor * power <= span / 4 * (1 + 1e-9)))
+
+
+def mix_stops(stops, place):
+    """Colours between stops that stand at equal steps from 0 to 1; they mix in linear light.
+
+    Parameters
+    ----------
+    stops : (k, 3) float
+        sRGB in 0–1.
+    place : (f,) float
+        Clipped to 0–1.
+
+    Returns
+    -------
+    (f, 3) float
+        Linear light in 0–1.
+    """
+    position, linear = np.linspace(0, 1, len(stops)), linear_light(stops)
+    return np.stack([np.interp(place, position, linear[:, channel]) for channel in range(3)], axis=1)
+
+
+def linear_light(srgb):
+    """From sRGB in 0–1 to linear light (IEC 61966-2-1)."""
+    srgb = np.asarray(srgb, dtype=float)
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+
+
+def srgb_light(linear):
+    """From linear light to sRGB in 0–1 (IEC 61966-2-1)."""
+    linear = np.asarray(linear, dtype=float)
+    return np.where(linear <= 0.0031308, linear * 12.92, 1.055 * np.maximum(linear, 1e-12) ** (1 / 2.4) - 0.055)
+
+
+def srgb_colour(text):
+    """Colour written as six hexadecimal digits → (3,) sRGB in 0–1."""
+    return np.array([int(text[place : place + 2], 16) / 255 for place in (0, 2, 4)])

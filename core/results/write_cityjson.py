@@ -1,0 +1,164 @@
+"""city.city.json: the city as it was read, with full load hours on every surface, as CityJSON 2.0."""
+
+import json
+
+import numpy as np
+import pyproj
+
+from ..energy.pick_module import nominal_power
+
+SCALE = 0.001  # [m] of the whole numbers that vertices are
+PREFIX = "citypv_"
+SEMANTICS = {
+    "RoofSurface", "GroundSurface", "WallSurface", "ClosureSurface", "OuterCeilingSurface", "OuterFloorSurface",
+    "Window", "Door",
+}  # fmt: skip
+BY_KIND = {"facade": "WallSurface", "ground": "GroundSurface", "downward": "OuterCeilingSurface"}
+OF_TRANSFER = ("covered_share", "sky_view_factor", "diffuse_relative")
+OF_ENERGY = ("direct_relative_annual", "poa_global_annual", "full_load_hours", "full_load_hours_standard_error")
+
+
+def write_cityjson(path, city, transfer, energy, *, module, label):
+    """Write a city with its results.
+
+    Every building is a city object with one MultiSurface; each of its polygons has a semantic surface of its own. The
+    type of that is the polygon's thematic class; where it has none, its kind tells: WallSurface for facades,
+    GroundSurface for ground, OuterCeilingSurface for what faces down, RoofSurface for the rest. Its ``id`` is the
+    ``surface_id`` of faces.csv, its attributes bear the names of that table behind ``citypv_``, and
+    ``citypv_full_load_hours_by_month`` holds twelve values. What is unknown is left out. A format that knows no levels
+    of detail is written as level 2.
+
+    Parameters
+    ----------
+    path : path-like
+    city : City
+        Its polygons are the surfaces of the Transfer, in their order.
+    transfer : Transfer
+    energy : Energy
+    module : dict
+        From `pick_module`.
+    label : str
+        Of the weather.
+    """
+    whole, translate = _whole_numbers(city.points)
+    vertices, index = np.unique(whole, axis=0, return_inverse=True)
+    index = index.reshape(-1).tolist()
+    members = {}
+    for polygon, building in enumerate(city.building_id):
+        members.setdefault(building, []).append(polygon)
+    tables = _columns(transfer, energy)
+    objects = {}
+    for building, polygons in members.items():
+        geometry = [
+            _geometry(city, [k for k in polygons if _lod(city, k) == lod], index, transfer, tables)
+            for lod in sorted({_lod(city, k) for k in polygons})
+        ]
+        objects[building] = {
+            "type": "Building",
+            "attributes": _sum_building(np.array(polygons), transfer, energy, module),
+            "geometry": geometry,
+        }
+    low, high = city.points.min(axis=0), city.points.max(axis=0)
+    metadata = {
+        "title": f"CityPV, full load hours [h per year] and irradiation [kWh/m² per year]; weather: {label}",
+        "geographicalExtent": np.round([*low, *high], 3).tolist(),
+    }
+    system = name_system(city.crs)
+    if system:
+        metadata["referenceSystem"] = system
+    elif city.crs:
+        metadata["title"] += f"; coordinates in {city.crs}"
+    document = {
+        "type": "CityJSON",
+        "version": "2.0",
+        "transform": {"scale": [SCALE] * 3, "translate": translate.tolist()},
+        "metadata": metadata,
+        "CityObjects": objects,
+        "vertices": vertices.tolist(),
+    }
+    path.write_text(json.dumps(document, ensure_ascii=False, separators=(",", ":")) + "\n", encoding="utf-8")
+
+
+def name_system(crs):
+    """Name of a coordinate reference system as CityJSON wants it, None where it has no number at EPSG."""
+    if not crs:
+        return None
+    system = pyproj.CRS.from_user_input(crs)
+    parts = [system, *(system.sub_crs_list if system.is_compound else [])]
+    number = next((code for part in parts if (code := part.to_epsg(100)) is not None), None)
+    return None if number is None else f"https://www.opengis.net/def/crs/EPSG/0/{number}"
+
+
+def _whole_numbers(points):
+    translate = np.floor(points.min(axis=0))
+    return np.round((points - translate) / SCALE).astype(np.int64), translate
+
+
+def _lod(city, polygon):
+    return (city.lod[polygon] if city.lod else "") or "2"
+
+
+def _geometry(city, polygons, index, transfer, tables):
+    boundaries = [
+        [
+            index[city.ring_start[ring] : city.ring_start[ring + 1]]
+            for ring in range(city.polygon_start[polygon], city.polygon_start[polygon + 1])
+        ]
+        for polygon in polygons
+    ]
+    surfaces = [_describe(polygon, transfer.surfaces, tables) for polygon in polygons]
+    return {
+        "type": "MultiSurface",
+        "lod": _lod(city, polygons[0]),
+        "boundaries": boundaries,
+        "semantics": {"surfaces": surfaces, "values": list(range(len(surfaces)))},
+    }
+
+
+def _columns(transfer, energy):
+    """Columns by attribute: name -> (n,) float64."""
+    surfaces = transfer.surfaces
+    columns = {name: getattr(surfaces, name) for name in ("area", "surface_tilt", "surface_azimuth")}
+    columns |= {name: getattr(transfer, name) for name in OF_TRANSFER}
+    columns |= {name: getattr(energy, name) for name in OF_ENERGY}
+    return {name: np.asarray(values, float) for name, values in columns.items()}, energy.full_load_hours_by_month
+
+
+def _describe(polygon, surfaces, tables):
+    """The semantic surface of one polygon."""
+    columns, by_month = tables
+    thematic, kind = surfaces.thematic[polygon], str(surfaces.kind[polygon])
+    described = {
+        "type": thematic if thematic in SEMANTICS else BY_KIND.get(kind, "RoofSurface"),
+        "id": surfaces.surface_id[polygon],
+        PREFIX + "kind": kind,
+        PREFIX + "orientation": str(surfaces.orientation[polygon]),
+        PREFIX + "eligible": bool(surfaces.eligible[polygon]),
+    }
+    for name, values in columns.items():
+        if np.isfinite(values[polygon]):
+            described[PREFIX + name] = _short(values[polygon])
+    if np.isfinite(by_month[polygon]).all():
+        described[PREFIX + "full_load_hours_by_month"] = [_short(value) for value in by_month[polygon]]
+    return described
+
+
+def _sum_building(rows, transfer, energy, module):
+    """Attributes of a building: what its eligible surfaces give together."""
+    surfaces = transfer.surfaces
+    rows = rows[np.asarray(surfaces.eligible)[rows] & np.isfinite(energy.full_load_hours[rows])]
+    area = surfaces.area[rows]
+    attributes = {PREFIX + "eligible_area": _short(area.sum())}
+    if area.sum() > 0:
+        power = nominal_power(module) / 1000 / module["Area"]  # [kWp/m²]
+        by_month = area @ energy.full_load_hours_by_month[rows]
+        attributes[PREFIX + "full_load_hours"] = _short(area @ energy.full_load_hours[rows] / area.sum())
+        attributes[PREFIX + "full_load_hours_by_month"] = [_short(value) for value in by_month / area.sum()]
+        attributes[PREFIX + "kwp"] = _short(area.sum() * power)
+        attributes[PREFIX + "mwh_per_year"] = _short(by_month.sum() * power / 1000)
+    return attributes
+
+
+def _short(value):
+    """Six digits, as in faces.csv."""
+    return float(f"{value:.6g}")

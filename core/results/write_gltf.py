@@ -1,0 +1,155 @@
+"""city.glb: the scene as binary glTF 2.0, its faces coloured by their full load hours.
+
+glTF 2.0 is ISO/IEC 12113:2022. A file is a head, a piece of JSON and a piece of numbers, which is less than the
+libraries for it would ask us to describe.
+"""
+
+import json
+import struct
+
+import numpy as np
+
+from .colour_map import GROUND, MAPS, MISSING, choose_range, linear_light, mix_stops, srgb_colour
+
+MOST_NODES = 2000  # buildings that get a node of their own; viewers grow slow with more
+COLOUR_MAP = "viridis"
+FLOAT, UNSIGNED_SHORT, ARRAY_BUFFER, TRIANGLES = 5126, 5123, 34962, 4
+LAYOUT = (  # attribute, type of its numbers, how many, bytes per corner
+    ("POSITION", FLOAT, "VEC3", 12),
+    ("NORMAL", FLOAT, "VEC3", 12),
+    ("COLOR_0", UNSIGNED_SHORT, "VEC4", 8),
+)
+
+
+def write_gltf(path, scene, energy, *, label):
+    """Write a scene with its full load hours as colours.
+
+    Axes are those of glTF: x east, y up, z south; metres from the scene's origin, which `asset.extras` names together
+    with the scale of the colours. Each building is a node of its own (all together where there are more than 2,000),
+    the ground another. The material is unlit, so that colours show as they are; viewers without that extension light a
+    rough surface. Ground and surfaces without full load hours are grey.
+
+    Parameters
+    ----------
+    path : path-like
+    scene : Scene
+    energy : Energy
+        Of its surfaces.
+    label : str
+        Of the weather.
+    """
+    surface = scene.triangle_surface
+    hours = np.append(energy.full_load_hours, np.nan)[surface]  # the generated ground's -1 takes the last
+    low, high = choose_range(energy.full_load_hours, scene.surfaces.area)
+    names, node = _nodes(scene)
+    order = np.argsort(node, kind="stable")
+    corners = np.asarray(scene.vertices, float)[scene.triangles[order]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
+    colours = _colours(hours[order], surface[order] < 0, low, high)
+    parts = (
+        _to_gltf_axes(corners.reshape(-1, 3)).astype("<f4"),
+        np.repeat(_to_gltf_axes(normal), 3, axis=0).astype("<f4"),
+        np.repeat(np.round(colours * 65535), 3, axis=0).astype("<u2"),
+    )
+    document = _document(parts, np.bincount(node, minlength=len(names)), names)
+    site = scene.site
+    document["asset"]["extras"] = {
+        "shows": "full load hours",
+        "unit": "h per year",
+        "weather": label,
+        "colour_map": COLOUR_MAP,
+        "low": low,
+        "high": high,
+        "crs": site.crs,
+        "origin": [float(value) for value in site.origin],
+        "north": "true north is -z",
+        "latitude": site.latitude,
+        "longitude": site.longitude,
+    }
+    _write(path, document, b"".join(part.tobytes() for part in parts))
+
+
+def _nodes(scene):
+    """Names of the nodes, and the node of each triangle (t,)."""
+    surface = scene.triangle_surface
+    names, building = np.unique(np.array(scene.surfaces.building_id, dtype=object).astype(str), return_inverse=True)
+    if len(names) > MOST_NODES:
+        names, building = ["buildings"], np.zeros(len(building), np.int64)
+    node = np.append(building.reshape(-1), len(names))[surface]
+    used, node = np.unique(node, return_inverse=True)
+    names = [*map(str, names), "ground"]
+    return [names[k] for k in used], node.reshape(-1)
+
+
+def _colours(hours, ground, low, high):
+    """Colours in linear light, (t, 4) in 0–1."""
+    colours = np.ones((len(hours), 4))
+    colours[:, :3] = linear_light(srgb_colour(MISSING))
+    known = np.isfinite(hours)
+    stops = np.array([srgb_colour(text) for text in MAPS[COLOUR_MAP].split()])
+    colours[known, :3] = mix_stops(stops, np.clip((hours[known] - low) / (high - low), 0, 1))
+    colours[ground, :3] = linear_light(srgb_colour(GROUND))
+    return colours
+
+
+def _to_gltf_axes(points):
+    """From x east, y north, z up to x east, y up, z south."""
+    return points[:, [0, 2, 1]] * [1.0, 1.0, -1.0]
+
+
+def _document(parts, triangles, names):
+    first = np.concatenate([[0], np.cumsum(3 * triangles)])
+    views, accessors, offset = [], [], 0
+    for part in parts:
+        views.append({"buffer": 0, "byteOffset": offset, "byteLength": part.nbytes, "target": ARRAY_BUFFER})
+        offset += part.nbytes
+    meshes = []
+    for k, name in enumerate(names):
+        attributes = {}
+        for view, (attribute, kind, shape, size) in enumerate(LAYOUT):
+            attributes[attribute] = len(accessors)
+            accessors.append(
+                {
+                    "bufferView": view,
+                    "byteOffset": int(first[k]) * size,
+                    "componentType": kind,
+                    "count": int(first[k + 1] - first[k]),
+                    "type": shape,
+                }
+            )
+            if attribute == "POSITION":
+                points = parts[0][first[k] : first[k + 1]]
+                accessors[-1] |= {"min": points.min(axis=0).tolist(), "max": points.max(axis=0).tolist()}
+            if kind == UNSIGNED_SHORT:
+                accessors[-1]["normalized"] = True
+        meshes.append({"name": name, "primitives": [{"attributes": attributes, "material": 0, "mode": TRIANGLES}]})
+    return {
+        "asset": {"version": "2.0", "generator": "CityPV"},
+        "extensionsUsed": ["KHR_materials_unlit"],
+        "scene": 0,
+        "scenes": [{"nodes": list(range(len(names)))}],
+        "nodes": [{"name": name, "mesh": k} for k, name in enumerate(names)],
+        "meshes": meshes,
+        "materials": [
+            {
+                "name": "full load hours",
+                "doubleSided": True,
+                "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 1.0},
+                "extensions": {"KHR_materials_unlit": {}},
+            }
+        ],
+        "accessors": accessors,
+        "bufferViews": views,
+        "buffers": [{"byteLength": offset}],
+    }
+
+
+def _write(path, document, numbers):
+    text = json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode("utf-8")
+    text += b" " * (-len(text) % 4)
+    numbers += b"\0" * (-len(numbers) % 4)
+    with path.open("wb") as file:
+        file.write(struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + len(numbers)))
+        file.write(struct.pack("<I4s", len(text), b"JSON") + text)
+        file.write(struct.pack("<I4s", len(numbers), b"BIN\0") + numbers)
