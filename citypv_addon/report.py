@@ -48,10 +48,11 @@ def draw_rows(layout, context, headings):
 
 
 def _draw_row(column, row):
-    line = column.split(factor=0.5)
+    line = column.split(factor=0.42)
     line.operator("citypv.select_group", text=row["name"]).group = row["key"]
+    cells = line.split(factor=0.38)
     for cell in (row["count"], row["area"]):
-        place = line.row()
+        place = cells.row()
         place.alignment = "RIGHT"
         place.label(text=cell)
 

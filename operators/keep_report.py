@@ -117,7 +117,7 @@ def describe_row(row):
     """One line of a row: how many, which area, the first ids."""
     first = row["ids"].split("\n", NAMES_SHOWN)
     names = ", ".join(first[:NAMES_SHOWN]) + (" …" if len(first) > NAMES_SHOWN else "")
-    return ", ".join(filter(None, (row["count"], row["area"], names)))
+    return " · ".join(filter(None, (row["count"], row["area"], names)))
 
 
 def write_out(item):

@@ -54,7 +54,7 @@ class SelectGroup(OfCity, bpy.types.Operator):
         except InputError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, f"{chosen.sum()} faces: {self.group.partition('/')[2]}")
+        self.report({"INFO"}, f"{chosen.sum()} faces (Shift H shows them alone): {self.group.partition('/')[2]}")
         return {"FINISHED"}
 
 

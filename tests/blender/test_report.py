@@ -120,7 +120,7 @@ def test_a_building_and_what_belongs_to_a_face(city):
 def test_what_has_no_faces_says_so_and_can_be_copied(city):
     row = find_row(city, "skipped/no area")
     assert (row["count"], row["ids"]) == ("1", "b_line")
-    assert describe_row(row) == "1, 0.0 m², b_line"
+    assert describe_row(row) == "1 · 0.0 m² · b_line"
     with pytest.raises(RuntimeError, match="skipped/no area: has no faces to select; copy its ids"):
         bpy.ops.citypv.select_group(group=row["key"])
     assert bpy.ops.citypv.copy_group(group=row["key"]) == {"FINISHED"}

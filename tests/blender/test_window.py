@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from citypv.operators.attributes import KIND_CODES
+
 ROOT = os.environ.get("CITYPV_BLENDER")
 REPOSITORY = Path(__file__).parents[2]
 NAME = "street.gml"
@@ -58,19 +60,23 @@ def window(city_file, tmp_path_factory):
 
 
 def find_button(window, operator):
-    """Find where an operator's button is: over it, Ctrl+C copies its command. Scrolls from the top down to it."""
+    """Find where an operator's button is: over it, Ctrl+C copies its command. Scrolls from the top down to it.
+
+    An operator with several buttons is given with its arguments, as Blender writes them.
+    """
+    call = operator if "(" in operator else f"{operator}("
     left, bottom, width, height = window.ask(PREPARE + "answer = (sidebar.x, sidebar.y, sidebar.width, sidebar.height)")
-    top, middle = window.size[1] - bottom - height, left + width // 2
-    window.point("mousemove", middle, top + height // 2, *["click", 4] * 40)
+    top, place = window.size[1] - bottom - height, left + width // 4  # where short buttons are as well
+    window.point("mousemove", place, top + height // 2, *["click", 4] * 40)
     for _ in range(4):
         time.sleep(0.5)
         for row in range(top + 40, top + height - 8, 14):
             window.ask("bpy.context.window_manager.clipboard = ''")
-            window.point("mousemove", middle, row, "sleep", 0.03, "mousemove", middle + 2, row, "sleep", 0.05)
+            window.point("mousemove", place, row, "sleep", 0.03, "mousemove", place + 2, row, "sleep", 0.05)
             window.point("key", "ctrl+c")
-            if f"bpy.ops.{operator}(" in window.ask("answer = bpy.context.window_manager.clipboard"):
-                return middle, row
-        window.point("mousemove", middle, top + height // 2, *["click", 5] * 8)
+            if f"bpy.ops.{call}" in window.ask("answer = bpy.context.window_manager.clipboard"):
+                return place, row
+        window.point("mousemove", place, top + height // 2, *["click", 5] * 8)
     raise AssertionError(f"no button of {operator}")
 
 
@@ -141,6 +147,55 @@ def test_the_view_shows_the_city_in_many_colours_and_the_legend(window, tmp_path
     vivid = seen.max(axis=2) - seen.min(axis=2) > 0.3
     assert vivid.mean() > 0.02
     assert len(np.unique((seen[vivid] * 255).round().astype(int), axis=0)) >= 5
+
+
+CITY = "bpy.data.objects['City']"
+SELECTED = (
+    "import bmesh\n"
+    f"solid = bmesh.from_edit_mesh({CITY}.data)\n"
+    "kind = solid.faces.layers.int['citypv_kind']\n"
+    "answer = sorted({face[kind] for face in solid.faces if face.select}), sum(f.select for f in solid.faces)"
+)
+
+
+def test_a_button_of_the_report_selects_its_faces_and_can_be_undone(window):
+    before = window.ask(f"answer = {CITY}.mode")
+    press(window, 'citypv.select_group(group="kind/roof")')
+    window.wait_for(f"{CITY}.mode == 'EDIT'")
+    kinds, count = window.ask(SELECTED)
+    assert kinds == [KIND_CODES["roof"]]
+    assert count == window.ask(
+        f"answer = sum(a.value == {KIND_CODES['roof']} for a in {CITY}.evaluated_get("
+        f"bpy.context.evaluated_depsgraph_get()).to_mesh().attributes['citypv_kind'].data)"
+    )
+    window.take_picture(window.pictures / "selected.png")
+    press(window, 'citypv.select_group(group="kind/facade")')
+    end = time.monotonic() + 20
+    while window.ask(SELECTED)[0] != [KIND_CODES["facade"]] and time.monotonic() < end:
+        time.sleep(0.2)
+    assert window.ask(SELECTED)[0] == [KIND_CODES["facade"]]
+    window.point("mousemove", 400, 400, "key", "ctrl+z")
+    time.sleep(1)
+    assert window.ask(SELECTED) == [kinds, count]
+    window.point("key", "ctrl+z")
+    window.wait_for(f"{CITY}.mode == '{before}'")
+    assert "Traceback" not in window.read_log()
+
+
+def test_a_step_goes_on_from_edit_mode(window):
+    press(window, 'citypv.select_group(group="kind/roof")')
+    window.wait_for(f"{CITY}.mode == 'EDIT'")
+    press(window, "citypv.classify")
+    window.wait_for(f"{CITY}.mode == 'OBJECT' and 'citypv_full_load_hours' not in {CITY}.data.attributes")
+    assert window.ask("answer = [o.name for o in bpy.data.objects if o.get('citypv_part')]") == ["City", "Ground"]
+    assert "Traceback" not in window.read_log()
+
+
+def test_the_report_opens_as_text(window):
+    press(window, "citypv.show_report")
+    window.wait_for("'CityPV report' in bpy.data.texts")
+    text = window.ask("answer = bpy.data.texts['CityPV report'].as_string()")
+    assert "3 buildings, 0 parts, 21 surfaces" in text
 
 
 def test_escape_cancels_a_step_and_leaves_everything_as_it_was(window):
