@@ -97,6 +97,8 @@ def build_parser():
     add_light(simulate)
     simulate.add_argument("--blend", action="store_true", help="write city.blend (needs bpy)")
     simulate.add_argument("--preview", action="store_true", help="write preview.png (needs bpy)")
+    simulate.add_argument("--cityjson", action="store_true", help="write city.city.json: the city with its results")
+    simulate.add_argument("--gltf", action="store_true", help="write city.glb: the city in colours, for any viewer")
     simulate.set_defaults(run=run_simulate)
     weigh = commands.add_parser("yield", help="weigh a transfer.nc with another weather or module")
     weigh.add_argument("transfer", metavar="TRANSFER", help="transfer.nc of an earlier run")
@@ -207,7 +209,7 @@ def run_simulate(options):
     for name in pictures:
         if options.draw is None or importlib.util.find_spec("bpy") is None:
             raise InputError(f"--{name}", "needs Blender's Python module", "pip install 'citypv[blender]'")
-    from .simulate import simulate
+    from .simulate import EXPORTS, simulate
 
     simulate(
         options.city,
@@ -216,6 +218,7 @@ def run_simulate(options):
         overwrite=options.overwrite,
         say=voice(options),
         draw=partial(options.draw, pictures=pictures) if pictures else None,
+        exports=[name for name in EXPORTS if getattr(options, name)],
     )
 
 

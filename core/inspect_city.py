@@ -4,9 +4,8 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from .geometry.read_city import read_city
 from .list_findings import list_findings
-from .study import stand_city
+from .study import read_buildings, stand_city
 
 NAMES_SHOWN = 3
 
@@ -29,7 +28,7 @@ def inspect_city(paths, request):
     InputError
         A file cannot be used.
     """
-    city = read_city(paths, lod=request.lod, unit=request.unit, up=request.up)
+    city = read_buildings(paths, request)
     scene = stand_city(city, replace(request, patch_size=None))
     surfaces = scene.surfaces
     return {

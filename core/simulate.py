@@ -2,16 +2,29 @@
 
 import time
 
+from .energy.pick_module import pick_module
+from .geometry.grid_cells import split_into_cells
 from .light.plan_effects import describe_plan
 from .progress import TerminalProgress, silent
 from .results.output_folder import check_folder, whole_folder
 from .results.read_transfer import read_transfer
+from .results.write_cityjson import write_cityjson
 from .results.write_faces import write_faces
+from .results.write_gltf import write_gltf
 from .results.write_groups import write_groups
 from .results.write_summary import distance_of_weather, summarise, write_summary
 from .results.write_timeseries import write_timeseries
 from .results.write_transfer import write_transfer
-from .study import check_settings, measure_sun_sampling, plan_scene, read_scene, read_year, trace_scene, weigh_energy
+from .study import (
+    check_settings,
+    measure_sun_sampling,
+    place_city,
+    plan_scene,
+    read_buildings,
+    read_year,
+    trace_scene,
+    weigh_energy,
+)
 
 
 class Teller:
@@ -33,7 +46,10 @@ class Teller:
         self.seconds[stage], self.last = now - self.last, now
 
 
-def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None):
+EXPORTS = ("cityjson", "gltf")
+
+
+def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, exports=()):
     """Trace a city and write its full load hours.
 
     Parameters
@@ -49,6 +65,8 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None):
         Where to tell the progress.
     draw : callable, optional
         `draw(folder, scene, transfer, energy, note)` writes pictures of the results.
+    exports : collection of str
+        Of `EXPORTS`: formats for other programs to write as well.
 
     Raises
     ------
@@ -59,7 +77,8 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None):
     check_folder(folder, overwrite)
     check_settings(request)
     teller.say(f"Reading {', '.join(str(path) for path in paths)}")
-    scene = read_scene(paths, request)
+    city = read_buildings(paths, request)
+    scene = place_city(city, request)
     teller.lap("read city")
     for line in describe_scene(scene):
         teller.say(f"  {line}")
@@ -75,6 +94,8 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None):
         transfer.settings["sun_sampling"] = measure_sun_sampling(scene, weather, transfer, request, teller.progress)
         teller.lap("trace")
         energy = write_results(work, transfer, weather, request, teller, scene=scene, draw=draw)
+        if exports:
+            write_exports(work, (city, scene, transfer, energy, weather), request, exports)
     tell_outcome(teller, folder, energy)
 
 
@@ -117,6 +138,26 @@ def write_results(work, transfer, weather, request, teller, *, scene=None, draw=
     summary = summarise(transfer, energy, weather, request, scene=scene, seconds=teller.seconds)
     write_summary(work / "summary.json", summary)
     return energy
+
+
+def write_exports(work, results, request, exports):
+    """Write what other programs read: `city.city.json`, `city.glb`.
+
+    Parameters
+    ----------
+    work : Path
+    results : tuple
+        City, Scene, Transfer, Energy and Weather of a run.
+    request : Request
+    exports : collection of str
+    """
+    city, scene, transfer, energy, weather = results
+    if "cityjson" in exports:
+        cells = city if request.grid_size is None else split_into_cells(city, request.grid_size)[0]
+        module = pick_module(request.module)
+        write_cityjson(work / "city.city.json", cells, transfer, energy, module=module, label=weather.label)
+    if "gltf" in exports:
+        write_gltf(work / "city.glb", scene, energy, label=weather.label)
 
 
 def describe_scene(scene):

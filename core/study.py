@@ -48,10 +48,28 @@ def read_scene(paths, request):
     InputError
         If a file cannot be used, or nothing tells where the scene stands on Earth.
     """
-    scene = stand_city(read_city(paths, lod=request.lod, unit=request.unit, up=request.up), request)
+    return place_city(read_buildings(paths, request), request)
+
+
+def read_buildings(paths, request):
+    """City of some files, as the settings want it."""
+    return read_city(paths, lod=request.lod, unit=request.unit, up=request.up)
+
+
+def place_city(city, request):
+    """Scene of a city on its ground, at a place on Earth that is known.
+
+    Raises
+    ------
+    InputError
+        Nothing tells where it stands.
+    """
+    scene = stand_city(city, request)
     if scene.site.latitude is None or scene.site.longitude is None:
         raise InputError(
-            paths[0], "names no coordinate reference system", "say where it stands with --latitude D --longitude D"
+            city.report.files[0],
+            "names no coordinate reference system",
+            "say where it stands with --latitude D --longitude D",
         )
     return scene
 

@@ -57,3 +57,8 @@ def suggest_modules(name, library):
 def nominal_power(module):
     """Power of a module at reference conditions [W]: Impo · Vmpo."""
     return module["Impo"] * module["Vmpo"]
+
+
+def area_of_kwp(module):
+    """Area of modules that makes a kilowatt at reference conditions [m²/kWp]."""
+    return module["Area"] / (nominal_power(module) / 1000)

@@ -5,17 +5,24 @@ import json
 import numpy as np
 import pyproj
 
-from ..energy.pick_module import nominal_power
+from ..energy.pick_module import area_of_kwp
 
-SCALE = 0.001  # [m] of the whole numbers that vertices are
+FINEST, COARSEST = 6, 3  # decimals of a metre that vertices keep
+LARGEST = 2**31 - 1  # many readers hold the whole numbers of vertices in 32 bits
 PREFIX = "citypv_"
 SEMANTICS = {
     "RoofSurface", "GroundSurface", "WallSurface", "ClosureSurface", "OuterCeilingSurface", "OuterFloorSurface",
     "Window", "Door",
 }  # fmt: skip
 BY_KIND = {"facade": "WallSurface", "ground": "GroundSurface", "downward": "OuterCeilingSurface"}
-OF_TRANSFER = ("covered_share", "sky_view_factor", "diffuse_relative")
-OF_ENERGY = ("direct_relative_annual", "poa_global_annual", "full_load_hours", "full_load_hours_standard_error")
+OF_TRANSFER = ("covered_share", "sky_view_factor", "diffuse_relative", "diffuse_relative_standard_error")
+OF_ENERGY = (
+    "direct_relative_annual",
+    "direct_relative_annual_standard_error",
+    "poa_global_annual",
+    "full_load_hours",
+    "full_load_hours_standard_error",
+)
 
 
 def write_cityjson(path, city, transfer, energy, *, module, label):
@@ -40,7 +47,7 @@ def write_cityjson(path, city, transfer, energy, *, module, label):
     label : str
         Of the weather.
     """
-    whole, translate = _whole_numbers(city.points)
+    whole, scale, translate = _whole_numbers(city.points)
     vertices, index = np.unique(whole, axis=0, return_inverse=True)
     index = index.reshape(-1).tolist()
     members = {}
@@ -71,7 +78,7 @@ def write_cityjson(path, city, transfer, energy, *, module, label):
     document = {
         "type": "CityJSON",
         "version": "2.0",
-        "transform": {"scale": [SCALE] * 3, "translate": translate.tolist()},
+        "transform": {"scale": [scale] * 3, "translate": translate.tolist()},
         "metadata": metadata,
         "CityObjects": objects,
         "vertices": vertices.tolist(),
@@ -90,8 +97,11 @@ def name_system(crs):
 
 
 def _whole_numbers(points):
+    """Vertices as whole numbers, the metres each stands for, and where they begin."""
     translate = np.floor(points.min(axis=0))
-    return np.round((points - translate) / SCALE).astype(np.int64), translate
+    local = points - translate
+    decimals = int(np.clip(np.floor(np.log10(LARGEST / max(local.max(), 1.0))), COARSEST, FINEST))
+    return np.round(local * 10**decimals).astype(np.int64), round(10.0**-decimals, decimals), translate
 
 
 def _lod(city, polygon):
@@ -150,7 +160,7 @@ def _sum_building(rows, transfer, energy, module):
     area = surfaces.area[rows]
     attributes = {PREFIX + "eligible_area": _short(area.sum())}
     if area.sum() > 0:
-        power = nominal_power(module) / 1000 / module["Area"]  # [kWp/m²]
+        power = 1 / area_of_kwp(module)  # [kWp/m²]
         by_month = area @ energy.full_load_hours_by_month[rows]
         attributes[PREFIX + "full_load_hours"] = _short(area @ energy.full_load_hours[rows] / area.sum())
         attributes[PREFIX + "full_load_hours_by_month"] = [_short(value) for value in by_month / area.sum()]

@@ -9,7 +9,7 @@ from dataclasses import asdict
 import numpy as np
 import pyproj
 
-from ..energy.pick_module import nominal_power, pick_module
+from ..energy.pick_module import area_of_kwp, pick_module
 from ..list_findings import list_findings
 
 LIBRARIES = ("embreex", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
@@ -136,9 +136,7 @@ def bound_of_bounces(transfer):
 
 def sum_totals(transfer, energy, request):
     """Power and annual energy if all eligible area bore modules."""
-    module = pick_module(request.module)
-    power = nominal_power(module) / 1000
-    area_per_kwp = module["Area"] / power
+    area_per_kwp = area_of_kwp(pick_module(request.module))
     eligible = transfer.surfaces.eligible & np.isfinite(energy.full_load_hours)
     kwp = transfer.surfaces.area[eligible] / area_per_kwp
     return {

@@ -1,0 +1,181 @@
+"""What other programs are given: the same polygons, ids, areas and hours, by readers that are not the writers."""
+
+import json
+import struct
+
+import numpy as np
+import pandas as pd
+import pyproj
+import pytest
+from small_city import write_small_city
+
+from citypv.core.command_line import main
+from citypv.core.geometry.measure_polygons import measure_polygons
+from citypv.core.geometry.read_city import read_city
+from citypv.core.results.colour_map import MAPS
+from citypv.core.results.write_cityjson import name_system
+
+FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("exports")
+    city = write_small_city(folder / "city.gml")
+    assert main(["simulate", str(city), "--out", str(folder / "out"), "--cityjson", "--gltf", *FAST]) == 0
+    return folder
+
+
+def surfaces_of(document):
+    """Semantic surface and rings of every polygon, as they stand in the file."""
+    for item in document["CityObjects"].values():
+        for geometry in item["geometry"]:
+            semantics = geometry["semantics"]
+            for rings, value in zip(geometry["boundaries"], semantics["values"], strict=True):
+                yield semantics["surfaces"][value], rings
+
+
+def test_cityjson_has_the_rows_of_faces_csv(exported):
+    document = json.loads((exported / "out" / "city.city.json").read_text(encoding="utf-8"))
+    table = pd.read_csv(exported / "out" / "faces.csv").set_index("surface_id")
+    found = {surface["id"]: surface for surface, _ in surfaces_of(document)}
+    assert set(found) == set(table.index)
+    for name, row in table.iterrows():
+        surface = found[name]
+        assert surface["citypv_eligible"] == (str(row["eligible"]).lower() == "true")
+        for column in row.index.drop(["building_id", "kind", "orientation", "eligible"]):
+            value = surface.get(f"citypv_{column}", np.nan)
+            assert value == pytest.approx(row[column], rel=1e-6, nan_ok=True)
+        if np.isfinite(row["full_load_hours"]):
+            months = surface["citypv_full_load_hours_by_month"]
+            assert len(months) == 12
+            assert sum(months) == pytest.approx(row["full_load_hours"], rel=1e-4)
+
+
+def test_cityjson_has_the_shapes_of_the_input(exported):
+    document = json.loads((exported / "out" / "city.city.json").read_text(encoding="utf-8"))
+    vertices = np.array(document["vertices"]) * document["transform"]["scale"] + document["transform"]["translate"]
+    assert len(np.unique(vertices, axis=0)) == len(vertices)
+    before = read_city(exported / "city.gml")
+    rings = {surface["id"]: vertices[boundary[0]] for surface, boundary in surfaces_of(document)}
+    for k, name in enumerate(before.surface_id):
+        assert rings[name] == pytest.approx(before.rings(k)[0], abs=1e-6)
+    assert document["metadata"]["referenceSystem"].endswith("/EPSG/0/25833")
+    types = {surface["id"]: surface["type"] for surface, _ in surfaces_of(document)}
+    assert types == dict(zip(before.surface_id, before.thematic, strict=True))
+
+
+def test_cityjson_can_be_read_and_traced_again(exported):
+    before, after = read_city(exported / "city.gml"), read_city(exported / "out" / "city.city.json")
+    assert after.surface_id == before.surface_id
+    assert after.building_id == before.building_id
+    assert after.crs == before.crs
+    areas = [measure_polygons(c.points, c.ring_start, c.polygon_start)[0] for c in (before, after)]
+    assert areas[1] == pytest.approx(areas[0], rel=1e-6)
+
+
+def test_cityjson_sums_up_each_building(exported):
+    document = json.loads((exported / "out" / "city.city.json").read_text(encoding="utf-8"))
+    table = pd.read_csv(exported / "out" / "faces.csv")
+    summary = json.loads((exported / "out" / "summary.json").read_text(encoding="utf-8"))
+    kwp = energy = 0.0
+    for name, item in document["CityObjects"].items():
+        rows = table[(table["building_id"] == name) & table["eligible"].astype(str).str.lower().eq("true")]
+        attributes = item["attributes"]
+        assert attributes["citypv_eligible_area"] == pytest.approx(rows["area"].sum(), rel=1e-5)
+        mean = np.average(rows["full_load_hours"], weights=rows["area"])
+        assert attributes["citypv_full_load_hours"] == pytest.approx(mean, rel=1e-4)
+        assert sum(attributes["citypv_full_load_hours_by_month"]) == pytest.approx(mean, rel=1e-4)
+        kwp, energy = kwp + attributes["citypv_kwp"], energy + attributes["citypv_mwh_per_year"]
+    assert kwp == pytest.approx(summary["totals"]["kwp"], rel=1e-4)
+    assert energy == pytest.approx(summary["totals"]["mwh_per_year"], rel=1e-4)
+
+
+def test_cells_are_exported_as_they_were_counted(exported, tmp_path):
+    options = ["--grid-size", "3", "--cityjson", "--gltf", "--ground", "none", "--out", str(tmp_path / "out")]
+    assert main(["simulate", str(exported / "city.gml"), *options, *FAST]) == 0
+    document = json.loads((tmp_path / "out" / "city.city.json").read_text(encoding="utf-8"))
+    names = [surface["id"] for surface, _ in surfaces_of(document)]
+    assert names == pd.read_csv(tmp_path / "out" / "faces.csv")["surface_id"].tolist()
+    assert any(name.endswith("#2") for name in names)
+    assert "ground" not in [node["name"] for node in read_glb(tmp_path / "out" / "city.glb")[0]["nodes"]]
+
+
+@pytest.mark.parametrize(
+    ("crs", "number"),
+    [
+        ("EPSG:25833", 25833),
+        ("EPSG:7415", 7415),
+        ("EPSG:25832+7837", 25832),
+        ("+proj=tmerc +lon_0=11 +lat_0=48 +k=1 +ellps=GRS80 +units=m +type=crs", None),
+        (None, None),
+    ],
+)
+def test_name_of_the_system(crs, number):
+    name = name_system(crs)
+    assert name == (None if number is None else f"https://www.opengis.net/def/crs/EPSG/0/{number}")
+    if name:
+        assert pyproj.CRS.from_user_input(name).to_epsg() == number
+
+
+def read_glb(path):
+    """JSON and numbers of a binary glTF, taken apart by the rules of its standard."""
+    data = path.read_bytes()
+    magic, version, length = struct.unpack_from("<4sII", data)
+    assert (magic, version, length) == (b"glTF", 2, len(data))
+    size, kind = struct.unpack_from("<I4s", data, 12)
+    assert kind == b"JSON"
+    assert size % 4 == 0
+    document = json.loads(data[20 : 20 + size])
+    rest, kind = struct.unpack_from("<I4s", data, 20 + size)
+    assert kind == b"BIN\0"
+    return document, data[28 + size : 28 + size + rest]
+
+
+def take(document, numbers, accessor):
+    accessor = document["accessors"][accessor]
+    view = document["bufferViews"][accessor["bufferView"]]
+    kind, columns = {5126: "<f4", 5123: "<u2"}[accessor["componentType"]], int(accessor["type"][-1])
+    start = view["byteOffset"] + accessor["byteOffset"]
+    values = np.frombuffer(numbers, kind, accessor["count"] * columns, start).reshape(-1, columns)
+    if "min" in accessor:
+        assert values.min(axis=0).tolist() == accessor["min"]
+        assert values.max(axis=0).tolist() == accessor["max"]
+    return values.astype(float) / (65535 if kind == "<u2" else 1)
+
+
+def test_gltf_has_the_areas_and_colours_of_the_faces(exported):
+    document, numbers = read_glb(exported / "out" / "city.glb")
+    assert [node["name"] for node in document["nodes"]] == ["a", "b", "c", "ground"]
+    table = pd.read_csv(exported / "out" / "faces.csv")
+    extras = document["asset"]["extras"]
+    stops = [tuple(int(text[k : k + 2], 16) for k in (0, 2, 4)) for text in MAPS[extras["colour_map"]].split()]
+    for mesh in document["meshes"][:3]:
+        (primitive,) = mesh["primitives"]
+        points, normal, colour = (
+            take(document, numbers, primitive["attributes"][name]) for name in ("POSITION", "NORMAL", "COLOR_0")
+        )
+        corners = points.reshape(-1, 3, 3)
+        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        area = 0.5 * np.linalg.norm(cross, axis=1)
+        rows = table[table["building_id"] == mesh["name"]]
+        assert area.sum() == pytest.approx(rows["area"].sum(), rel=1e-4)
+        assert normal[::3] == pytest.approx(cross / (2 * area[:, None]), abs=1e-5)
+        # y is up: the faces that look down are the floor.
+        assert area[normal[::3, 1] < -0.9].sum() == pytest.approx(
+            rows.loc[rows["kind"] == "downward", "area"].sum(), rel=1e-4
+        )
+        # Each surface has a colour of its own, whose place on the map is its full load hours.
+        for _, row in rows[np.isfinite(rows["full_load_hours"])].iterrows():
+            place = np.clip((row["full_load_hours"] - extras["low"]) / (extras["high"] - extras["low"]), 0, 1)
+            k = min(int(place * 16), 15)
+            linear = [[decode(channel) for channel in stop] for stop in stops[k : k + 2]]
+            expected = np.array(linear[0]) + (place * 16 - k) * (np.array(linear[1]) - linear[0])
+            same = np.abs(colour[::3, :3] - expected).max(axis=1) < 2e-4
+            assert area[same].sum() >= row["area"] * (1 - 1e-4)
+
+
+def decode(channel):
+    """sRGB byte to linear light, IEC 61966-2-1."""
+    value = channel / 255
+    return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
