@@ -35,7 +35,7 @@ from citypv.core.weather.clear_sky import clear_sky
 NUMBERS = [np.nan, np.inf, -np.inf, 1e38, -1e300, 1e10]
 HOUR = pd.Timedelta(hours=1)
 UTM = np.array([390_000, 5_818_000, 30.0])
-CURES = "ask check complete give leave let look see take trace use".split()
+CURES = ["ask", "check", "complete", "give", "leave", "let", "look", "see", "take", "trace", "use"]
 TOWN = city_of_polygons(*draw_town(2, tiles=1))
 PLACES = np.stack(np.meshgrid(*[np.linspace(-100, 200, 4)] * 2), axis=-1).reshape(-1, 2)
 TERRAIN = Terrain("hill.asc", [Layer(np.column_stack([PLACES, np.zeros(16)]), Delaunay(PLACES).simplices)])
