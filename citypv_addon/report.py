@@ -16,7 +16,7 @@ TITLES = {
 }
 CLOSED = ("orientation", "eligible", "class")
 FOUND = ("repaired", "skipped", "inside")
-WIDTH = 46  # characters of a line in the panel
+WIDTH = 40  # characters of a line in the panel
 
 
 def draw_report(layout, context):

@@ -51,7 +51,7 @@ def read_meshes(name, items, context):
     InputError
         There is no face.
     """
-    metres, chosen, met = context.scene.unit_settings.scale_length, set(items), set()
+    metres, chosen, met, drawn = context.scene.unit_settings.scale_length, set(items), set(), set()
     content, names = FileContent(name), Counter()
     for instance in context.evaluated_depsgraph_get().object_instances:
         item = instance.object.original
@@ -59,12 +59,15 @@ def read_meshes(name, items, context):
         if owner not in chosen or instance.object.type != "MESH":
             continue
         met.add(owner)
+        if not len(instance.object.data.polygons):
+            continue
+        drawn.add(owner)
         building = f"{owner.name}/{item.name}" if instance.is_instance else item.name
         names[building] += 1
         if names[building] > 1:
             building += f"~{names[building]}"
         _add_building(content, building, instance.object.data, np.array(instance.matrix_world), metres)
-    _tell_left_out(content, chosen - met)
+    _tell_left_out(content, chosen - drawn, met)
     if not content.polygons:
         raise InputError(name, "they have no faces", "select meshes with faces, or choose a collection of such")
     return content
@@ -78,9 +81,6 @@ def join_meshes(content):
 
 
 def _add_building(content, building, mesh, matrix, metres):
-    if not len(mesh.polygons):
-        content.skip("mesh without faces", building)
-        return
     content.buildings.append(building)
     for face, ring in enumerate(_read_rings(mesh, matrix, metres)):
         # A face is a ring that Blender never closes; here it ends where it begins, so that none counts as mended.
@@ -106,9 +106,9 @@ def _read_rings(mesh, matrix, metres):
     return [ring[::-1] for ring in rings] if np.linalg.det(matrix[:3, :3]) < 0 else rings
 
 
-def _tell_left_out(content, items):
+def _tell_left_out(content, items, met):
     for item in sorted(items, key=lambda item: item.name):
         if item.type == "MESH":
-            content.skip("hidden in the viewport", item.name)
+            content.skip("mesh without faces" if item in met else "hidden in the viewport", item.name)
         elif item.type in OTHER_SHAPES:
             content.skip("no mesh: convert it to one", item.name)

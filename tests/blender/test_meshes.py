@@ -106,6 +106,29 @@ def test_a_collection_gives_its_meshes_those_below_it_and_its_instances(addon):
     assert list(item["citypv_report"])[:2] == ["Collection Town", "4 buildings, 0 parts, 24 surfaces"]
 
 
+def test_instances_of_geometry_nodes_are_buildings(addon):
+    box = add_box("box", (0, 0, 3))
+    tree = bpy.data.node_groups.new("Row", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    line, info, instance = (
+        tree.nodes.new("GeometryNode" + kind) for kind in ("MeshLine", "ObjectInfo", "InstanceOnPoints")
+    )
+    line.inputs["Count"].default_value, line.inputs["Offset"].default_value = 3, (20, 0, 0)
+    info.inputs["Object"].default_value, info.inputs["As Instance"].default_value = box, True
+    tree.links.new(line.outputs["Mesh"], instance.inputs["Points"])
+    tree.links.new(info.outputs["Geometry"], instance.inputs["Instance"])
+    tree.links.new(instance.outputs["Instances"], tree.nodes.new("NodeGroupOutput").inputs["Geometry"])
+    carrier = add_mesh("carrier", [], [])
+    carrier.location = (0, 100, 3)
+    carrier.modifiers.new("Row", "NODES").node_group = tree
+    bpy.context.view_layer.update()
+    city = take([carrier])
+    assert sorted(set(city.building_id)) == ["carrier/box", "carrier/box~2", "carrier/box~3"]
+    np.testing.assert_allclose(city.points.min(axis=0), [-5, 96, 0], atol=1e-5)
+    np.testing.assert_allclose(city.points.max(axis=0), [45, 104, 6], atol=1e-5)
+    assert not city.report.skipped
+
+
 def test_what_cannot_be_used_of_meshes_is_reported(addon):
     box = add_box("box", (0, 0, 3))
     empty = add_mesh("empty", [], [])
