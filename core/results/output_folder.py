@@ -13,6 +13,8 @@ NAMES = (
     "groups.csv",
     "timeseries.nc",
     "transfer.nc",
+    "city.city.json",
+    "city.glb",
     "city.blend",
     "preview.png",
     "summary.json",
@@ -58,6 +60,9 @@ def whole_folder(folder):
         if not folder.exists():
             work.rename(folder)
             return
+        unknown = sorted({file.name for file in work.iterdir()} - set(NAMES))
+        if unknown:
+            raise ValueError(f"{', '.join(unknown)}: not among the names of results")
         (folder / NAMES[-1]).unlink(missing_ok=True)
         for name in NAMES:
             if (work / name).exists():

@@ -91,6 +91,17 @@ def test_cityjson_sums_up_each_building(exported):
     assert energy == pytest.approx(summary["totals"]["mwh_per_year"], rel=1e-4)
 
 
+def test_exports_replace_those_of_an_earlier_run_and_go_with_them(exported, tmp_path):
+    city, out = str(exported / "city.gml"), tmp_path / "out"
+    for options in (["--cityjson", "--gltf"], ["--cityjson", "--overwrite"], ["--overwrite"]):
+        assert main(["simulate", city, "--out", str(out), *options, *FAST]) == 0
+        names = {path.name for path in out.iterdir()}
+        assert ("city.city.json" in names) == ("--cityjson" in options)
+        assert ("city.glb" in names) == ("--gltf" in options)
+        assert "summary.json" in names
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
 def test_cells_are_exported_as_they_were_counted(exported, tmp_path):
     options = ["--grid-size", "3", "--cityjson", "--gltf", "--ground", "none", "--out", str(tmp_path / "out")]
     assert main(["simulate", str(exported / "city.gml"), *options, *FAST]) == 0
