@@ -7,6 +7,7 @@ import numpy as np
 from ..check_arrays import check_array, check_seed
 from .check_arrays import check_scene
 from .find_buried import find_buried
+from .find_ground import find_ground
 from .random_numbers import key_of_names, mix
 
 OFFSET_SPACINGS = 8  # distance of ray origins from their face in float32 spacings; with 2 the first rays are lost
@@ -27,6 +28,7 @@ class Patches:
     key: np.ndarray  # (p,) uint64, of its random numbers
     albedo: np.ndarray  # (p,) float32
     facing: np.ndarray  # (p, 4) float32, normal and 2 for footprints (whoever sees one is under a building), else 0
+    ground: np.ndarray  # (p,) bool, the ground: whatever has it above itself lies in the earth
     receives: np.ndarray  # (p,) bool, false where a patch closes a building, lies on the ground or has no area
 
     def __len__(self):
@@ -56,6 +58,7 @@ def patches_of_scene(scene, albedo, seed):
     normal = np.cross(edges[:, 0], edges[:, 1])
     length = np.linalg.norm(normal, axis=1)
     normal /= np.maximum(length, np.finfo(float).tiny)[:, None]
+    ground = find_ground(scene)
     offset = measure_offset(corners, edges, normal)
     drawn_in = draw_in(corners, length, offset)
     return Patches(
@@ -68,7 +71,8 @@ def patches_of_scene(scene, albedo, seed):
         key=keys_of_triangles(scene, seed),
         albedo=albedo.astype(np.float32),
         facing=np.column_stack([normal, 2 * scene.footprint]).astype(np.float32),
-        receives=~scene.closure & ~find_buried(scene) & (length > 0),
+        ground=ground,
+        receives=~scene.closure & ~find_buried(scene, ground) & (length > 0),
     )
 
 

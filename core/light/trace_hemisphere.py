@@ -165,7 +165,8 @@ def find_covered_cells(ray_scene, patches, chosen):
     One point in each cell looks around; it is covered when more than half of its rays meet backs and at most one the
     sky. Real models are open shells: a single ray decides nothing, and who looks into an open house from outside meets
     backs, but the sky too. A wall that goes on below the ground meets the ground's back upwards and nothing downwards:
-    no ray of it brings light, and it is covered too.
+    no ray of it brings light, and it is covered too. Below a slope some of its rays would leave into the sky under the
+    hill; there a ray straight up tells, which meets the ground's back first.
 
     Returns
     -------
@@ -190,7 +191,10 @@ def find_covered_cells(ray_scene, patches, chosen):
     back, sky, below = (rays.reshape(count, cells, RAYS_PER_CELL).sum(axis=2) for rays in met)
     inside = (2 * back > RAYS_PER_CELL) & (sky <= STRAY_RAYS)
     under = (4 * back > RAYS_PER_CELL) & (back + below == RAYS_PER_CELL)
-    return inside | under
+    up = np.broadcast_to(np.float32([0, 0, 1]), origins[:, ::RAYS_PER_CELL].shape)
+    above = ray_scene.trace_closest(origins[:, ::RAYS_PER_CELL].reshape(-1, 3), up.reshape(-1, 3)).reshape(back.shape)
+    earth = (above >= 0) & patches.ground[above] & (patches.normal[above, 2] > 0)
+    return inside | under | earth
 
 
 def hemisphere_rays(patches, chosen, sequence):
