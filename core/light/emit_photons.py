@@ -14,8 +14,7 @@ import numpy as np
 
 from .random_numbers import GOLDEN, key_of_names, mix
 
-MARGIN = 1e-3  # of the scene's largest extent: how far its box stands off
-ROUNDING = 64 * np.finfo(np.float32).eps  # of the largest coordinate: the least that the box stands off
+MARGIN = 64 * np.finfo(np.float32).eps  # of the largest coordinate: how far the box stands off
 INWARDS = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)  # lid, bottom, sides
 
 
@@ -43,7 +42,7 @@ def box_of_scene(scene):
         return np.zeros(3), np.zeros(3)
     points = np.asarray(scene.vertices, float)[scene.triangles.ravel()]
     low, high = points.min(axis=0), points.max(axis=0)
-    margin = max(MARGIN * float((high - low).max()), ROUNDING * float(np.abs(points).max()))
+    margin = MARGIN * float(np.abs(points).max())
     return low - margin, high - low + 2 * margin
 
 
