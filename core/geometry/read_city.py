@@ -4,6 +4,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from .join_contents import join_contents
+from .parse_json import speaks_of_cityjson
 from .read_citygml import read_content as read_citygml_content
 from .read_cityjson import read_cityjson
 from .read_obj import read_obj
@@ -53,11 +54,17 @@ def list_files(paths):
         if not Path(path).is_dir():
             files.append(Path(path))
             continue
-        inside = sorted(file for file in Path(path).iterdir() if file.is_file() and _suffix(file) in READERS)
+        inside = sorted(file for file in Path(path).iterdir() if file.is_file() and _is_city(file))
         if not inside:
             raise InputError(path, "a folder without files of buildings", f"known are {', '.join(READERS)}")
         files += inside
     return files
+
+
+def _is_city(file):
+    """Whether a file of a folder is read: by its name, and of JSON, which may be anything, by what is in it."""
+    reader = READERS.get(_suffix(file))
+    return reader is not None and (reader is not read_cityjson or speaks_of_cityjson(file))
 
 
 def _suffix(path):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cityjson_text import CUBE, FACES, SHELL, house, model, read, solid
 
 from citypv.core.errors import InputError
 from citypv.core.geometry.locate_site import locate_site
@@ -29,30 +30,10 @@ PLACES = {  # of the publisher's towns, to a tenth of a degree
     "montreal_b4.city.jsonl": (45.5, -77.55),  # it names UTM zone 18 for coordinates of MTM zone 8, 310 km further east
     "rotterdam_delfshaven_v20.city.json": (51.9, 4.4),
 }
-CUBE = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]]
-FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-SHELL = [[face] for face in FACES]
 
 
 def find(name):
     return DATA / name if (DATA / name).exists() else DATA / f"{name}.gz"
-
-
-def solid(**more):
-    return {"type": "Solid", "lod": "2", "boundaries": [SHELL], **more}
-
-
-def house(*geometries, kind="Building", **more):
-    return {"type": kind, "geometry": list(geometries), **more}
-
-
-def model(objects, vertices=CUBE, **more):
-    return {"type": "CityJSON", "version": "2.0", "CityObjects": objects, "vertices": vertices, **more}
-
-
-def read(tmp_path, document, **options):
-    (tmp_path / "city.json").write_text(json.dumps(document), encoding="utf-8")
-    return read_city(tmp_path / "city.json", **options)
 
 
 def areas(city):
@@ -234,86 +215,3 @@ def test_encodings_and_layouts(tmp_path, encoding, indent):
     assert len(read_city(tmp_path / "city.json")) == 6
     (tmp_path / "city.json.gz").write_bytes(gzip.compress(document.encode(encoding)))
     assert len(read_city(tmp_path / "city.json.gz")) == 6
-
-
-GOOD = model({"b": house(solid())})
-DEEP = "[" * 200_000
-BAD_DOCUMENTS = {
-    "empty": ("", "empty"),
-    "blank": (" \n\n", "nothing but blanks"),
-    "cut": (json.dumps(GOOD)[:200], r"line 1, column \d+: the JSON breaks off"),
-    "no json": ("hello", "line 1, column 1"),
-    "a list": ("[1, 2]", "no CityJSON"),
-    "geojson": ('{"type": "FeatureCollection"}', "no CityJSON .type 'FeatureCollection'"),
-    "a feature alone": ('{"type": "CityJSONFeature"}', "give the head of the sequence"),
-    "old": (json.dumps({**GOOD, "version": "0.9"}), "version '0.9'; bring it to 2.0"),
-    "new": (json.dumps({**GOOD, "version": "3.0"}), "version '3.0'"),
-    "deep": (json.dumps(GOOD)[:-1] + ', "x": ' + DEEP + "}", "nested deeper|breaks off"),
-    "NaN": (json.dumps(GOOD).replace("[2, 0, 0]", "[NaN, 0, 0]"), "NaN is no number"),
-    "1e308": (json.dumps(GOOD).replace("[2, 0, 0]", "[1e308, 0, 0]"), r"vertices\[1\]: a coordinate is not finite"),
-    "1e999": (json.dumps(GOOD).replace("[2, 0, 0]", "[1e999, 0, 0]"), "vertices: not rows of three numbers"),
-    "digits": (json.dumps(GOOD).replace("[2, 0, 0]", f"[{'9' * 5000}, 0, 0]"), "too many digits"),
-    "huge": (json.dumps(GOOD).replace("[2, 0, 0]", f"[{'9' * 30}, 0, 0]"), r"vertices\[1\]"),
-    "words": (json.dumps(GOOD).replace("[2, 0, 0]", '["2", "0", "0"]'), "vertices: not rows of three numbers"),
-    "ragged": (json.dumps(GOOD).replace("[2, 0, 0]", "[2, 0]"), "vertices: not rows of three numbers"),
-    "transform": (json.dumps({**GOOD, "transform": {"scale": [1, 1]}}), "transform: scale and translate"),
-    "objects": (json.dumps({**GOOD, "CityObjects": []}), "CityObjects is no object"),
-    "two documents": (json.dumps(GOOD) + "\n" + json.dumps(GOOD), "line 2: a CityJSONFeature is expected"),
-    "long attribute": ('{"a": "' + "x" * 11_000_000, "line 1, column"),
-}
-
-
-@pytest.mark.parametrize("name", BAD_DOCUMENTS)
-def test_refused_with_file_place_and_cure(tmp_path, name):
-    text, problem = BAD_DOCUMENTS[name]
-    (tmp_path / "city.json").write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=problem) as caught:
-        read_city(tmp_path / "city.json")
-    assert str(caught.value).startswith(str(tmp_path / "city.json"))
-    assert len(str(caught.value)) < 400
-    assert "; " in str(caught.value)
-
-
-BAD_PIECES = {
-    "a ring that names a vertex the file does not hold": {"boundaries": [[[[0, 1, 99]]]]},
-    "a ring whose corners are not numbers of vertices": {"boundaries": [[[[0, True, 1.5]]]]},
-    "boundaries that are no lists of rings": {"boundaries": [[[0, 1, 2]]]},
-    "boundaries that are no list": {"boundaries": 7},
-    "no level of detail": {"lod": "good"},
-    "geometry of an unknown type": {"type": "Blob"},
-    "geometry without surfaces (MultiPoint)": {"type": "MultiPoint"},
-    "inner shell of a solid: it never sees the sky": {"boundaries": [SHELL[:5], SHELL]},
-    "semantics that do not fit the boundaries (the surfaces are kept)": {
-        "boundaries": [SHELL[:5]],
-        "semantics": {"surfaces": [{"type": "RoofSurface"}], "values": [[0]]},
-    },
-    "instance without a template, a place or a matrix that can be used": {"type": "GeometryInstance", "template": 4},
-}
-
-
-@pytest.mark.parametrize("reason", BAD_PIECES)
-def test_pieces_that_cannot_be_used_are_reported(tmp_path, reason):
-    objects = {"good": house(solid()), "bad": house(solid(**BAD_PIECES[reason]))}
-    report = read(tmp_path, model(objects)).report
-    assert report.skipped[reason] == ["bad"]
-
-
-def test_parents_in_a_circle_or_missing_are_noted(tmp_path):
-    objects = {
-        "a": house(solid(), kind="BuildingPart", parents=["b"]),
-        "b": house(kind="BuildingPart", parents=["a"]),
-        "c": house(solid(), kind="BuildingPart", parents=["nowhere"]),
-    }
-    city = read(tmp_path, model(objects))
-    assert "3 objects whose parent the file does not hold stand as buildings: a, b, c." in city.report.notes
-    assert set(city.building_id) == {"a", "c"}
-
-
-def test_names_of_any_kind_fit_into_a_line(tmp_path):
-    ids = {"surfaces": [{"type": "RoofSurface", "id": "two\nlines"}], "values": [[0, None, None, None, None, None]]}
-    objects = {"a\nb\u2028": house(solid(semantics=ids)), "x" * 10_000: house(kind="Tree\n" * 100)}
-    objects["x" * 10_001] = house(solid(), kind="BuildingPart", parents=["none"])
-    city = read(tmp_path, model(objects))
-    texts = [*city.surface_id, *city.building_id, *city.report.notes]
-    assert all(text.isprintable() and len(text) < 400 for text in texts)
-    assert {len(name) for name in city.building_id} == {4, 200}

@@ -1,0 +1,192 @@
+"""CityJSON that cannot be used: refused with file, place and cure, or skipped piece by piece with a reason."""
+
+import copy
+import gzip
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from cityjson_text import CUBE, FACES, SHELL, house, instance, model, read, solid
+
+from citypv.core.errors import InputError
+from citypv.core.geometry.read_city import read_city
+
+GOOD = model({"b": house(solid())})
+TEXT = json.dumps(GOOD)
+HEAD = {key: value for key, value in model({}, []).items() if key != "CityObjects"}
+FEATURE = {**model({"b": house(solid())}), "type": "CityJSONFeature"}
+BAD_DOCUMENTS = {
+    "empty": ("", "empty"),
+    "blank": (" \n\n", "nothing but blanks"),
+    "cut": (TEXT[:200], r"line 1, column \d+: the JSON breaks off"),
+    "cut on several lines": (json.dumps(GOOD, indent=1)[:200], r"line \d\d, column \d+: the JSON breaks off"),
+    "cut in a sequence": ("\n".join(map(json.dumps, (HEAD, FEATURE)))[:-5], r"line 2, column \d+: the JSON breaks off"),
+    "no json": ("hello", "line 1, column 1: this is not JSON"),
+    "a list": ("[1, 2]", "no CityJSON"),
+    "geojson": ('{"type": "FeatureCollection"}', "no CityJSON .type 'FeatureCollection'"),
+    "a feature alone": ('{"type": "CityJSONFeature"}', "give the head of the sequence"),
+    "old": (json.dumps({**GOOD, "version": "0.9"}), "version '0.9'; bring it to 2.0"),
+    "new": (json.dumps({**GOOD, "version": "3.0"}), "version '3.0'"),
+    "deep": (TEXT[:-1] + ', "x": ' + "[" * 200_000 + "}", "nested deeper"),
+    "NaN": (TEXT.replace("[2, 0, 0]", "[NaN, 0, 0]"), "line 1: NaN is no number"),
+    "NaN in line 3": (TEXT.replace("[2, 0, 0]", '["NaN",\n"\\"", \n-Infinity, 0]'), "line 3: -Infinity is no number"),
+    "1e308": (TEXT.replace("[2, 0, 0]", "[1e308, 0, 0]"), "line 1: vertex 1 of vertices is not finite or beyond"),
+    "1e999": (TEXT.replace("[2, 0, 0]", "[1e999, 0, 0]"), "line 1: vertex 1 of vertices is not finite or beyond"),
+    "digits": (TEXT.replace("[2, 0, 0]", f"[{'9' * 5000}, 0, 0]"), "line 1: a number of thousands of digits"),
+    "400 digits": (TEXT.replace("[2, 0, 0]", f"[{'9' * 400}, 0, 0]"), "vertex 1 of vertices is not finite or beyond"),
+    "huge": (TEXT.replace("[2, 0, 0]", f"[{'9' * 30}, 0, 0]"), "vertex 1 of vertices is not finite or beyond"),
+    "words": (TEXT.replace("[2, 0, 0]", '["2", "0", "0"]'), "vertex 1 of vertices is not three numbers"),
+    "true": (TEXT.replace("[2, 0, 0]", "[true, 0, 0]"), "vertex 1 of vertices is not three numbers"),
+    "ragged": (TEXT.replace("[2, 0, 0]", "[2, 0]"), "vertex 1 of vertices is not three numbers"),
+    "no vertices": (json.dumps({**GOOD, "vertices": {}}), "vertices is no list"),
+    "overflow": (json.dumps({**GOOD, "transform": {"scale": [9e7] * 3, "translate": [0] * 3}}), "vertex 1 of vertices"),
+    "transform": (json.dumps({**GOOD, "transform": {"scale": [1, 1]}}), "transform is not a scale and a translate"),
+    "flat": (json.dumps({**GOOD, "transform": {"scale": [1, 0, 1], "translate": [0] * 3}}), "no scale 0"),
+    "objects": (json.dumps({**GOOD, "CityObjects": []}), "CityObjects is no JSON object"),
+    "twice": (TEXT[:-1] + ', "vertices": []}', "line 1: vertices is given twice"),
+    "long attribute": ('{"a": "' + "x" * 11_000_000, "line 1, column"),
+    "no such vertices": (json.dumps({**GOOD, "vertices": []}), "no building has a shape .*corner that is no vertex"),
+    "blank lines": (json.dumps(HEAD) + "\n" * 150_000, "blank lines"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_DOCUMENTS)
+def test_refused_with_file_place_and_cure(tmp_path, name):
+    text, problem = BAD_DOCUMENTS[name]
+    (tmp_path / "city.json").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=problem) as caught:
+        read_city(tmp_path / "city.json")
+    assert str(caught.value).startswith(str(tmp_path / "city.json"))
+    assert len(str(caught.value)) < 400
+    assert "; " in str(caught.value)
+
+
+BAD_PIECES = {
+    "corner that is no vertex of the file": {"boundaries": [[[[0, 1, 99]]]]},
+    "corner that is no number of a vertex": {"boundaries": [[[[0, True, 1.5]]]]},
+    "surface that is no list of rings": {"boundaries": [[[0, 1, 2]]]},
+    "surface without an outline": {"boundaries": [[[]]]},
+    "boundaries that are not nested as their type asks": {"boundaries": [7]},
+    "no level of detail that means anything": {"lod": "good"},
+    "geometry of an unknown type": {"type": "Blob"},
+    "MultiPoint: no surfaces": {"type": "MultiPoint"},
+    "inner shell of a solid: a cavity never sees the sky": {"boundaries": [SHELL[:5], SHELL[:1]]},
+    "interior surface": {"semantics": {"surfaces": [{"type": "FloorSurface"}], "values": [[0] + [None] * 5]}},
+    "instance of a template that the file does not hold": {**instance(), "template": 4},
+    "instance without a reference point or with a matrix that is none": {**instance(), "boundaries": [99]},
+}
+
+
+@pytest.mark.parametrize("reason", BAD_PIECES)
+def test_pieces_that_cannot_be_used_are_reported(tmp_path, reason):
+    objects = {"good": house(solid()), "bad": house(solid(**BAD_PIECES[reason]))}
+    templates = {"templates": [solid()], "vertices-templates": CUBE}
+    report = read(tmp_path, model(objects, **{"geometry-templates": templates})).report
+    assert [name.split(",")[0] for name in report.skipped[reason]] == ["bad"]
+
+
+WRONG = [None, True, -1, 1e308, 10**400, "x", [], {"type": []}]
+FULL = model(
+    {
+        "b": house(solid(semantics={"surfaces": [{"type": "RoofSurface", "id": "r"}], "values": [[0] * 6]})),
+        "p": house(instance(), solid(), kind="BuildingPart", parents=["b"], attributes={"a": 1}),
+    },
+    transform={"scale": [1, 1, 1], "translate": [0, 0, 0]},
+    metadata={"referenceSystem": "EPSG:25833", "crs": {"epsg": 25833}},
+    **{"geometry-templates": {"templates": [solid()], "vertices-templates": CUBE}},
+)
+
+
+def places(node, path=()):
+    """Every place in a document, the first two members of each list standing for all."""
+    yield path
+    inside = node.items() if isinstance(node, dict) else enumerate(node[:2]) if isinstance(node, list) else ()
+    for key, value in inside:
+        yield from places(value, (*path, key))
+
+
+def test_a_wrong_value_anywhere_ends_in_a_city_or_in_one_line(tmp_path):
+    outcomes = []
+    for *way, last in [path for path in places(FULL) if path]:
+        for wrong in WRONG:
+            document = copy.deepcopy(FULL)
+            node = document
+            for key in way:
+                node = node[key]
+            node[last] = wrong
+            try:
+                assert np.isfinite(read(tmp_path, document).points).all()
+                outcomes.append(True)
+            except InputError as error:
+                assert len(str(error).splitlines()) == 1
+                outcomes.append(False)
+    assert len(outcomes) > 400
+    assert 0.1 < np.mean(outcomes) < 0.95
+
+
+def test_a_name_given_twice_is_reported(tmp_path):
+    doubled = TEXT.replace('"b": {', '"b": ' + json.dumps(house(solid())) + ', "b": {')
+    (tmp_path / "city.json").write_text(doubled, encoding="utf-8")
+    report = read_city(tmp_path / "city.json").report
+    assert report.skipped == {"city object whose name comes again later in the file": ["b"]}
+
+
+def test_names_of_any_kind_fit_into_a_line(tmp_path):
+    ids = {"surfaces": [{"type": "RoofSurface", "id": "two\nlines"}], "values": [[0, None, None, None, None, None]]}
+    objects = {"a\nb\u2028": house(solid(semantics=ids)), "x" * 10_000: house(kind="Tree\n" * 100)}
+    objects["x" * 10_001] = house(solid(), kind="BuildingPart", parents=["none"])
+    objects["half \ud800"] = house(solid(semantics=ids))
+    metadata = {"referenceSystem": "EPSG:\ud800\x00"}
+    city = read(tmp_path, model(objects, metadata=metadata))
+    texts = [*city.surface_id, *city.building_id, *city.report.notes]
+    assert all(text.isprintable() and len(text) < 400 for text in texts)
+    assert {len(name) for name in city.building_id} == {4, 6, 200}
+
+
+START = b'{"type": "CityJSON", "version": "2.0", "CityObjects": {"a": {"type": "Building", "geometry": [['
+TEMPLATES = {"templates": [{"type": "MultiSurface", "lod": "2", "boundaries": [[face] for face in FACES] * 400}]}
+BOMBS = {
+    "lists.json.gz": (START, b"[]," * 2**18, 100),
+    "objects.json.gz": (START, b'{"a":0},' * 2**17, 60),
+    "numbers.json.gz": (START, b"1.5," * 2**18, 200),
+    "rings.jsonl.gz": (json.dumps(HEAD).encode() + b"\n" + START, b"[[0,1,2]]," * 2**18, 30),
+    "word.json.gz": (b'{"type": "', b"x" * 2**20, 200),
+    "deep.json": (START, b"[", 500_000),
+    "templates.json": (
+        json.dumps(
+            model(
+                {str(k): house(*[instance()] * 100) for k in range(5)},
+                **{"geometry-templates": {**TEMPLATES, "vertices-templates": CUBE}},
+            )
+        ).encode(),
+        b"",
+        0,
+    ),
+}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows tells no peak of memory this way")
+@pytest.mark.parametrize(
+    "name", [name if name[0] != "t" else pytest.param(name, marks=pytest.mark.slow) for name in BOMBS]
+)
+def test_bombs_are_refused_with_bounded_memory(tmp_path, name):
+    head, piece, count = BOMBS[name]
+    with gzip.open(tmp_path / name, "wb", 1) if name.endswith(".gz") else (tmp_path / name).open("wb") as packed:
+        packed.write(head)
+        for _ in range(count):
+            packed.write(piece)
+    script = (
+        "import resource, sys; from citypv.core.errors import InputError\n"
+        "from citypv.core.geometry.read_city import read_city\n"
+        "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "try: read_city(sys.argv[1])\n"
+        "except InputError as error: print(error.problem)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)"
+    )
+    command = [sys.executable, "-c", script, str(tmp_path / name)]
+    problem, grown = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert problem
+    unit = 1 if sys.platform == "darwin" else 2**10
+    assert int(grown) * unit < 2**30

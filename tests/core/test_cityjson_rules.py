@@ -1,0 +1,229 @@
+"""Rules of CityJSON one by one: families, twins, semantics, templates, transforms and sequences of features."""
+
+import json
+
+import numpy as np
+import pytest
+from cityjson_text import CUBE, FACES, at, house, instance, model, read, row, solid
+
+from citypv.core.geometry.read_city import read_city
+
+ROOF = {"surfaces": [{"type": "RoofSurface"}]}
+
+
+def surfaces(numbers, **more):
+    return {"type": "MultiSurface", "lod": "2", "boundaries": [[FACES[k]] for k in numbers], **more}
+
+
+def head(**more):
+    return {"type": "CityJSON", "version": "2.0", "transform": {"scale": [1] * 3, "translate": [0] * 3}, **more}
+
+
+def feature(name, step=0, **more):
+    vertices = [[x + 10 * step, y, z] for x, y, z in CUBE]
+    return {"type": "CityJSONFeature", "CityObjects": {name: house(solid())}, "vertices": vertices, **more}
+
+
+def read_lines(tmp_path, *texts, indent=None, name="city.jsonl"):
+    (tmp_path / name).write_text("\n".join(json.dumps(text, indent=indent) for text in texts), encoding="utf-8")
+    return read_city(tmp_path / name)
+
+
+def test_buildings_of_a_group_stay_buildings(tmp_path):
+    group = {"type": "CityObjectGroup", "children": ["a", "b"]}
+    objects = {"g": group, "a": house(at(0), parents=["g"]), "b": house(at(1), parents=["g"])}
+    city = read(tmp_path, model(objects, row(2)))
+    assert city.building_id == ["a"] * 6 + ["b"] * 6
+    assert "1 CityObjectGroup left out: no building." in city.report.notes
+
+
+def test_a_part_of_a_part_belongs_to_the_building_at_the_top(tmp_path):
+    objects = {
+        "q": house(at(1), kind="BuildingPart", parents=["p"]),
+        "p": house(at(0), kind="BuildingPart", parents=["b"], children=["q"]),
+        "b": house(children=["p"]),
+    }
+    city = read(tmp_path, model(objects, row(2)))
+    assert set(city.building_id) == {"b"}
+    assert (city.report.building_count, city.report.part_count) == (1, 2)
+
+
+@pytest.mark.parametrize("parents", [[], ["nowhere", "b"], None, 7])
+def test_a_building_names_its_part_where_the_part_does_not(tmp_path, parents):
+    objects = {"b": house(children=["p"]), "p": house(solid(), kind="BuildingPart", parents=parents)}
+    city = read(tmp_path, model(objects))
+    assert set(city.building_id) == {"b"}
+    assert city.report.building_count == 1
+
+
+def test_parents_in_a_circle_or_missing_are_noted(tmp_path):
+    objects = {
+        "a": house(solid(), kind="BuildingPart", parents=["b"]),
+        "b": house(kind="BuildingPart", parents=["a"]),
+        "c": house(solid(), kind="BuildingPart", parents=["nowhere"]),
+        "d": house(solid(), kind="BuildingInstallation", parents=["c"]),
+    }
+    city = read(tmp_path, model(objects))
+    words = "3 parts or installations have no building above them; they stand as buildings: a, b, c"
+    assert words in city.report.notes
+    assert set(city.building_id) == {"a", "c"}
+
+
+def test_types_of_extensions(tmp_path):
+    objects = {
+        "a": house(at(0), kind="+NoiseBuilding"),
+        "p": house(at(1), kind="+NoiseBuildingPart", parents=["a"]),
+        "r": house(at(0), kind="+BuildingRoomZ", parents=["a"]),
+        "z": house(at(2), kind="BuildingZ"),
+        "n": house(kind="BuildingZ"),
+        "t": house(at(0), kind="+Tree"),
+    }
+    city = read(tmp_path, model(objects, row(3)))
+    assert city.building_id == ["a"] * 12 + ["z"] * 6
+    for words in ("1 +NoiseBuilding read as", "1 BuildingZ read as", "1 BuildingZ left out", "1 +BuildingRoomZ left"):
+        assert any(note.startswith(words) for note in city.report.notes)
+
+
+def test_several_drawings_of_one_kind_belong_together(tmp_path):
+    roof = surfaces([0, 1, 2], semantics={**ROOF, "values": [0, 0, 0]})
+    walls = surfaces([3, 4, 5], semantics={**ROOF, "values": [0, 0, 0]})
+    city = read(tmp_path, model({"b": house(roof, walls)}))
+    assert len(city) == 6
+    assert not city.report.skipped
+
+
+def test_parts_drawn_in_different_ways_are_no_twins(tmp_path):
+    other = {"type": "MultiSurface", "lod": "2", "boundaries": at(1)["boundaries"][0]}
+    objects = {
+        "b": house(children=["p", "q"]),
+        "p": house(at(0), kind="BuildingPart", parents=["b"]),
+        "q": house(other, kind="BuildingPart", parents=["b"]),
+    }
+    assert len(read(tmp_path, model(objects, row(2)))) == 12
+
+
+@pytest.mark.parametrize("first", [0, 1, 2])
+def test_semantics_tell_which_twin_is_kept(tmp_path, first):
+    """Each drawing stands a millimetre beside the others, so that none is the same point for point."""
+    drawings = [
+        {**at(0), "semantics": {**ROOF, "values": [[0] * 6]}},
+        {"type": "MultiSurface", "lod": "2", "boundaries": at(1)["boundaries"][0], "semantics": {**ROOF, "values": []}},
+        at(2),
+    ]
+    turned = drawings[first:] + drawings[:first]
+    vertices = [[x + 1e-3 * k, y, z] for k in range(3) for x, y, z in CUBE]
+    city = read(tmp_path, model({"b": house(*turned)}, vertices))
+    assert len(city) == 6
+    assert city.points[:, 0].min() == 0.0
+    assert city.thematic == ["RoofSurface"] * 6
+
+
+VALUES = {  # nested as the shells, flat, short, long, one for a shell, none, numbers that name nothing
+    "nested": ([[0, 0, None, 1, 1, 1]], "RR_WWW", False),
+    "flat": ([0, 0, None, 1, 1, 1], "RR_WWW", True),
+    "short": ([[0, 1]], "RW____", True),
+    "long": ([[0, 0, None, 1, 1, 1, 1]], "RR_WWW", True),
+    "null": ([None], "______", False),
+    "number": ([0], "______", True),
+    "none": (None, "______", False),
+    "unknown": ([[-1, 2, True, 1.0, "0", 0]], "_____R", True),
+}
+
+
+@pytest.mark.parametrize("name", VALUES)
+def test_values_of_semantics(tmp_path, name):
+    values, letters, noted = VALUES[name]
+    semantics = {"surfaces": [{"type": "RoofSurface"}, {"type": "WallSurface"}], "values": values}
+    city = read(tmp_path, model({"b": house(solid(semantics=semantics))}))
+    words = {"R": "RoofSurface", "W": "WallSurface", "_": ""}
+    assert city.thematic == [words[letter] for letter in letters]
+    assert any("semantics that do not fit" in note for note in city.report.notes) == noted
+
+
+@pytest.mark.parametrize(
+    ("lod", "text"), [(2, "2"), (2.0, "2"), (2.2, "2.2"), ("2.2", "2.2"), ("1.3", "1.3"), (1, "1")]
+)
+def test_lod_as_number_or_text(tmp_path, lod, text):
+    assert read(tmp_path, model({"b": house(solid(lod=lod))})).report.lods_chosen == {text: 6}
+
+
+def test_without_lod_a_shape_is_read_where_there_is_no_other(tmp_path):
+    bare = {key: value for key, value in at(1).items() if key != "lod"}
+    city = read(tmp_path, model({"a": house(solid(), bare), "b": house(bare)}, row(2)))
+    assert city.report.lods_chosen == {"": 6, "2": 6}
+    assert any("name no level of detail" in note for note in city.report.notes)
+
+
+def test_instances_stand_at_their_corners_and_far_ones_are_left_out(tmp_path):
+    shifted, far = [*np.eye(4).ravel()], [*(1e7 * np.eye(4)).ravel()]
+    shifted[3], far[15] = 100.0, 1
+    transposed = [*np.eye(4).ravel()]
+    transposed[12] = 100.0  # the step stands in the last row: nobody knows what is meant
+    templates = {"templates": [solid()], "vertices-templates": [[30 * x, y, z] for x, y, z in CUBE]}
+    objects = {"b": house(*[instance(matrix=matrix, corner=1) for matrix in (shifted, far, transposed)])}
+    city = read(tmp_path, model(objects, **{"geometry-templates": templates}))
+    assert city.points.min(axis=0).tolist() == [102, 0, 0]
+    assert city.points.max(axis=0).tolist() == [162, 2, 2]
+    assert [len(names) for names in city.report.skipped.values()] == [2]
+
+
+def test_a_transform_scales_and_moves(tmp_path):
+    vertices = [[1000 * x, 1000 * y, 1000 * z] for x, y, z in CUBE]
+    transform = {"scale": [0.001, 0.002, 0.001], "translate": [10, 20, 30]}
+    city = read(tmp_path, model({"b": house(solid())}, vertices, transform=transform))
+    assert city.points.min(axis=0).tolist() == [10, 20, 30]
+    assert city.points.max(axis=0) == pytest.approx([12, 24, 32])
+    assert not city.report.notes
+
+
+def test_numbers_that_are_not_whole_are_noted(tmp_path):
+    vertices = [[x + 0.5, y, z] for x, y, z in CUBE]
+    transform = {"scale": [1, 1, 1], "translate": [0, 0, 0]}
+    notes = read(tmp_path, model({"b": house(solid())}, vertices, transform=transform)).report.notes
+    assert any("not whole numbers" in note for note in notes)
+
+
+@pytest.mark.parametrize("name", ["city.json", "city.jsonl", "city.city.jsonl"])
+@pytest.mark.parametrize("indent", [None, 1])
+def test_a_sequence_in_any_layout(tmp_path, indent, name):
+    city = read_lines(tmp_path, head(), feature("a"), feature("b", 1), indent=indent, name=name)
+    assert city.building_id == ["a"] * 6 + ["b"] * 6
+    assert city.points[:, 0].max() == 12
+
+
+def test_a_feature_with_templates_of_the_head(tmp_path):
+    templates = {"templates": [solid()], "vertices-templates": CUBE}
+    own = {**feature("a"), "CityObjects": {"a": house(instance(corner=7))}}
+    city = read_lines(tmp_path, head(**{"geometry-templates": templates}), own)
+    assert city.points.min(axis=0).tolist() == CUBE[7]
+
+
+def test_features_of_one_name(tmp_path):
+    again = read_lines(tmp_path, head(), feature("a"), feature("b", 1), feature("a"), feature("b", 2))
+    assert again.building_id == ["a"] * 6 + ["b"] * 6 + ["b~2"] * 6
+    assert again.report.skipped == {"building given twice in the file": ["a"]}
+    assert any("number added: b~2" in note for note in again.report.notes)
+
+
+def test_bytes_that_are_not_utf8_are_noted(tmp_path):
+    text = json.dumps(model({"Straße": house(solid())}), ensure_ascii=False)
+    (tmp_path / "city.json").write_bytes(text.encode("latin-1"))
+    city = read_city(tmp_path / "city.json")
+    assert set(city.building_id) == {"Stra\ufffde"}
+    assert any("not UTF-8" in note for note in city.report.notes)
+
+
+def test_a_folder_gives_its_cityjson_and_no_other_json(tmp_path):
+    read_lines(tmp_path, head(), feature("a"), name="a.jsonl")
+    read(tmp_path, model({"b": house(at(1))}, row(2)))
+    (tmp_path / "package.json").write_text('{"type": "module"}', encoding="utf-8")
+    (tmp_path / "wide.json").write_bytes(json.dumps(model({"c": house(at(2))}, row(3))).encode("utf-16"))
+    assert sorted(set(read_city(tmp_path).building_id)) == ["a", "b", "c"]
+
+
+def test_shells_of_every_solid_are_read(tmp_path):
+    solids = [at(k)["boundaries"] for k in range(3)]
+    objects = {"b": house({"type": "CompositeSolid", "lod": "2", "boundaries": solids})}
+    city = read(tmp_path, model(objects, row(3)))
+    assert len(city) == 18
+    assert city.points[:, 0].max() == 22
