@@ -6,6 +6,7 @@ import numpy as np
 import pyproj
 
 from ..energy.pick_module import area_of_kwp
+from ..geometry.find_footprints import find_footprints
 
 FINEST, COARSEST = 6, 3  # decimals of a metre that vertices keep
 LARGEST = 2**31 - 1  # many readers hold the whole numbers of vertices in 32 bits
@@ -15,6 +16,7 @@ SEMANTICS = {
     "Window", "Door",
 }  # fmt: skip
 BY_KIND = {"facade": "WallSurface", "ground": "GroundSurface", "downward": "OuterCeilingSurface"}
+HIGHEST_LOD = "3"  # CityJSON knows no level 4, whose outer shell is one of level 3
 OF_TRANSFER = ("covered_share", "sky_view_factor", "diffuse_relative", "diffuse_relative_standard_error")
 OF_ENERGY = (
     "direct_relative_annual",
@@ -30,10 +32,10 @@ def write_cityjson(path, city, transfer, energy, *, module, label):
 
     Every building is a city object with one MultiSurface; each of its polygons has a semantic surface of its own. The
     type of that is the polygon's thematic class; where it has none, its kind tells: WallSurface for facades,
-    GroundSurface for ground, OuterCeilingSurface for what faces down, RoofSurface for the rest. Its ``id`` is the
-    ``surface_id`` of faces.csv, its attributes bear the names of that table behind ``citypv_``, and
+    GroundSurface for ground and floors on it, OuterCeilingSurface for what else faces down, RoofSurface for the rest.
+    Its ``id`` is the ``surface_id`` of faces.csv, its attributes bear the names of that table behind ``citypv_``, and
     ``citypv_full_load_hours_by_month`` holds twelve values. What is unknown is left out. A format that knows no levels
-    of detail is written as level 2.
+    of detail is written as level 2, the outer shell of level 4 as level 3.
 
     Parameters
     ----------
@@ -54,10 +56,11 @@ def write_cityjson(path, city, transfer, energy, *, module, label):
     for polygon, building in enumerate(city.building_id):
         members.setdefault(building, []).append(polygon)
     tables = _columns(transfer, energy)
+    types = _types(city, transfer.surfaces)
     objects = {}
     for building, polygons in members.items():
         geometry = [
-            _geometry(city, [k for k in polygons if _lod(city, k) == lod], index, transfer, tables)
+            _geometry(city, [k for k in polygons if _lod(city, k) == lod], index, (transfer.surfaces, types, tables))
             for lod in sorted({_lod(city, k) for k in polygons})
         ]
         objects[building] = {
@@ -105,18 +108,35 @@ def _whole_numbers(points):
 
 
 def _lod(city, polygon):
-    return (city.lod[polygon] if city.lod else "") or "2"
+    lod = (city.lod[polygon] if city.lod else "") or "2"
+    return HIGHEST_LOD if lod.startswith("4") else lod
 
 
-def _geometry(city, polygons, index, transfer, tables):
+def _types(city, surfaces):
+    """Type of the semantic surface of each polygon, list of str."""
+    types = []
+    for own, kind, floor in zip(
+        surfaces.thematic, surfaces.kind, find_footprints(surfaces, city, city.points), strict=True
+    ):
+        types.append(own if own in SEMANTICS else "GroundSurface" if floor else BY_KIND.get(kind, "RoofSurface"))
+    return types
+
+
+def _ring(corners):
+    """A ring without corners that fell together with the one before."""
+    kept = [corner for corner, before in zip(corners, corners[-1:] + corners[:-1], strict=True) if corner != before]
+    return kept if len(set(kept)) > 2 else corners
+
+
+def _geometry(city, polygons, index, described):
     boundaries = [
         [
-            index[city.ring_start[ring] : city.ring_start[ring + 1]]
+            _ring(index[city.ring_start[ring] : city.ring_start[ring + 1]])
             for ring in range(city.polygon_start[polygon], city.polygon_start[polygon + 1])
         ]
         for polygon in polygons
     ]
-    surfaces = [_describe(polygon, transfer.surfaces, tables) for polygon in polygons]
+    surfaces = [_describe(polygon, *described) for polygon in polygons]
     return {
         "type": "MultiSurface",
         "lod": _lod(city, polygons[0]),
@@ -134,14 +154,13 @@ def _columns(transfer, energy):
     return {name: np.asarray(values, float) for name, values in columns.items()}, energy.full_load_hours_by_month
 
 
-def _describe(polygon, surfaces, tables):
+def _describe(polygon, surfaces, types, tables):
     """The semantic surface of one polygon."""
     columns, by_month = tables
-    thematic, kind = surfaces.thematic[polygon], str(surfaces.kind[polygon])
     described = {
-        "type": thematic if thematic in SEMANTICS else BY_KIND.get(kind, "RoofSurface"),
+        "type": types[polygon],
         "id": surfaces.surface_id[polygon],
-        PREFIX + "kind": kind,
+        PREFIX + "kind": str(surfaces.kind[polygon]),
         PREFIX + "orientation": str(surfaces.orientation[polygon]),
         PREFIX + "eligible": bool(surfaces.eligible[polygon]),
     }

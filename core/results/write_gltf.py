@@ -64,6 +64,7 @@ def write_gltf(path, scene, energy, *, label):
         "crs": site.crs,
         "origin": [float(value) for value in site.origin],
         "north": "true north is -z",
+        "convergence": site.convergence,
         "latitude": site.latitude,
         "longitude": site.longitude,
     }
@@ -101,8 +102,9 @@ def _to_gltf_axes(points):
 def _document(parts, triangles, names):
     first = np.concatenate([[0], np.cumsum(3 * triangles)])
     views, accessors, offset = [], [], 0
-    for part in parts:
-        views.append({"buffer": 0, "byteOffset": offset, "byteLength": part.nbytes, "target": ARRAY_BUFFER})
+    for part, (_, _, _, size) in zip(parts, LAYOUT, strict=True):
+        view = {"buffer": 0, "byteOffset": offset, "byteLength": part.nbytes, "byteStride": size}
+        views.append(view | {"target": ARRAY_BUFFER})
         offset += part.nbytes
     meshes = []
     for k, name in enumerate(names):

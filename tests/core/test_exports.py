@@ -143,9 +143,11 @@ def read_glb(path):
     return document, data[28 + size : 28 + size + rest]
 
 
-def take(document, numbers, accessor):
-    accessor = document["accessors"][accessor]
+def take(document, numbers, attributes, name):
+    accessor = document["accessors"][attributes[name]]
     view = document["bufferViews"][accessor["bufferView"]]
+    size = {"POSITION": 12, "NORMAL": 12, "COLOR_0": 8}[name]
+    assert view["byteStride"] == size  # asked for where accessors share a view
     kind, columns = {5126: "<f4", 5123: "<u2"}[accessor["componentType"]], int(accessor["type"][-1])
     start = view["byteOffset"] + accessor["byteOffset"]
     values = np.frombuffer(numbers, kind, accessor["count"] * columns, start).reshape(-1, columns)
@@ -164,7 +166,7 @@ def test_gltf_has_the_areas_and_colours_of_the_faces(exported):
     for mesh in document["meshes"][:3]:
         (primitive,) = mesh["primitives"]
         points, normal, colour = (
-            take(document, numbers, primitive["attributes"][name]) for name in ("POSITION", "NORMAL", "COLOR_0")
+            take(document, numbers, primitive["attributes"], name) for name in ("POSITION", "NORMAL", "COLOR_0")
         )
         corners = points.reshape(-1, 3, 3)
         cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -190,3 +192,19 @@ def decode(channel):
     """sRGB byte to linear light, IEC 61966-2-1."""
     value = channel / 255
     return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
+
+
+def test_types_of_surfaces_without_a_class(tmp_path):
+    """A table: its top faces up, its underside hangs above the floor of the house beneath."""
+    text = "\n".join(
+        [f"v {x} {y} {z}" for z in (0, 5, 8) for x, y in ((0, 0), (9, 0), (9, 9), (0, 9))]
+        + ["o house", "f 4 3 2 1", "f 5 6 7 8", "f 1 2 6 5", "f 2 3 7 6", "f 3 4 8 7", "f 4 1 5 8"]
+        + ["v 20 0 5", "v 29 0 5", "v 29 9 5", "v 20 9 5", "f 16 15 14 13"]
+    )
+    (tmp_path / "city.obj").write_text(text, encoding="utf-8")
+    options = ["--latitude", "50", "--longitude", "8", "--cityjson", "--out", str(tmp_path / "out")]
+    assert main(["simulate", str(tmp_path / "city.obj"), *options, *FAST]) == 0
+    document = json.loads((tmp_path / "out" / "city.city.json").read_text(encoding="utf-8"))
+    types = [surface["type"] for surface, _ in surfaces_of(document)]
+    assert types == ["GroundSurface", "RoofSurface", *["WallSurface"] * 4, "OuterCeilingSurface"]
+    assert "referenceSystem" not in document["metadata"]
