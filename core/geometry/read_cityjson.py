@@ -125,6 +125,7 @@ class _Reading:
                 kind = one["type"] if one["type"] in ("BuildingInstallation", "BuildingConstructiveElement") else ""
                 place = building[families.owner[name]], part[families.part[name]]
                 collect_shapes(one, Owner(clean_name(name), *place, kind, line), shapes)
+                one.pop("geometry", None)  # what was taken makes room for what comes
         self._tell_repeated(first, first_building, line)
 
     def _tell_repeated(self, first, first_building, line):
