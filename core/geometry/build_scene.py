@@ -58,9 +58,7 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
         city, parent = split_into_cells(city, grid_size)
         whole_area = whole_area[parent]
     site = _place(city, latitude, longitude)
-    points = turn_to_true_north(city.points - np.array(site.origin), site.convergence)
-    # What large coordinates leave behind the micrometre is rounding: the same city is the same scene anywhere.
-    points = np.round(points, MICROMETRE)
+    points = bring_to_origin(city.points, site)
     surfaces = _describe(city, points, whole_area)
     triangles, triangle_surface = triangulate(points, city.ring_start, city.polygon_start)
     report = copy.deepcopy(city.report)
@@ -85,6 +83,23 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
             f"{len(hanging)} footprints hang in the air, the ground goes on below: {', '.join(names)} …"
         )
     return _stand_on_ground(scene, vertices, triangles)
+
+
+def bring_to_origin(points, site):
+    """Points of the files in the scene's frame.
+
+    What large coordinates leave behind the micrometre is rounding: the same city is the same scene anywhere.
+
+    Parameters
+    ----------
+    points : array, (m, 3) float64 [m]
+    site : Site
+
+    Returns
+    -------
+    array, (m, 3) float64 [m]
+    """
+    return np.round(turn_to_true_north(points - np.array(site.origin), site.convergence), MICROMETRE)
 
 
 def turn_to_true_north(points, convergence):
@@ -160,7 +175,7 @@ def _note_lost_area(points, triangles, triangle_surface, surfaces, report):
 def _stand_on_terrain(scene, feet, points, terrain, patch_size):
     """The scene on measured ground; what was done at the feet of walls goes into the report."""
     site, names = scene.site, scene.surfaces.surface_id
-    moved = terrain.moved(lambda places: turn_to_true_north(places - np.array(site.origin), site.convergence))
+    moved = terrain.moved(lambda places: bring_to_origin(places, site))
     ground = build_terrain(feet, points, moved, patch_size)
     for reason, polygons in (
         ("ends above the terrain, carried down", ground.raised),

@@ -127,10 +127,14 @@ def trace_patches(ray_scene, patches, chosen, sequence, reflections):
     open_ray[suspect] = ~np.take_along_axis(enclosed[suspect], cell, axis=1)
     above_ground[suspect] = ~np.take_along_axis(covered[suspect], cell, axis=1)
 
+    # Along the line of the ground each ray is asked whether it starts below it.
+    partly = suspect[covered[suspect].any(axis=1) & ~covered[suspect].all(axis=1)]
+    open_ray[partly] &= ~lie_in_earth(ray_scene, patches, origins[partly])
+
     upwards = directions[..., 2] > 0
     per_replicate = (count, REPLICATES, rays // REPLICATES)
     sky = (missed & upwards & open_ray).reshape(per_replicate).mean(axis=2, dtype=np.float32)
-    far_ground = (missed & ~upwards & above_ground).reshape(per_replicate).mean(axis=2, dtype=np.float32)
+    far_ground = (missed & ~upwards & above_ground & open_ray).reshape(per_replicate).mean(axis=2, dtype=np.float32)
     matrix_rows = None
     if reflections:
         hit[back | ~open_ray] = -1
@@ -191,10 +195,25 @@ def find_covered_cells(ray_scene, patches, chosen):
     back, sky, below = (rays.reshape(count, cells, RAYS_PER_CELL).sum(axis=2) for rays in met)
     inside = (2 * back > RAYS_PER_CELL) & (sky <= STRAY_RAYS)
     under = (4 * back > RAYS_PER_CELL) & (back + below == RAYS_PER_CELL)
-    up = np.broadcast_to(np.float32([0, 0, 1]), origins[:, ::RAYS_PER_CELL].shape)
-    above = ray_scene.trace_closest(origins[:, ::RAYS_PER_CELL].reshape(-1, 3), up.reshape(-1, 3)).reshape(back.shape)
-    earth = (above >= 0) & patches.ground[above] & (patches.normal[above, 2] > 0)
-    return inside | under | earth
+    return inside | under | lie_in_earth(ray_scene, patches, origins[:, ::RAYS_PER_CELL])
+
+
+def lie_in_earth(ray_scene, patches, points):
+    """Whether the first thing straight above some points is the ground, seen from below.
+
+    Parameters
+    ----------
+    points : (c, m, 3) float32 [m]
+
+    Returns
+    -------
+    (c, m) bool
+    """
+    if not patches.ground.any():
+        return np.zeros(points.shape[:2], bool)
+    up = np.tile(np.float32([0, 0, 1]), (points.shape[0] * points.shape[1], 1))
+    above = ray_scene.trace_closest(points.reshape(-1, 3), up)
+    return ((above >= 0) & patches.ground[above] & (patches.normal[above, 2] > 0)).reshape(points.shape[:2])
 
 
 def hemisphere_rays(patches, chosen, sequence):

@@ -1,0 +1,189 @@
+"""Ground that has no name, and measured terrain as a scene: hills, cliffs, edges, other zero levels, gaps."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from closed import box
+from scenes import suns_towards
+from scipy.spatial import Delaunay
+from towns import city_of_polygons, draw_town, moved
+
+from citypv.core.errors import InputError
+from citypv.core.geometry.build_scene import build_scene
+from citypv.core.geometry.terrain import Layer, Terrain
+from citypv.core.light.find_ground import find_ground
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+
+SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.9, 0.1, 0.2], [0, 0, 1]])
+ROOF, FLOOR, SOUTH, NORTH, EAST, WEST = range(-6, 0)  # the house's faces stand last
+LEVEL = 1e-3
+
+
+def house(low, high):
+    """Six rectangles as polygons."""
+    return [points[[*faces[0], faces[1][2]]] for points, faces in box(low, high)]
+
+
+def trace(scene, **settings):
+    return trace_transfer(scene, SUNS, Request(**{"samples": 4096, "shadow_samples": 256} | settings), silent)
+
+
+# A mesh without a name
+
+
+def mesh(height, across=4000.0, cells=40):
+    """Squares on a grid: polygons of a mesh that looks up."""
+    steps = list(pairwise(np.linspace(-across, across, cells + 1)))
+    corners = [np.array([[a, c], [b, c], [b, d], [a, d]]) for a, b in steps for c, d in steps]
+    return [np.column_stack([places, height(places[:, 0], places[:, 1])]) for places in corners]
+
+
+def nameless(height, low, high, thematic=""):
+    ground, sides = mesh(height), house(low, high)
+    names = [thematic] * len(ground) + [""] * 6
+    city = city_of_polygons([*ground, *sides], names, [0] * len(ground) + [1] * 6)
+    return build_scene(city, 52, 13, ground="none", patch_size=None)
+
+
+@pytest.mark.parametrize("thematic", ["", "TINRelief"])
+@pytest.mark.parametrize("slope", [0.0, 0.3])
+def test_a_cellar_under_ground_without_a_name(slope, thematic):
+    """Of each wall only what stands above the ground is lit, and no ray leaves into the sky under the hill. A flank of
+    0.3 hides a sixth of the sky from the wall that looks up it, and none from the one that looks down."""
+    transfer = trace(nameless(lambda x, y: slope * x, (-5, -5, -4), (5, 5, 6), thematic))
+    buried = {EAST: 0.4 + 0.5 * slope, WEST: 0.4 - 0.5 * slope, SOUTH: 0.4, NORTH: 0.4}
+    # Half of a wall's sky lies above the plane that rises with the slope: (1 - sin of its angle)/2.
+    hidden = np.sin(np.arctan(slope)) / 2
+    for side, share in buried.items():
+        assert transfer.covered_share[side] == pytest.approx(share, abs=0.02)
+    for side, sky in ((EAST, 0.5 - hidden), (WEST, 0.5)):
+        assert transfer.sky_view_factor[side] == pytest.approx((1 - buried[side]) * sky, abs=0.012)
+    assert transfer.far_ground_view_factor[EAST] < 0.03
+    assert transfer.diffuse_relative[FLOOR] == 0
+    assert transfer.covered_share[FLOOR] == 1
+    assert transfer.visible_share[WEST, 1] == pytest.approx(1 - buried[WEST], abs=0.02)
+
+
+def test_what_is_no_ground():
+    """A roof over everything, a mesh that lies beside the town, and one that looks both ways."""
+    ground = mesh(lambda x, y: 0 * x, cells=4)
+    sides = house((-5, -5, 0), (5, 5, 10))
+    for sheet, expected in (
+        (ground, True),
+        ([moved(points, [0, 0, 30]) for points in ground], False),
+        ([moved(0.001 * points, [50, 50, 0]) for points in ground], False),
+        ([*ground, moved(ground[0][::-1], [0, 0, -1])], False),
+    ):
+        city = city_of_polygons([*sheet, *sides], building=[0] * len(sheet) + [1] * 6)
+        found = find_ground(build_scene(city, 52, 13, ground="none", patch_size=None))
+        assert found[: 2 * len(ground)].all() == found.any() == expected
+
+
+# Measured terrain
+
+
+def terrain(height, low=-400.0, high=400.0, step=20.0, gap=None):
+    """A grid of heights as triangles; those of a gap are left out, as readers do with posts without data."""
+    x, y = (axis.ravel() for axis in np.meshgrid(*[np.arange(low, high + step / 2, step)] * 2))
+    triangles = Delaunay(np.column_stack([x, y])).simplices
+    if gap is not None:
+        triangles = triangles[~gap(x[triangles].mean(axis=1), y[triangles].mean(axis=1))]
+    return Terrain("hill.asc", [Layer(np.column_stack([x, y, height(x, y)]), triangles)])
+
+
+def stand(height, low, high, **options):
+    """A house on terrain; both keep their places: the city's own origin is taken off by the scene."""
+    city = city_of_polygons(house(low, high), ["", "GroundSurface", "", "", "", ""], [0] * 6)
+    return build_scene(city, 52, 13, terrain=terrain(height, **options))
+
+
+def test_a_house_on_a_steep_hill():
+    """45°, analytic: each wall sees the sky above the plane it stands on, weighed by what the plane leaves of it."""
+    scene = stand(lambda x, y: x, (-5, -5, -5), (5, 5, 15))
+    transfer = trace(scene, far_ground=False)
+    up, down = 1 - 10 / 20, 1.0
+    # The wall that looks up the hill stands 10 of its 20 m in it; of the rest's half sky the hill takes sin(45°)/2.
+    assert transfer.covered_share[EAST] == pytest.approx(1 - up, abs=0.03)
+    assert transfer.sky_view_factor[EAST] == pytest.approx(up * (0.5 - np.sin(np.pi / 4) / 2), abs=0.015)
+    assert transfer.sky_view_factor[WEST] == pytest.approx(down * 0.5, abs=0.01)
+    assert transfer.covered_share[WEST] < 0.03
+    assert transfer.sky_view_factor[ROOF] == pytest.approx((1 + np.cos(np.pi / 4)) / 2, abs=0.2)
+    assert transfer.visible_share[WEST, 1] == pytest.approx(1, abs=0.02)
+    assert transfer.diffuse_relative[FLOOR] == 0
+
+
+def test_a_house_below_a_cliff():
+    """A wall of 100 m to the west, 15 m away: the west wall sees the sky above it, the east wall all of its own."""
+    scene = stand(lambda x, y: np.where(x < -25, 100.0, 0.0), (-5, -5, 0), (5, 5, 10), step=10.0)
+    transfer = trace(scene, far_ground=False)
+    assert transfer.visible_share[WEST, 1] == 0  # sun at 12.5°, the cliff stands up to 81°
+    assert transfer.visible_share[ROOF, 1] == 0
+    # An endless wall whose top stands at angle β: (1 - sin β)/2 of the hemisphere.
+    middle = np.mean([(1 - np.sin(np.arctan2(100 - z, 20))) / 2 for z in np.linspace(0, 10, 101)])
+    assert transfer.sky_view_factor[WEST] == pytest.approx(middle, abs=0.03)
+    assert transfer.sky_view_factor[EAST] == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_house_on_the_edge_of_its_terrain():
+    """Half of it stands beyond: the ground goes on at the nearest height, which is said; nothing is lit from below."""
+    scene = stand(lambda x, y: 0 * x, (395, -5, 0), (405, 5, 10))
+    transfer = trace(scene)
+    assert any("gaps" in note for note in scene.report.notes)
+    assert transfer.sky_view_factor[[SOUTH, NORTH, EAST, WEST]] == pytest.approx(0.5, abs=0.01)
+    assert transfer.diffuse_relative[[SOUTH, NORTH, EAST, WEST]] == pytest.approx(0.5 + 0.125, abs=0.02)
+    assert transfer.diffuse_relative[FLOOR] == 0
+
+
+@pytest.mark.parametrize("away", [500.0, -500.0])
+def test_terrain_of_another_zero_level(away):
+    """500 m above or below: said, finite, and no light from under the ground."""
+    scene = stand(lambda x, y: 0 * x + away, (-5, -5, 0), (5, 5, 10))
+    assert any("500.0 m" in note and "zero level" in note for note in scene.report.notes)
+    transfer = trace(scene, samples=1024)
+    for name in ("diffuse_relative", "direct_reflected", "diffuse_relative_standard_error"):
+        assert np.isfinite(getattr(transfer, name)).all()
+    walls = [SOUTH, NORTH, EAST, WEST]
+    if away > 0:  # the house lies in the earth
+        assert transfer.diffuse_relative.max() < LEVEL
+        assert transfer.visible_share.max() == 0
+    else:  # on walls carried down 500 m
+        assert transfer.visible_share[WEST, 1] == pytest.approx(1, abs=0.01)
+        assert transfer.sky_view_factor[walls] == pytest.approx(0.5, abs=0.02)
+        assert transfer.diffuse_relative[FLOOR] < LEVEL
+
+
+def test_terrain_with_gaps():
+    """No heights under half of the house and in a wide band beside it: bridged by those around, and said. Where there
+    is none under any house, it is refused."""
+
+    def gone(x, y):
+        return (np.abs(x - 60) < 60) & (np.abs(y) < 50)
+
+    with pytest.raises(InputError, match="no height under any building"):
+        stand(lambda x, y: 0 * x, (35, -5, 0), (45, 5, 10), gap=gone)
+    scene = stand(lambda x, y: 0.1 * y, (-5, -5, 0), (5, 5, 10), gap=gone)
+    assert any("gaps" in note for note in scene.report.notes)
+    whole = stand(lambda x, y: 0.1 * y, (-5, -5, 0), (5, 5, 10))
+    assert np.isfinite(scene.vertices).all()
+    one, other = trace(scene), trace(whole)
+    assert one.sky_view_factor[-6:] == pytest.approx(other.sky_view_factor[-6:], abs=0.01)
+    assert one.diffuse_relative[-6:] == pytest.approx(other.diffuse_relative[-6:], abs=0.02)
+
+
+def test_a_town_on_a_hill_far_away():
+    """The same at UTM coordinates and 3,000 m: not a vertex differs."""
+    kept = [place for place, name in enumerate(draw_town(2)[1]) if name != "TINRelief"]
+    polygons, thematic, building = ([rows[place] for place in kept] for rows in draw_town(2))
+    hill = terrain(lambda x, y: np.round(30 * np.exp(-((x - 20) ** 2 + y**2) / 5e3), 3))
+    scenes = []
+    for away in (np.zeros(3), np.array([390_000.0, 5_818_000.0, 3000.0])):
+        city = city_of_polygons([points + away for points in polygons], thematic, building)
+        layers = [Layer(layer.points + away, layer.triangles) for layer in hill.layers]
+        scenes.append(build_scene(city, 52, 13, terrain=Terrain("hill.asc", layers)))
+    one, other = scenes
+    assert one.vertices.shape == other.vertices.shape
+    assert np.array_equal(one.triangles, other.triangles)
+    assert other.vertices == pytest.approx(one.vertices, abs=1e-6)
