@@ -13,7 +13,7 @@ from .emit_photons import emit_photons
 from .patches import Patches
 from .ray_scene import RayScene
 from .sample_points import cell_of_point
-from .scatter import draw_for_photons, scatter
+from .scatter import draw_for_photons, leave_patches, scatter
 from .trace_hemisphere import CELL_DIVISIONS, meets_back
 
 QUANTUM = 2.0**-26
@@ -106,7 +106,7 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
     found.tally.emitted = float(len(number))
     for bounce in range(max_bounces + 1):
         found.ray_count += len(photons.number)
-        photons, places = meet_fronts(target, photons, found.tally, source.rising and bounce == 0)
+        photons, places = meet_fronts(target, photons, found.tally, source if bounce == 0 else None)
         deposit(photons, target.surface[places[0]], found.first if bounce == 0 else found.reflected)
         found.last = float(photons.weight.sum())
         found.arrived += found.last
@@ -116,8 +116,17 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
     return found
 
 
-def meet_fronts(target, photons, tally, from_far_ground):
+def meet_fronts(target, photons, tally, source=None):
     """Trace photons to what they meet, and keep those that arrive on the front of a face that receives.
+
+    Parameters
+    ----------
+    target : Target
+    photons : Photons
+    tally : Tally
+        Of what ends here; changed in place.
+    source : Source, optional
+        Where the photons come from straight away.
 
     Returns
     -------
@@ -130,9 +139,11 @@ def meet_fronts(target, photons, tally, from_far_ground):
     hit, b1, b2 = places
     missed = hit < 0
     back = meets_back(patches, hit, photons.directions)
+    if source is not None:
+        back |= slip_past_edges(target, places, photons.directions, ~missed & ~back)
     closed = ~missed & ~back & ~patches.receives[hit]
     buried = np.zeros(len(hit), bool)
-    if from_far_ground:
+    if source is not None and source.rising:
         # The ground has no thickness: what rises below it meets walls that go on down there.
         buried = ~missed & ~back & ~closed & target.buried[hit, cell_of_point(b1, b2, CELL_DIVISIONS)]
     ends = (("escaped", missed), ("on_backs", back), ("closed", closed), ("buried", buried))
@@ -140,6 +151,39 @@ def meet_fronts(target, photons, tally, from_far_ground):
         setattr(tally, name, getattr(tally, name) + float(photons.weight[chosen].sum()))
     lit = ~(missed | back | closed | buried)
     return photons.take(lit), tuple(part[lit] for part in places)
+
+
+def slip_past_edges(target, places, directions, front):
+    """Photons that only rounding let past the back of one face onto the front of the next, where both meet in an edge.
+
+    Who arrives nearer to an edge than rays start from it looks back from where they do: a photon that came from
+    outside finds the way free.
+
+    Parameters
+    ----------
+    target : Target
+    places : tuple
+        As of `meet_fronts`.
+    directions : (m, 3) float32
+    front : (m,) bool
+        Photons that met a front.
+
+    Returns
+    -------
+    (m,) bool
+    """
+    hit, b1, b2 = places
+    edges = target.patches.edges[hit]
+    longest = np.linalg.norm(np.concatenate([edges, edges[:, 1:] - edges[:, :1]], axis=1), axis=2).max(axis=1)
+    height = 2 * target.patches.area[hit] / np.maximum(longest, np.finfo(np.float32).tiny)
+    inside = np.minimum(np.minimum(b1, b2), 1 - b1 - b2) * height
+    near = np.flatnonzero(front & (inside < target.patches.offset[hit]))
+    slipped = np.zeros(len(hit), bool)
+    if len(near):
+        level = np.zeros((3, len(near)))
+        origins, _ = leave_patches(target.patches, tuple(part[near] for part in places), level)
+        slipped[near] = target.ray_scene.trace_closest(origins, -directions[near]) >= 0
+    return slipped
 
 
 def deposit(photons, surface, sums):

@@ -174,7 +174,7 @@ def test_closed_furnace(albedo, bounces, mirrors):
     tally = Tally()
     for bounce in range(bounces):
         photons = reflect_photons(target, np.uint64(7), photons, places, bounce)
-        photons, places = meet_fronts(target, photons, tally, False)
+        photons, places = meet_fronts(target, photons, tally)
         received += np.bincount(places[0], photons.weight, 12)
     expected = bounces + 1 if albedo == 1 else (1 - albedo ** (bounces + 1)) / (1 - albedo)
     assert received.sum() == pytest.approx(count * expected, rel=1e-6)
