@@ -297,7 +297,7 @@ def test_walls_that_go_on_below_the_ground(depth, far_ground):
     above = 1 - depth / 10
     assert transfer.sky_view_factor[walls].mean() == pytest.approx(0.5 * above, abs=0.005)
     assert transfer.covered_share[walls].mean() == pytest.approx(1 - above, abs=0.07)
-    assert transfer.far_ground_view_factor[walls].max() < 0.03  # along the last row of cells each ray speaks for itself
+    assert transfer.far_ground_view_factor[walls].max() < 0.01  # over the edge of the plain, 500 m away
     floor = [202, 203]
     assert transfer.diffuse_relative[floor].max() < 1e-6
 
