@@ -6,6 +6,8 @@ CityJSON: Ledoux et al. (2019), doi:10.1186/s40965-019-0064-0.
 import re
 from pathlib import Path
 
+import numpy as np
+
 from ..errors import InputError
 from .collect_shapes import Owner, Shapes, collect_shapes
 from .find_families import clean_name, find_families
@@ -136,8 +138,7 @@ class _Reading:
         gone = set()
         for building in range(first_building, len(content.buildings)):
             name = content.buildings[building]
-            rings = [(one.lod, *(ring.tobytes() for ring in one.rings)) for one in drawn.get(building, ())]
-            shape = hash(tuple(rings))
+            shape = _shape_of(drawn.get(building, ()))
             earlier = self.seen.setdefault(name, set())
             if shape in earlier:
                 gone.add(building)
@@ -193,6 +194,13 @@ class _Reading:
         met = [f"{count} {clean_name(kind)[:40]}" for kind, count in sorted(self.others.items())]
         met += [f"{reason}: {len(names)}" for reason, names in self.content.skipped.items()]
         return f" ({', '.join(met[:MOST_NAMED])}{' …' if len(met) > MOST_NAMED else ''})" if met else ""
+
+
+def _shape_of(polygons):
+    """A number that two buildings share only where they are drawn point for point alike."""
+    rings = [ring for polygon in polygons for ring in polygon.rings]
+    lods = tuple((polygon.lod, len(polygon.rings)) for polygon in polygons)
+    return hash((lods, tuple(map(len, rings)), np.concatenate(rings).tobytes() if rings else b""))
 
 
 def _refuse_repeated(path, text, line):
