@@ -102,7 +102,7 @@ def test_the_second_caster_is_right(town):
     wall, met from within, either side may answer."""
     _, rows, own, _, _ = walls_of(town)
     generator = np.random.default_rng(5)
-    some = generator.choice(rows, 80)
+    some = generator.choice(rows, 40)
     origins = own.points(some, 1, generator)[:, 0].astype(np.float32).astype(float)
     directions = own.directions(some, 1, generator)[:, 0].astype(np.float32).astype(float)
     hit = np.array([meets_in_double(own.corners, *ray) for ray in zip(origins, directions, strict=True)])
