@@ -116,7 +116,7 @@ def test_a_house_on_a_steep_hill():
 
 
 def test_a_house_below_a_cliff():
-    """100 m to the west, its top 25 m away from the house: the west wall sees the sky above it, the east wall all of its own."""
+    """100 m to the west, its top 25 m away: the west wall sees the sky above it, the east wall all of its own."""
     scene = stand(lambda x, y: np.where(x < -25, 100.0, 0.0), (-5, -5, 0), (5, 5, 10), step=10.0)
     transfer = trace(scene, far_ground=False)
     assert transfer.visible_share[WEST, 1] == 0  # sun at 12.5°, the cliff stands up to 81°
