@@ -51,6 +51,7 @@ def assemble_city(contents, crs, lod=None):
         crs=crs,
         report=report,
         lod=[polygon.lod for polygon in draft.polygons],
+        material=[polygon.material for polygon in draft.polygons],
     )
 
 

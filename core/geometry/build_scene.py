@@ -158,6 +158,7 @@ def _describe(city, points, whole_area):
         surface_tilt=surface_tilt,
         surface_azimuth=surface_azimuth,
         normal=normal,
+        material=city.material,
     )
 
 

@@ -65,6 +65,8 @@ def check_city(city):
     for name in ("building_id", "thematic"):
         if len(getattr(city, name)) != count:
             raise InputError(name, f"{len(getattr(city, name))} rows for {count} surfaces", "give one for each")
+    if city.material is not None and len(city.material) != count:
+        raise InputError("material", f"{len(city.material)} rows for {count} surfaces", "give one for each, or none")
     if len(city.polygon_start) != count + 1:
         problem = f"{len(city.polygon_start)} rows for {count} surfaces"
         raise InputError("polygon_start", problem, "give one more than surfaces")

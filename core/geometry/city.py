@@ -48,6 +48,7 @@ class City:
     crs: str | None  # what pyproj.CRS.from_user_input understands, or None where the file names none
     report: ImportReport = field(default_factory=ImportReport)
     lod: list | None = None  # (n,) str, "" in formats that know no levels of detail; None where nobody noted it
+    material: list | None = None  # (n,) str, names of materials, "" where there is none; None where nobody noted it
 
     def __len__(self):
         return len(self.surface_id)

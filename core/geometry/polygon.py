@@ -18,6 +18,7 @@ class Polygon:
     flipped: bool = False
     more_lods: tuple = ()  # further LoDs that use it by reference
     implicit: bool = False  # set down from a shape that is drawn about its own origin
+    material: str = ""  # name of what it is made of, where the source says so
 
     def lods(self):
         """Every LoD this polygon belongs to."""

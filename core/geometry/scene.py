@@ -33,6 +33,7 @@ class Surfaces:
     surface_tilt: np.ndarray  # (n,) float64 [°]
     surface_azimuth: np.ndarray  # (n,) float64 [°] clockwise from true north; 0 where the surface is level
     normal: np.ndarray  # (n, 3) float64, unit length
+    material: list | None = None  # (n,) str, names of materials, "" where there is none; None where nobody noted it
 
     def __len__(self):
         return len(self.surface_id)

@@ -8,7 +8,7 @@ from ..errors import InputError
 from ..request import check_request
 from ..sun.check_suns import check_suns
 from .check_arrays import check_scene
-from .gather import square_above
+from .gather import points_above
 from .patches import Patches, patches_of_scene
 from .ray_scene import RayScene, usable_threads
 from .read_albedo import albedo_of_triangles
@@ -60,7 +60,7 @@ def trace_pilot(scene, transfer, hourly, request, progress):
             few.receives,
             np.zeros(len(few), bool),
             np.zeros((len(few), 1), bool),
-            point_count=square_above(request.shadow_samples),
+            point_count=points_above(request.shadow_samples),
             suns=(suns.direction.astype(np.float32), suns.weight.astype(np.float32)),
             behind=False,
             threads=usable_threads(request.threads),
@@ -89,9 +89,7 @@ def take_patches(patches, chosen):
 def take_surfaces(transfer, chosen, suns, visible_share):
     """Some surfaces of a Transfer under other suns, without reflections."""
     surfaces = transfer.surfaces
-    names = ("surface_id", "building_id", "thematic")
-    rows = {name: [getattr(surfaces, name)[index] for index in chosen] for name in names}
-    rows |= {field.name: getattr(surfaces, field.name)[chosen] for field in fields(surfaces) if field.name not in names}
+    rows = {field.name: take_rows(getattr(surfaces, field.name), chosen) for field in fields(surfaces)}
     per_surface = (
         "covered_share",
         "sky_view_factor",
@@ -108,3 +106,10 @@ def take_surfaces(transfer, chosen, suns, visible_share):
         direct_reflected=np.zeros_like(visible_share),
         **{name: getattr(transfer, name)[chosen] for name in per_surface},
     )
+
+
+def take_rows(column, chosen):
+    """Some rows of a list or an array; None of None."""
+    if column is None:
+        return None
+    return [column[index] for index in chosen] if isinstance(column, list) else column[chosen]
