@@ -7,7 +7,9 @@ import numpy as np
 
 from ..errors import InputError
 from .brdf_lambertian import Lambertian
-from .materials import brdf_of_material
+from .materials import Finish, describe_brdf
+
+FILE, MATERIALS = "--albedo-file", "materials"  # where an albedo may come from
 
 HEADERS = (["surface", "albedo"], ["surface", "material"], ["surface", "albedo", "material"])
 
@@ -18,7 +20,7 @@ def albedo_of_triangles(scene, request):
     Raises
     ------
     InputError
-        If the albedo file cannot be used, or names a material that the estimator cannot follow.
+        If the albedo file or a material cannot be used, or is one that the estimator cannot follow.
     """
     return np.array([brdf.albedo for brdf in brdfs_of_surfaces(scene, request)])[scene.triangle_surface]
 
@@ -41,31 +43,120 @@ def finish_of_triangles(scene, request):
 def brdfs_of_surfaces(scene, request):
     """Law of reflection of each surface and, last, of the generated ground.
 
-    What the albedo file says of a surface counts before what it says of its kind, and that before `request.albedo`.
-    Generated ground takes the ground's albedo, unless the file names the kind `ground`.
-
     Returns
     -------
     list
         Of n + 1 laws.
+
+    Raises
+    ------
+    InputError
+        See `albedo_of_triangles`.
+    """
+    return [brdf for _, _, brdf in name_brdfs(scene, request)]
+
+
+def name_brdfs(scene, request):
+    """Law of reflection of each surface and, last, of the generated ground, and where it was found.
+
+    What the albedo file says of a surface counts before its material, if `request.materials` has it, that before what
+    the file says of its kind, and that before `request.albedo`. A cell ``id#k`` is what the file says of ``id``.
+    Generated ground takes the ground's albedo, unless the file names the kind `ground`.
+
+    Returns
+    -------
+    list of (str, str, law)
+        n + 1 times the source, the name it is called by there ("" for a surface's own line) and the law.
     """
     of_key = read_albedo(request.albedo_file) if request.albedo_file else {}
+    of_material = brdfs_of_materials(request)
     surfaces = scene.surfaces
-    unused = set(of_key) - set(surfaces.surface_id) - {*surfaces.kind.tolist(), "ground"}
+    whole = [whole_of_cell(name) if of_key else name for name in surfaces.surface_id]
+    check_keys(of_key, {*surfaces.surface_id, *whole}, {*surfaces.kind.tolist(), "ground"}, request)
+    of_kind = {kind: (FILE, kind, of_key[kind]) for kind in (*set(surfaces.kind.tolist()), "ground") if kind in of_key}
+    plain = ("--albedo", "", Lambertian(request.albedo))
+    found = []
+    materials = surfaces.material or [""] * len(surfaces)
+    for name, parent, material, kind in zip(surfaces.surface_id, whole, materials, surfaces.kind.tolist(), strict=True):
+        own = of_key.get(name) or of_key.get(parent)
+        if own:
+            found.append((FILE, "", own))
+        elif material in of_material:
+            found.append((MATERIALS, material, of_material[material]))
+        else:
+            found.append(of_kind.get(kind, plain))
+    found.append(of_kind.get("ground", ("--ground-albedo", "", Lambertian(request.ground_albedo))))
+    check_followed(zip([*surfaces.surface_id, "ground"], found, strict=True), request)
+    return found
+
+
+def whole_of_cell(name):
+    """Id of the polygon that a cell ``id#k`` was cut from; else the name itself."""
+    whole, mark, cell = name.rpartition("#")
+    return whole if mark and cell.isdigit() else name
+
+
+def brdfs_of_materials(request):
+    """Law of reflection of each material of the request, by its name."""
+    found = {}
+    for name, finish in request.materials.items():
+        try:
+            found[name] = finish.brdf()
+        except InputError as error:
+            raise InputError(f"Material {name!r}", f"{error.source}: {error.problem}", error.cure) from error
+    return found
+
+
+def check_keys(of_key, names, kinds, request):
+    """Refuse an albedo file that names what is not there."""
+    unused = set(of_key) - names - kinds
     if unused:
         raise InputError(
             request.albedo_file,
             f"{sorted(unused)[0]!r} is neither a surface nor a kind of this city",
             "use surface_id or kind as in faces.csv",
         )
-    shiny = [name for name, brdf in of_key.items() if not isinstance(brdf, Lambertian)]
-    if shiny and request.estimator == "gather":
-        problem = f"{shiny[0]!r} reflects like a mirror, and gather spreads all light evenly"
-        raise InputError(request.albedo_file, problem, "use --estimator forward, or give an albedo without material")
-    plain = Lambertian(request.albedo)
-    of_kind = [of_key.get(kind, plain) for kind in surfaces.kind.tolist()]
-    of_surface = [of_key.get(name, brdf) for name, brdf in zip(surfaces.surface_id, of_kind, strict=True)]
-    return [*of_surface, of_key.get("ground", Lambertian(request.ground_albedo))]
+
+
+def check_followed(found, request):
+    """Refuse laws that gather cannot follow.
+
+    To take a mirror for a dull face would send its light everywhere instead of where it goes, and glass has no albedo
+    to be dull with: the user has to choose.
+    """
+    if request.estimator != "gather":
+        return
+    for surface, (source, name, brdf) in found:
+        if not isinstance(brdf, Lambertian):
+            place = "Materials" if source == MATERIALS else request.albedo_file
+            problem = f"{name or surface!r} reflects {describe_brdf(brdf)}, and gather spreads all light evenly"
+            cure = "use --estimator forward (Estimator in the panel), or give a material that reflects evenly"
+            raise InputError(place, problem, cure)
+
+
+def describe_albedo(scene, request):
+    """Where the albedo of the surfaces came from.
+
+    Returns
+    -------
+    list of dict
+        One for each source, name in it and law: `from`, `name`, `albedo` (of what is not dull, the most that it
+        reflects), `reflects`, and `surfaces` and `area` [m²] of the surfaces that have it. The generated ground comes
+        last, without these.
+    """
+    *found, ground = name_brdfs(scene, request)
+    rows = {}
+    for key, area in zip(found, scene.surfaces.area.tolist(), strict=True):
+        count, whole = rows.get(key, (0, 0.0))
+        rows[key] = count + 1, whole + area
+    described = [describe_row(key) | {"surfaces": count, "area": area} for key, (count, area) in rows.items()]
+    return described + ([describe_row(ground)] if (scene.triangle_surface < 0).any() else [])
+
+
+def describe_row(key):
+    """A source, a name in it and a law in words."""
+    source, name, brdf = key
+    return {"from": source, "name": name, "albedo": brdf.albedo, "reflects": describe_brdf(brdf)}
 
 
 def read_albedo(path):
@@ -116,9 +207,7 @@ def brdf_of_row(path, number, albedo, material):
             raise InputError(path, f"line {number} is not a name and a number", "write name,albedo") from error
         if not 0 <= value <= 1:
             raise InputError(path, f"line {number}: albedo {albedo}", "give a number from 0 to 1")
-    if not material:
-        return Lambertian(value)
     try:
-        return brdf_of_material(material, value if albedo else None)
+        return Finish(value if albedo or not material else None, material).brdf()
     except InputError as error:
         raise InputError(path, f"line {number}: {error.source} {error.problem}", error.cure) from error

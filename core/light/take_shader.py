@@ -1,0 +1,53 @@
+"""What a shader of computer graphics says of light: its colour and finish as a Finish of ours.
+
+The albedo is the luminance of the base colour, Y = 0.2126 R + 0.7152 G + 0.0722 B (ITU-R BT.709-6, of linear light):
+what "RGB to BW" gives in Blender. It is what an eye sees reflected. The sun's light goes on beyond that: about half of
+its power is infrared, of which bricks, tiles and leaves reflect more, and no colour tells how much.
+
+A shader mixes metal, glass and a dull base; here the one that is more than half of it counts. The clear coat over a
+dull base (4 % straight on) is left out.
+
+References
+----------
+B. Burley (2012), Physically based shading at Disney, SIGGRAPH course notes: the α of GGX is the roughness squared.
+"""
+
+from .materials import Finish
+
+WEIGHTS = (0.2126, 0.7152, 0.0722)
+HALF = 0.5
+SMOOTH = 0.05  # α 0.0025: a mirrored sun is blurred by less than its own width of 0.5°
+ROUGH = 0.7  # α 0.49: GGX would lose 29 % of an even sky between its facets
+
+
+def luminance(colour):
+    """Luminance of a linear colour with the primaries of Rec. 709."""
+    return sum(weight * float(part) for weight, part in zip(WEIGHTS, colour, strict=True))
+
+
+def take_shader(colour, metallic=0.0, roughness=0.5, transmission=0.0):
+    """Finish of a face with such a shader.
+
+    Parameters
+    ----------
+    colour : (3,) float, optional
+        Linear Rec. 709.
+    metallic, roughness, transmission : float, optional
+        From 0 to 1, as in Blender's Principled BSDF. Of everything, None is what is not known (as where a texture
+        tells it).
+
+    Returns
+    -------
+    Finish or None
+        None where something that matters is not known.
+    """
+    if metallic is None or (transmission is None and metallic < HALF):
+        return None
+    if metallic < HALF and transmission >= HALF:
+        return Finish(material="glass")
+    if colour is None or (metallic >= HALF and roughness is None):
+        return None
+    albedo = round(luminance(colour), 6)
+    if metallic < HALF or roughness >= ROUGH:
+        return Finish(albedo)
+    return Finish(albedo, "mirror" if roughness <= SMOOTH else f"glossy:{roughness**2:.4g}")

@@ -1,0 +1,97 @@
+"""Where the albedo of a surface comes from: a file, a material, or one value for all."""
+
+import json
+
+import pytest
+from scenes import join, strip, suns_towards
+
+from citypv.core.errors import InputError
+from citypv.core.light.materials import Finish
+from citypv.core.light.read_albedo import albedo_of_triangles, describe_albedo
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+
+
+def street():
+    """A facade (surfaces 0 and 1) and a street before it."""
+    return join([strip([0, 0, 0], [20, 0, 0], [0, 0, 10], 1), strip([0, -8, 0], [20, 0, 0], [0, 8, 0], 2)])
+
+
+def finish(tmp_path, text):
+    """An albedo file."""
+    path = tmp_path / "finish.csv"
+    path.write_text(text)
+    return str(path)
+
+
+def material_street(*names):
+    """The street, the first surfaces of which have materials."""
+    scene = street()
+    scene.surfaces.material = [*names, *[""] * (len(scene.surfaces) - len(names))]
+    return scene
+
+
+def test_a_material_stands_between_a_surface_and_its_kind(tmp_path):
+    """Own line before material before kind before the rest; a material that nothing is said of counts as none."""
+    text = "surface,albedo,material\ns0,0.9,\nfacade,0.5,\nflat,0.2,\n"
+    scene = material_street("Backstein", "Backstein", "Backstein", "unknown")
+    materials = {"Backstein": Finish(0.31), "Unused": Finish(material="glass")}
+    request = Request(albedo_file=finish(tmp_path, text), materials=materials)
+    assert albedo_of_triangles(scene, request)[:5] == pytest.approx([0.9, 0.31, 0.31, 0.2, 0.2])
+    request = Request(albedo=0.4, materials=materials)
+    assert albedo_of_triangles(scene, request)[:5] == pytest.approx([0.31, 0.31, 0.31, 0.4, 0.4])
+    assert albedo_of_triangles(scene, Request(albedo=0.4))[:5] == pytest.approx([0.4] * 5)
+
+
+def test_where_the_albedo_came_from_is_told(tmp_path):
+    scene = material_street("Backstein", "Glas")
+    area = scene.surfaces.area
+    scene.triangle_surface[-1] = -1
+    text = "surface,albedo,material\nflat,,asphalt\ns2,0.3,mirror\n"
+    materials = {"Backstein": Finish(0.31), "Glas": Finish(material="glass")}
+    request = Request(estimator="forward", albedo_file=finish(tmp_path, text), materials=materials, ground_albedo=0.1)
+    backstein, glas, single, asphalt, ground = describe_albedo(scene, request)
+    evenly = {"name": "", "reflects": "evenly"}
+    assert backstein == evenly | {
+        "from": "materials",
+        "name": "Backstein",
+        "albedo": 0.31,
+        "surfaces": 1,
+        "area": pytest.approx(area[0]),
+    }
+    assert (glas["name"], glas["reflects"], glas["surfaces"]) == ("Glas", "as glass or water", 1)
+    assert (single["from"], single["reflects"], single["albedo"]) == ("--albedo-file", "as a mirror", 0.3)
+    assert asphalt == evenly | {
+        "from": "--albedo-file",
+        "name": "flat",
+        "albedo": 0.125,
+        "surfaces": len(area) - 3,
+        "area": pytest.approx(area[3:].sum()),
+    }
+    assert ground == evenly | {"from": "--ground-albedo", "albedo": 0.1}
+    assert json.loads(json.dumps(request.as_dict()))["materials"]["Glas"] == {"albedo": None, "material": "glass"}
+
+
+def test_materials_that_cannot_be_used():
+    suns = suns_towards([[0, 0, 1]])
+    for finishes, words in (
+        (
+            Finish(material="glass"),
+            r"Materials: 'Glas' reflects as glass or water, and gather .*; use --estimator forward",
+        ),
+        (Finish(0.5, "glossy:0.2"), "Materials: 'Glas' reflects glossily, roughness 0.2, and gather"),
+        (Finish(1.2), "Material 'Glas': albedo: albedo 1.2; give a number from 0 to 1"),
+        (Finish(0.5, "cheese"), "Material 'Glas': cheese: is no material; use alu"),
+        (Finish(material="mirror"), "Material 'Glas': mirror: has no albedo of its own"),
+    ):
+        with pytest.raises(InputError, match=words) as caught:
+            trace_transfer(material_street("Glas"), suns, Request(materials={"Glas": finishes}), silent)
+        assert "\n" not in str(caught.value)
+
+
+def test_cells_are_what_the_file_says_of_their_polygon(tmp_path):
+    scene = street()
+    scene.surfaces.surface_id[:3] = ["wall#1", "wall#2", "wall#x"]
+    path = finish(tmp_path, "surface,albedo\nwall,0.7\nwall#2,0.8\n")
+    assert albedo_of_triangles(scene, Request(albedo_file=path))[:3] == pytest.approx([0.7, 0.8, 0.25])
