@@ -15,11 +15,11 @@ from ..operators.take_meshes import TakeMeshes
 from ..operators.trace_city import TraceCity
 from ..operators.weigh_energy import WeighEnergy
 from .command import register_command, unregister_command
-from .panels import PANELS, draw_import_menu
-from .properties import Settings
+from .panels import PANELS, MaterialPanel, draw_import_menu
+from .properties import Settings, build_material_property
 
 STEPS = (ChooseCity, ImportCity, TakeMeshes, ClassifyCity, TraceCity, WeighEnergy, ColourCity, RenderCity)
-CLASSES = (Settings, *STEPS, SelectGroup, SelectBuildings, CopyGroup, ShowReport, *PANELS)
+CLASSES = (Settings, *STEPS, SelectGroup, SelectBuildings, CopyGroup, ShowReport, *PANELS, MaterialPanel)
 
 
 def register():
@@ -27,6 +27,7 @@ def register():
     for item in CLASSES:
         bpy.utils.register_class(item)
     bpy.types.Scene.citypv = bpy.props.PointerProperty(type=Settings)
+    bpy.types.Material.citypv_material = build_material_property()
     bpy.types.TOPBAR_MT_file_import.append(draw_import_menu)
     register_command()
     start_drawing()
@@ -43,7 +44,7 @@ def unregister():
     stop_drawing()
     unregister_command()
     bpy.types.TOPBAR_MT_file_import.remove(draw_import_menu)
-    del bpy.types.Scene.citypv
+    del bpy.types.Scene.citypv, bpy.types.Material.citypv_material
     for item in reversed(CLASSES):
         bpy.utils.unregister_class(item)
     close_sessions()

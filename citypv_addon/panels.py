@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..operators.read_materials import describe_material
 from ..operators.run_step import Step
 from ..operators.session import find_city
 from .report import draw_report, draw_rows
@@ -92,13 +93,22 @@ class TracePanel(_Step, bpy.types.Panel):
             column.prop(settings, "typical_days")
         if settings.suns == "sky-grid":
             column.prop(settings, "sky_grid")
-        for name in ("max_bounces", "albedo", "ground_albedo", "far_ground"):
+        forward = settings.estimator == "forward"
+        for name in ("estimator", "max_bounces", "albedo_source"):
+            column.prop(settings, name)
+        if settings.albedo_source == "file":
+            column.prop(settings, "albedo_file")
+        for name in ("albedo", "ground_albedo", "far_ground"):
             column.prop(settings, name)
         head, sampling = column.panel("citypv_sampling", default_closed=True)
         head.label(text="Sampling")
-        for name in ("samples", "shadow_samples", "seed", "threads") if sampling else ():
+        if sampling:
+            sampling.prop(settings, "samples", text="Photons" if forward else "Sky rays")
+        for name in (("shadow_samples",) * (not forward) + ("seed", "threads")) if sampling else ():
             sampling.prop(settings, name)
         draw_step(self.layout, column, "citypv.trace", "LIGHT_SUN")
+        draw_table(self.layout, context, "citypv_albedos", ("Material", "Albedo", "Surfaces"))
+        draw_lines(self.layout, context, "citypv_unread")
 
 
 class EnergyPanel(_Step, bpy.types.Panel):
@@ -140,6 +150,24 @@ class ColourPanel(_Step, bpy.types.Panel):
         column.operator("citypv.render", icon="RENDER_STILL")
 
 
+class MaterialPanel(bpy.types.Panel):
+    """What a material reflects."""
+
+    bl_idname, bl_label = "CITYPV_PT_material", "CityPV"
+    bl_space_type, bl_region_type, bl_context = "PROPERTIES", "WINDOW", "material"
+
+    @classmethod
+    def poll(cls, context):
+        """There is a material."""
+        return context.material is not None
+
+    def draw(self, context):
+        """Show the choice, and what is taken."""
+        self.layout.use_property_split, self.layout.use_property_decorate = True, False
+        self.layout.prop(context.material, "citypv_material")
+        self.layout.label(text=describe_material(context.material))
+
+
 PANELS = (MainPanel, ImportPanel, ClassifyPanel, TracePanel, EnergyPanel, ColourPanel)
 
 
@@ -166,7 +194,7 @@ def draw_table(layout, context, key, head):
 def draw_lines(layout, context, key):
     """Show the sentence that a step left on the city."""
     city, _ = find_city(context.scene)
-    if city is not None and key in city:
+    if city is not None and city.get(key):
         layout.box().label(text=city[key])
 
 

@@ -4,6 +4,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..operators.attributes import TITLES
+from ..operators.read_materials import MATERIALS
 
 LODS = [
     ("BEST", "Best of 2.x", "The best level 2.x of each building, else 3, else 1"),
@@ -27,6 +28,15 @@ SUNS = [
     ("hourly", "Every hour", "Every hour of the year: the reference, slow"),
     ("sky-grid", "Sky grid", "Directions all over the sky: good for every latitude and year"),
 ]
+ESTIMATORS = [
+    ("gather", "Gather", "Rays from the faces: quick; all faces reflect evenly"),
+    ("forward", "Forward", "Photons from sun, sky and far ground: slow; mirrors, glossy faces and glass"),
+]
+ALBEDOS = [
+    ("one", "One value", "All surfaces reflect the same share"),
+    ("materials", "Materials", "From the materials of the faces; faces without one have the albedo below"),
+    ("file", "File", "csv by surface id or kind: surface,albedo,material"),
+]
 WEATHERS = [
     ("clear-sky", "Clear sky", "A year without clouds: an upper bound"),
     ("file", "File", "ERA5 (NetCDF), EPW, TMY3, PVGIS or a csv"),
@@ -41,6 +51,16 @@ MAPS = [
     ("inferno", "Inferno", "Black to yellow"),
 ]
 ATTRIBUTES = [(name, title, f"Face attribute citypv_{name}") for name, title in TITLES.items()]
+
+
+def build_material_property():
+    """Build the property of a material that says what it reflects as."""
+    return StringProperty(
+        name="Reflects as",
+        description="A named material, mirror or glossy:ROUGHNESS; empty: by its name, else by its shader",
+        search=lambda self, context, text: [word for word in MATERIALS if text.lower() in word],
+        search_options={"SUGGESTION"},
+    )
 
 
 class Settings(bpy.types.PropertyGroup):
@@ -82,6 +102,11 @@ class Settings(bpy.types.PropertyGroup):
     typical_days: IntProperty(name="Days", description="Number of typical days", default=12, min=1, max=365)
     sky_grid: IntProperty(name="Directions", description="Number of directions", default=1654, min=10)
     max_bounces: IntProperty(name="Reflections", description="Number of reflections", default=3, min=0, max=50)
+    estimator: EnumProperty(name="Estimator", description="How light is followed", items=ESTIMATORS)
+    albedo_source: EnumProperty(name="Albedo from", description="What the surfaces reflect", items=ALBEDOS)
+    albedo_file: StringProperty(
+        name="File", description="csv with the columns surface,albedo or surface,albedo,material", subtype="FILE_PATH"
+    )
     albedo: FloatProperty(
         name="Albedo", description="Share of light that buildings reflect", default=0.25, min=0, max=1
     )

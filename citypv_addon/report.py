@@ -10,11 +10,12 @@ TITLES = {
     "orientation": "Orientations",
     "eligible": "Eligible for photovoltaics",
     "class": "Classes of the file",
+    "material": "Materials",
     "repaired": "Repaired",
     "skipped": "Left out",
     "inside": "Inside, switched off",
 }
-CLOSED = ("orientation", "eligible", "class")
+CLOSED = ("orientation", "eligible", "class", "material")
 FOUND = ("repaired", "skipped", "inside")
 WIDTH = 40  # characters of a line in the panel
 
@@ -31,7 +32,7 @@ def draw_report(layout, context):
     row = layout.row(align=True)
     row.operator("citypv.show_report", icon="TEXT")
     row.operator("citypv.select_buildings", icon="HOME")
-    draw_rows(layout, context, ("class", *FOUND))
+    draw_rows(layout, context, ("class", "material", *FOUND))
 
 
 def draw_rows(layout, context, headings):

@@ -5,6 +5,7 @@ import bpy
 from .build_meshes import build_meshes, remove_city, show_objects
 from .colour_faces import colour_faces, show_exact_colours
 from .keep_report import keep_report
+from .read_materials import remember_materials
 from .read_mesh import find_items, join_meshes, read_meshes
 from .read_settings import read_settings
 from .run_step import Step
@@ -32,9 +33,10 @@ class ClassifyCity(Step, bpy.types.Operator):
     def prepare(self, context):
         """Take the imported city, or meshes."""
         session = find_session(find_city(context.scene)[0])
-        if session is not None:
-            return session.city, None, read_settings(context.scene.citypv)
         leave_edit_mode(context)
+        if session is not None:
+            remember_materials(find_city(context.scene)[0], session)
+            return session.city, None, read_settings(context.scene.citypv)
         return None, read_meshes(*find_items(context), context), read_settings(context.scene.citypv)
 
     @staticmethod

@@ -120,6 +120,7 @@ def _range_of(city, values, attribute, low, high):
 
 def _empty_material(name):
     material = bpy.data.materials.get(name) or bpy.data.materials.new(name)
+    material[PREFIX + "part"] = "colours"  # no material of a building
     if material.node_tree is None:
         material.use_nodes = True
     nodes = material.node_tree.nodes

@@ -11,7 +11,7 @@ from .attributes import KIND_CODES, ORIENTATION_CODES
 class Group:
     """Surfaces, or what was left out, under a name."""
 
-    heading: str  # kind, orientation, eligible, class, repaired, skipped or inside
+    heading: str  # kind, orientation, eligible, class, material, repaired, skipped or inside
     name: str
     surfaces: np.ndarray  # (k,) int64 rows of the scene's surfaces; empty for what was left out
     count: int
@@ -34,6 +34,7 @@ def list_groups(scene, findings):
     surfaces = scene.surfaces
     pairs = np.char.add(np.char.add(surfaces.kind.astype(str), " "), surfaces.orientation.astype(str))
     classes = np.array([name or "without class" for name in surfaces.thematic], dtype=str)
+    materials = np.array(surfaces.material or [""] * len(surfaces), dtype=str)
     eligible = np.where(surfaces.eligible, pairs, "")
     groups = [
         *_sort("kind", surfaces.kind, KIND_CODES, surfaces.area),
@@ -41,6 +42,7 @@ def list_groups(scene, findings):
         _gather("eligible", "all", surfaces.eligible, surfaces.area),
         *_sort("eligible", eligible, sorted(set(eligible.tolist()) - {""}), surfaces.area),
         *_sort("class", classes, sorted(set(classes.tolist())), surfaces.area),
+        *_sort("material", materials, sorted(set(materials.tolist()) - {""}), surfaces.area),
     ]
     return groups + [Group(f.heading, f.reason, f.surfaces, len(f.names), f.area, f.names) for f in findings]
 

@@ -7,6 +7,7 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.geometry.polygon import FileContent, Polygon
 from .attributes import PREFIX
+from .read_materials import name_face_materials
 
 LARGEST_COORDINATE = 1e8  # [m] beyond it lies no place on Earth
 OTHER_SHAPES = ("CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME")
@@ -66,7 +67,7 @@ def read_meshes(name, items, context):
         names[building] += 1
         if names[building] > 1:
             building += f"~{names[building]}"
-        _add_building(content, building, instance.object.data, np.array(instance.matrix_world), metres)
+        _add_building(content, building, instance.object, np.array(instance.matrix_world), metres)
     _tell_left_out(content, chosen - drawn, met)
     if not content.polygons:
         raise InputError(name, "they have no faces", "select meshes with faces, or choose a collection of such")
@@ -80,16 +81,19 @@ def join_meshes(content):
     return join_contents([content])
 
 
-def _add_building(content, building, mesh, matrix, metres):
+def _add_building(content, building, item, matrix, metres):
     content.buildings.append(building)
-    for face, ring in enumerate(_read_rings(mesh, matrix, metres)):
+    rings, materials = _read_rings(item.data, matrix, metres), name_face_materials(item, item.data)
+    for face, (ring, material) in enumerate(zip(rings, materials, strict=True)):
         # A face is a ring that Blender never closes; here it ends where it begins, so that none counts as mended.
         rings = [np.concatenate([ring, ring[:1]])]
         if not (np.abs(ring) <= LARGEST_COORDINATE).all():  # also true for NaN
             content.skip("coordinates that are not finite or beyond the Earth", f"{building}/{face}")
             continue
         number = len(content.buildings) - 1
-        content.polygons.append(Polygon(f"{building}/{face}", number, 0, "", "", "surface", rings, face))
+        content.polygons.append(
+            Polygon(f"{building}/{face}", number, 0, "", "", "surface", rings, face, material=material)
+        )
 
 
 def _read_rings(mesh, matrix, metres):

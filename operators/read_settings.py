@@ -36,7 +36,9 @@ def read_settings(settings):
         max_bounces=settings.max_bounces,
         albedo=settings.albedo,
         ground_albedo=settings.ground_albedo,
+        albedo_file=read_albedo_path(settings) if settings.albedo_source == "file" else None,
         far_ground=settings.far_ground,
+        estimator=settings.estimator,
         samples=settings.samples,
         shadow_samples=settings.shadow_samples,
         seed=settings.seed,
@@ -57,6 +59,13 @@ def read_terrain_path(settings):
     if not settings.terrain:
         raise InputError("Terrain", "no file is chosen", "choose a terrain file, or another ground")
     return bpy.path.abspath(settings.terrain)
+
+
+def read_albedo_path(settings):
+    """Path of the albedo's file; relative ones (//) start at the .blend file."""
+    if not settings.albedo_file:
+        raise InputError("Albedo", "no file is chosen", "choose an albedo file, or take the albedo from elsewhere")
+    return bpy.path.abspath(settings.albedo_file)
 
 
 def read_weather_source(settings):

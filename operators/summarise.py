@@ -1,10 +1,10 @@
-"""Short tables that stay on the city's object for the panel: full load hours of the groups."""
+"""Short tables that stay on the city's object for the panel: albedos, and full load hours of the groups."""
 
 import numpy as np
 
 from .attributes import PREFIX
 
-GROUPS, WEATHER = (PREFIX + name for name in ("groups", "weather"))
+GROUPS, WEATHER, ALBEDOS, UNREAD = (PREFIX + name for name in ("groups", "weather", "albedos", "unread"))
 
 
 def summarise_energy(item, weather, energy):
@@ -18,6 +18,31 @@ def summarise_energy(item, weather, energy):
     item[WEATHER] = weather.label
     mean = np.average(annual, weights=energy.group_area) if len(annual) else 0.0
     return f"Full load hours of the eligible area: {mean:.0f} h per year ({weather.label})"
+
+
+def summarise_albedo(item, rows, unread):
+    """Keep on the object where the albedos came from.
+
+    Parameters
+    ----------
+    item : bpy.types.Object
+    rows : list of dict
+        As `core.light.read_albedo.describe_albedo` makes them.
+    unread : list of str
+        Materials that tell no albedo.
+    """
+    names = {"--albedo": "one value", "--ground-albedo": "ground", "--albedo-file": "by surface"}
+    item[ALBEDOS] = [
+        "|".join(
+            (
+                (row["name"] or names[row["from"]]).replace("|", "/"),
+                f"{row['albedo']:.2f}" if row["reflects"] == "evenly" else row["reflects"],
+                str(row.get("surfaces", "")),
+            )
+        )
+        for row in rows
+    ]
+    item[UNREAD] = f"Materials that tell no albedo: {', '.join(unread)}" if unread else ""
 
 
 def forget_energy(item):

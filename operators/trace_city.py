@@ -5,10 +5,12 @@ import bpy
 from ..core.errors import InputError
 from .colour_faces import colour_faces
 from .keep_report import keep_report
+from .read_materials import read_finishes, remember_materials
 from .read_settings import read_settings
 from .run_step import Step
+from .select_faces import leave_edit_mode
 from .session import find_city, find_own_city, find_session
-from .summarise import forget_energy
+from .summarise import forget_energy, summarise_albedo
 from .write_attributes import write_results
 
 
@@ -28,30 +30,40 @@ class TraceCity(Step, bpy.types.Operator):
 
     def prepare(self, context):
         """Take the scene and the settings."""
-        session = find_session(find_city(context.scene)[0])
+        city = find_city(context.scene)[0]
+        session = find_session(city)
         check_place(session.scene.site)
-        return session, read_settings(context.scene.citypv)
+        leave_edit_mode(context)
+        remember_materials(city, session)
+        request, unread = read_settings(context.scene.citypv), []
+        if context.scene.citypv.albedo_source == "materials":
+            request.materials, unread = read_finishes(session.scene.surfaces.material or [])
+        return session, request, unread
 
     @staticmethod
     def work(task, progress):
         """Trace; the weather only says which hours there are."""
+        from ..core.light.read_albedo import describe_albedo
         from ..core.list_findings import list_findings
         from ..core.study import check_settings, read_year, trace_scene
 
-        session, request = task
+        session, request, unread = task
         check_settings(request)
+        albedos = describe_albedo(session.scene, request)
         progress("reading weather", 0, 1, "years")
         weather = read_year(session.scene.site, request)
         transfer = trace_scene(session.scene, weather, request, progress)
-        return session, weather, transfer, list_findings(session.scene, transfer.covered_share)
+        findings = list_findings(session.scene, transfer.covered_share)
+        return session, weather, transfer, findings, (albedos, unread)
 
     def finish(self, context, result):
         """Write what does not depend on the weather; what an earlier weather made of it goes."""
-        session, weather, transfer, findings = result
+        session, weather, transfer, findings, albedos = result
         city, ground = find_own_city(context.scene, session)
         write_results(city, ground, transfer)
         forget_energy(city)
         keep_report(city, session.scene, findings)
+        summarise_albedo(city, *albedos)
         session.weather, session.transfer, session.energy = weather, transfer, None
         colour_faces(city, ground, "diffuse_relative")
         return f"Traced {len(transfer.surfaces)} surfaces and {len(transfer.suns)} suns"

@@ -15,6 +15,7 @@ B. Burley (2012), Physically based shading at Disney, SIGGRAPH course notes: the
 from .materials import Finish
 
 WEIGHTS = (0.2126, 0.7152, 0.0722)
+DECIMALS = 4  # of an albedo
 HALF = 0.5
 SMOOTH = 0.05  # α 0.0025: a mirrored sun is blurred by less than its own width of 0.5°
 ROUGH = 0.7  # α 0.49: GGX would lose 29 % of an even sky between its facets
@@ -23,6 +24,11 @@ ROUGH = 0.7  # α 0.49: GGX would lose 29 % of an even sky between its facets
 def luminance(colour):
     """Luminance of a linear colour with the primaries of Rec. 709."""
     return sum(weight * float(part) for weight, part in zip(WEIGHTS, colour, strict=True))
+
+
+def albedo_of_colour(colour):
+    """Luminance without the rounding errors of colours, which are float32."""
+    return round(luminance(colour), DECIMALS)
 
 
 def take_shader(colour, metallic=0.0, roughness=0.5, transmission=0.0):
@@ -47,7 +53,7 @@ def take_shader(colour, metallic=0.0, roughness=0.5, transmission=0.0):
         return Finish(material="glass")
     if colour is None or (metallic >= HALF and roughness is None):
         return None
-    albedo = round(luminance(colour), 6)
+    albedo = albedo_of_colour(colour)
     if metallic < HALF or roughness >= ROUGH:
         return Finish(albedo)
     return Finish(albedo, "mirror" if roughness <= SMOOTH else f"glossy:{roughness**2:.4g}")

@@ -24,16 +24,16 @@ def test_the_luminance_is_that_of_rec_709():
 @pytest.mark.parametrize(
     ("shader", "law"),
     [
-        ({}, Lambertian(0.25656)),
-        ({"roughness": 0.0}, Lambertian(0.25656)),
-        ({"metallic": 1.0, "roughness": 0.0}, Mirror(0.25656)),
-        ({"metallic": 1.0, "roughness": SMOOTH}, Mirror(0.25656)),
-        ({"metallic": 1.0, "roughness": 0.3}, Glossy(0.25656, 0.09)),
-        ({"metallic": 1.0, "roughness": ROUGH}, Lambertian(0.25656)),
-        ({"metallic": 1.0, "roughness": 0.3, "transmission": 1.0}, Glossy(0.25656, 0.09)),
+        ({}, Lambertian(0.2566)),
+        ({"roughness": 0.0}, Lambertian(0.2566)),
+        ({"metallic": 1.0, "roughness": 0.0}, Mirror(0.2566)),
+        ({"metallic": 1.0, "roughness": SMOOTH}, Mirror(0.2566)),
+        ({"metallic": 1.0, "roughness": 0.3}, Glossy(0.2566, 0.09)),
+        ({"metallic": 1.0, "roughness": ROUGH}, Lambertian(0.2566)),
+        ({"metallic": 1.0, "roughness": 0.3, "transmission": 1.0}, Glossy(0.2566, 0.09)),
         ({"transmission": 1.0}, Glass(1.52, 2)),
         ({"metallic": 0.4, "transmission": 0.6}, Glass(1.52, 2)),
-        ({"transmission": 0.4}, Lambertian(0.25656)),
+        ({"transmission": 0.4}, Lambertian(0.2566)),
     ],
 )
 def test_the_larger_part_of_a_shader_counts(shader, law):
@@ -46,8 +46,8 @@ def test_what_a_texture_tells_is_not_known():
     assert take_shader(RED, metallic=None) is None
     assert take_shader(RED, transmission=None) is None
     assert take_shader(RED, metallic=1.0, roughness=None) is None
-    assert take_shader(RED, roughness=None).brdf() == Lambertian(0.25656)
-    assert take_shader(RED, metallic=1.0, roughness=0.9, transmission=None).brdf() == Lambertian(0.25656)
+    assert take_shader(RED, roughness=None).brdf() == Lambertian(0.2566)
+    assert take_shader(RED, metallic=1.0, roughness=0.9, transmission=None).brdf() == Lambertian(0.2566)
     assert take_shader(None, transmission=1.0).brdf() == Glass(1.52, 2)
 
 

@@ -1,0 +1,288 @@
+"""What the materials of Blender do to the light: real materials on real meshes, against closed forms."""
+
+import bpy
+import numpy as np
+import pytest
+
+from citypv.core.light.materials import Finish
+from citypv.operators.colour_faces import build_plain_material
+from citypv.operators.keep_report import find_row
+from citypv.operators.read_materials import describe_material, name_face_materials, read_finish
+from citypv.operators.session import find_city, find_session
+from citypv.operators.write_attributes import read_face_attribute
+
+RED = (0.5, 0.2, 0.1)
+SIDE = 2000.0  # [m] of a quarter of the ground
+
+
+def build_material(name, colour=(0.8, 0.8, 0.8), **inputs):
+    """A material as the user makes it: with a Principled BSDF."""
+    material = bpy.data.materials.new(name)
+    if bpy.app.version < (5, 0):
+        material.use_nodes = True
+    shader = find_shader(material)
+    shader.inputs["Base Color"].default_value = (*colour, 1.0)
+    for key, value in inputs.items():
+        shader.inputs[key.replace("_", " ")].default_value = value
+    return material
+
+
+def find_shader(material):
+    return material.node_tree.get_output_node("ALL").inputs["Surface"].links[0].from_node
+
+
+def add_face(name, corners, *materials):
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(corners, [], [range(4)])
+    for material in materials:
+        mesh.materials.append(material)
+    item = bpy.data.objects.new(name, mesh)
+    bpy.context.scene.collection.objects.link(item)
+    item.select_set(True)
+    return item
+
+
+def add_wall_and_ground(*materials):
+    """A wall of a square metre, ten metres above a plain that reaches to the horizon."""
+    add_face("wall", [(0, 0, 10), (1, 0, 10), (1, 0, 11), (0, 0, 11)])
+    return add_face("plain", [(-SIDE, -SIDE, 0), (SIDE, -SIDE, 0), (SIDE, SIDE, 0), (-SIDE, SIDE, 0)], *materials)
+
+
+def trace(settings, **changes):
+    """Take the selected meshes as they stand, trace them; return the session."""
+    settings.own_place, settings.latitude, settings.longitude = True, 48.0, 11.0
+    settings.ground, settings.patch_size, settings.far_ground = "none", SIDE, False
+    settings.typical_days, settings.samples, settings.albedo_source = 1, 1024, "materials"
+    for key, value in changes.items():
+        setattr(settings, key, value)
+    for step in ("take_meshes", "classify", "trace"):
+        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    return find_session(find_city(bpy.context.scene)[0])
+
+
+def light_of_wall(session):
+    row = session.transfer.surfaces.surface_id.index("wall/0")
+    transfer = session.transfer
+    return transfer.diffuse_relative[row], transfer.diffuse_relative_standard_error[row]
+
+
+@pytest.mark.parametrize(
+    ("name", "colour", "albedo"),
+    [
+        ("black", (0, 0, 0), 0.0),
+        ("grey", (0.6, 0.6, 0.6), 0.6),
+        ("red", RED, 0.2126 * 0.5 + 0.7152 * 0.2 + 0.0722 * 0.1),
+        ("Brick.007", (0, 0, 0), 0.3),  # as its name says, whatever its colour
+        ("white paint", (0, 0, 0), 0.7),
+    ],
+)
+def test_a_wall_before_a_plain_of_that_material(addon, name, colour, albedo):
+    """Half of what it sees is sky, half a plain that sends on its albedo of the light: 1/2 + ρ/2."""
+    add_wall_and_ground(build_material(name, colour))
+    session = trace(addon)
+    mean, error = light_of_wall(session)
+    assert error < 0.01
+    assert abs(mean - 0.5 * (1 + albedo)) < 4 * error + 2e-3  # the plain ends before the horizon
+    stated = session.transfer.settings["request"]["materials"]
+    assert list(stated) == [name]
+    item = find_city(bpy.context.scene)[0]
+    assert list(item["citypv_albedos"]) == ["one value|0.25|1", f"{name}|{albedo:.2f}|1"]
+    assert item["citypv_unread"] == ""
+    assert find_row(item, f"material/{name}")["count"] == "1"
+
+
+def test_another_colour_counts_at_the_next_trace_and_one_value_leaves_materials_out(addon):
+    material = build_material("plaster", (0.2, 0.2, 0.2))
+    add_wall_and_ground(material)
+    mean, error = light_of_wall(trace(addon))
+    assert abs(mean - 0.6) < 4 * error + 2e-3
+    find_shader(material).inputs["Base Color"].default_value = (0.8, 0.8, 0.8, 1)
+    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    session = find_session(find_city(bpy.context.scene)[0])
+    mean, error = light_of_wall(session)
+    assert abs(mean - 0.9) < 4 * error + 2e-3
+    addon.albedo_source, addon.albedo = "one", 0.4
+    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    mean, error = light_of_wall(session)
+    assert abs(mean - 0.7) < 4 * error + 2e-3
+    assert session.transfer.settings["request"]["materials"] == {}
+
+
+def test_a_material_that_tells_no_albedo_is_named_and_the_one_value_taken(addon):
+    material = build_material("photograph")
+    texture = material.node_tree.nodes.new("ShaderNodeTexImage")
+    material.node_tree.links.new(texture.outputs["Color"], find_shader(material).inputs["Base Color"])
+    add_wall_and_ground(material)
+    mean, error = light_of_wall(trace(addon, albedo=0.5))
+    assert abs(mean - 0.75) < 4 * error + 2e-3
+    item = find_city(bpy.context.scene)[0]
+    assert list(item["citypv_albedos"]) == ["one value|0.50|2"]
+    assert item["citypv_unread"] == "Materials that tell no albedo: photograph"
+    assert describe_material(material).startswith("One value: a texture")
+
+
+def test_an_albedo_file_from_the_panel(addon, tmp_path):
+    add_wall_and_ground()
+    path = tmp_path / "albedo.csv"
+    path.write_text("surface,albedo,material\nplain/0,,asphalt\n")
+    mean, error = light_of_wall(trace(addon, albedo_source="file", albedo_file=str(path)))
+    assert abs(mean - 0.5625) < 4 * error + 2e-3
+    addon.albedo_file = ""
+    with pytest.raises(RuntimeError, match="Albedo: no file is chosen; choose an albedo file"):
+        bpy.ops.citypv.trace()
+
+
+def test_gather_refuses_a_mirror_in_one_line_and_forward_takes_it(addon):
+    add_wall_and_ground(build_material("chrome", (0.5, 0.5, 0.5), Metallic=1.0, Roughness=0.0))
+    with pytest.raises(
+        RuntimeError, match=r"'chrome' reflects as a mirror, and gather .*; use --estimator forward"
+    ) as told:
+        trace(addon)
+    assert len(str(told.value).strip().splitlines()) == 1
+    addon.estimator, addon.samples = "forward", 16
+    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    item = find_city(bpy.context.scene)[0]
+    assert "chrome|as a mirror|1" in list(item["citypv_albedos"])
+    settings = find_session(item).transfer.settings
+    assert settings["request"]["estimator"] == "forward"
+    assert settings["request"]["materials"] == {"chrome": {"albedo": 0.5, "material": "mirror"}}
+
+
+def test_materials_that_are_not_there_are_told_in_one_line(addon):
+    material = build_material("plaster")
+    plain = add_wall_and_ground()
+    with pytest.raises(RuntimeError, match="Materials: no face has one; give faces materials"):
+        trace(addon)
+    for item in bpy.data.objects:
+        item.select_set(item.name in ("wall", "plain"))
+    plain.data.materials.append(material)
+    trace(addon)
+    material.name = "stucco"
+    with pytest.raises(RuntimeError, match="Materials: 'plaster' is gone, or has another name; take the meshes again"):
+        bpy.ops.citypv.trace()
+
+
+@pytest.mark.parametrize(
+    ("inputs", "finish"),
+    [
+        ({}, Finish(0.2566)),
+        ({"Metallic": 1.0, "Roughness": 0.0}, Finish(0.2566, "mirror")),
+        ({"Metallic": 1.0, "Roughness": 0.3}, Finish(0.2566, "glossy:0.09")),
+        ({"Metallic": 1.0, "Roughness": 0.9}, Finish(0.2566)),
+        ({"Transmission_Weight": 1.0}, Finish(material="glass")),
+    ],
+)
+def test_the_principled_shader(inputs, finish):
+    found = read_finish(build_material("material", RED, **inputs))
+    assert (found.albedo, found.material) == (pytest.approx(finish.albedo, abs=1e-9), finish.material)
+
+
+@pytest.mark.parametrize(
+    ("kind", "finish"),
+    [
+        ("Diffuse", Finish(0.2566)),
+        ("Glossy", Finish(0.2566, "glossy:0.25")),
+        ("Glass", Finish(material="glass")),
+        ("Toon", None),
+    ],
+)
+def test_other_shaders(kind, finish):
+    material = build_material("material")
+    tree = material.node_tree
+    shader = tree.nodes.new("ShaderNodeBsdf" + ("Anisotropic" if kind == "Glossy" else kind))
+    shader.inputs["Color"].default_value = (*RED, 1)
+    if "Roughness" in shader.inputs:
+        shader.inputs["Roughness"].default_value = 0.5
+    tree.links.new(shader.outputs[0], tree.get_output_node("ALL").inputs["Surface"])
+    found = read_finish(material)
+    if finish is None:
+        assert found is None
+    else:
+        assert (found.albedo, found.material) == (pytest.approx(finish.albedo, abs=1e-9), finish.material)
+
+
+@pytest.mark.skipif(bpy.app.version >= (5, 0), reason="from 5.0 on every material has nodes")
+def test_a_material_without_nodes():
+    material = bpy.data.materials.new("material")
+    material.diffuse_color = (*RED, 1)
+    assert read_finish(material).albedo == pytest.approx(0.2566, abs=1e-9)
+
+
+def test_the_users_choice_counts_before_name_and_shader(addon):
+    material = build_material("Brick", RED)
+    assert read_finish(material) == Finish(material="brick")
+    material.citypv_material = "Slate"
+    assert read_finish(material) == Finish(material="slate")
+    assert describe_material(material) == "slate: Reflects evenly, albedo 0.10"
+    material.citypv_material = "glossy:0.2"
+    assert read_finish(material).material == "glossy:0.2"
+    assert read_finish(material).albedo == pytest.approx(0.2566, abs=1e-9)
+    material.citypv_material = "double glazing"
+    assert describe_material(material) == "double glazing: Reflects as glass or water"
+    material.citypv_material = "cheese"
+    assert describe_material(material).startswith("cheese: is no material")
+    other = build_material("from a file", RED)
+    other["citypv_material"] = "tile"
+    assert read_finish(other) == Finish(material="tile")
+
+
+def test_slots_of_the_object_overrule_those_of_the_mesh_and_our_own_colours_are_no_material():
+    clay, lime = build_material("clay"), build_material("lime")
+    item = add_face("face", [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], clay, lime)
+    assert name_face_materials(item, item.data) == ["clay"]
+    item.data.polygons[0].material_index = 1
+    assert name_face_materials(item, item.data) == ["lime"]
+    item.material_slots[1].link = "OBJECT"
+    assert name_face_materials(item, item.data) == [""]
+    item.material_slots[1].material = clay
+    assert name_face_materials(item, item.data) == ["clay"]
+    item.material_slots[1].material = build_plain_material("CityPV missing", "8f8f8c").copy()
+    assert name_face_materials(item, item.data) == [""]
+
+
+def give(item, material, chosen):
+    """Assign a material to faces, as in edit mode."""
+    item.data.materials.append(material)
+    slots = np.empty(len(item.data.polygons), dtype=np.int32)
+    item.data.polygons.foreach_get("material_index", slots)
+    slots[chosen] = len(item.data.materials) - 1
+    item.data.polygons.foreach_set("material_index", slots)
+
+
+def materials_of(session):
+    surfaces = session.scene.surfaces
+    return dict(zip(surfaces.surface_id, surfaces.material, strict=True))
+
+
+def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(addon, city_file):
+    addon.city_path, addon.typical_days, addon.samples = str(city_file), 1, 16
+    addon.albedo_source, addon.albedo = "materials", 0.2
+    assert bpy.ops.citypv.import_city() == {"FINISHED"}
+    city, _ = find_city(bpy.context.scene)
+    names = np.array(find_session(city).city.surface_id)[read_face_attribute(city.data, "surface")]
+    city.data.materials.append(None)
+    give(city, build_material("Slate"), np.char.find(names, "Roof") >= 0)
+    addon.split, addon.grid_size = True, 4.0
+    assert bpy.ops.citypv.classify() == {"FINISHED"}
+    city, _ = find_city(bpy.context.scene)
+    session = find_session(city)
+    given = materials_of(session)
+    assert {name for name, material in given.items() if material} == {name for name in given if "Roof" in name}
+    assert any("#" in name for name in given)
+    # The colours of the kinds stand on the faces now; one cell of a wall is painted over them.
+    cell = list(given).index("house0_WallSurface_0#1")
+    give(city, build_material("lime", (0.7, 0.7, 0.7)), read_face_attribute(city.data, "surface") == cell)
+    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    assert materials_of(session) == given | {"house0_WallSurface_0#1": "lime"}
+    rows = {row.split("|")[0]: row.split("|")[1:] for row in city["citypv_albedos"]}
+    count = sum("Roof" in name for name in given)
+    assert rows["Slate"] == ["0.10", str(count)]
+    assert rows["lime"] == ["0.70", "1"]
+    assert rows["one value"] == ["0.20", str(len(given) - count - 1)]
+    assert rows["ground"] == ["0.25", ""]
+    # What was given is remembered, with the whole wall, when the city is classified anew.
+    addon.split = False
+    assert bpy.ops.citypv.classify() == {"FINISHED"}
+    session = find_session(find_city(bpy.context.scene)[0])
+    assert materials_of(session)["house0_WallSurface_0"] == "lime"
+    assert sorted(set(materials_of(session).values())) == ["", "Slate", "lime"]
