@@ -147,7 +147,7 @@ def describe_material(material):
         brdf = finish.brdf()
     except InputError as error:
         return f"{error.source}: {error.problem}"
-    words = f"Reflects {describe_brdf(brdf)}" + ("" if finish.material in CLEAR else f", albedo {brdf.albedo:.2f}")
+    words = f"Reflects {describe_brdf(brdf)}" + ("" if finish.material in CLEAR else f", albedo {brdf.albedo:.3f}")
     return f"{finish.material}: {words}" if finish.material else words
 
 

@@ -36,7 +36,7 @@ def summarise_albedo(item, rows, unread):
         "|".join(
             (
                 (row["name"] or names[row["from"]]).replace("|", "/"),
-                f"{row['albedo']:.2f}" if row["reflects"] == "evenly" else row["reflects"],
+                f"{row['albedo']:.3f}" if row["reflects"] == "evenly" else row["reflects"],
                 str(row.get("surfaces", "")),
             )
         )

@@ -86,7 +86,7 @@ def test_a_wall_before_a_plain_of_that_material(addon, name, colour, albedo):
     stated = session.transfer.settings["request"]["materials"]
     assert list(stated) == [name]
     item = find_city(bpy.context.scene)[0]
-    assert list(item["citypv_albedos"]) == ["one value|0.25|1", f"{name}|{albedo:.2f}|1"]
+    assert list(item["citypv_albedos"]) == ["one value|0.250|1", f"{name}|{albedo:.3f}|1"]
     assert item["citypv_unread"] == ""
     assert find_row(item, f"material/{name}")["count"] == "1"
 
@@ -116,7 +116,7 @@ def test_a_material_that_tells_no_albedo_is_named_and_the_one_value_taken(addon)
     mean, error = light_of_wall(trace(addon, albedo=0.5))
     assert abs(mean - 0.75) < 4 * error + 2e-3
     item = find_city(bpy.context.scene)[0]
-    assert list(item["citypv_albedos"]) == ["one value|0.50|2"]
+    assert list(item["citypv_albedos"]) == ["one value|0.500|2"]
     assert item["citypv_unread"] == "Materials that tell no albedo: photograph"
     assert describe_material(material).startswith("One value: a texture")
 
@@ -213,7 +213,7 @@ def test_the_users_choice_counts_before_name_and_shader(addon):
     assert read_finish(material) == Finish(material="brick")
     material.citypv_material = "Slate"
     assert read_finish(material) == Finish(material="slate")
-    assert describe_material(material) == "slate: Reflects evenly, albedo 0.10"
+    assert describe_material(material) == "slate: Reflects evenly, albedo 0.100"
     material.citypv_material = "glossy:0.2"
     assert read_finish(material).material == "glossy:0.2"
     assert read_finish(material).albedo == pytest.approx(0.2566, abs=1e-9)
@@ -238,6 +238,29 @@ def test_slots_of_the_object_overrule_those_of_the_mesh_and_our_own_colours_are_
     assert name_face_materials(item, item.data) == ["clay"]
     item.material_slots[1].material = build_plain_material("CityPV missing", "8f8f8c").copy()
     assert name_face_materials(item, item.data) == [""]
+
+
+def test_materials_that_modifiers_give_are_those_of_the_faces(addon):
+    """The second slot for the rim of a thickened face; another material, by geometry nodes, for all of a second."""
+    clay, lime = build_material("clay"), build_material("lime")
+    corners = [(0, 0, 0), (5, 0, 0), (5, 5, 0), (0, 5, 0)]
+    solidify = add_face("slab", corners, clay, lime).modifiers.new("Solidify", "SOLIDIFY")
+    solidify.material_offset_rim = 1
+    tree = bpy.data.node_groups.new("Give", "GeometryNodeTree")
+    for way, kind in (("INPUT", "NodeGroupInput"), ("OUTPUT", "NodeGroupOutput")):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+        tree.nodes.new(kind)
+    node = tree.nodes.new("GeometryNodeSetMaterial")
+    node.inputs["Material"].default_value = lime
+    tree.links.new(tree.nodes[0].outputs[0], node.inputs["Geometry"])
+    tree.links.new(node.outputs[0], tree.nodes[1].inputs[0])
+    face = add_face("face", [(x + 9, y, z) for x, y, z in corners], clay)
+    face.modifiers.new("Give", "NODES").node_group = tree
+    bpy.context.view_layer.update()
+    assert bpy.ops.citypv.take_meshes() == {"FINISHED"}
+    city = find_session(find_city(bpy.context.scene)[0]).city
+    found = list(zip(city.building_id, city.material, strict=True))
+    assert sorted(found) == [("face", "lime")] + [("slab", "clay")] * 2 + [("slab", "lime")] * 4
 
 
 def give(item, material, chosen):
@@ -276,10 +299,10 @@ def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(add
     assert materials_of(session) == given | {"house0_WallSurface_0#1": "lime"}
     rows = {row.split("|")[0]: row.split("|")[1:] for row in city["citypv_albedos"]}
     count = sum("Roof" in name for name in given)
-    assert rows["Slate"] == ["0.10", str(count)]
-    assert rows["lime"] == ["0.70", "1"]
-    assert rows["one value"] == ["0.20", str(len(given) - count - 1)]
-    assert rows["ground"] == ["0.25", ""]
+    assert rows["Slate"] == ["0.100", str(count)]
+    assert rows["lime"] == ["0.700", "1"]
+    assert rows["one value"] == ["0.200", str(len(given) - count - 1)]
+    assert rows["ground"] == ["0.250", ""]
     # What was given is remembered, with the whole wall, when the city is classified anew.
     addon.split = False
     assert bpy.ops.citypv.classify() == {"FINISHED"}

@@ -79,6 +79,11 @@ def test_facades_of_glass(city, tmp_path, capsys):
     options = ("--estimator", "forward", "--samples", "500")
     assert simulate(city, tmp_path / "glass", *options, "--albedo-file", str(finish)) == 0
     assert np.isfinite(columns_of(tmp_path / "glass")["diffuse_relative"]).all()
+    summary = json.loads((tmp_path / "glass" / "summary.json").read_text("utf-8"))
+    found = {(row["from"], row["name"]): row for row in summary["albedo"]}
+    assert found["--albedo-file", "facade"]["reflects"] == "as glass or water"
+    assert found["--albedo", ""]["albedo"] == found["--ground-albedo", ""]["albedo"] == 0.25
+    assert sum(row.get("surfaces", 0) for row in found.values()) == summary["input"]["surfaces"]
 
 
 def test_the_plan_of_forward(city, capsys):
