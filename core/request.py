@@ -32,6 +32,7 @@ class Request:
     ground_albedo: float = 0.25
     albedo_file: str | None = None
     materials: dict = field(default_factory=dict)  # name of a material -> light.materials.Finish
+    ground_material: str = ""  # name of the generated ground's among them
     far_ground: bool = True
     estimator: str = ESTIMATORS[0]  # how light is followed
     samples: int = 256  # hemisphere rays per patch; forward: photons per patch from each source

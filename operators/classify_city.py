@@ -35,7 +35,7 @@ class ClassifyCity(Step, bpy.types.Operator):
         session = find_session(find_city(context.scene)[0])
         leave_edit_mode(context)
         if session is not None:
-            remember_materials(find_city(context.scene)[0], session)
+            remember_materials(*find_city(context.scene), session)
             return session.city, None, read_settings(context.scene.citypv)
         return None, read_meshes(*find_items(context), context), read_settings(context.scene.citypv)
 
@@ -56,11 +56,13 @@ class ClassifyCity(Step, bpy.types.Operator):
         """Show the scene in place of the imported mesh, coloured by kind."""
         city, scene, findings = result
         old = find_city(context.scene)
+        before = find_session(old[0])
         remove_city(*old)
         item, ground = build_meshes(scene)
         write_classes(item, ground, scene.surfaces)
         show_objects(context.scene, item, ground)
-        open_session(item, Session(city=city, scene=scene))
+        given = before.ground_material if before is not None else ""
+        open_session(item, Session(city=city, scene=scene, ground_material=given))
         keep_report(item, scene, findings)
         colour_faces(item, ground, "kind")
         show_exact_colours(context.scene)

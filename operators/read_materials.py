@@ -43,18 +43,27 @@ def name_face_materials(item, mesh):
     return [names[place] for place in np.clip(chosen, 0, len(names) - 1).tolist()]
 
 
-def remember_materials(item, session):
+def remember_materials(item, ground, session):
     """Take over what the user gave to faces of the city: the colours of results will stand in its place.
 
-    A surface has the material of the largest of its faces that have one.
+    A surface has the material of the largest of its faces that have one; the generated ground has one for all.
 
     Parameters
     ----------
-    item : bpy.types.Object
-        The city, not in edit mode.
+    item, ground : bpy.types.Object
+        The city and its ground, not in edit mode; the ground may be None.
     session : Session
-        Its city and scene learn the names.
+        It learns the names, and so do its city and its scene.
+
+    Raises
+    ------
+    InputError
+        The ground has several materials, or faces of the city are not those of its surfaces.
     """
+    of_ground = set(name_face_materials(ground, ground.data)) - {""} if ground is not None else ()
+    if len(of_ground) > 1:
+        raise InputError(ground.name, f"it has {len(of_ground)} materials", "give all of its faces the same")
+    session.ground_material = next(iter(of_ground), session.ground_material)
     names, surface = name_face_materials(item, item.data), read_face_attribute(item.data, "surface")
     scene, city = session.scene, session.city
     ids = city.surface_id if scene is None else scene.surfaces.surface_id

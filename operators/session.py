@@ -20,6 +20,7 @@ class Session:
     weather: Any = None  # core.weather.weather.Weather
     transfer: Any = None  # core.light.transfer.Transfer
     energy: Any = None  # core.energy.energy.Energy
+    ground_material: str = ""  # name of the material that the user gave to the generated ground
 
 
 def open_session(item, session):

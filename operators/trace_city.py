@@ -30,14 +30,16 @@ class TraceCity(Step, bpy.types.Operator):
 
     def prepare(self, context):
         """Take the scene and the settings."""
-        city = find_city(context.scene)[0]
+        city, ground = find_city(context.scene)
         session = find_session(city)
         check_place(session.scene.site)
         leave_edit_mode(context)
-        remember_materials(city, session)
+        remember_materials(city, ground, session)
         request, unread = read_settings(context.scene.citypv), []
         if context.scene.citypv.albedo_source == "materials":
-            request.materials, unread = read_finishes(session.scene.surfaces.material or [])
+            request.ground_material = session.ground_material
+            names = [session.ground_material, *(session.scene.surfaces.material or [])]
+            request.materials, unread = read_finishes(names)
         return session, request, unread
 
     @staticmethod

@@ -61,7 +61,7 @@ def name_brdfs(scene, request):
 
     What the albedo file says of a surface counts before its material, if `request.materials` has it, that before what
     the file says of its kind, and that before `request.albedo`. A cell ``id#k`` is what the file says of ``id``.
-    Generated ground takes the ground's albedo, unless the file names the kind `ground`.
+    Generated ground takes the ground's albedo, unless it has a material or the file names the kind `ground`.
 
     Returns
     -------
@@ -85,7 +85,10 @@ def name_brdfs(scene, request):
             found.append((MATERIALS, material, of_material[material]))
         else:
             found.append(of_kind.get(kind, plain))
-    found.append(of_kind.get("ground", ("--ground-albedo", "", Lambertian(request.ground_albedo))))
+    if request.ground_material in of_material:
+        found.append((MATERIALS, request.ground_material, of_material[request.ground_material]))
+    else:
+        found.append(of_kind.get("ground", ("--ground-albedo", "", Lambertian(request.ground_albedo))))
     check_followed(zip([*surfaces.surface_id, "ground"], found, strict=True), request)
     return found
 

@@ -309,3 +309,30 @@ def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(add
     session = find_session(find_city(bpy.context.scene)[0])
     assert materials_of(session)["house0_WallSurface_0"] == "lime"
     assert sorted(set(materials_of(session).values())) == ["", "Slate", "lime"]
+
+
+def test_the_generated_ground_has_one_material(addon, city_file):
+    addon.city_path, addon.typical_days, addon.samples = str(city_file), 1, 64
+    for step in ("import_city", "classify"):
+        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    city, ground = find_city(bpy.context.scene)
+    addon.albedo_source = "materials"
+    light = {}
+    for name in ("black paint", "Snow"):
+        faces = np.ones(len(ground.data.polygons), bool)
+        give(ground, build_material(name), faces)
+        assert bpy.ops.citypv.trace() == {"FINISHED"}
+        session = find_session(city)
+        light[name] = session.transfer.diffuse_relative[session.scene.surfaces.kind == "facade"].mean()
+    assert light["Snow"] > light["black paint"] + 0.05
+    assert list(city["citypv_albedos"]) == ["one value|0.250|21", "Snow|0.675|"]
+    # It is remembered when the city is classified and traced anew; two at once are refused.
+    for step in ("classify", "trace"):
+        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    city, ground = find_city(bpy.context.scene)
+    assert list(city["citypv_albedos"])[-1] == "Snow|0.675|"
+    faces[1:] = False
+    give(ground, bpy.data.materials["Snow"], ~faces)
+    give(ground, bpy.data.materials["black paint"], faces)
+    with pytest.raises(RuntimeError, match="Ground: it has 2 materials; give all of its faces the same"):
+        bpy.ops.citypv.trace()

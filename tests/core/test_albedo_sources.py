@@ -90,6 +90,18 @@ def test_materials_that_cannot_be_used():
         assert "\n" not in str(caught.value)
 
 
+def test_the_generated_ground_may_have_a_material(tmp_path):
+    scene = material_street("Backstein")
+    scene.triangle_surface[-1] = -1
+    materials = {"Backstein": Finish(0.31), "Wiese": Finish(material="grass")}
+    path = finish(tmp_path, "surface,albedo\nground,0.9\n")
+    request = Request(materials=materials, ground_material="Wiese", albedo_file=path)
+    assert albedo_of_triangles(scene, request)[-1] == pytest.approx(0.21)
+    assert describe_albedo(scene, request)[-1]["name"] == "Wiese"
+    request = Request(materials=materials, ground_material="unknown", albedo_file=path)
+    assert albedo_of_triangles(scene, request)[-1] == pytest.approx(0.9)
+
+
 def test_cells_are_what_the_file_says_of_their_polygon(tmp_path):
     scene = street()
     scene.surfaces.surface_id[:3] = ["wall#1", "wall#2", "wall#x"]
