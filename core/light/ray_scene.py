@@ -1,16 +1,20 @@
-"""Embree, touched in this file only (embreex: github.com/trimesh/embreex)."""
+"""What a ray meets: Embree behind one small interface.
+
+Packets of rays go straight into Embree's library where that proves itself (`choose_engine`), single rays through
+embreex (github.com/trimesh/embreex) everywhere else. Both give the same answers.
+"""
 
 import os
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
 from ..errors import InputError
 from .check_arrays import check_array, check_triangles
+from .choose_engine import TREES, choose_engine
 
 
 class RayScene:
@@ -21,6 +25,8 @@ class RayScene:
     vertices : (v, 3) float
         [m], finite, with a local origin.
     triangles : (t, 3) int
+    engine : str, optional
+        Of `choose_engine.TREES`; if not given, the faster one that works here.
 
     Raises
     ------
@@ -29,16 +35,14 @@ class RayScene:
         Embree must never see one.
     """
 
-    def __init__(self, vertices, triangles):
+    def __init__(self, vertices, triangles, engine=None):
         vertices, triangles = check_triangles(vertices, triangles)
         self.triangle_count = len(triangles)
         self.thread_seconds = 0.0  # spent in Embree, summed over the threads
         self._lock = threading.Lock()
+        self.engine = engine or choose_engine()[0]
         if self.triangle_count:
-            self._scene = EmbreeScene(robust=True)
-            TriangleMesh(self._scene, vertices.astype(np.float32), triangles.astype(np.int32))
-            # The first call builds the tree; it must be over before threads share the scene.
-            self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
+            self._tree = TREES[self.engine](vertices.astype(np.float32), triangles.astype(np.int32))
 
     def trace_closest(self, ray_origins, ray_directions):
         """First triangle on each ray.
@@ -55,7 +59,8 @@ class RayScene:
         ray_origins, ray_directions = usable_pairs(ray_origins, ray_directions)
         if not self.triangle_count or not len(ray_origins):
             return np.full(len(ray_origins), -1, np.int32)
-        return self._run(ray_origins, ray_directions)
+        with self._timed():
+            return self._tree.trace_closest(ray_origins, ray_directions)
 
     def trace_places(self, ray_origins, ray_directions):
         """First triangle on each ray, and where on it.
@@ -75,8 +80,8 @@ class RayScene:
         if not self.triangle_count or not len(ray_origins):
             nowhere = np.zeros(len(ray_origins), np.float32)
             return np.full(len(ray_origins), -1, np.int32), nowhere, nowhere
-        found = self._run(ray_origins, ray_directions, output=1)
-        return found["primID"], found["u"], found["v"]
+        with self._timed():
+            return self._tree.trace_places(ray_origins, ray_directions)
 
     def trace_blocked(self, ray_origins, ray_direction):
         """Whether anything stands on each ray.
@@ -95,14 +100,38 @@ class RayScene:
         ray_direction = usable_rays("ray_direction", np.asarray(ray_direction)[None])
         if not self.triangle_count or not len(ray_origins):
             return np.zeros(len(ray_origins), bool)
-        return self._run(ray_origins, ray_direction, query="OCCLUDED") == 0
+        with self._timed():
+            return self._tree.trace_blocked(ray_origins, ray_direction)
 
-    def _run(self, *rays, **query):
+    def look_at_suns(self, position, wanted, directions):
+        """Which points of some patches see which suns.
+
+        Parameters
+        ----------
+        position : (c, m, 3) float32
+            Points of each patch.
+        wanted : (c, s) bool
+            Suns that each patch asks for.
+        directions : (s, 3) float32
+
+        Returns
+        -------
+        free : (c, s, m) bool
+            False for suns that were not asked for.
+        """
+        usable_rays("position", position.reshape(-1, 3))
+        directions = usable_rays("directions", directions)
+        if not self.triangle_count:
+            return np.repeat(wanted[:, :, None], position.shape[1], axis=2)
+        with self._timed():
+            return self._tree.look_at_suns(position, wanted, directions)
+
+    @contextmanager
+    def _timed(self):
         started = time.perf_counter()
-        found = self._scene.run(*rays, **query)
+        yield
         with self._lock:
             self.thread_seconds += time.perf_counter() - started
-        return found
 
 
 def usable_rays(name, rays):
