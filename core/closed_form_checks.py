@@ -149,7 +149,7 @@ def view(one, other):
     scene = join_parts([*one, *other])
     own = sum(len(triangles) for _, triangles in one)
     patches, hemisphere = hemisphere_of(scene, 1, 1 << 16)
-    seen = np.asarray(hemisphere.form_factors[: own * REPLICATES].sum(axis=1)).reshape(own, REPLICATES)
+    seen = np.asarray(hemisphere.form_factors.as_matrix()[: own * REPLICATES].sum(axis=1)).reshape(own, REPLICATES)
     share = patches.area[:own] / patches.area[:own].sum()
     error = share**2 @ seen.var(axis=1, ddof=1) / REPLICATES
     return float(share @ seen.mean(axis=1)), float(np.sqrt(error))

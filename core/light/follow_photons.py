@@ -10,11 +10,12 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from .emit_photons import emit_photons
+from .find_covered import meets_back
+from .hemisphere_rays import CELL_DIVISIONS
 from .patches import Patches
 from .ray_scene import RayScene
 from .sample_points import cell_of_point
 from .scatter import draw_for_photons, leave_patches, scatter
-from .trace_hemisphere import CELL_DIVISIONS, meets_back
 
 QUANTUM = 2.0**-26
 

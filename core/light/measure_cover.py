@@ -3,11 +3,13 @@
 import numpy as np
 
 from ..progress import silent
+from .find_covered import RAYS_PER_CELL, find_covered_cells
+from .hemisphere_rays import CELL_DIVISIONS
 from .patches import patches_of_scene
 from .ray_scene import RayScene, map_in_order, usable_threads
 from .sample_points import REPLICATES
-from .trace_hemisphere import CELL_DIVISIONS, RAYS_PER_CELL, RAYS_PER_TASK, find_covered_cells, trace_hemisphere
-from .trace_transfer import area_means
+from .surface_means import area_means
+from .trace_hemisphere import RAYS_PER_TASK, trace_hemisphere
 
 RAYS = 8 * REPLICATES  # per patch; one that meets a back has the patch looked at in cells
 
@@ -36,8 +38,7 @@ def measure_patches(ray_scene, patches, chosen, threads):
     hemisphere = trace_hemisphere(
         ray_scene, patches, chosen, sample_count=RAYS, reflections=False, threads=threads, progress=silent
     )
-    hemisphere.covered_share[~patches.receives] = 1
-    return hemisphere.covered_share
+    return np.where(patches.receives, hemisphere.covered_share, np.float32(1))
 
 
 def find_cover(ray_scene, patches, threads):

@@ -8,7 +8,7 @@ from ..errors import InputError
 from ..request import check_request
 from ..sun.check_suns import check_suns
 from .check_arrays import check_scene
-from .gather import square_above
+from .gather import points_above
 from .patches import Patches, patches_of_scene
 from .ray_scene import RayScene, usable_threads
 from .read_albedo import albedo_of_triangles
@@ -59,8 +59,8 @@ def trace_pilot(scene, transfer, hourly, request, progress):
             few,
             few.receives,
             np.zeros(len(few), bool),
-            np.zeros((len(few), 1), bool),
-            point_count=square_above(request.shadow_samples),
+            tuple(np.zeros((2, len(few), 1), bool)),
+            point_count=points_above(request.shadow_samples),
             suns=(suns.direction.astype(np.float32), suns.weight.astype(np.float32)),
             behind=False,
             threads=usable_threads(request.threads),

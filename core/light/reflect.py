@@ -7,12 +7,10 @@ E_{n+1} = F (ρ ∘ E_n)
 
 import numpy as np
 
-from ..errors import InputError
 from .check_arrays import check_array
-from .sample_points import REPLICATES
+from .form_factors import check_form_factors, multiply
 
 MINIMAL_OPEN_SHARE = 1 / 64  # below it the light of a patch is too uncertain to be spread over its open part
-ROWS_PER_BLOCK = 1 << 14
 
 
 def radiosity_factor(patches, covered_share):
@@ -28,26 +26,31 @@ def radiosity_factor(patches, covered_share):
     return (patches.albedo / open_share).astype(np.float32)
 
 
-def reflect(form_factors, factor, first, far_first, max_bounces):
+def reflect(form_factors, factor, first, far_first, max_bounces, *, arriving=None, weight=None, threads=1):
     """Irradiance by reflections.
 
     Parameters
     ----------
-    form_factors : (p · REPLICATES, p) sparse float32
+    form_factors : FormFactors
     factor : (p,) float32
         Of `radiosity_factor`.
     first : (p, s) float32
         E₀, one column per light source.
-    far_first : (p, s) float32
-        What the far ground adds at the first bounce.
+    far_first : (p, s) float32 or None
+        What the far ground adds at the first bounce, if anything.
     max_bounces : int
+    arriving : (p, s) float32, optional
+        F (ρ ∘ E₀), where it is known better than from the means of the patches. It is overwritten.
+    weight : (s,) float32, optional
+        Of each light source in `handed_on`; 1 if not given.
+    threads : int
 
     Returns
     -------
     reflected : (p, s) float32
         The sum of E₁ to E_max.
-    gathered : (p, s) float32
-        ρ ∘ (E₀ + … + E_{max-1}), the light that F handed on: F · gathered + far_first = reflected.
+    handed_on : (p,) float32
+        ρ ∘ (E₁ + … + E_{max-1}), the light that F handed on after the first bounce, summed with `weight`.
     last : float
         Mean of E_max over mean of `first + reflected`, to judge what lies beyond the last bounce.
 
@@ -57,40 +60,27 @@ def reflect(form_factors, factor, first, far_first, max_bounces):
         If shapes do not fit, or light is negative or not finite.
     """
     count, sources = check_array("first", first, ("p", "s"), least=0).shape
-    check_array("far_first", far_first, (count, sources), least=0)
+    if far_first is not None:
+        check_array("far_first", far_first, (count, sources), least=0)
     check_array("factor", factor, (count,), least=0, most=1 / MINIMAL_OPEN_SHARE)
-    if form_factors.shape != (count * REPLICATES, count):
-        raise InputError("form_factors", f"shape {form_factors.shape}", f"give {(count * REPLICATES, count)}")
-    check_array("form_factors", form_factors.data, ("entries",), least=0, most=1, row="entry")
+    check_form_factors(form_factors, count)
+    if arriving is not None:
+        check_array("arriving", arriving, (count, sources), least=0)
+    weight = np.ones(sources, np.float32) if weight is None else weight
     reflected = np.zeros_like(first)
-    gathered = np.zeros_like(first)
-    arriving = first
+    handed_on = np.zeros(count, np.float32)
     for bounce in range(max_bounces):
-        leaving = factor[:, None] * arriving
-        gathered += leaving
-        arriving = multiply(form_factors, leaving)
-        if bounce == 0:
-            arriving += far_first
+        if bounce:
+            handed_on += factor * (arriving @ weight)
+            arriving = multiply(form_factors, factor, arriving, threads)
+        else:
+            arriving = multiply(form_factors, factor, first, threads) if arriving is None else arriving
+            if far_first is not None:
+                arriving += far_first
         reflected += arriving
     whole = float(first.sum(dtype=float) + reflected.sum(dtype=float))
     last = float(arriving.sum(dtype=float)) / whole if max_bounces and whole > 0 else 0.0
-    return reflected, gathered, last
-
-
-def multiply(form_factors, light):
-    """F · light, the mean over the replicates: (p, s) float32."""
-    count, sources = light.shape
-    product = np.empty_like(light)
-    for first in range(0, count, ROWS_PER_BLOCK):
-        last = min(first + ROWS_PER_BLOCK, count)
-        rows = form_factors[first * REPLICATES : last * REPLICATES] @ light
-        product[first:last] = rows.reshape(last - first, REPLICATES, sources).mean(axis=1)
-    return product
-
-
-def replicates_of(form_factors, light):
-    """F · light for one light source, each replicate by itself: (p, REPLICATES) float32."""
-    return (form_factors @ light).reshape(-1, REPLICATES)
+    return reflected, handed_on, last
 
 
 def variance_of_replicates(values):
@@ -98,7 +88,7 @@ def variance_of_replicates(values):
 
     Parameters
     ----------
-    values : (p, REPLICATES) float
+    values : (p, replicates) float
 
     Returns
     -------

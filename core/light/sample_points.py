@@ -1,5 +1,7 @@
 """Where on a triangle rays start, and into which direction of its hemisphere they go."""
 
+import functools
+
 import numpy as np
 
 REPLICATES = 4  # independent sets of hemisphere rays per patch; their spread is the standard error
@@ -116,6 +118,7 @@ def neighbouring_order(divisions):
     return row * (2 * divisions - row) + np.where(row % 2, last - place, place)
 
 
+@functools.cache
 def cell_contacts(divisions):
     """Which cells touch each other, in an edge or a corner: (cells, cells) float32 of 0 and 1."""
     corners = np.rint(cell_corners(divisions) * divisions).astype(int)
@@ -140,3 +143,14 @@ def stratified_points(uniform_numbers, divisions):
     first, second, third = corners[:, 0], corners[:, 1], corners[:, 2]
     points = first + b1[..., None] * (second - first) + b2[..., None] * (third - first)
     return points[..., 0], points[..., 1]
+
+
+def cells_inside(divisions, larger):
+    """In which of the `larger`² cells each of the `divisions`² lies (its middle, where it lies in several).
+
+    Returns
+    -------
+    (divisions²,) int
+    """
+    middle = cell_corners(divisions).mean(axis=1)
+    return cell_of_point(middle[:, 0], middle[:, 1], larger).astype(int)

@@ -21,9 +21,10 @@ from .patches import patches_of_scene
 from .plan_effects import plan_effects
 from .ray_scene import RayScene, usable_threads
 from .read_albedo import albedo_of_triangles, finish_of_triangles
+from .surface_means import area_means
 from .trace_sources import REPLICATES, Run, no_light, trace_sources
 from .trace_suns import projection_in_front
-from .trace_transfer import Clock, area_means
+from .trace_transfer import Clock
 from .transfer import Transfer
 
 WHOLE = 1 - 1e-6  # share that rounding may leave of a surface that is covered as a whole

@@ -9,27 +9,19 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
+from numba import njit
 
 from ..errors import InputError
 from .check_arrays import check_array
-from .random_numbers import mix, uniform
+from .find_covered import find_covered_cells, lie_in_earth
+from .form_factors import FormFactors, count_hits
+from .hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from .ray_scene import map_in_order
-from .sample_points import (
-    REPLICATES,
-    additive_recurrence,
-    barycentric_of_square,
-    cell_contacts,
-    cell_of_point,
-    cosine_direction,
-    shifted,
-    stratified_points,
-)
+from .sample_points import REPLICATES, additive_recurrence, cell_contacts, cells_inside
 
 RAYS_PER_TASK = 1 << 16
-CELL_DIVISIONS = 8  # each patch is judged in 64 cells, whether they lie inside or under something
-RAYS_PER_CELL = 8  # the vote that judges
-STRAY_RAYS = 1  # of them that may find a hole to the sky from the inside of an open shell
+SKY, FAR_GROUND, FRONT, BACK, DARK = range(5)  # what becomes of a ray; DARK carries nothing
+FEWEST_RAYS = 8  # of a cell, to tell its share of the sky
 
 
 @dataclass
@@ -37,14 +29,20 @@ class Hemisphere:
     """What the hemisphere rays of p patches met."""
 
     sky: np.ndarray  # (p, REPLICATES) float32, share of rays that reach the sky
+    sky_of_cells: np.ndarray  # (p, cells) float32, the same of the open part of each cell of the patch
     far_ground: np.ndarray  # (p, REPLICATES) float32, share that leaves below the horizon
-    form_factors: sparse.csr_matrix | None  # (p · REPLICATES, p) float32, share that meets each other patch's front
-    covered_share: np.ndarray  # (p,) float32, share of the patch that lies inside or under something
+    form_factors: FormFactors | None  # the rays that meet another patch's front
+    covered: np.ndarray  # (p, CELL_DIVISIONS²) bool, cells that lie inside or under something
     enclosed: np.ndarray  # (p, CELL_DIVISIONS²) bool, covered cells all around which the patch is covered too
     ray_count: int
 
+    @property
+    def covered_share(self):
+        """Share of each patch that lies inside or under something: (p,) float32."""
+        return self.covered.mean(axis=1, dtype=np.float32)
 
-def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, threads, progress):
+
+def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, threads, progress, cells=1):
     """Trace cosine-distributed rays from every traced patch.
 
     Parameters
@@ -60,6 +58,8 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     threads : int
     progress : callable
         See `core.progress`.
+    cells : int, optional
+        1, 4 or 16: into how many cells the light of a patch is resolved.
 
     Returns
     -------
@@ -70,7 +70,8 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     InputError
         If `traced` or `sample_count` cannot be used, or a ray would not be finite.
     """
-    check_array("traced", traced, (len(patches),), kind="b")
+    count = len(patches)
+    check_array("traced", traced, (count,), kind="b")
     if sample_count < REPLICATES or sample_count % REPLICATES:
         raise InputError("sample_count", f"{sample_count} rays", f"give a multiple of {REPLICATES}")
     sequence = additive_recurrence(sample_count // REPLICATES, 4)
@@ -79,223 +80,142 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
 
     def trace_rows(chosen):
-        return trace_patches(ray_scene, patches, chosen, sequence, reflections)
+        return trace_patches(ray_scene, patches, chosen, sequence, cells if reflections else None)
 
-    count = len(patches)
-    sky = np.zeros((count, REPLICATES), np.float32)
-    far_ground = np.zeros((count, REPLICATES), np.float32)
-    covered_share = np.zeros(count, np.float32)
-    enclosed = np.zeros((count, CELL_DIVISIONS**2), bool)
-    entries = np.zeros(count * REPLICATES, np.int64)
-    indices, shares = [], []
-    done = 0
-    for chosen, found in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
-        sky[chosen], far_ground[chosen], covered_share[chosen], enclosed[chosen], matrix_rows = found
+    found = Hemisphere(
+        sky=np.zeros((count, REPLICATES), np.float32),
+        sky_of_cells=np.zeros((count, cells), np.float32),
+        far_ground=np.zeros((count, REPLICATES), np.float32),
+        form_factors=FormFactors([], count, cells, len(sequence)) if reflections else None,
+        covered=np.zeros((count, CELL_DIVISIONS**2), bool),
+        enclosed=np.zeros((count, CELL_DIVISIONS**2), bool),
+        ray_count=0,
+    )
+    for chosen, (tally, covered, enclosed, matrix_rows) in zip(
+        tasks, map_in_order(trace_rows, tasks, threads), strict=True
+    ):
+        found.covered[chosen], found.enclosed[chosen] = covered, enclosed
+        found.sky[chosen], found.far_ground[chosen], found.sky_of_cells[chosen] = tally
         if reflections:
-            entries[(chosen[:, None] * REPLICATES + np.arange(REPLICATES)).ravel()] = matrix_rows[0]
-            indices.append(matrix_rows[1])
-            shares.append(matrix_rows[2])
-        done += len(chosen) * sample_count
-        progress("sky and reflections", done, len(rows) * sample_count, "rays")
-    return Hemisphere(
-        sky=sky,
-        far_ground=far_ground,
-        form_factors=matrix_of_rows(entries, indices, shares, count) if reflections else None,
-        covered_share=covered_share,
-        enclosed=enclosed,
-        ray_count=len(rows) * sample_count,
-    )
+            found.form_factors.rows.append(matrix_rows)
+        found.ray_count += len(chosen) * sample_count
+        progress("sky and reflections", found.ray_count, len(rows) * sample_count, "rays")
+    return found
 
 
-def trace_patches(ray_scene, patches, chosen, sequence, reflections):
-    """Trace the hemisphere rays of some patches: the fields of `Hemisphere`, and rows of its matrix."""
-    origins, directions, cells = hemisphere_rays(patches, chosen, sequence)
-    count, rays = cells.shape
-    hit = ray_scene.trace_closest(origins.reshape(-1, 3), directions.reshape(-1, 3)).reshape(count, rays)
-    missed = hit < 0
-    back = meets_back(patches, hit, directions)
-
-    # Where a ray met a back, the patch may lie inside something. What starts in an enclosed cell does not count; in
-    # the cells along the edge of the covered part each ray speaks for itself, else the edge would count twice.
-    covered = np.zeros((count, CELL_DIVISIONS**2), bool)
-    suspect = np.flatnonzero(back.any(axis=1))
-    covered[suspect] = find_covered_cells(ray_scene, patches, chosen[suspect])
-    enclosed = covered & ((~covered).astype(np.float32) @ cell_contacts(CELL_DIVISIONS) == 0)
-    # What leaves downwards from a covered cell, below the ground or through a missing floor, meets no lit ground.
-    open_ray, above_ground = np.ones((2, count, rays), bool)
-    cell = cells[suspect].astype(np.intp)
-    open_ray[suspect] = ~np.take_along_axis(enclosed[suspect], cell, axis=1)
-    above_ground[suspect] = ~np.take_along_axis(covered[suspect], cell, axis=1)
-
-    # Along the line of the ground each ray is asked whether it starts below it.
-    partly = suspect[covered[suspect].any(axis=1) & ~covered[suspect].all(axis=1)]
-    open_ray[partly] &= ~lie_in_earth(ray_scene, patches, origins[partly])
-
-    upwards = directions[..., 2] > 0
-    per_replicate = (count, REPLICATES, rays // REPLICATES)
-    sky = (missed & upwards & open_ray).reshape(per_replicate).mean(axis=2, dtype=np.float32)
-    far_ground = (missed & ~upwards & above_ground & open_ray).reshape(per_replicate).mean(axis=2, dtype=np.float32)
-    matrix_rows = None
-    if reflections:
-        hit[back | ~open_ray] = -1
-        matrix_rows = count_hits(hit.reshape(count * REPLICATES, -1))
-    return sky, far_ground, covered.mean(axis=1, dtype=np.float32), enclosed, matrix_rows
-
-
-def meets_back(patches, hit, directions):
-    """Whether rays meet the back of a patch: they run along its normal, or it is a footprint.
-
-    Parameters
-    ----------
-    hit : (c, rays) int32
-        -1 where nothing is met.
-    directions : (c, rays, 3) float32
-
-    Returns
-    -------
-    (c, rays) bool
-    """
-    facing = patches.facing[hit]
-    along = directions[..., 0] * facing[..., 0]
-    along += directions[..., 1] * facing[..., 1]
-    along += directions[..., 2] * facing[..., 2]
-    along += facing[..., 3]
-    return (along > 0) & (hit >= 0)
-
-
-def find_covered_cells(ray_scene, patches, chosen):
-    """Which cells of some patches lie inside or under something.
-
-    One point in each cell looks around; it is covered when more than half of its rays meet backs and at most one the
-    sky. Real models are open shells: a single ray decides nothing, and who looks into an open house from outside meets
-    backs, but the sky too. A wall that goes on below the ground meets the ground's back upwards and nothing downwards:
-    no ray of it brings light, and it is covered too. Below a slope some of its rays would leave into the sky under the
-    hill; there a ray straight up tells, which meets the ground's back first.
-
-    Returns
-    -------
-    (c, CELL_DIVISIONS²) bool
-    """
-    count, cells = len(chosen), CELL_DIVISIONS**2
-    numbers = uniform(mix(patches.key[chosen] ^ np.uint64(0xC0FE)), 4 * cells).reshape(count, cells, 4)
-    b1, b2 = stratified_points(numbers, CELL_DIVISIONS)
-    around = additive_recurrence(RAYS_PER_CELL, 2)
-    u, v = (shifted(around[:, axis], numbers[..., 2 + axis]).reshape(count, cells * RAYS_PER_CELL) for axis in (0, 1))
-    origins, directions = rays_from_patches(
-        patches,
-        chosen,
-        np.repeat(b1, RAYS_PER_CELL, axis=1),
-        np.repeat(b2, RAYS_PER_CELL, axis=1),
-        cosine_direction(u, v),
-    )
-    hit = ray_scene.trace_closest(origins.reshape(-1, 3), directions.reshape(-1, 3)).reshape(u.shape)
-    back = meets_back(patches, hit, directions)
-    upwards = directions[..., 2] > 0
-    met = (back, (hit < 0) & upwards, (hit < 0) & ~upwards)
-    back, sky, below = (rays.reshape(count, cells, RAYS_PER_CELL).sum(axis=2) for rays in met)
-    inside = (2 * back > RAYS_PER_CELL) & (sky <= STRAY_RAYS)
-    under = (4 * back > RAYS_PER_CELL) & (back + below == RAYS_PER_CELL)
-    return inside | under | lie_in_earth(ray_scene, patches, origins[:, ::RAYS_PER_CELL])
-
-
-def lie_in_earth(ray_scene, patches, points):
-    """Whether the first thing straight above some points is the ground, seen from below.
-
-    Parameters
-    ----------
-    points : (c, m, 3) float32 [m]
-
-    Returns
-    -------
-    (c, m) bool
-    """
-    if not patches.ground.any():
-        return np.zeros(points.shape[:2], bool)
-    up = np.tile(np.float32([0, 0, 1]), (points.shape[0] * points.shape[1], 1))
-    above = ray_scene.trace_closest(points.reshape(-1, 3), up)
-    return ((above >= 0) & patches.ground[above] & (patches.normal[above, 2] > 0)).reshape(points.shape[:2])
-
-
-def hemisphere_rays(patches, chosen, sequence):
-    """Origins, directions and cells of the hemisphere rays of some patches.
-
-    Position and direction come from one four-dimensional sequence, shifted for each patch and replicate: pairs from
-    two-dimensional ones would be correlated.
-
-    Returns
-    -------
-    origins, directions : (c, rays, 3) float32
-    cells : (c, rays) uint8
-    """
-    count = len(chosen)
-    shifts = uniform(patches.key[chosen], 4 * REPLICATES).reshape(count, REPLICATES, 4)
-    points = [shifted(sequence[:, axis], shifts[..., axis]).reshape(count, -1) for axis in range(4)]
-    b1, b2 = barycentric_of_square(points[0], points[1])
-    origins, directions = rays_from_patches(patches, chosen, b1, b2, cosine_direction(points[2], points[3]))
-    return origins, directions, cell_of_point(b1, b2, CELL_DIVISIONS)
-
-
-def rays_from_patches(patches, chosen, b1, b2, local):
-    """Rays from points of patches, given by barycentric weights, into directions of their own frames.
+def trace_patches(ray_scene, patches, chosen, sequence, cells):
+    """Trace the hemisphere rays of some patches.
 
     Parameters
     ----------
     chosen : (c,) int
-    b1, b2 : (c, rays) float32
-    local : tuple of three (c, rays) float32
-        Along the two tangents and the normal.
+    sequence : (rays / REPLICATES, 4) float32
+    cells : int or None
+        As of `trace_hemisphere`; None where no matrix is wanted.
 
     Returns
     -------
-    origins, directions : (c, rays, 3) float32
+    tally : tuple of (c, REPLICATES), (c, REPLICATES) and (c, cells) float32
+        Shares of sky, of far ground, and of sky for each cell.
+    covered, enclosed : (c, CELL_DIVISIONS²) bool
+    rows : Rows or None
     """
-    edges, tangents, normal = patches.edges[chosen], patches.tangents[chosen], patches.normal[chosen]
-    start = patches.corner[chosen] + patches.offset[chosen, None] * normal
-    origins = np.empty((*b1.shape, 3), np.float32)
-    directions = np.empty((*b1.shape, 3), np.float32)
-    for axis in range(3):
-        origins[..., axis] = start[:, axis, None] + b1 * edges[:, 0, axis, None] + b2 * edges[:, 1, axis, None]
-        directions[..., axis] = (
-            local[0] * tangents[:, 0, axis, None]
-            + local[1] * tangents[:, 1, axis, None]
-            + local[2] * normal[:, axis, None]
-        )
-    return origins, directions
+    origins, directions, start_cells = hemisphere_rays(patches, chosen, sequence)
+    hit, b1, b2 = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
+    hit = hit.reshape(start_cells.shape)
+    fate = np.empty(hit.shape, np.uint8)
+    suspect = np.zeros(len(chosen), bool)
+    judge_rays(hit, directions, patches.facing, fate, suspect)
+
+    # Where a ray met a back, the patch may lie inside something.
+    suspect = np.flatnonzero(suspect)
+    covered, enclosed = np.zeros((2, len(chosen), CELL_DIVISIONS**2), bool)
+    covered[suspect] = find_covered_cells(ray_scene, patches, chosen[suspect])
+    within = suspect[covered[suspect].any(axis=1)]
+    enclosed[within] = covered[within] & ~touches_open(covered[within])
+    darken_rays(fate, within, start_cells, covered, enclosed)
+    # Along the line of the ground each ray is asked whether it starts below it.
+    partly = within[~covered[within].all(axis=1)]
+    fate[partly] = np.where(lie_in_earth(ray_scene, patches, origins[partly]), DARK, fate[partly])
+
+    divisions = cells or 1
+    tally = tally_rays(fate, start_cells, covered, cells_inside(CELL_DIVISIONS, round(np.sqrt(divisions))), divisions)
+    if cells is None:
+        return tally, covered, enclosed, None
+    return tally, covered, enclosed, count_hits(chosen, np.where(fate == FRONT, hit, -1), b1, b2, cells)
 
 
-def count_hits(hit):
-    """Rows of a sparse matrix from lists of hits.
+def touches_open(covered):
+    """Which cells touch one that is not covered, or are not: (c, CELL_DIVISIONS²) bool."""
+    return (~covered).astype(np.float32) @ cell_contacts(CELL_DIVISIONS) > 0
+
+
+@njit(nogil=True, cache=True)
+def darken_rays(fate, within, start_cells, covered, enclosed):
+    """Take the light from rays of patches `within` that start in covered cells.
+
+    What starts in an enclosed cell does not count; in the cells along the edge of the covered part each ray speaks for
+    itself, else the edge would count twice. What leaves downwards from a covered cell, below the ground or through a
+    missing floor, meets no lit ground.
+    """
+    for patch in within:
+        for ray in range(fate.shape[1]):
+            cell = start_cells[patch, ray]
+            if enclosed[patch, cell] or (covered[patch, cell] and fate[patch, ray] == FAR_GROUND):
+                fate[patch, ray] = DARK
+
+
+@njit(nogil=True, cache=True)
+def judge_rays(hit, directions, facing, fate, suspect):
+    """What becomes of each ray, and patches with rays that meet backs, written into the last two."""
+    for patch in range(len(hit)):
+        for ray in range(hit.shape[1]):
+            met, direction = hit[patch, ray], directions[patch, ray]
+            if met < 0:
+                fate[patch, ray] = SKY if direction[2] > 0 else FAR_GROUND
+                continue
+            face = facing[met]
+            along = direction[0] * face[0] + direction[1] * face[1] + direction[2] * face[2] + face[3]
+            fate[patch, ray] = BACK if along > 0 else FRONT
+            suspect[patch] |= along > 0
+
+
+@njit(nogil=True, cache=True)
+def tally_rays(fate, start_cells, covered, cell_of, cells):
+    """Shares of rays that reach sky and far ground in each replicate, and the sky in the open part of each cell.
 
     Parameters
     ----------
-    hit : (r, m) int32
-        Column hit by each of m rays, -1 for none.
+    fate : (c, rays) uint8
+    start_cells : (c, rays) uint8
+    covered : (c, CELL_DIVISIONS²) bool
+    cell_of : (CELL_DIVISIONS²,) int
+        The larger cell in which each of these lies.
+    cells : int
+        Number of larger cells.
 
     Returns
     -------
-    entries : (r,) int
-        Number of different columns in each row.
-    columns : (e,) int32
-    shares : (e,) float32
-        Rays per column divided by m.
+    sky, far_ground : (c, REPLICATES) float32
+    sky_of_cells : (c, cells) float32
+        That of the whole patch where too few rays start in it.
     """
-    rows, rays = hit.shape
-    hit = np.sort(hit, axis=1)
-    new = np.ones((rows, rays), bool)
-    new[:, 1:] = hit[:, 1:] != hit[:, :-1]
-    first = np.flatnonzero(new)
-    counts = np.diff(first, append=rows * rays)
-    columns = hit.ravel()[first]
-    kept = columns >= 0
-    entries = np.bincount(first[kept] // rays, minlength=rows)
-    return entries, columns[kept], counts[kept].astype(np.float32) / np.float32(rays)
-
-
-def matrix_of_rows(entries, indices, shares, count):
-    """Sparse matrix (count · REPLICATES, count) from the entries per row and the parts of columns and values."""
-    parts = (
-        np.concatenate([np.zeros(0, np.float32), *shares]),
-        np.concatenate([np.zeros(0, np.int32), *indices]),
-        np.concatenate([[0], np.cumsum(entries)]),
-    )
-    return sparse.csr_matrix(parts, shape=(count * REPLICATES, count))
+    count, rays = fate.shape
+    sky, far_ground = np.zeros((count, REPLICATES), np.float32), np.zeros((count, REPLICATES), np.float32)
+    sky_of_cells = np.zeros((count, cells), np.float32)
+    per_replicate = np.float32(rays // REPLICATES)
+    for patch in range(count):
+        free, started = np.zeros(cells, np.int64), np.zeros(cells, np.int64)
+        for ray in range(rays):
+            replicate, start = ray * REPLICATES // rays, start_cells[patch, ray]
+            sky[patch, replicate] += fate[patch, ray] == SKY
+            far_ground[patch, replicate] += fate[patch, ray] == FAR_GROUND
+            if not covered[patch, start]:
+                started[cell_of[start]] += 1
+                free[cell_of[start]] += fate[patch, ray] == SKY
+        for cell in range(cells):
+            if started[cell] >= FEWEST_RAYS:
+                sky_of_cells[patch, cell] = free[cell] / started[cell]
+            else:
+                sky_of_cells[patch, cell] = free.sum() / max(started.sum(), 1)
+    return sky / per_replicate, far_ground / per_replicate, sky_of_cells

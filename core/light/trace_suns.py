@@ -1,16 +1,20 @@
 """Which share of each patch sees each sun."""
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from ..errors import InputError
 from .check_arrays import UNIT, check_array
+from .hemisphere_rays import cell_at
 from .random_numbers import mix, uniform
 from .ray_scene import map_in_order
-from .sample_points import cell_of_point, neighbouring_order, stratified_points
+from .sample_points import cell_corners, cells_inside, neighbouring_order
 
-POINTS_PER_TASK = 1 << 15
+POINTS_PER_TASK = 1 << 12
+MOST_CELLS = 16  # bits that say which cells of a patch see a sun
 EDGE_ON = 1e-6  # cosine of incidence up to which a patch is seen from its edge and receives nothing
 
 
@@ -20,11 +24,13 @@ class SunLight:
 
     visible_share: np.ndarray  # (p, s) float32; 0 where the sun stands behind the patch
     first: np.ndarray  # (p, s) float32, visible share times the cosine of the angle of incidence
+    seen: np.ndarray  # (p, s) uint16, bit c is set where the sun is visible from the point of cell c
     by_point: np.ndarray  # (p, m) float32, sum over the suns of weight times what each point receives
+    speakers: np.ndarray  # (p, cells) int32, which point speaks for each cell
     ray_count: int
 
 
-def trace_suns(ray_scene, patches, traced, closed, enclosed, *, point_count, suns, behind, threads, progress):
+def trace_suns(ray_scene, patches, traced, closed, inside, *, point_count, suns, behind, threads, progress):
     """Look from points of every traced patch to each sun that stands in front of it.
 
     Parameters
@@ -35,8 +41,9 @@ def trace_suns(ray_scene, patches, traced, closed, enclosed, *, point_count, sun
         Patches that need shadow rays.
     closed : (p,) bool
         Patches with nothing in front of them: they see every sun in front of them, without a ray.
-    enclosed : (p, c) bool
-        Cells of each patch that lie deep inside something; points in them see no sun.
+    inside : tuple of (p, c) and (p, c) bool
+        Cells of each patch that lie inside or under something, and which of them are enclosed by such: points in those
+        see no sun.
     point_count : int
         Points per patch, a square number.
     suns : tuple of (s, 3) float32 and (s,) float32
@@ -61,36 +68,82 @@ def trace_suns(ray_scene, patches, traced, closed, enclosed, *, point_count, sun
     check_array("weights of the suns", suns[1], (len(directions),), least=0, most=1 + UNIT)
     for name, values in (("traced", traced), ("closed", closed)):
         check_array(name, values, (count,), kind="b")
-    cells = check_array("enclosed", enclosed, (count, "c"), kind="b").shape[1]
-    for name, number in (("point_count", point_count), ("cells of enclosed", cells)):
+    cells = check_array("covered", inside[0], (count, "c"), kind="b").shape[1]
+    check_array("enclosed", inside[1], (count, cells), kind="b")
+    for name, number in (("point_count", point_count), ("cells of covered", cells)):
         if number < 1 or round(np.sqrt(number)) ** 2 != number:
             raise InputError(name, f"{number} is not a square number", "give 1, 4, 9, 16 …")
     found = SunLight(
         visible_share=np.zeros((count, len(directions)), np.float32),
         first=np.zeros((count, len(directions)), np.float32),
+        seen=np.zeros((count, len(directions)), np.uint16),
         by_point=np.zeros((count, point_count), np.float32),
+        speakers=np.zeros((count, cells_of_light(point_count)), np.int32),
         ray_count=0,
     )
     free = np.flatnonzero(closed)
     aoi_projection = projection_in_front(patches.normal[free], directions)
     found.visible_share[free] = aoi_projection > 0
     found.first[free] = aoi_projection
+    found.seen[free] = np.where(aoi_projection > 0, (1 << cells_of_light(point_count)) - 1, 0)
+    found.by_point[free] = (aoi_projection @ suns[1].astype(np.float32))[:, None]
 
     rows = np.flatnonzero(traced)
     step = max(1, POINTS_PER_TASK // point_count)
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
 
     def look(chosen):
-        points = shadow_points(patches, chosen, enclosed, point_count)
-        return look_at_suns(ray_scene, patches.normal[chosen], points, suns, behind)
+        points = shadow_points(patches, chosen, inside, point_count)
+        return look_at_suns(ray_scene, patches, chosen, points, (directions, suns[1]), behind=behind, found=found)
 
     done = 0
-    for chosen, seen in zip(tasks, map_in_order(look, tasks, threads), strict=True):
-        found.visible_share[chosen], found.first[chosen], found.by_point[chosen], rays = seen
-        found.ray_count += rays
+    for chosen, ray_count in zip(tasks, map_in_order(look, tasks, threads), strict=True):
+        found.ray_count += ray_count
         done += len(chosen)
         progress(done / len(rows), found.ray_count)
     return found
+
+
+def cells_of_light(point_count):
+    """Into how many cells the light of a patch with so many points is resolved: 16, or as many as there are points."""
+    return min(point_count, MOST_CELLS) if point_count in (1, 4) or point_count % MOST_CELLS == 0 else 1
+
+
+def choose_speakers(key, speaks):
+    """One random point of each cell, to speak for it; where that lies in something, the one of the nearest cell.
+
+    Parameters
+    ----------
+    key : (c,) uint64
+        Random key of each patch.
+    speaks : (c, m) bool
+        False for points that lie inside or under something.
+
+    Returns
+    -------
+    (c, cells_of_light(m)) int32
+    """
+    point_count = speaks.shape[1]
+    cells = cells_of_light(point_count)
+    inside = cells_inside(round(np.sqrt(point_count)), round(np.sqrt(cells)))
+    members = np.argsort(inside, kind="stable").reshape(cells, -1)
+    drawn = (uniform(mix(key ^ np.uint64(0xCE11)), cells) * members.shape[1]).astype(int)
+    speakers = members[np.arange(cells), drawn].astype(np.int32)
+    mute = np.flatnonzero(~speaks.all(axis=1))
+    own = np.take_along_axis(speaks[mute], speakers[mute], axis=1)  # (k, cells)
+    # The nearest cell that speaks: the first in the order of distance.
+    order = nearest_cells(round(np.sqrt(cells)))
+    nearest = order[np.arange(cells), own[:, order].argmax(axis=2)]
+    speakers[mute] = np.take_along_axis(speakers[mute], nearest, axis=1)
+    return speakers
+
+
+@functools.cache
+def nearest_cells(divisions):
+    """The cells of a triangle in the order of their distance from each of them, itself first: (cells, cells) int."""
+    middle = cell_corners(divisions).mean(axis=1)
+    distance = np.linalg.norm(middle[:, None] - middle, axis=2)
+    return np.argsort(distance, axis=1, kind="stable")
 
 
 def projection_in_front(normal, directions):
@@ -100,58 +153,133 @@ def projection_in_front(normal, directions):
     return aoi_projection
 
 
-def look_at_suns(ray_scene, normal, points, suns, behind):
+def look_at_suns(ray_scene, patches, chosen, points, suns, *, behind, found):
     """Shadow rays from the points of some patches to all suns.
 
     Parameters
     ----------
-    normal : (c, 3) float32
-    points : tuple of (c, m, 3) float32 and (c, m) bool
+    chosen : (c,) int
+        The patches.
+    points : tuple of (c, m, 3) float32, (c, m) bool and (c, cells) int
         Of `shadow_points`.
     suns : tuple of (s, 3) float32 and (s,) float32
         Directions and weights.
     behind : bool
+    found : SunLight
+        Written: the rows of these patches.
 
     Returns
     -------
-    visible_share, first : (c, s) float32
-    by_point : (c, m) float32
-    ray_count : int
+    int
+        Number of rays.
     """
-    (position, open_points), (directions, weights) = points, suns
-    count, point_count = open_points.shape
-    aoi_projection = projection_in_front(normal, directions)
-    visible_share = np.zeros((count, len(directions)), np.float32)
-    by_point = np.zeros((count, point_count), np.float32)
-    ray_count = 0
-    for sun, direction in enumerate(directions):
-        chosen = np.arange(count) if behind else np.flatnonzero(aoi_projection[:, sun])
-        blocked = ray_scene.trace_blocked(position[chosen].reshape(-1, 3), direction)
-        visible = ~blocked.reshape(-1, point_count) & open_points[chosen]
-        if behind:
-            visible &= aoi_projection[:, sun, None] > 0
-        visible_share[chosen, sun] = visible.mean(axis=1, dtype=np.float32)
-        by_point[chosen] += (weights[sun] * aoi_projection[chosen, sun])[:, None] * visible
-        ray_count += blocked.size
-    return visible_share, aoi_projection * visible_share, by_point, ray_count
+    (position, *points), (directions, weights) = points, suns
+    aoi_projection = projection_in_front(patches.normal[chosen], directions)
+    wanted = np.ones(aoi_projection.shape, bool) if behind else aoi_projection > 0
+    free = ray_scene.look_at_suns(position, wanted, directions)
+    light = found.visible_share, found.first, found.seen, found.by_point
+    found.speakers[chosen] = points[1]
+    add_points(free, tuple(points), (aoi_projection, weights.astype(np.float32)), chosen, light)
+    return int(wanted.sum()) * position.shape[1]
 
 
-def shadow_points(patches, chosen, enclosed, point_count):
+@njit(nogil=True, cache=True)
+def add_points(free, points, suns, chosen, light):
+    """Add up what the points of each patch see.
+
+    Parameters
+    ----------
+    free : (c, s, m) bool
+    points : tuple of (c, m) bool and (c, cells) int
+        Which points are open, and which of them speak for the cells.
+    suns : tuple of (c, s) float32 and (s,) float32
+        Cosine of incidence of each sun, 0 where it stands behind, and its weight.
+    chosen : (c,) int
+        Rows of `light` that belong to the patches.
+    light : tuple of (p, s) float32, (p, s) float32, (p, s) uint16 and (p, m) float32
+        Written: as the first four of `SunLight`.
+    """
+    (open_points, speakers), (aoi_projection, weights), (visible_share, first, seen, by_point) = (points, suns, light)
+    point_count = open_points.shape[1]
+    for patch in range(len(free)):
+        row = chosen[patch]
+        for sun in range(free.shape[1]):
+            if aoi_projection[patch, sun] <= 0:
+                continue
+            visible = 0
+            for point in range(point_count):
+                visible += free[patch, sun, point] & open_points[patch, point]
+            if visible == 0:
+                continue
+            weighted = weights[sun] * aoi_projection[patch, sun]
+            for point in range(point_count):
+                if free[patch, sun, point] & open_points[patch, point]:
+                    by_point[row, point] += weighted
+            bits = 0
+            for cell in range(speakers.shape[1]):
+                point = speakers[patch, cell]
+                bits |= int(free[patch, sun, point] & open_points[patch, point]) << cell
+            share = np.float32(visible) / np.float32(point_count)
+            visible_share[row, sun], first[row, sun], seen[row, sun] = share, aoi_projection[patch, sun] * share, bits
+
+
+def shadow_points(patches, chosen, inside, point_count):
     """Stratified points on some patches: one in each of `point_count` congruent cells.
+
+    Parameters
+    ----------
+    inside : tuple of (p, c) and (p, c) bool
+        As of `trace_suns`.
 
     Returns
     -------
     position : (c, m, 3) float32 [m]
     open_points : (c, m) bool
         False where the point lies deep inside something.
+    speakers : (c, cells) int
+        Of `choose_speakers`.
     """
     numbers = uniform(mix(patches.key[chosen] ^ np.uint64(0x5EED)), 2 * point_count)
-    b1, b2 = stratified_points(numbers.reshape(len(chosen), point_count, 2), round(np.sqrt(point_count)))
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
-    edges = patches.edges[chosen]
-    position = start[:, None] + b1[..., None] * edges[:, None, 0] + b2[..., None] * edges[:, None, 1]
-    cells = cell_of_point(b1, b2, round(np.sqrt(enclosed.shape[1])))
-    return position, ~np.take_along_axis(enclosed[chosen], cells.astype(np.intp), axis=1)
+    position = np.empty((len(chosen), point_count, 3), np.float32)
+    cell = np.empty((len(chosen), point_count), np.intp)
+    corners = cell_corners(round(np.sqrt(point_count)))
+    places = start, patches.edges[chosen], round(np.sqrt(inside[0].shape[1]))
+    place_points(numbers.reshape(len(chosen), point_count, 2), corners, places, position, cell)
+    covered, enclosed = (np.take_along_axis(cells[chosen], cell, axis=1) for cells in inside)
+    return position, ~enclosed, choose_speakers(patches.key[chosen], ~covered)
+
+
+@njit(nogil=True, cache=True)
+def place_points(numbers, corners, places, position, cell):
+    """Write one point for each cell, as `stratified_points` does, and the cell of another division that it lies in.
+
+    Parameters
+    ----------
+    numbers : (c, m, 2) float32
+        In [0, 1).
+    corners : (m, 3, 2) float32
+        Of `cell_corners`.
+    places : tuple of (c, 3), (c, 2, 3) float32 and int
+        Corner and edges of each patch, and the other division.
+    position : (c, m, 3) float32
+    cell : (c, m) int
+    """
+    start, edges, divisions = places
+    half = np.float32(0.5)
+    for patch in range(len(start)):
+        for point in range(len(corners)):
+            u, v = numbers[patch, point, 0], numbers[patch, point, 1]
+            s = u * half if v > u else u - v * half
+            t = v - u * half if v > u else v * half
+            first, second, third = corners[point, 0], corners[point, 1], corners[point, 2]
+            b1 = first[0] + s * (second[0] - first[0]) + t * (third[0] - first[0])
+            b2 = first[1] + s * (second[1] - first[1]) + t * (third[1] - first[1])
+            for axis in range(3):
+                position[patch, point, axis] = (
+                    start[patch, axis] + b1 * edges[patch, 0, axis] + b2 * edges[patch, 1, axis]
+                )
+            cell[patch, point] = cell_at(b1, b2, divisions)
 
 
 def variance_of_cell_pairs(by_point):

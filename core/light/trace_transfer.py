@@ -4,25 +4,26 @@ import time
 from dataclasses import asdict
 
 import numpy as np
-from scipy import sparse
 
 from ..request import check_request
 from ..sun.check_suns import check_suns
 from .check_arrays import check_scene
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
-from .gather import Tracing, gather_diffuse, gather_direct
+from .gather import Tracing, gather_diffuse, gather_direct, points_above
 from .patches import patches_of_scene
 from .plan_effects import plan_effects
 from .ray_scene import RayScene, usable_threads
 from .read_albedo import albedo_of_triangles
 from .sample_points import REPLICATES
+from .surface_means import area_means
 from .trace_hemisphere import trace_hemisphere
+from .trace_suns import cells_of_light
 from .transfer import Transfer
 
 ONE_POINT = "of direct light: one shadow point per patch tells no spread; ask for --shadow-samples 2 or more"
 
 
-def trace_transfer(scene, suns, request, progress):
+def trace_transfer(scene, suns, request, progress, folder=None):
     """Trace a scene.
 
     Parameters
@@ -32,6 +33,8 @@ def trace_transfer(scene, suns, request, progress):
     request : Request
     progress : callable
         See `core.progress`.
+    folder : path-like, optional
+        Where matrices of surfaces × suns lie that are too large for the memory.
 
     Returns
     -------
@@ -64,13 +67,14 @@ def trace_transfer(scene, suns, request, progress):
         reflections=plan.reflections,
         threads=tracing.threads,
         progress=progress,
+        cells=cells_of_light(points_above(request.shadow_samples)),
     )
     fill_closed_forms(hemisphere, patches, plan)
     clock.lap("sky and reflections")
 
     diffuse = gather_diffuse(tracing, hemisphere)
     clock.lap("diffuse reflections")
-    direct = gather_direct(tracing, hemisphere, suns)
+    direct = gather_direct(tracing, hemisphere, suns, folder)
     clock.lap("suns")
     return Transfer(
         surfaces=scene.surfaces,
@@ -92,6 +96,7 @@ def trace_transfer(scene, suns, request, progress):
             "brightest_albedo": max(float(patches.albedo.max(initial=0)), request.ground_albedo),
             "patches": len(patches),
             "threads": tracing.threads,
+            "engine": ray_scene.engine,
             "hemisphere_rays": hemisphere.ray_count,
             "shadow_rays": direct.ray_count,
             "seconds": clock.seconds,
@@ -120,14 +125,7 @@ def fill_closed_forms(hemisphere, patches, plan):
     known = plan.closed & patches.receives
     hemisphere.sky[known] = sky_view_of_tilt(patches.normal[known])[:, None]
     hemisphere.far_ground[known] = ground_view_of_tilt(patches.normal[known])[:, None]
-    hemisphere.covered_share[~patches.receives] = 1
+    hemisphere.sky_of_cells[known] = hemisphere.sky[known, :1]
+    hemisphere.covered[~patches.receives] = True
     if not plan.far_ground:
         hemisphere.far_ground[:] = 0
-
-
-def area_means(triangle_surface, area, count):
-    """Matrix that averages patches over their surface: (count, p) sparse float64, 0 for one without area."""
-    own = np.flatnonzero((triangle_surface >= 0) & (area > 0))
-    surface = triangle_surface[own]
-    whole = np.bincount(surface, weights=area[own], minlength=count)
-    return sparse.csr_matrix((area[own] / whole[surface], (surface, own)), shape=(count, len(area)))

@@ -90,20 +90,17 @@ def test_street_canyon():
 
 
 @pytest.mark.slow
-def test_light_that_is_even_over_a_patch_is_where_gather_errs():
-    """Walls of ten metres hand on their mean light from all of their height; cut into pieces they do so no more."""
+def test_light_within_a_patch_is_handed_on_from_where_it_lies():
+    """Walls that are one patch each hand on their light no worse than walls that are cut into pieces.
+
+    Handed on evenly over each wall, it would be off by 5 % of the reflected light and by 13 standard errors.
+    """
     settings = {"max_bounces": 1, "far_ground": False, "shadow_samples": 64}
-    share, steps = {}, {}
     for patch_size, gather, forward in ((40.0, 8192, 10_000), (4.0, 1024, 200)):
         difference, error, reflected = compare(
             refined(three_houses(), patch_size), SUNS, settings | {"samples": gather}, settings | {"samples": forward}
         )
-        share[patch_size] = (np.abs(difference) / np.maximum(reflected, 1e-9))[1:, 1]
-        steps[patch_size] = (np.abs(difference) / np.maximum(error, 1e-9))[1:, 1]
-    assert share[40.0].max() > 0.05
-    assert steps[40.0].max() > 10
-    assert share[4.0].max() < 0.02
-    assert steps[4.0].max() < 5
+        assert (np.abs(difference) <= 4 * error + 0.005 * reflected)[1:, 1].all()
 
 
 PATCHES = 0.025  # of the reflected part: what light that is even over patches of 10 m may change

@@ -190,7 +190,7 @@ def test_broken_shadow_rays():
     good = {
         "traced": EVERY,
         "closed": ~EVERY,
-        "enclosed": np.zeros((COUNT, 64), bool),
+        "inside": tuple(np.zeros((2, COUNT, 64), bool)),
         "point_count": 16,
         "suns": (SUNS.direction, SUNS.weight),
     }
@@ -198,22 +198,23 @@ def test_broken_shadow_rays():
     def look(**changed):
         rest = {"behind": False, "threads": 1, "progress": lambda share, rays: None}
         arrays = good | changed
-        first = [arrays.pop(name) for name in ("traced", "closed", "enclosed")]
+        first = [arrays.pop(name) for name in ("traced", "closed", "inside")]
         return trace_suns(ray_scene, PATCHES, *first, **arrays, **rest)
 
     assert np.isfinite(look().first).all()
     for name, value in (
         ("traced", EVERY[1:]),
         ("closed", np.zeros(COUNT)),
-        ("enclosed", np.zeros((COUNT, 63), bool)),
-        ("enclosed", np.zeros(COUNT, bool)),
+        ("inside", tuple(np.zeros((2, COUNT, 63), bool))),
+        ("inside", tuple(np.zeros((2, COUNT), bool))),
+        ("inside", (np.zeros((COUNT, 64), bool), np.zeros((COUNT, 16), bool))),
         ("point_count", 15),
         ("point_count", 0),
         ("suns", (spoiled(SUNS.direction, (0, 0), np.nan), SUNS.weight)),
         ("suns", (SUNS.direction, SUNS.weight[:1])),
         ("suns", (SUNS.direction, spoiled(SUNS.weight, 0, np.inf))),
     ):
-        with pytest.raises(InputError, match=name.removesuffix("s")):
+        with pytest.raises(InputError, match={"inside": "covered|enclosed"}.get(name, name.removesuffix("s"))):
             look(**{name: value})
 
 
@@ -223,8 +224,12 @@ def test_broken_reflections():
     light = np.ones((COUNT, 2), np.float32)
     reflected, _, _ = reflect(found.form_factors, factor, light, light, 3)
     assert np.isfinite(reflected).all()
-    matrix = found.form_factors.copy()
-    matrix.data[7] = np.nan
+    few = replace(found.form_factors, count=COUNT - 1)
+    rows = found.form_factors.rows[0]
+    astray, lost = (
+        replace(found.form_factors, rows=[replace(rows, key=spoiled(rows.key, 7, key).astype(int))]) for key in (-1, 10**9)
+    )
+    many = replace(found.form_factors, rows=[replace(rows, count=spoiled(rows.count, 7, 255).astype(int))])
     for name, arrays in (
         ("first: row 2 is", (found.form_factors, factor, spoiled(light, (2, 0), np.nan), light)),
         ("first: row 2 is", (found.form_factors, factor, spoiled(light, (2, 0), -1), light)),
@@ -233,8 +238,10 @@ def test_broken_reflections():
         ("far_first: row 0 is", (found.form_factors, factor, light, spoiled(light, (0, 1), np.inf))),
         ("factor: row 1 is", (found.form_factors, spoiled(factor, 1, 1e38), light, light)),
         ("factor: shape", (found.form_factors, factor[1:], light, light)),
-        ("form_factors: shape", (found.form_factors[1:], factor, light, light)),
-        ("form_factors: entry 7 is nan", (matrix, factor, light, light)),
+        ("form_factors: of", (few, factor, light, light)),
+        ("key of form_factors: entry 7 is", (astray, factor, light, light)),
+        ("key of form_factors: entry 7 is", (lost, factor, light, light)),
+        ("count of form_factors: entry 7 is", (many, factor, light, light)),
     ):
         with pytest.raises(InputError, match=name):
             reflect(*arrays, 3)

@@ -160,7 +160,7 @@ def test_no_triangle():
     scene = join([PLAIN])
     surfaces = scene.surfaces
     names = {name: [] for name in ("surface_id", "building_id", "thematic")}
-    columns = {name: values[:0] for name, values in vars(surfaces).items() if name not in names}
+    columns = {name: values[:0] for name, values in vars(surfaces).items() if name not in {*names, "material"}}
     rows = {name: getattr(scene, name)[:0] for name in ("vertices", "triangles", "triangle_surface")}
     rows |= {name: getattr(scene, name)[:0] for name in ("footprint", "closure")}
     transfer = trace(replace(scene, surfaces=replace(surfaces, **names, **columns), **rows))

@@ -70,7 +70,7 @@ def look(town):
         threads=2,
         progress=silent,
     )
-    met = np.asarray(found.form_factors.sum(axis=1)).reshape(found.sky.shape)
+    met = np.asarray(found.form_factors.as_matrix().sum(axis=1)).reshape(found.sky.shape)
     return np.stack([values[rows].mean(axis=1) for values in (found.sky, found.far_ground, met)], axis=1), found
 
 
@@ -162,15 +162,16 @@ def nothing_covers(ray_scene, patches, chosen):
     return np.zeros((len(chosen), trace_hemisphere.CELL_DIVISIONS**2), bool)
 
 
-def backs_are_fronts(patches, hit, directions):
+def backs_are_fronts(hit, directions, facing, fate, suspect):
     """A tracer that does not know backs."""
-    return np.zeros(hit.shape, bool)
+    missed = np.where(directions[..., 2] > 0, trace_hemisphere.SKY, trace_hemisphere.FAR_GROUND)
+    fate[:] = np.where(hit < 0, missed, trace_hemisphere.FRONT)
 
 
 @pytest.mark.parametrize(("mechanism", "broken"), [
     ("find_covered_cells", any_back_covers),
     ("find_covered_cells", nothing_covers),
-    ("meets_back", backs_are_fronts),
+    ("judge_rays", backs_are_fronts),
 ])  # fmt: skip
 def test_a_broken_mechanism_is_found_out(monkeypatch, mechanism, broken):
     """The tests above fail where the mechanism is broken."""
@@ -197,7 +198,7 @@ def test_no_wall_gets_more_or_less_sun_than_reaches_it(town):
         patches,
         np.isin(np.arange(len(patches)), rows),
         np.zeros(len(patches), bool),
-        found.enclosed,
+        (found.covered, found.enclosed),
         point_count=1024,
         suns=(SUNS.astype(np.float32), np.ones(3, np.float32) / 3),
         behind=False,

@@ -11,10 +11,10 @@ from towns import city_of_polygons, draw_town, moved, turned
 
 from citypv.core.geometry.build_scene import build_scene
 from citypv.core.geometry.convert_to_metres import convert_to_metres
+from citypv.core.light.hemisphere_rays import hemisphere_rays
 from citypv.core.light.patches import patches_of_scene
 from citypv.core.light.ray_scene import RayScene
 from citypv.core.light.sample_points import additive_recurrence
-from citypv.core.light.trace_hemisphere import hemisphere_rays
 from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
 from citypv.core.request import Request

@@ -1,0 +1,84 @@
+"""Which parts of patches lie inside or under something."""
+
+import numpy as np
+
+from .hemisphere_rays import CELL_DIVISIONS, rays_from_patches
+from .random_numbers import mix, uniform
+from .sample_points import additive_recurrence, cosine_direction, shifted, stratified_points
+
+RAYS_PER_CELL = 8  # the vote that judges
+STRAY_RAYS = 1  # of them that may find a hole to the sky from the inside of an open shell
+
+
+def meets_back(patches, hit, directions):
+    """Whether rays meet the back of a patch: they run along its normal, or it is a footprint.
+
+    Parameters
+    ----------
+    hit : (c, rays) int32
+        -1 where nothing is met.
+    directions : (c, rays, 3) float32
+
+    Returns
+    -------
+    (c, rays) bool
+    """
+    facing = patches.facing[hit]
+    along = directions[..., 0] * facing[..., 0]
+    along += directions[..., 1] * facing[..., 1]
+    along += directions[..., 2] * facing[..., 2]
+    along += facing[..., 3]
+    return (along > 0) & (hit >= 0)
+
+
+def find_covered_cells(ray_scene, patches, chosen):
+    """Which cells of some patches lie inside or under something.
+
+    One point in each cell looks around; it is covered when more than half of its rays meet backs and at most one the
+    sky. Real models are open shells: a single ray decides nothing, and who looks into an open house from outside meets
+    backs, but the sky too. A wall that goes on below the ground meets the ground's back upwards and nothing downwards:
+    no ray of it brings light, and it is covered too. Below a slope some of its rays would leave into the sky under the
+    hill; there a ray straight up tells, which meets the ground's back first.
+
+    Returns
+    -------
+    (c, CELL_DIVISIONS²) bool
+    """
+    count, cells = len(chosen), CELL_DIVISIONS**2
+    numbers = uniform(mix(patches.key[chosen] ^ np.uint64(0xC0FE)), 4 * cells).reshape(count, cells, 4)
+    b1, b2 = stratified_points(numbers, CELL_DIVISIONS)
+    around = additive_recurrence(RAYS_PER_CELL, 2)
+    u, v = (shifted(around[:, axis], numbers[..., 2 + axis]).reshape(count, cells * RAYS_PER_CELL) for axis in (0, 1))
+    origins, directions = rays_from_patches(
+        patches,
+        chosen,
+        np.repeat(b1, RAYS_PER_CELL, axis=1),
+        np.repeat(b2, RAYS_PER_CELL, axis=1),
+        cosine_direction(u, v),
+    )
+    hit = ray_scene.trace_closest(origins.reshape(-1, 3), directions.reshape(-1, 3)).reshape(u.shape)
+    back = meets_back(patches, hit, directions)
+    upwards = directions[..., 2] > 0
+    met = (back, (hit < 0) & upwards, (hit < 0) & ~upwards)
+    back, sky, below = (rays.reshape(count, cells, RAYS_PER_CELL).sum(axis=2) for rays in met)
+    inside = (2 * back > RAYS_PER_CELL) & (sky <= STRAY_RAYS)
+    under = (4 * back > RAYS_PER_CELL) & (back + below == RAYS_PER_CELL)
+    return inside | under | lie_in_earth(ray_scene, patches, origins[:, ::RAYS_PER_CELL])
+
+
+def lie_in_earth(ray_scene, patches, points):
+    """Whether the first thing straight above some points is the ground, seen from below.
+
+    Parameters
+    ----------
+    points : (c, m, 3) float32 [m]
+
+    Returns
+    -------
+    (c, m) bool
+    """
+    if not patches.ground.any():
+        return np.zeros(points.shape[:2], bool)
+    up = np.tile(np.float32([0, 0, 1]), (points.shape[0] * points.shape[1], 1))
+    above = ray_scene.trace_closest(points.reshape(-1, 3), up)
+    return ((above >= 0) & patches.ground[above] & (patches.normal[above, 2] > 0)).reshape(points.shape[:2])
