@@ -90,7 +90,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         teller.say(f"  {line}")
     with whole_folder(folder) as work:
         teller.say("Tracing")
-        transfer = trace_scene(scene, weather, request, teller.progress)
+        transfer = trace_scene(scene, weather, request, teller.progress, work.parent)
         transfer.settings["sun_sampling"] = measure_sun_sampling(scene, weather, transfer, request, teller.progress)
         teller.lap("trace")
         energy = write_results(work, transfer, weather, request, teller, scene=scene, draw=draw)

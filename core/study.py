@@ -104,13 +104,16 @@ def plan_scene(scene, request):
     return plan_effects(scene, patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed), request)
 
 
-def trace_scene(scene, weather, request, progress=silent):
-    """Transfer of a scene for the suns of a year. Of the weather only the time axis counts."""
+def trace_scene(scene, weather, request, progress=silent, folder=None):
+    """Transfer of a scene for the suns of a year. Of the weather only the time axis counts.
+
+    What does not fit into the memory lies in `folder`, or in the system's place for temporary files.
+    """
     suns = choose_suns(
         request.suns, weather.data.index, weather.interval, scene.site.latitude, scene.site.longitude, request.seed
     )
     trace = {"gather": trace_transfer, "forward": trace_forward}[request.estimator]
-    return trace(scene, suns, request, progress)
+    return trace(scene, suns, request, progress, folder)
 
 
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent):

@@ -16,6 +16,7 @@ from ..request import check_request
 from .check_arrays import check_scene, check_suns
 from .emit_photons import box_of_scene, far_ground_source, sky_source, sun_source
 from .follow_photons import Tally, Target
+from .kept_matrix import MatrixOnDisk, keep_matrix
 from .measure_cover import find_cover
 from .patches import patches_of_scene
 from .plan_effects import plan_effects
@@ -34,8 +35,8 @@ WHOLE = 1 - 1e-6  # share that rounding may leave of a surface that is covered a
 class Direct:
     """Under each sun, per DNI."""
 
-    visible_share: np.ndarray  # (n, s) float32
-    reflected: np.ndarray  # (n, s) float32, without what the far ground reflects at first bounce
+    visible_share: np.ndarray | MatrixOnDisk  # (n, s) float32
+    reflected: np.ndarray | MatrixOnDisk  # (n, s) float32, without what the far ground reflects at first bounce
     annual: np.ndarray  # (REPLICATES, n) float64, all light weighted with the suns' weights
     photons: np.ndarray  # (n,) float64, sum of squares of what single photons bring to it
     last: float = 0.0  # share of the last bounce in all light, the largest of all suns
@@ -43,7 +44,7 @@ class Direct:
     tally: Tally = field(default_factory=Tally)
 
 
-def trace_forward(scene, suns, request, progress):
+def trace_forward(scene, suns, request, progress, folder=None):
     """Trace a scene with photons.
 
     Parameters
@@ -54,6 +55,8 @@ def trace_forward(scene, suns, request, progress):
         `samples` is the number of photons per patch from each source: the sky, the far ground and every sun.
     progress : callable
         See `core.progress`.
+    folder : path-like, optional
+        Where matrices of surfaces × suns lie that are too large for the memory.
 
     Returns
     -------
@@ -82,7 +85,7 @@ def trace_forward(scene, suns, request, progress):
     (sky,) = trace_sources(run, [sky_source(*box, request.seed)], plan.max_bounces)
     far = trace_far_ground(run, box, plan, request.seed)
     clock.lap("sky and far ground")
-    direct = trace_direct(run, (box, suns, request), far, plan.max_bounces, merge)
+    direct = trace_direct(run, (box, suns, request), far, plan.max_bounces, merge, folder)
     clock.lap("suns")
     diffuse = sky.whole + request.ground_albedo * far.whole
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
@@ -150,7 +153,7 @@ def trace_far_ground(run, box, plan, seed):
     return light
 
 
-def trace_direct(run, lit, far, max_bounces, merge):
+def trace_direct(run, lit, far, max_bounces, merge, folder):
     """Visible share and reflected irradiance of the surfaces for every sun.
 
     Parameters
@@ -162,6 +165,8 @@ def trace_direct(run, lit, far, max_bounces, merge):
     max_bounces : int
     merge : (n, p) sparse
         Averages patches over their surface.
+    folder : path-like or None
+        As of `keep_matrix`.
 
     Returns
     -------
@@ -171,7 +176,7 @@ def trace_direct(run, lit, far, max_bounces, merge):
     count, height = len(run.area), np.maximum(suns.direction[:, 2], 0) * request.ground_albedo
     sources = [sun_source(box, direction, index, request.seed) for index, direction in enumerate(suns.direction)]
     found = Direct(
-        *np.zeros((2, count, len(suns)), np.float32),
+        *(keep_matrix((count, len(suns)), folder) for _ in range(2)),
         annual=far.whole * (suns.weight @ height),
         photons=(far.photon * (suns.weight @ height)) ** 2,
     )
@@ -180,8 +185,10 @@ def trace_direct(run, lit, far, max_bounces, merge):
         aoi_projection = projection_in_front(run.target.patches.normal, suns.direction[index : index + 1].astype("f4"))
         unshaded = merge @ aoi_projection[:, 0].astype(float)
         first = np.minimum(light.first.mean(axis=0), unshaded)
-        found.visible_share[:, index] = np.divide(first, unshaded, out=np.zeros(count), where=unshaded > 0)
-        found.reflected[:, index] = light.whole.mean(axis=0) - first + height[index] * beyond_first
+        column = slice(index, index + 1)
+        share = np.divide(first, unshaded, out=np.zeros(count), where=unshaded > 0)
+        found.visible_share[:, column] = share[:, None]
+        found.reflected[:, column] = (light.whole.mean(axis=0) - first + height[index] * beyond_first)[:, None]
         found.annual += suns.weight[index] * light.whole
         found.photons += np.where(unshaded > 0, suns.weight[index] * light.photon, 0) ** 2
         found.last = max(found.last, light.last)

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..geometry.scene import Site, Surfaces
 from ..sun.suns import Suns
+from .kept_matrix import MatrixOnDisk
 
 
 @dataclass
@@ -26,7 +27,7 @@ class Transfer:
     ground_albedo: float
     diffuse_relative: np.ndarray  # (n,) per DHI, reflections included
     diffuse_relative_standard_error: np.ndarray  # (n,)
-    visible_share: np.ndarray  # (n, s) float32, share of the surface that sees the sun
-    direct_reflected: np.ndarray  # (n, s) float32, per DNI
+    visible_share: np.ndarray | MatrixOnDisk  # (n, s) float32, share of the surface that sees the sun
+    direct_reflected: np.ndarray | MatrixOnDisk  # (n, s) float32, per DNI
     direct_annual_standard_error: np.ndarray  # (n,) of direct_relative weighted with suns.weight; NaN: unknown
     settings: dict = field(default_factory=dict)  # whatever makes the run repeatable
