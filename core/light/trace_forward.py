@@ -85,7 +85,7 @@ def trace_forward(scene, suns, request, progress, folder=None):
     (sky,) = trace_sources(run, [sky_source(*box, request.seed)], plan.max_bounces)
     far = trace_far_ground(run, box, plan, request.seed)
     clock.lap("sky and far ground")
-    direct = trace_direct(run, (box, suns, request), far, plan.max_bounces, merge, folder)
+    direct = trace_direct(run, (box, suns, request), far, plan.max_bounces, merge, folder=folder)
     clock.lap("suns")
     diffuse = sky.whole + request.ground_albedo * far.whole
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
@@ -153,7 +153,7 @@ def trace_far_ground(run, box, plan, seed):
     return light
 
 
-def trace_direct(run, lit, far, max_bounces, merge, folder):
+def trace_direct(run, lit, far, max_bounces, merge, *, folder):
     """Visible share and reflected irradiance of the surfaces for every sun.
 
     Parameters
