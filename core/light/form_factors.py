@@ -16,6 +16,8 @@ from .hemisphere_rays import cell_at
 from .ray_scene import map_in_order
 from .sample_points import REPLICATES
 
+REPLICATE_BITS = REPLICATES.bit_length() - 1
+NONE = np.float32(0)
 MOST_COUNTED = 255  # rays of a replicate up to which a byte counts them
 
 
@@ -191,9 +193,10 @@ def run_rows(form_factors, columns, threads, loop, *arrays):
     """Products of all rows, in float32: (p, columns)."""
     product = np.zeros((form_factors.count, columns), np.float32)
     share = np.float32(1 / (REPLICATES * form_factors.rays))
+    shift = np.int32(REPLICATE_BITS + form_factors.cells.bit_length() - 1)  # takes a key to its patch
 
     def work(rows):
-        loop((rows.chosen, rows.start, rows.key, rows.count), (form_factors.cells, share), product, *arrays)
+        loop((rows.chosen, rows.start, rows.key, rows.count), (shift, share), product, *arrays)
 
     for _ in map_in_order(work, form_factors.rows, threads):
         pass
@@ -201,81 +204,103 @@ def run_rows(form_factors, columns, threads, loop, *arrays):
 
 
 @njit(nogil=True, cache=True)
+def merge_row(row, rows, shift, met, weight):
+    """Count the rays of one patch that meet the same place, a place being what keys share above their last bits.
+
+    Parameters
+    ----------
+    row : int
+    rows : tuple of (c + 1,) int64, (e,) int32 and (e,) int
+        Start, key and count, as of `Rows`.
+    shift : int
+        Number of last bits.
+    met : (m,) int32
+        Written: the places, and three times 0 after them, so that they can be taken by fours.
+    weight : (m,) float32
+        Written: rays that meet each.
+
+    Returns
+    -------
+    int
+        Number of places.
+    """
+    start, key, count = rows
+    found, entry, last = 0, start[row], start[row + 1]
+    while entry < last:
+        place, rays = key[entry] >> shift, 0
+        while entry < last and key[entry] >> shift == place:
+            rays += count[entry]
+            entry += 1
+        met[found], weight[found] = place, rays
+        found += 1
+    met[found : found + 3], weight[found : found + 3] = 0, 0
+    return found
+
+
+@njit(nogil=True, cache=True)
+def room_for_rows(start):
+    """Arrays that hold the merged places of the longest row."""
+    longest = 0
+    for row in range(len(start) - 1):
+        longest = max(longest, start[row + 1] - start[row])
+    return np.empty(longest + 3, np.int32), np.empty(longest + 3, np.float32)
+
+
+@njit(nogil=True, cache=True)
 def add_patches(rows, scale, product, factor, light):
     """Radiosity of whole patches, factor (p,) times light (p, s), times the share of rays that meet them."""
-    (chosen, start, key, count), (cells, share) = rows, scale
-    group, columns = cells * REPLICATES, product.shape[1]
-    longest = 0
+    (chosen, start, key, count), (shift, share) = rows, scale
+    entries = start, key, count
+    met, weight = room_for_rows(start)
     for row in range(len(chosen)):
-        longest = max(longest, start[row + 1] - start[row])
-    met, weight = np.empty(longest + 3, np.int64), np.zeros(longest + 3, np.float32)
-    for row in range(len(chosen)):
-        found, entry, last = 0, start[row], start[row + 1]
-        while entry < last:
-            patch, rays = key[entry] // group, 0
-            while entry < last and key[entry] // group == patch:
-                rays += count[entry]
-                entry += 1
-            met[found], weight[found] = patch, np.float32(rays) * share * factor[patch]
-            found += 1
+        found = merge_row(row, entries, shift, met, weight)
+        for place in range(found):
+            weight[place] *= share * factor[met[place]]
         # Four at a time, so that the sums are not taken to the memory and back for each.
-        met[found : found + 3], weight[found : found + 3] = 0, 0
         total = product[chosen[row]]
         for four in range(0, found, 4):
-            one, two, three, last_one = (
-                light[met[four]],
-                light[met[four + 1]],
-                light[met[four + 2]],
-                light[met[four + 3]],
-            )
+            first, second, third, fourth = met[four], met[four + 1], met[four + 2], met[four + 3]
             a, b, c, d = weight[four], weight[four + 1], weight[four + 2], weight[four + 3]
-            for column in range(columns):
-                total[column] += (a * one[column] + b * two[column]) + (c * three[column] + d * last_one[column])
+            for column in range(len(total)):
+                pair = a * light[first, column] + b * light[second, column]
+                total[column] += pair + (c * light[third, column] + d * light[fourth, column])
 
 
 @njit(nogil=True, cache=True)
 def add_cells(rows, scale, product, light):
     """Radiosity of cells, (p, cells), times the share of rays that meet them, replicate by replicate."""
-    (chosen, start, key, count), (cells, share) = rows, scale
+    (chosen, start, key, count), (shift, share) = rows, scale
     for row in range(len(chosen)):
         total = product[chosen[row]]
         for entry in range(start[row], start[row + 1]):
-            place = key[entry] // REPLICATES
-            total[key[entry] % REPLICATES] += np.float32(count[entry]) * share * light[place // cells, place % cells]
+            place = key[entry] >> REPLICATE_BITS
+            patch = key[entry] >> shift
+            cell = place - (patch << (shift - REPLICATE_BITS))
+            total[key[entry] & (REPLICATES - 1)] += np.float32(count[entry]) * share * light[patch, cell]
 
 
 @njit(nogil=True, cache=True)
 def add_seen(rows, scale, product, albedo, suns):
     """Radiosity of cells under each sun, times the share of rays that meet them."""
-    (chosen, start, key, count), (cells, share), (aoi_projection, seen) = rows, scale, suns
-    group = cells * REPLICATES
-    columns = product.shape[1]
-    lit = np.empty(columns, np.float32)
+    (chosen, start, key, count), (shift, share), (aoi_projection, seen) = rows, scale, suns
+    entries = start, key, count
+    bits = shift - REPLICATE_BITS
+    met, weight = room_for_rows(start)
+    mask = np.empty(len(met), np.uint16)
     for row in range(len(chosen)):
+        found = merge_row(row, entries, REPLICATE_BITS, met, weight)
+        for place in range(found + 3):
+            mask[place] = 1 << (met[place] & ((1 << bits) - 1))
+            met[place] >>= bits
+            weight[place] *= share * albedo[met[place]]
         total = product[chosen[row]]
-        entry, last = start[row], start[row + 1]
-        while entry < last:
-            patch = key[entry] // group
-            bits, incident = seen[patch], aoi_projection[patch]
-            shared = False
-            while entry < last and key[entry] // group == patch:
-                place, rays = key[entry] // REPLICATES, 0
-                while entry < last and key[entry] // REPLICATES == place:
-                    rays += count[entry]
-                    entry += 1
-                cell = place - patch * cells
-                weight, mask = np.float32(rays) * share * albedo[patch], np.uint16(1 << cell)
-                # Most patches are met in one cell; those of several are lit together before their cosine counts.
-                alone = not shared and (entry == last or key[entry] // group != patch)
-                if alone:
-                    for column in range(columns):
-                        total[column] += (weight if bits[column] & mask else np.float32(0)) * incident[column]
-                else:
-                    if not shared:
-                        lit[:] = 0
-                        shared = True
-                    for column in range(columns):
-                        lit[column] += weight if bits[column] & mask else np.float32(0)
-            if shared:
-                for column in range(columns):
-                    total[column] += lit[column] * incident[column]
+        for four in range(0, found, 4):
+            first, second, third, fourth = met[four], met[four + 1], met[four + 2], met[four + 3]
+            a, b, c, d = weight[four], weight[four + 1], weight[four + 2], weight[four + 3]
+            e, f, g, h = mask[four], mask[four + 1], mask[four + 2], mask[four + 3]
+            for column in range(len(total)):
+                pair = aoi_projection[first, column] * (a if seen[first, column] & e else NONE)
+                pair += aoi_projection[second, column] * (b if seen[second, column] & f else NONE)
+                other = aoi_projection[third, column] * (c if seen[third, column] & g else NONE)
+                other += aoi_projection[fourth, column] * (d if seen[fourth, column] & h else NONE)
+                total[column] += pair + other

@@ -19,7 +19,7 @@ from .hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from .ray_scene import map_in_order
 from .sample_points import REPLICATES, additive_recurrence, cell_contacts, cells_inside
 
-RAYS_PER_TASK = 1 << 16
+RAYS_PER_TASK = 1 << 17
 SKY, FAR_GROUND, FRONT, BACK, DARK = range(5)  # what becomes of a ray; DARK carries nothing
 FEWEST_RAYS = 8  # of a cell, to tell its share of the sky
 

@@ -1,0 +1,177 @@
+"""How close the tracer comes to bare Embree, on the town of 91,764 triangles and 143 suns.
+
+    python benchmarks/tracer.py [--runs 5] [--threads 2] [--mitsuba] [--json]
+
+Side by side, run after run in turn, with the same threads:
+
+bare     `EmbreeScene.run` of embreex on the very rays that the tracer sends, made beforehand: contiguous float32, one
+         row of direction for all rays to a sun, only suns that stand in front, the tree built before
+rays     the whole task by single rays: rays made and traced, the matrix of hits, three reflections for every sun
+packets  the same by packets of rays
+mitsuba  the same task done with Mitsuba 3 (see peers/mitsuba.py), with --mitsuba
+
+Printed: the median seconds, their ratio to the bare rays', and the errors against the reference of the town. What comes
+before the first ray (patches, plan, Embree's tree) is told apart.
+"""
+
+import argparse
+import json
+import statistics
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+from citypv.core.light import trace_transfer as tracer
+from citypv.core.light.choose_engine import TREES
+from citypv.core.light.ray_scene import RayScene
+from citypv.core.plain_scenes import join_parts
+from citypv.core.progress import silent
+from citypv.core.request import Request
+from citypv.core.sun.suns import Suns
+
+ROOT = Path(__file__).parents[1]
+TOWN = ROOT / "tests" / "data" / "town.npz"
+SETTINGS = {"samples": 256, "shadow_samples": 16, "far_ground": False, "max_bounces": 3}
+
+
+class Recorder:
+    """A tree that keeps the rays it is asked for."""
+
+    def __init__(self, tree):
+        self.tree, self.closest, self.points = tree, [], []
+
+    def trace_places(self, origins, directions):
+        self.closest.append((origins, directions))
+        return self.tree.trace_places(origins, directions)
+
+    def trace_closest(self, origins, directions):
+        return self.trace_places(origins, directions)[0]
+
+    def look_at_suns(self, position, wanted, directions):
+        self.points.append((position, wanted))
+        return self.tree.look_at_suns(position, wanted, directions)
+
+
+def trace(scene, suns, engine, threads, record=None):
+    """One whole task: seconds, seconds before the first ray, and the Transfer."""
+
+    def open_scene(vertices, triangles):
+        ray_scene = RayScene(vertices, triangles, engine)
+        if record is not None:
+            ray_scene._tree = record(ray_scene._tree)
+        return ray_scene
+
+    tracer.RayScene = open_scene
+    transfer = tracer.trace_transfer(scene, suns, Request(**SETTINGS, threads=threads), silent)
+    seconds = dict(transfer.settings["seconds"])
+    before = seconds.pop("plan and tree")
+    return sum(seconds.values()), before, transfer
+
+
+class BareRays:
+    """The rays of a task, ready to be handed to embreex."""
+
+    def __init__(self, scene, suns, threads):
+        recorders = []
+
+        def record(tree):
+            recorders.append(Recorder(tree))
+            return recorders[-1]
+
+        trace(scene, suns, "packets", 1, record)
+        self.closest = recorders[-1].closest
+        points = recorders[-1].points
+        self.directions, self.threads = suns.direction.astype(np.float32), threads
+        self.position = np.concatenate([position for position, _ in points])
+        self.wanted = np.concatenate([wanted for _, wanted in points])
+        self.tree = EmbreeScene(robust=True)
+        TriangleMesh(self.tree, scene.vertices.astype(np.float32), scene.triangles.astype(np.int32))
+        self.tree.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
+
+    def run(self):
+        """Seconds of the rays alone, and how many they are."""
+        with ThreadPoolExecutor(self.threads) as pool:
+            started = time.perf_counter()
+            found = pool.map(lambda rays: len(self.tree.run(*rays)), self.closest)
+            count, seconds = sum(found), time.perf_counter() - started
+            for sun in range(len(self.directions)):
+                origins = self.position[self.wanted[:, sun]].reshape(-1, 3)
+                parts = np.array_split(origins, self.threads)
+                direction = self.directions[sun : sun + 1]
+                started = time.perf_counter()
+                count += sum(pool.map(lambda part, to=direction: len(self.tree.run(part, to, query="OCCLUDED")), parts))
+                seconds += time.perf_counter() - started
+        return seconds, count
+
+
+def measure_errors(scene, town, transfer):
+    """Root mean square errors of each triangle against the reference, and the bias of the reflected light."""
+    chosen = town["triangle"]
+    cosine = np.maximum(scene.surfaces.normal[chosen] @ town["sun"].T, 0)
+    reflected = transfer.direct_reflected[chosen] - town["direct_reflected"]
+    parts = {
+        "direct": cosine * transfer.visible_share[chosen] - town["direct"],
+        "reflected": reflected,
+        "diffuse": transfer.diffuse_relative[chosen] - town["diffuse"] - town["diffuse_reflected"],
+    }
+    errors = {name: float(np.sqrt(np.mean(part**2))) for name, part in parts.items()}
+    return errors | {"bias_reflected": float(reflected.sum() / town["direct_reflected"].sum())}
+
+
+def run_mitsuba(threads):
+    """What the peer reports of one run of its own."""
+    command = [sys.executable, ROOT / "benchmarks" / "peers" / "mitsuba.py", "--runs", "1", "--json"]
+    found = subprocess.run([*map(str, command), "--threads", str(threads)], check=True, capture_output=True, text=True)
+    return json.loads(found.stdout)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--mitsuba", action="store_true", help="set the peer beside it")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    town = np.load(TOWN)
+    scene = join_parts([(town["vertices"], town["triangles"])])
+    count = len(town["sun"])
+    suns = Suns("hourly", town["sun"], np.full(count, 1 / count), np.zeros(count, np.int32), np.arange(count))
+    bare = BareRays(scene, suns, options.threads)
+    trace(scene, suns, "rays", options.threads)  # numba's loops are compiled before anything is timed
+    seconds = {name: [] for name in ("bare", *TREES)}
+    errors, before = {}, []
+    for number in range(options.runs):
+        taken, count = bare.run()
+        seconds["bare"].append(taken)
+        for engine in TREES:
+            taken, ahead, transfer = trace(scene, suns, engine, options.threads)
+            seconds[engine].append(taken)
+            before.append(ahead)
+            errors[engine] = measure_errors(scene, town, transfer)
+        if options.mitsuba:
+            found = run_mitsuba(options.threads)
+            seconds.setdefault("mitsuba", []).append(found["whole"])
+            errors["mitsuba"] = found["rms"] | {"bias_reflected": found["bias_reflected"]}
+        print(
+            f"run {number + 1}: " + ", ".join(f"{name} {part[-1]:.2f} s" for name, part in seconds.items()), flush=True
+        )
+    medians = {name: statistics.median(part) for name, part in seconds.items()}
+    ratios = {name: statistics.median(a / b for a, b in zip(part, seconds["bare"], strict=True))
+              for name, part in seconds.items()}  # fmt: skip
+    if options.json:
+        print(json.dumps({"rays": count, "medians": medians, "ratios": ratios, "errors": errors}))
+        return
+    print(f"{count:,} rays, {options.threads} threads; before the first ray {statistics.median(before):.2f} s")
+    for name, median in medians.items():
+        words = ", ".join(f"{part} {value:.4f}" for part, value in errors.get(name, {}).items())
+        print(f"{name:<8} {median:6.2f} s  {ratios[name]:5.2f} × bare  {words}")
+
+
+if __name__ == "__main__":
+    main()
