@@ -13,7 +13,7 @@ from .random_numbers import mix, uniform
 from .ray_scene import map_in_order
 from .sample_points import cell_corners, cells_inside, neighbouring_order
 
-POINTS_PER_TASK = 1 << 12
+POINTS_PER_TASK = 1 << 14
 MOST_CELLS = 16  # bits that say which cells of a patch see a sun
 EDGE_ON = 1e-6  # cosine of incidence up to which a patch is seen from its edge and receives nothing
 
