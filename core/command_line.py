@@ -97,6 +97,7 @@ def build_parser():
     add_light(simulate)
     simulate.add_argument("--blend", action="store_true", help="write city.blend (needs bpy)")
     simulate.add_argument("--preview", action="store_true", help="write preview.png (needs bpy)")
+    simulate.add_argument("--transfer", action="store_true", help="write transfer.nc even where it takes gigabytes")
     simulate.add_argument("--cityjson", action="store_true", help="write city.city.json: the city with its results")
     simulate.add_argument("--gltf", action="store_true", help="write city.glb: the city in colours, for any viewer")
     simulate.set_defaults(run=run_simulate)

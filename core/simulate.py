@@ -4,6 +4,7 @@ import time
 
 from .energy.pick_module import pick_module
 from .geometry.grid_cells import split_into_cells
+from .light.kept_matrix import MatrixOnDisk
 from .light.plan_effects import describe_plan
 from .progress import TerminalProgress, silent
 from .results.output_folder import check_folder, whole_folder
@@ -46,7 +47,7 @@ class Teller:
         self.seconds[stage], self.last = now - self.last, now
 
 
-EXPORTS = ("cityjson", "gltf")
+EXPORTS = ("transfer", "cityjson", "gltf")
 
 
 def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, exports=()):
@@ -66,7 +67,8 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
     draw : callable, optional
         `draw(folder, scene, transfer, energy, note)` writes pictures of the results.
     exports : collection of str
-        Of `EXPORTS`: formats for other programs to write as well.
+        Of `EXPORTS`: formats for other programs to write as well. "transfer" writes transfer.nc even where its
+        matrices do not fit into the memory; otherwise it is left out then.
 
     Raises
     ------
@@ -93,7 +95,9 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         transfer = trace_scene(scene, weather, request, teller.progress, work.parent)
         transfer.settings["sun_sampling"] = measure_sun_sampling(scene, weather, transfer, request, teller.progress)
         teller.lap("trace")
-        energy = write_results(work, transfer, weather, request, teller, scene=scene, draw=draw)
+        large = isinstance(transfer.visible_share, MatrixOnDisk)
+        keep = not large or "transfer" in exports
+        energy = write_results(work, transfer, weather, request, teller, scene=scene, draw=draw, keep=keep)
         if exports:
             write_exports(work, (city, scene, transfer, energy, weather), request, exports)
     tell_outcome(teller, folder, energy)
@@ -116,8 +120,8 @@ def reweigh(transfer_path, folder, request, *, overwrite=False, say=None):
     tell_outcome(teller, folder, energy)
 
 
-def write_results(work, transfer, weather, request, teller, *, scene=None, draw=None):
-    """Weigh a Transfer and write all files into a folder.
+def write_results(work, transfer, weather, request, teller, *, scene=None, draw=None, keep=True):
+    """Weigh a Transfer and write all files into a folder, transfer.nc only where it is to be kept.
 
     Returns
     -------
@@ -129,7 +133,11 @@ def write_results(work, transfer, weather, request, teller, *, scene=None, draw=
     write_faces(work / "faces.csv", transfer, energy)
     write_groups(work / "groups.csv", energy)
     write_timeseries(work / "timeseries.nc", energy, weather)
-    write_transfer(work / "transfer.nc", transfer)
+    if keep:
+        write_transfer(work / "transfer.nc", transfer)
+    else:
+        teller.say(f"transfer.nc would hold {transfer.visible_share.shape[1]:,} suns for each surface: left out")
+        teller.say("  (--transfer writes it)")
     teller.lap("write tables")
     if draw:
         teller.say("Blender")

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..check_arrays import UNIT, check_array, check_unit
 from ..errors import InputError
+from ..light.kept_matrix import MatrixOnDisk, row_blocks
 from ..sun.check_suns import check_place, check_suns, check_times
 from ..weather.check_weather import LIMITS
 
@@ -35,14 +36,23 @@ def check_transfer(transfer):
     for name in SHARES:
         check_array(name, getattr(transfer, name), (count,), least=0, most=1 + UNIT)
     check_array("diffuse_relative", transfer.diffuse_relative, (count,), least=0)
-    check_array("visible_share", transfer.visible_share, (count, suns), least=0, most=1 + UNIT)
-    check_array("direct_reflected", transfer.direct_reflected, (count, suns), least=0)
+    check_per_sun("visible_share", transfer.visible_share, (count, suns), most=1 + UNIT)
+    check_per_sun("direct_reflected", transfer.direct_reflected, (count, suns))
     for name in ("diffuse_relative_standard_error", "direct_annual_standard_error"):
         error = np.asarray(getattr(transfer, name))
         known = np.where(np.isnan(error), 0, error) if error.dtype.kind == "f" else error
         check_array(name, known, (count,), least=0)
     if not 0 <= transfer.ground_albedo <= 1:
         raise InputError("ground_albedo", f"{transfer.ground_albedo}", "give a number from 0 to 1")
+
+
+def check_per_sun(name, matrix, shape, **bounds):
+    """Refuse a matrix of surfaces × suns; one that lies on disk is looked through block by block."""
+    if not isinstance(matrix, MatrixOnDisk) or matrix.shape != shape:
+        check_array(name, matrix, shape, least=0, **bounds)
+        return
+    for rows, values in row_blocks(matrix):
+        check_array(f"{name} from row {rows.start} on", values, values.shape, least=0, **bounds)
 
 
 def check_unit_or_none(name, normal, count):

@@ -27,6 +27,20 @@ def keep_matrix(shape, folder=None):
     return MatrixOnDisk(shape, folder)
 
 
+def row_blocks(matrix):
+    """A matrix in blocks of rows that fit into the memory.
+
+    Yields
+    ------
+    rows : slice
+    values : (n, s) float32
+    """
+    step = max(1, LIMIT // 16 // max(4 * matrix.shape[1], 1))
+    for first in range(0, len(matrix), step):
+        rows = slice(first, min(first + step, len(matrix)))
+        yield rows, matrix[rows]
+
+
 class MatrixOnDisk:
     """A float32 matrix in a file that goes with it.
 

@@ -2,9 +2,11 @@
 
 import json
 
+import netCDF4
 import numpy as np
 import xarray
 
+from ..light.kept_matrix import row_blocks
 from .transfer_fields import FORMAT, PER_SUN, PER_SURFACE, PER_SURFACE_AND_SUN, TEXTS
 from .write_summary import finite
 
@@ -27,8 +29,6 @@ def write_transfer(path, transfer):
         variables[name] = ("surface", values, {"units": unit})
     for name in PER_SUN:
         variables[name] = ("sun", getattr(suns, name))
-    for name in PER_SURFACE_AND_SUN:
-        variables[name] = (("surface", "sun"), getattr(transfer, name), {"units": "1"})
     attributes = {
         "title": FORMAT,
         "way": suns.way,
@@ -37,5 +37,15 @@ def write_transfer(path, transfer):
         "settings": json.dumps(finite(transfer.settings), ensure_ascii=False),
     }
     dataset = xarray.Dataset(variables, attrs=attributes)
-    packed = {name: {"zlib": True, "complevel": 1} for name in PER_SURFACE_AND_SUN}
-    dataset.to_netcdf(path, engine="netcdf4", encoding=packed)
+    dataset.to_netcdf(path, engine="netcdf4")
+    with netCDF4.Dataset(path, "a") as file:
+        for name in PER_SURFACE_AND_SUN:
+            append_matrix(file, name, getattr(transfer, name))
+
+
+def append_matrix(file, name, matrix):
+    """Add a matrix of surfaces × suns, block by block."""
+    variable = file.createVariable(name, "f4", ("surface", "sun"), compression="zlib", complevel=1)
+    variable.units = "1"
+    for rows, values in row_blocks(matrix):
+        variable[rows] = values
