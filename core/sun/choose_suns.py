@@ -1,15 +1,12 @@
 """Turn the user's words for the suns to trace into suns."""
 
-from dataclasses import replace
-
-import numpy as np
 import pandas as pd
 
 from ..check_arrays import check_seed
 from ..errors import InputError
 from .check_suns import check_place, check_times
 from .hourly import hourly_suns
-from .match_suns import match_suns
+from .keep_suns import weigh_by_year
 from .sky_grid import sky_grid_suns
 from .typical_days import typical_day_suns
 
@@ -54,10 +51,7 @@ def choose_suns(way, times, interval, latitude, longitude, seed=0):  # noqa: PLR
         if count > days:
             raise InputError("--suns", f"{count} typical days of {days} days", "ask for fewer, or for hourly")
         return typical_day_suns(times, interval, latitude, longitude, count=count, seed=seed)
-    suns = sky_grid_suns(count)
-    match = match_suns(suns, times, interval, latitude, longitude)
-    share = np.bincount(match.index.ravel(), weights=match.weight.ravel(), minlength=count)
-    return replace(suns, weight=share / share.sum()) if share.sum() > 0 else suns
+    return weigh_by_year(sky_grid_suns(count), times, interval, latitude, longitude)
 
 
 def parse_way(way):

@@ -9,7 +9,7 @@ import numpy as np
 class Suns:
     """Sun positions that are traced, and what is needed to rebuild a whole year from them."""
 
-    way: str  # "hourly", "typical-days:12" or "sky-grid:1654"
+    way: str  # "hourly", "typical-days:12" or "sky-grid:1654"; "hourly:480" are 480 of the hours
     direction: np.ndarray  # (s, 3) float64, unit vectors towards the sun: x east, y north, z up
     weight: np.ndarray  # (s,) float64, the share of the year's sunny intervals it stands for; sums to 1
     day: np.ndarray  # (s,) int32, typical day (or day of the year) it belongs to; -1 in a sky grid
