@@ -1,11 +1,16 @@
 """How long tasks tell what they have done.
 
 A report is a callable `progress(stage, done, total, unit)`. It is called now and then from the thread that started the
-task; an exception raised in it ends the task.
+task; an exception raised in it ends the task. Of a task that is ended by CancelledError the finished part is kept,
+where it is of use by itself: the suns that are traced. Where nothing is, the exception reaches the caller.
 """
 
 import sys
 import time
+
+
+class CancelledError(Exception):
+    """The user wants the task to end, and to keep what is done."""
 
 
 def silent(stage, done, total, unit):

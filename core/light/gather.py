@@ -2,11 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from scipy import sparse
 
+from ..progress import CancelledError
 from ..request import Request
 from .form_factors import multiply_cells, multiply_seen
 from .kept_matrix import MatrixOnDisk, keep_matrix
@@ -14,10 +14,9 @@ from .patches import Patches
 from .plan_effects import EffectPlan
 from .ray_scene import RayScene
 from .reflect import radiosity_factor, reflect, variance_of_replicates
+from .sun_blocks import SunsTeller, count_kept, cut_into_blocks, keep_columns
 from .surface_means import average_surfaces
 from .trace_suns import projection_in_front, trace_suns, variance_of_cell_pairs
-
-BYTES_PER_BLOCK = 100e6  # of one array (patches × suns); some six of them live at a time
 
 
 @dataclass
@@ -51,6 +50,16 @@ class Direct:
     standard_error: np.ndarray  # (n,) of the mean weighted with the suns' weights; NaN where one point tells no spread
     last: float  # share of the last bounce in all light
     ray_count: int
+    kept: int  # of the suns; fewer than all where somebody interrupted
+
+
+@dataclass
+class Annual:
+    """Sums over the suns, by weight."""
+
+    by_point: np.ndarray  # (p, m) float32, what each point receives at first hit
+    handed_on: np.ndarray  # (p,) float32, as of `reflect`
+    speakers: np.ndarray | None = None  # (p, cells) int32, the same for every sun; None before the first
 
 
 def gather_diffuse(tracing, hemisphere):
@@ -92,6 +101,8 @@ def gather_diffuse(tracing, hemisphere):
 def gather_direct(tracing, hemisphere, suns, folder=None):
     """Visible share and reflected irradiance of the surfaces for every sun, block by block of suns.
 
+    Whoever cancels keeps the blocks that are done.
+
     Parameters
     ----------
     tracing : Tracing
@@ -103,48 +114,88 @@ def gather_direct(tracing, hemisphere, suns, folder=None):
     Returns
     -------
     Direct
+
+    Raises
+    ------
+    CancelledError
+        Before any sun was of use.
     """
-    merge, patches = tracing.merge, tracing.patches
-    point_count = points_above(tracing.request.shadow_samples)
+    merge = tracing.merge
     found = Direct(
         visible_share=keep_matrix((merge.shape[0], len(suns)), folder),
         reflected=keep_matrix((merge.shape[0], len(suns)), folder),
         standard_error=np.zeros(merge.shape[0]),
         last=0.0,
         ray_count=0,
+        kept=len(suns),
     )
-    annual_by_point = np.zeros((len(patches), point_count), np.float32)
-    annual_handed_on = np.zeros(len(patches), np.float32)
-    step = max(1, int(BYTES_PER_BLOCK / 4 / max(len(patches), 1)))
-    for start in range(0, len(suns), step):
-        block = slice(start, min(start + step, len(suns)))
-        part = suns.direction[block].astype(np.float32), suns.weight[block].astype(np.float32)
-        report = partial(report_suns, tracing, (start, block.stop, len(suns)), found.ray_count)
-        light = look_at_block(tracing, hemisphere, part, report)
-        found.visible_share[:, block] = average_surfaces(merge, light.visible_share, tracing.threads)
-        found.ray_count += light.ray_count
-        annual_by_point += light.by_point
-        if tracing.plan.reflections:
-            reflected, handed_on, last = reflect_block(tracing, hemisphere, light, part)
-            found.reflected[:, block] = average_surfaces(merge, reflected, tracing.threads)
-            found.last = max(found.last, last)
-            annual_handed_on += handed_on
-    variance = variance_of_cell_pairs(annual_by_point)
-    variance[~send_shadow_rays(tracing, hemisphere)] = 0  # known exactly, even where one point tells no spread
-    if tracing.plan.reflections and len(suns):
-        annual_of_cells = np.take_along_axis(annual_by_point, light.speakers, axis=1)
-        handed_on = patches.albedo[:, None] * annual_of_cells + annual_handed_on[:, None]
-        by_replicate = multiply_cells(hemisphere.form_factors, handed_on, tracing.threads)
-        variance = variance + variance_of_replicates(by_replicate)
-    found.standard_error = np.sqrt(merge.power(2) @ variance)
+    annual = Annual(
+        by_point=np.zeros((len(tracing.patches), points_above(tracing.request.shadow_samples)), np.float32),
+        handed_on=np.zeros(len(tracing.patches), np.float32),
+    )
+    teller = SunsTeller(tracing.progress, len(suns), tracing.plan.max_bounces if tracing.plan.reflections else 0)
+    blocks = cut_into_blocks(suns, len(tracing.patches))
+    done = []
+    try:
+        for block in blocks:
+            gather_block(tracing, hemisphere, (suns, block), teller, found=found, annual=annual)
+            done.append(block)
+            teller.end()
+    except CancelledError:
+        found.kept = count_kept(suns, done)
+        if not found.kept:
+            raise
+        found.visible_share, found.reflected = (
+            keep_columns(matrix, found.kept) for matrix in (found.visible_share, found.reflected)
+        )
+    found.standard_error = error_of_direct(tracing, hemisphere, annual)
+    if found.kept < len(suns):
+        found.standard_error /= suns.weight[: done[-1].stop].sum() or np.nan  # the sums hold no more than these
     return found
 
 
-def report_suns(tracing, block, rays_before, share, rays):
-    """Tell how far a block of suns, from first to last of all, is done."""
-    first, last, count = block
-    share, rays = (first + share * (last - first)) / count, rays + rays_before
-    tracing.progress("suns", rays, rays if share == 1 else rays / share, "rays")
+def gather_block(tracing, hemisphere, lit, teller, *, found, annual):
+    """Add one block of suns to what was found.
+
+    Parameters
+    ----------
+    tracing : Tracing
+    hemisphere : Hemisphere
+    lit : tuple of Suns and slice
+        All suns, and which of them make the block.
+    teller : SunsTeller
+    found : Direct
+        Written.
+    annual : Annual
+        Written.
+    """
+    suns, block = lit
+    part = suns.direction[block].astype(np.float32), suns.weight[block].astype(np.float32)
+    teller.begin(block)
+    light = look_at_block(tracing, hemisphere, part, teller.tell_rays)
+    if tracing.plan.reflections:
+        reflected, handed_on, last = reflect_block(tracing, hemisphere, light, part, teller.tell_bounce)
+        # From here on nobody interrupts: the block is kept as a whole.
+        found.reflected[:, block] = average_surfaces(tracing.merge, reflected, tracing.threads)
+        found.last = max(found.last, last)
+        annual.handed_on += handed_on
+    found.visible_share[:, block] = average_surfaces(tracing.merge, light.visible_share, tracing.threads)
+    found.ray_count += light.ray_count
+    annual.by_point += light.by_point
+    annual.speakers = light.speakers
+
+
+def error_of_direct(tracing, hemisphere, annual):
+    """Standard error of the surfaces' direct irradiance, summed over the suns by weight: (n,) float64."""
+    patches = tracing.patches
+    variance = variance_of_cell_pairs(annual.by_point)
+    variance[~send_shadow_rays(tracing, hemisphere)] = 0  # known exactly, even where one point tells no spread
+    if tracing.plan.reflections and annual.speakers is not None:
+        annual_of_cells = np.take_along_axis(annual.by_point, annual.speakers, axis=1)
+        handed_on = patches.albedo[:, None] * annual_of_cells + annual.handed_on[:, None]
+        by_replicate = multiply_cells(hemisphere.form_factors, handed_on, tracing.threads)
+        variance = variance + variance_of_replicates(by_replicate)
+    return np.sqrt(tracing.merge.power(2) @ variance)
 
 
 def send_shadow_rays(tracing, hemisphere):
@@ -181,7 +232,7 @@ def look_at_block(tracing, hemisphere, suns, report):
     )
 
 
-def reflect_block(tracing, hemisphere, light, suns):
+def reflect_block(tracing, hemisphere, light, suns, report):
     """Reflections of one block of suns, without what the far ground reflects at first bounce.
 
     Parameters
@@ -190,6 +241,8 @@ def reflect_block(tracing, hemisphere, light, suns):
         Of the b suns of the block.
     suns : tuple of (b, 3) float32 and (b,) float32
         Directions and weights.
+    report : callable
+        Called with the number of bounces done.
 
     Returns
     -------
@@ -215,6 +268,7 @@ def reflect_block(tracing, hemisphere, light, suns):
         arriving=arriving,
         weight=weights,
         threads=threads,
+        progress=report,
     )
     if far_first is not None:
         reflected -= far_first

@@ -2,6 +2,7 @@
 
 import tempfile
 import threading
+import weakref
 
 import numpy as np
 
@@ -65,6 +66,7 @@ class MatrixOnDisk:
     def __init__(self, shape, folder=None):
         self.shape = shape
         self._file = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115, it lives as long as the matrix
+        weakref.finalize(self, self._file.close)
         self._reading = threading.Lock()
         self._blocks = []  # slices of columns, in the order of the file
 
@@ -75,6 +77,13 @@ class MatrixOnDisk:
     def columns_written(self):
         """Number of columns that are there."""
         return self._blocks[-1].stop if self._blocks else 0
+
+    def cut(self, count):
+        """Forget the columns from `count` on, where a block begins or nothing was written yet."""
+        if count not in (0, *(block.stop for block in self._blocks)):
+            raise IndexError(f"no block ends at column {count}")
+        self.shape = (self.shape[0], count)
+        self._blocks = [block for block in self._blocks if block.stop <= count]
 
     def __setitem__(self, place, values):
         rows, block = place

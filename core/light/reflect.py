@@ -26,7 +26,9 @@ def radiosity_factor(patches, covered_share):
     return (patches.albedo / open_share).astype(np.float32)
 
 
-def reflect(form_factors, factor, first, far_first, max_bounces, *, arriving=None, weight=None, threads=1):
+def reflect(
+    form_factors, factor, first, far_first, max_bounces, *, arriving=None, weight=None, threads=1, progress=None
+):
     """Irradiance by reflections.
 
     Parameters
@@ -44,6 +46,8 @@ def reflect(form_factors, factor, first, far_first, max_bounces, *, arriving=Non
     weight : (s,) float32, optional
         Of each light source in `handed_on`; 1 if not given.
     threads : int
+    progress : callable, optional
+        Called with the number of bounces done.
 
     Returns
     -------
@@ -78,6 +82,8 @@ def reflect(form_factors, factor, first, far_first, max_bounces, *, arriving=Non
             if far_first is not None:
                 arriving += far_first
         reflected += arriving
+        if progress is not None:
+            progress(bounce + 1)
     whole = float(first.sum(dtype=float) + reflected.sum(dtype=float))
     last = float(arriving.sum(dtype=float)) / whole if max_bounces and whole > 0 else 0.0
     return reflected, handed_on, last

@@ -12,7 +12,9 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
+from ..progress import CancelledError
 from ..request import check_request
+from ..sun.keep_suns import end_of_days, keep_suns
 from .check_arrays import check_scene, check_suns
 from .emit_photons import box_of_scene, far_ground_source, sky_source, sun_source
 from .follow_photons import Tally, Target
@@ -22,10 +24,11 @@ from .patches import patches_of_scene
 from .plan_effects import plan_effects
 from .ray_scene import RayScene, usable_threads
 from .read_albedo import albedo_of_triangles, finish_of_triangles
+from .sun_blocks import keep_columns
 from .surface_means import area_means
 from .trace_sources import REPLICATES, Run, no_light, trace_sources
 from .trace_suns import projection_in_front
-from .trace_transfer import Clock
+from .trace_transfer import Clock, tell_interruption
 from .transfer import Transfer
 
 WHOLE = 1 - 1e-6  # share that rounding may leave of a surface that is covered as a whole
@@ -39,6 +42,7 @@ class Direct:
     reflected: np.ndarray | MatrixOnDisk  # (n, s) float32, without what the far ground reflects at first bounce
     annual: np.ndarray  # (REPLICATES, n) float64, all light weighted with the suns' weights
     photons: np.ndarray  # (n,) float64, sum of squares of what single photons bring to it
+    kept: int  # of the suns; fewer than all where somebody interrupted
     last: float = 0.0  # share of the last bounce in all light, the largest of all suns
     ray_count: int = 0
     tally: Tally = field(default_factory=Tally)
@@ -63,10 +67,13 @@ def trace_forward(scene, suns, request, progress, folder=None):
     Transfer
         Shares end at 1. Of what chance gives a surface beyond that nothing is lost: `diffuse_relative` keeps it, and
         `direct_reflected` takes it in, so that sums stay unbiased. `settings` say what was decided and traced, and
-        under `photons` where the light of sky, far ground and suns went.
+        under `photons` where the light of sky, far ground and suns went. Whoever cancels after some suns (see
+        `core.progress`) gets those that were traced as `suns`, and is told so by `interrupted`.
 
     Raises
     ------
+    CancelledError
+        It was cancelled before any sun was of use.
     InputError
         If a number, an array or a setting cannot be used: no ray is traced with it.
     """
@@ -78,13 +85,14 @@ def trace_forward(scene, suns, request, progress, folder=None):
     plan = plan_effects(scene, patches, request)
     merge = area_means(scene.triangle_surface, patches.area, len(scene.surfaces))
     run, covered_share = prepare_run(scene, patches, request, progress)
-    run.total *= len(suns) + 1 + plan.far_ground
+    run.begin("sky and far ground", 1 + plan.far_ground)
     clock.lap("plan, tree and cover")
 
     box = box_of_scene(scene)
     (sky,) = trace_sources(run, [sky_source(*box, request.seed)], plan.max_bounces)
     far = trace_far_ground(run, box, plan, request.seed)
     clock.lap("sky and far ground")
+    run.begin("suns", len(suns))
     direct = trace_direct(run, (box, suns, request), far, plan.max_bounces, merge, folder=folder)
     clock.lap("suns")
     diffuse = sky.whole + request.ground_albedo * far.whole
@@ -94,7 +102,7 @@ def trace_forward(scene, suns, request, progress, folder=None):
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
-        suns=suns,
+        suns=suns if direct.kept == len(suns) else keep_suns(suns, direct.kept),
         covered_share=covered_share,
         sky_view_factor=np.minimum(sky.first.mean(axis=0), 1),
         far_ground_view_factor=np.minimum(far.first.mean(axis=0), 1),
@@ -118,6 +126,7 @@ def trace_forward(scene, suns, request, progress, folder=None):
             "embree_thread_seconds": run.target.ray_scene.thread_seconds,
             "last_bounce_share_diffuse": sky.last,
             "last_bounce_share_direct": direct.last,
+            **tell_interruption(direct.kept, len(suns)),
         },
     )
 
@@ -131,7 +140,6 @@ def prepare_run(scene, patches, request, progress):
     Returns
     -------
     Run
-        For one source.
     covered_share : (p,) float32
     """
     threads = usable_threads(request.threads)
@@ -142,7 +150,7 @@ def prepare_run(scene, patches, request, progress):
     area = np.bincount(surface, patches.area, count + 1)[:-1]
     per_replicate = -(-request.samples * int(patches.receives.sum()) // REPLICATES)
     target = Target(ray_scene, patches, surface, count, covered, finish_of_triangles(scene, request))
-    return Run(target, area, per_replicate, threads, progress, per_replicate * REPLICATES), covered_share
+    return Run(target, area, per_replicate, threads, progress), covered_share
 
 
 def trace_far_ground(run, box, plan, seed):
@@ -154,7 +162,7 @@ def trace_far_ground(run, box, plan, seed):
 
 
 def trace_direct(run, lit, far, max_bounces, merge, *, folder):
-    """Visible share and reflected irradiance of the surfaces for every sun.
+    """Visible share and reflected irradiance of the surfaces for every sun. Whoever cancels keeps those that are done.
 
     Parameters
     ----------
@@ -177,24 +185,61 @@ def trace_direct(run, lit, far, max_bounces, merge, *, folder):
     sources = [sun_source(box, direction, index, request.seed) for index, direction in enumerate(suns.direction)]
     found = Direct(
         *(keep_matrix((count, len(suns)), folder) for _ in range(2)),
-        annual=far.whole * (suns.weight @ height),
-        photons=(far.photon * (suns.weight @ height)) ** 2,
+        annual=np.zeros((REPLICATES, count)),
+        photons=np.zeros(count),
+        kept=len(suns),
     )
     beyond_first = far.whole.mean(axis=0) - np.minimum(far.first.mean(axis=0), 1)
-    for index, light in enumerate(trace_sources(run, sources, max_bounces)):
-        aoi_projection = projection_in_front(run.target.patches.normal, suns.direction[index : index + 1].astype("f4"))
-        unshaded = merge @ aoi_projection[:, 0].astype(float)
-        first = np.minimum(light.first.mean(axis=0), unshaded)
-        column = slice(index, index + 1)
-        share = np.divide(first, unshaded, out=np.zeros(count), where=unshaded > 0)
-        found.visible_share[:, column] = share[:, None]
-        found.reflected[:, column] = (light.whole.mean(axis=0) - first + height[index] * beyond_first)[:, None]
-        found.annual += suns.weight[index] * light.whole
-        found.photons += np.where(unshaded > 0, suns.weight[index] * light.photon, 0) ** 2
-        found.last = max(found.last, light.last)
-        found.ray_count += light.ray_count
-        found.tally.add(light.tally)
+    done = 0
+    try:
+        for index, light in enumerate(trace_sources(run, sources, max_bounces)):
+            add_sun(run, suns, index, light, (merge, height[index] * beyond_first), found=found)
+            done = index + 1
+    except CancelledError:
+        found.kept = max((end for end in end_of_days(suns) if end <= done), default=0)
+        if not found.kept:
+            raise
+        found.visible_share, found.reflected = (
+            keep_columns(matrix, found.kept) for matrix in (found.visible_share, found.reflected)
+        )
+    found.annual += far.whole * (suns.weight[:done] @ height[:done])
+    found.photons += (far.photon * (suns.weight[:done] @ height[:done])) ** 2
+    if found.kept < len(suns):
+        weight = suns.weight[:done].sum() or np.nan  # the sums hold no more than these
+        found.annual /= weight
+        found.photons /= weight**2
     return found
+
+
+def add_sun(run, suns, index, light, merge_and_beyond, *, found):
+    """Add one sun to what was found.
+
+    Parameters
+    ----------
+    run : Run
+    suns : Suns
+    index : int
+        Which of them.
+    light : Light
+        Of it.
+    merge_and_beyond : tuple of (n, p) sparse and (n,) float64
+        Averages patches over their surface; what the sun's light on the far ground brings after its first arrival.
+    found : Direct
+        Written.
+    """
+    merge, beyond = merge_and_beyond
+    aoi_projection = projection_in_front(run.target.patches.normal, suns.direction[index : index + 1].astype("f4"))
+    unshaded = merge @ aoi_projection[:, 0].astype(float)
+    first = np.minimum(light.first.mean(axis=0), unshaded)
+    column = slice(index, index + 1)
+    share = np.divide(first, unshaded, out=np.zeros(len(first)), where=unshaded > 0)
+    found.visible_share[:, column] = share[:, None]
+    found.reflected[:, column] = (light.whole.mean(axis=0) - first + beyond)[:, None]
+    found.annual += suns.weight[index] * light.whole
+    found.photons += np.where(unshaded > 0, suns.weight[index] * light.photon, 0) ** 2
+    found.last = max(found.last, light.last)
+    found.ray_count += light.ray_count
+    found.tally.add(light.tally)
 
 
 def standard_error(replicates, photons, closed):

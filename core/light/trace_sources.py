@@ -22,8 +22,13 @@ class Run:
     per_replicate: int  # photons
     threads: int
     progress: Callable
-    total: int  # photons of all sources
+    stage: str = "sky and far ground"
+    total: int = 0  # photons of all sources of the stage
     done: int = 0
+
+    def begin(self, stage, sources):
+        """The next stage has so many sources."""
+        self.stage, self.total, self.done = stage, sources * self.per_replicate * REPLICATES, 0
 
 
 @dataclass
@@ -99,7 +104,7 @@ def add_deposits(run, source, found, max_bounces):
         arrived += part.arrived
         last += part.last
         run.done += int(part.tally.emitted)
-        run.progress("photons", run.done, run.total, "photons")
+        run.progress(run.stage, run.done, run.total, "photons")
     light.last = last / arrived if max_bounces and arrived else 0.0
     # Hits per area over the density of photons on what faces them unshaded (Eq. 1 to 4).
     per_photon = source.power.sum() / max(run.per_replicate, 1) / np.where(run.area > 0, run.area, np.inf)

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..request import check_request
 from ..sun.check_suns import check_suns
+from ..sun.keep_suns import keep_suns
 from .check_arrays import check_scene
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
 from .gather import Tracing, gather_diffuse, gather_direct, points_above
@@ -39,10 +40,13 @@ def trace_transfer(scene, suns, request, progress, folder=None):
     Returns
     -------
     Transfer
-        Its `settings` say what was decided, how many rays were traced and how long each stage took.
+        Its `settings` say what was decided, how many rays were traced and how long each stage took. Whoever cancels
+        after some suns (see `core.progress`) gets those that were traced as `suns`, and is told so by `interrupted`.
 
     Raises
     ------
+    CancelledError
+        It was cancelled before any sun was of use.
     InputError
         If a number, an array or a setting cannot be used: no ray is traced with it.
     """
@@ -79,7 +83,7 @@ def trace_transfer(scene, suns, request, progress, folder=None):
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
-        suns=suns,
+        suns=suns if direct.kept == len(suns) else keep_suns(suns, direct.kept),
         covered_share=merge @ hemisphere.covered_share,
         sky_view_factor=merge @ hemisphere.sky.mean(axis=1),
         far_ground_view_factor=merge @ hemisphere.far_ground.mean(axis=1),
@@ -103,9 +107,15 @@ def trace_transfer(scene, suns, request, progress, folder=None):
             "embree_thread_seconds": ray_scene.thread_seconds,
             "last_bounce_share_diffuse": diffuse.last,
             "last_bounce_share_direct": direct.last,
+            **tell_interruption(direct.kept, len(suns)),
             **({"standard_error_unknown": ONE_POINT} if np.isnan(direct.standard_error).any() else {}),
         },
     )
+
+
+def tell_interruption(kept, count):
+    """What the settings say where fewer suns were kept than asked for."""
+    return {"interrupted": {"suns_traced": kept, "of": count}} if kept < count else {}
 
 
 class Clock:
