@@ -1,6 +1,7 @@
 """The command line: `citypv`, `python -m citypv` and `blender --command citypv` are this program.
 
-Exit status: 0 success; 2 wrong arguments or input that cannot be used; 130 interrupted; 1 any other failure.
+Exit status: 0 success; 2 wrong arguments or input that cannot be used; 130 interrupted, whether what was traced until
+then could be kept or not; 1 any other failure.
 """
 
 import argparse
@@ -12,6 +13,7 @@ import traceback
 from functools import partial
 
 from .errors import InputError
+from .progress import CancelledError
 from .request import ESTIMATORS, Request, check_request
 
 EPILOGUE = "Every option and every file written is described in docs/command_line.md."
@@ -51,7 +53,7 @@ def main(arguments=None, draw=None):
         return options.run(options) or 0
     except InputError as error:
         return complain(str(error), 2)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, CancelledError):
         return complain("interrupted; nothing was written", 130)
     except OSError as error:
         return complain(f"{error.filename or 'system'}: {error.strerror or error}", 1)
@@ -205,14 +207,14 @@ def request_of(options):
 
 
 def run_simulate(options):
-    """`citypv simulate`."""
+    """`citypv simulate`: status 130 where it was interrupted and what was traced until then is kept."""
     pictures = [name for name in ("blend", "preview") if getattr(options, name)]
     for name in pictures:
         if options.draw is None or importlib.util.find_spec("bpy") is None:
             raise InputError(f"--{name}", "needs Blender's Python module", "pip install 'citypv[blender]'")
     from .simulate import EXPORTS, simulate
 
-    simulate(
+    interrupted = simulate(
         options.city,
         options.out,
         request_of(options),
@@ -221,6 +223,11 @@ def run_simulate(options):
         draw=partial(options.draw, pictures=pictures) if pictures else None,
         exports=[name for name in EXPORTS if getattr(options, name)],
     )
+    if not interrupted:
+        return 0
+    kept = "Interrupted: kept {suns_traced:,} of {of:,} suns".format(**interrupted)
+    print(f"{kept}; what stands in {options.out} is made of these alone", file=sys.stderr)
+    return 130
 
 
 def run_yield(options):

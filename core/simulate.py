@@ -4,9 +4,10 @@ import time
 
 from .energy.pick_module import pick_module
 from .geometry.grid_cells import split_into_cells
+from .interruption import Interruption
 from .light.kept_matrix import MatrixOnDisk
 from .light.plan_effects import describe_plan
-from .progress import TerminalProgress, silent
+from .progress import CancelledError, TerminalProgress, silent
 from .results.output_folder import check_folder, whole_folder
 from .results.read_transfer import read_transfer
 from .results.write_cityjson import write_cityjson
@@ -70,10 +71,17 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         Of `EXPORTS`: formats for other programs to write as well. "transfer" writes transfer.nc even where its
         matrices do not fit into the memory; otherwise it is left out then.
 
+    Returns
+    -------
+    dict or None
+        After Ctrl-C while suns were traced: `suns_traced`, which everything written is made of, `of` so many.
+
     Raises
     ------
     InputError
         Before anything is written.
+    KeyboardInterrupt, CancelledError
+        Ctrl-C at any other time: nothing is written.
     """
     teller = Teller(say)
     check_folder(folder, overwrite)
@@ -92,8 +100,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         teller.say(f"  {line}")
     with whole_folder(folder) as work:
         teller.say("Tracing")
-        transfer = trace_scene(scene, weather, request, teller.progress, work.parent)
-        transfer.settings["sun_sampling"] = measure_sun_sampling(scene, weather, transfer, request, teller.progress)
+        transfer = trace_until_interrupted(scene, weather, request, teller, work.parent)
         teller.lap("trace")
         large = isinstance(transfer.visible_share, MatrixOnDisk)
         keep = not large or "transfer" in exports
@@ -101,6 +108,42 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         if exports:
             write_exports(work, (city, scene, transfer, energy, weather), request, exports)
     tell_outcome(teller, folder, energy)
+    return transfer.settings.get("interrupted")
+
+
+def trace_until_interrupted(scene, weather, request, teller, folder):
+    """Transfer of a scene with its error of sun sampling; after Ctrl-C that of the suns that were traced until then.
+
+    Parameters
+    ----------
+    scene : Scene
+    weather : Weather
+    request : Request
+    teller : Teller
+    folder : path-like
+        As of `trace_scene`.
+
+    Returns
+    -------
+    Transfer
+
+    Raises
+    ------
+    KeyboardInterrupt, CancelledError
+        Before any sun was of use, or after a second Ctrl-C.
+    """
+    with Interruption(teller.progress, teller.stream) as heard:
+        transfer = trace_scene(scene, weather, request, heard, folder)
+        # The check takes seconds: after an interruption it is the only thing that tells what the lack of suns does.
+        progress = teller.progress if heard.asked else heard
+        try:
+            transfer.settings["sun_sampling"] = measure_sun_sampling(scene, weather, transfer, request, progress)
+        except CancelledError:
+            teller.say("The error of sun sampling was not measured")
+    if heard.asked:
+        count = len(transfer.suns)
+        transfer.settings.setdefault("interrupted", {"suns_traced": count, "of": count})
+    return transfer
 
 
 def reweigh(transfer_path, folder, request, *, overwrite=False, say=None):

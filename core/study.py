@@ -8,6 +8,8 @@
 Geometry is traced once, free of weather. The Transfer can be weighed with any other year or module in seconds.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from .energy.compute_energy import compute_energy
@@ -25,6 +27,8 @@ from .light.trace_transfer import trace_transfer
 from .progress import silent
 from .request import check_request
 from .sun.choose_suns import choose_suns, parse_way
+from .sun.keep_suns import weigh_by_year
+from .sun.spread_suns import spread_suns
 from .weather.read_weather import read_weather
 
 
@@ -107,13 +111,37 @@ def plan_scene(scene, request):
 def trace_scene(scene, weather, request, progress=silent, folder=None):
     """Transfer of a scene for the suns of a year. Of the weather only the time axis counts.
 
-    What does not fit into the memory lies in `folder`, or in the system's place for temporary files.
+    What does not fit into the memory lies in `folder`, or in the system's place for temporary files. Whoever cancels
+    after some suns (see `core.progress`) gets a Transfer of those, which stand for the whole year then; before, the
+    CancelledError.
     """
-    suns = choose_suns(
-        request.suns, weather.data.index, weather.interval, scene.site.latitude, scene.site.longitude, request.seed
-    )
+    year = weather.data.index, weather.interval, scene.site.latitude, scene.site.longitude
+    suns = spread_suns(choose_suns(request.suns, *year, request.seed))
     trace = {"gather": trace_transfer, "forward": trace_forward}[request.estimator]
-    return trace(scene, suns, request, progress, folder)
+    transfer = trace(scene, suns, request, progress, folder)
+    return weigh_kept_suns(transfer, year) if "interrupted" in transfer.settings else transfer
+
+
+def weigh_kept_suns(transfer, year):
+    """Let the suns that were traced until an interruption stand for the whole year.
+
+    The error of the direct part is that of weights in proportion to the earlier ones. Other weights can make it larger:
+    independent errors of the suns by √(Σ w²), errors that they share not at all.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    year : tuple
+        Times, interval, latitude and longitude, as of `choose_suns`.
+
+    Returns
+    -------
+    Transfer
+    """
+    suns = weigh_by_year(transfer.suns, *year)
+    growth = np.sqrt((suns.weight**2).sum() / (transfer.suns.weight**2).sum())
+    error = transfer.direct_annual_standard_error * max(1.0, growth)
+    return replace(transfer, suns=suns, direct_annual_standard_error=error)
 
 
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent):

@@ -1,0 +1,414 @@
+"""Whoever cancels keeps the suns that are done: the numbers of a whole run, a fair sample of the year, errors told."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pandas as pd
+import pytest
+from scenes import suns_towards
+from small_city import write_small_city
+from test_tracing import three_houses
+from transfers import Horizons
+from weathers import ERA5, HOUR, year_of
+
+from citypv.__main__ import main
+from citypv.core import simulate, study
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.interruption import Interruption
+from citypv.core.light import kept_matrix, sun_blocks
+from citypv.core.light.trace_forward import trace_forward
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import CancelledError, silent
+from citypv.core.request import Request
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.keep_suns import end_of_days, keep_suns, weigh_by_year
+from citypv.core.sun.match_suns import match_suns
+from citypv.core.sun.spread_suns import spread_suns
+from citypv.core.weather.read_weather import read_weather
+
+BERLIN = (52.5, 13.4)
+TRACERS = {"gather": trace_transfer, "forward": trace_forward}
+PER_SURFACE = ("diffuse_relative", "diffuse_relative_standard_error", "covered_share", "sky_view_factor")
+TABLES = {"faces.csv", "groups.csv", "timeseries.nc", "transfer.nc", "summary.json"}
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot send SIGINT to one process")
+
+
+def suns_of(way, start="2021-03-01", days=60):
+    """Suns of some days of spring, in the order in which they are traced."""
+    times = pd.date_range(start, periods=24 * days, freq="h", tz="UTC")
+    return spread_suns(choose_suns(way, times, HOUR, *BERLIN))
+
+
+def cancel_at(stage, share, error=CancelledError):
+    """A progress that ends its task once a share of a stage is done."""
+
+    def progress(now, done, total, unit):
+        if now == stage and done >= share * total:
+            raise error
+
+    return progress
+
+
+def trace(estimator, suns, progress=silent, **settings):
+    settings = {"samples": 16, "shadow_samples": 4, "estimator": estimator} | settings
+    return TRACERS[estimator](three_houses(), suns, Request(**settings), progress)
+
+
+@pytest.fixture
+def small_blocks(monkeypatch):
+    monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 16)
+
+
+@pytest.mark.usefixtures("small_blocks")
+@pytest.mark.parametrize("on_disk", [False, True])
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.9])
+@pytest.mark.parametrize("way", ["hourly", "typical-days:8", "sky-grid:120"])
+@pytest.mark.parametrize("estimator", TRACERS)
+def test_kept_suns_are_those_of_the_whole_run(estimator, way, share, on_disk, monkeypatch):
+    suns = suns_of(way, days=12)
+    whole = trace(estimator, suns)
+    assert "interrupted" not in whole.settings
+    if on_disk:
+        monkeypatch.setattr(kept_matrix, "LIMIT", 0)
+    part = trace(estimator, suns, cancel_at("suns", share))
+    count = len(part.suns)
+    assert (share - 0.25) * len(suns) < count <= share * len(suns) + 16  # a block more, when it is told of as done
+    assert count in end_of_days(suns)
+    assert part.settings["interrupted"] == {"suns_traced": count, "of": len(suns)}
+    np.testing.assert_array_equal(part.suns.direction, suns.direction[:count])
+    assert part.suns.weight.sum() == pytest.approx(1)
+    every = slice(None)
+    for name in ("visible_share", "direct_reflected"):
+        found = getattr(part, name)
+        assert found.shape == (len(whole.surfaces), count)
+        np.testing.assert_array_equal(found[every], getattr(whole, name)[:, :count])
+    for name in PER_SURFACE:
+        np.testing.assert_array_equal(getattr(part, name), getattr(whole, name))
+    # Who had asked for these suns alone would have got the same, and the same error.
+    alone = trace(estimator, keep_suns(suns, count))
+    np.testing.assert_array_equal(part.visible_share[every], alone.visible_share[every])
+    error = alone.direct_annual_standard_error
+    assert error.max() > 0
+    # Of a day that was begun the sums hold the first hours as well.
+    exact = part.settings["interrupted"]["suns_traced"] == traced_by(part, alone)
+    np.testing.assert_allclose(part.direct_annual_standard_error, error, rtol=1e-4 if exact else 0.5, atol=1e-7)
+
+
+def traced_by(part, alone):
+    """How many suns the rays of an interrupted run went to, by those of a run with `alone.suns`."""
+    names = [name for name in ("shadow_rays", "rays") if name in part.settings]
+    same = all(part.settings[name] == alone.settings[name] for name in names)
+    return len(alone.suns) if same else -1
+
+
+@pytest.mark.parametrize(("estimator", "stage"), [("gather", "sky and reflections"), ("forward", "sky and far ground")])
+def test_before_the_suns_there_is_nothing_to_keep(estimator, stage):
+    before = threading.active_count()
+    for moment in (stage, "suns"):
+        with pytest.raises(CancelledError):
+            trace(estimator, suns_of("typical-days:2", days=12), cancel_at(moment, 0))
+    assert threading.active_count() == before
+
+
+@pytest.mark.usefixtures("small_blocks")
+@pytest.mark.parametrize("estimator", TRACERS)
+def test_other_errors_keep_nothing(estimator):
+    with pytest.raises(KeyboardInterrupt):
+        trace(estimator, suns_of("hourly", days=12), cancel_at("suns", 0.5, KeyboardInterrupt))
+
+
+@pytest.mark.parametrize("estimator", TRACERS)
+def test_cancelled_when_all_is_done_is_whole(estimator):
+    suns = suns_of("typical-days:2", days=12)
+    found = trace(estimator, suns, cancel_at("suns", 1))
+    whole = trace(estimator, suns)
+    assert len(found.suns) <= len(suns)
+    count = len(found.suns)
+    np.testing.assert_array_equal(found.visible_share, whole.visible_share[:, :count])
+    if estimator == "gather":  # it tells of the last block when that is kept
+        assert count == len(suns)
+        assert "interrupted" not in found.settings
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_progress_of_suns_grows_to_the_end():
+    told = []
+    trace("gather", suns_of("hourly", days=12), lambda *report: told.append(report) if report[0] == "suns" else None)
+    share = np.array([done / total for _, done, total, _ in told])
+    assert len(share) > 12
+    assert (np.diff(share) >= 0).all()
+    assert share[0] < 0.1
+    assert (share[:-1] < 1).all()
+    assert share[-1] == 1
+    assert {unit for *_, unit in told} == {"rays"}
+
+
+@pytest.mark.parametrize("way", ["hourly", "typical-days:8", "sky-grid:100"])
+def test_the_order_of_suns_changes_no_sun(way):
+    """Each sun has the same light wherever it comes in the order; the errors differ by rounding."""
+    suns = suns_of(way, days=12)
+    back = np.random.default_rng(0).permutation(len(suns))
+    other = type(suns)(suns.way, *(getattr(suns, name)[back] for name in ("direction", "weight", "day", "step")))
+    one, two = trace("gather", suns), trace("gather", other)
+    np.testing.assert_array_equal(one.visible_share[:, back], two.visible_share)
+    np.testing.assert_array_equal(one.direct_reflected[:, back], two.direct_reflected)
+    np.testing.assert_allclose(one.direct_annual_standard_error, two.direct_annual_standard_error, rtol=1e-3, atol=1e-7)
+
+
+@pytest.mark.parametrize("way", ["hourly", "typical-days:12", "sky-grid:1654"])
+def test_spreading_loses_no_sun_and_splits_no_day(way):
+    suns = choose_suns(way, year_of(), HOUR, *BERLIN)
+    spread = spread_suns(suns)
+    assert spread.way == suns.way
+    one, other = (
+        np.lexsort((part.step, part.day, part.direction[:, 2], part.direction[:, 0])) for part in (suns, spread)
+    )
+    for name in ("direction", "weight", "day", "step"):
+        np.testing.assert_array_equal(getattr(spread, name)[other], getattr(suns, name)[one])
+    if spread.day[0] >= 0:
+        starts = np.flatnonzero(np.diff(spread.day, prepend=-1))
+        assert len(starts) == len(np.unique(suns.day))
+        inner = np.setdiff1d(np.arange(len(spread)), starts)
+        assert (spread.step[inner] > spread.step[inner - 1]).all()
+
+
+def mismatch(suns, times):
+    """Angles between the suns of all hours and the traced ones that stand for them [°]."""
+    hourly = choose_suns("hourly", times, HOUR, *BERLIN)
+    match = match_suns(suns, times, HOUR, *BERLIN)
+    near = match.index[match.weight.sum(axis=1) > 0, 0]
+    cosine = np.einsum("hi,hi->h", suns.direction[near], hourly.direction)
+    return np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+
+
+@pytest.mark.parametrize("count", [24, 48, 96, 200, 480, 2000])
+def test_the_first_hours_stand_for_the_whole_year(count):
+    """No hour is far from a traced sun: 15° an hour and 47° of declination, shared by the days that were traced."""
+    spread = spread_suns(choose_suns("hourly", year_of(), HOUR, *BERLIN))
+    days = count / 12
+    angles = mismatch(keep_suns(spread, count), year_of())
+    assert angles.mean() < 47 / days + 1.5
+    # By the calendar's order they stand for winter only.
+    straight = choose_suns("hourly", year_of(), HOUR, *BERLIN)
+    assert mismatch(keep_suns(straight, count), year_of()).mean() > 1.5 * angles.mean()
+
+
+BOUNDS = {  # kept part of the suns -> percent of full load hours: of the mean, of single surfaces (rms)
+    "hourly": {1 / 90: (0.5, 2.5), 1 / 9: (0.2, 0.4), 1 / 2: (0.1, 0.1)},
+    "typical-days:12": {1 / 3: (1.5, 2.5), 1 / 2: (0.5, 1.2), 3 / 4: (0.3, 0.8)},
+    "sky-grid:1654": {1 / 30: (2.0, 4.0), 1 / 3: (0.5, 1.2), 1 / 2: (0.4, 1.0)},
+}
+
+
+@pytest.mark.parametrize("way", BOUNDS)
+def test_full_load_hours_of_a_part_of_the_suns(way):
+    """Against every hour's sun, on 150 random skylines in the weather of a year."""
+    weather = read_weather(ERA5, *BERLIN, 35.0)
+    year, skylines = (weather.data.index, weather.interval, *BERLIN), Horizons(150)
+    true = compute_energy(skylines.transfer(choose_suns("hourly", *year)), weather).full_load_hours
+    spread = spread_suns(choose_suns(way, *year))
+    for share, (bias, rms) in BOUNDS[way].items():
+        ends = end_of_days(spread)
+        count = ends[ends <= np.ceil(share * len(spread))][-1]
+        kept = weigh_by_year(keep_suns(spread, count), *year)
+        assert kept.weight.sum() == pytest.approx(1)
+        difference = compute_energy(skylines.transfer(kept), weather).full_load_hours - true
+        assert abs(np.nanmean(difference)) < bias / 100 * np.nanmean(true)
+        assert np.sqrt(np.nanmean(difference**2)) < rms / 100 * np.nanmean(true)
+
+
+def test_kept_suns_are_weighed_by_the_year_they_stand_for():
+    """The settings tell of the interruption, weights are shares of the year, errors are not too small."""
+    scene, weather = three_houses(), read_weather(ERA5, *BERLIN, 35.0)
+    request = Request(suns="hourly", samples=16, shadow_samples=4)
+    part = study.trace_scene(scene, weather, request, cancel_at("suns", 0.1))
+    count = part.settings["interrupted"]["suns_traced"]
+    assert 0.05 < count / part.settings["interrupted"]["of"] < 0.11
+    assert part.suns.way == f"hourly:{count}"
+    match = match_suns(part.suns, weather.data.index, weather.interval, *BERLIN)
+    share = np.bincount(match.index[match.weight[:, 0] > 0, 0], minlength=count)
+    np.testing.assert_allclose(part.suns.weight, share / share.sum(), atol=1e-9)
+    alone = trace_transfer(scene, keep_suns(part.suns, count), request, silent)
+    # Not the same surface by surface, for the sums were made with other weights; but not too small on the whole.
+    one, other = part.direct_annual_standard_error, alone.direct_annual_standard_error
+    assert (one[other > 0] / other[other > 0]).min() > 0.7
+    assert 1 < np.sqrt((one**2).mean() / (other**2).mean()) < 1.3
+    check = study.measure_sun_sampling(scene, weather, part, request)
+    assert check["patches"] > 5
+    assert 0 < check["rms"] < 5
+
+
+def test_an_interruption_is_heard_once_and_the_old_handlers_come_back():
+    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    told = []
+    with Interruption(lambda *report: told.append(report)) as heard:
+        heard("sky and reflections", 1, 2, "rays")
+        with pytest.raises(KeyboardInterrupt):
+            heard.hear(signal.SIGINT, None)
+        heard("suns", 1, 2, "rays")
+        signal.raise_signal(signal.SIGINT)
+        assert heard.asked
+        with pytest.raises(CancelledError):
+            heard("suns", 2, 2, "rays")
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+    assert len(told) == 2
+    assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == before
+
+
+def test_in_another_thread_nothing_is_heard():
+    failed = []
+
+    def work():
+        try:
+            with Interruption(silent) as heard:
+                heard("suns", 1, 2, "rays")
+        except Exception as error:  # a thread would swallow it
+            failed.append(error)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert not failed
+
+
+@pytest.fixture(scope="module")
+def city(tmp_path_factory):
+    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
+
+
+def run(city, out, *more):
+    options = ["--weather", str(ERA5), "--samples", "64", "--shadow-samples", "4", "--suns", "typical-days:8"]
+    return main(["simulate", str(city), "--out", str(out), *options, *more])
+
+
+def interrupt(monkeypatch, moment):
+    """Send a signal at the end of a block of suns, or at the beginning of one of the stages of a run."""
+    if isinstance(moment, int):
+        end = sun_blocks.SunsTeller.end
+
+        def stop(self):
+            if self.block.start <= moment < self.block.stop:
+                signal.raise_signal(signal.SIGINT)
+            end(self)
+
+        monkeypatch.setattr(sun_blocks.SunsTeller, "end", stop)
+        return
+    stage = getattr(simulate, moment)
+
+    def stop_before(*arguments, **more):
+        signal.raise_signal(signal.SIGINT)
+        return stage(*arguments, **more)
+
+    monkeypatch.setattr(simulate, moment, stop_before)
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_first_interrupt_keeps_the_suns(city, tmp_path, capfd, monkeypatch):
+    interrupt(monkeypatch, 40)
+    out = tmp_path / "out"
+    assert run(city, out) == 130
+    assert {path.name for path in out.iterdir()} == TABLES
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    kept, count = summary["traced"]["interrupted"]["suns_traced"], summary["traced"]["interrupted"]["of"]
+    assert 40 <= kept < count
+    assert summary["suns"]["count"] == kept
+    assert summary["suns"]["way"].startswith("typical-days:")
+    assert summary["suns"]["way"] != "typical-days:8"
+    assert summary["error_budget"]["sun_sampling"]["patches"] > 10
+    said = capfd.readouterr().err
+    assert "Interrupting: the suns that are traced are kept" in said
+    assert said.strip().splitlines()[-1].startswith(f"Interrupted: kept {kept} of {count} suns; ")
+    assert "Traceback" not in said
+    # The whole run is not far away, and the part can be weighed again.
+    monkeypatch.undo()
+    assert run(city, tmp_path / "whole", "--quiet") == 0
+    hours = [column(folder / "faces.csv", "full_load_hours") for folder in (out, tmp_path / "whole")]
+    assert np.nanmean(hours[0]) == pytest.approx(np.nanmean(hours[1]), rel=0.03)
+    again = ["yield", str(out / "transfer.nc"), "--weather", str(ERA5), "--out", str(tmp_path / "again"), "--quiet"]
+    assert main(again) == 0
+    assert (tmp_path / "again" / "faces.csv").read_text() == (out / "faces.csv").read_text()
+
+
+def column(path, name):
+    with path.open(encoding="utf-8", newline="") as file:
+        return np.array([float(row[name] or "nan") for row in csv.DictReader(file)])
+
+
+@pytest.mark.usefixtures("small_blocks")
+@pytest.mark.parametrize("moment", ["measure_sun_sampling", "weigh_energy", "write_transfer", "summarise"])
+def test_second_interrupt_leaves_nothing(city, tmp_path, capfd, monkeypatch, moment):
+    interrupt(monkeypatch, 40)
+    interrupt(monkeypatch, moment)
+    assert run(city, tmp_path / "out", "--quiet") == 130
+    assert capfd.readouterr().err == "citypv: error: interrupted; nothing was written\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_interrupted_error_check_keeps_all_suns(city, tmp_path, capfd, monkeypatch):
+    interrupt(monkeypatch, "measure_sun_sampling")
+    assert run(city, tmp_path / "out", "--quiet") == 130
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    interrupted = summary["traced"]["interrupted"]
+    assert interrupted["suns_traced"] == interrupted["of"] == summary["suns"]["count"]
+    assert summary["suns"]["way"] == "typical-days:8"
+    assert "sun_sampling" not in summary["error_budget"]
+    assert capfd.readouterr().err.startswith("Interrupted: kept ")
+
+
+def test_interrupt_before_the_first_block_leaves_nothing(city, tmp_path, capfd, monkeypatch):
+    begin = sun_blocks.SunsTeller.begin
+
+    def stop(self, block):
+        begin(self, block)
+        self.progress("suns", 0, 1, "rays")
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(sun_blocks.SunsTeller, "begin", stop)
+    assert run(city, tmp_path / "out", "--quiet") == 130
+    assert capfd.readouterr().err == "citypv: error: interrupted; nothing was written\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+@POSIX
+@pytest.mark.slow
+@pytest.mark.parametrize("estimator", TRACERS)
+def test_a_process_that_is_interrupted_in_the_suns(city, tmp_path, estimator):
+    """By Ctrl-C from outside, at the first line that tells of suns."""
+    command = [sys.executable, "-m", "citypv", "simulate", str(city), "--out", "out", "--suns", "hourly"]
+    work = ["--shadow-samples", "1024"] if estimator == "gather" else ["--samples", "1024"]
+    environment = os.environ | {"PYTHONUNBUFFERED": "1"}
+    with subprocess.Popen(
+        [*command, "--estimator", estimator, *work], stderr=subprocess.PIPE, text=True, cwd=tmp_path, env=environment
+    ) as process:
+        for line in process.stderr:
+            if line.startswith("  suns: "):
+                process.send_signal(signal.SIGINT)
+                break
+        said = process.stderr.read()
+        assert process.wait(timeout=120) == 130
+    assert "Interrupted: kept " in said, said
+    assert {path.name for path in (tmp_path / "out").iterdir()} == TABLES
+    interrupted = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["traced"]["interrupted"]
+    assert 0 < interrupted["suns_traced"] < interrupted["of"]
+
+
+def test_blocks_end_with_days_where_days_are_short_enough():
+    suns = suns_of("typical-days:8")
+    blocks = sun_blocks.cut_into_blocks(suns, 1000)
+    assert [block.start for block in blocks] == [0, *(block.stop for block in blocks[:-1])]
+    assert blocks[-1].stop == len(suns)
+    assert {block.stop for block in blocks} <= set(end_of_days(suns).tolist())
+    assert max(block.stop - block.start for block in blocks) <= sun_blocks.SUNS_PER_BLOCK
+    # Four million patches have room for six suns: then days are cut, and kept where they end.
+    narrow = sun_blocks.cut_into_blocks(suns, 4_000_000)
+    assert max(block.stop - block.start for block in narrow) == 6
+    kept = {sun_blocks.count_kept(suns, narrow[:number]) for number in range(len(narrow) + 1)}
+    assert kept == {0, *end_of_days(suns).tolist()}
+    assert sun_blocks.cut_into_blocks(suns_towards([[0, 0, 1]]), 10**9) == [slice(0, 1)]
