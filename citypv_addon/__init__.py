@@ -4,6 +4,7 @@ import atexit
 
 import bpy
 
+from ..operators.cancel_step import CancelStep
 from ..operators.classify_city import ClassifyCity
 from ..operators.colour_city import ColourCity, RenderCity
 from ..operators.draw_legend import start_drawing, stop_drawing
@@ -19,7 +20,7 @@ from .panels import PANELS, MaterialPanel, draw_import_menu
 from .properties import Settings, build_material_property
 
 STEPS = (ChooseCity, ImportCity, TakeMeshes, ClassifyCity, TraceCity, WeighEnergy, ColourCity, RenderCity)
-CLASSES = (Settings, *STEPS, SelectGroup, SelectBuildings, CopyGroup, ShowReport, *PANELS, MaterialPanel)
+CLASSES = (Settings, *STEPS, CancelStep, SelectGroup, SelectBuildings, CopyGroup, ShowReport, *PANELS, MaterialPanel)
 
 
 def register():

@@ -107,6 +107,7 @@ class TracePanel(_Step, bpy.types.Panel):
         for name in (("shadow_samples",) * (not forward) + ("seed", "threads")) if sampling else ():
             sampling.prop(settings, name)
         draw_step(self.layout, column, "citypv.trace", "LIGHT_SUN")
+        draw_lines(self.layout, context, "citypv_interrupted")
         draw_table(self.layout, context, "citypv_albedos", ("Material", "Albedo", "Surfaces"))
         draw_lines(self.layout, context, "citypv_unread")
 
@@ -172,10 +173,12 @@ PANELS = (MainPanel, ImportPanel, ClassifyPanel, TracePanel, EnergyPanel, Colour
 
 
 def draw_step(layout, column, operator, icon):
-    """Show the button of a step, and how far it is while it runs."""
+    """Show the button of a step, and while it runs how far it is and a button that ends it."""
     title = column.operator(operator, icon=icon).bl_rna.name
     if Step.current is not None and Step.current.title == title:
-        layout.progress(factor=Step.current.share, text=Step.current.text)
+        row = layout.row(align=True)
+        row.progress(factor=Step.current.share, text=Step.current.text)
+        row.operator("citypv.cancel", text="", icon="CANCEL")
 
 
 def draw_table(layout, context, key, head):

@@ -6,14 +6,10 @@ import time
 import bpy
 
 from ..core.errors import InputError
-from ..core.progress import describe_progress, silent
+from ..core.progress import CancelledError, describe_progress, silent
 from .select_faces import leave_edit_mode
 
 TICK = 0.1  # between two looks at the work [s]
-
-
-class CancelledError(Exception):
-    """The user pressed Esc."""
 
 
 class Job:
@@ -22,7 +18,7 @@ class Job:
     def __init__(self, title, work):
         self.title, self.text, self.share = title, title, 0.0
         self.result, self.error = None, None
-        self._stop = threading.Event()
+        self._stop, self.dropped = threading.Event(), False
         self._stage, self._started = None, 0.0
         self._thread = threading.Thread(target=self._run, args=(work,), name=title, daemon=True)
 
@@ -31,8 +27,15 @@ class Job:
         self._thread.start()
 
     def cancel(self):
-        """Ask the work to end at its next report."""
+        """Ask the work to end at its next report and to keep what is done; once more, and nothing is kept."""
+        self.dropped = self.cancelled
         self._stop.set()
+        self.text = f"{self.title}: ends, and keeps nothing" if self.dropped else f"{self.title}: keeps what is done"
+
+    @property
+    def cancelled(self):
+        """Whether the work was asked to end."""
+        return self._stop.is_set()
 
     @property
     def running(self):
@@ -41,7 +44,7 @@ class Job:
 
     def progress(self, stage, done, total, unit):
         """Take a report of core (see `core.progress`)."""
-        if self._stop.is_set():
+        if self.cancelled:
             raise CancelledError
         if stage != self._stage:
             self._stage, self._started = stage, time.monotonic()
@@ -61,7 +64,8 @@ class Step:
     """Base of the operators: `prepare` reads settings, `work` calls core in a thread, `finish` writes back.
 
     Called from a script (or without a window) a step blocks and returns when it is done. Called from a button it is
-    modal: progress shows in the status bar and in the panel, Esc cancels.
+    modal: progress shows in the status bar and in the panel. Esc cancels: the step ends with what is done where that is
+    of use by itself (the suns that were traced), or changes nothing. After Esc twice it changes nothing in any case.
     """
 
     current = None  # the job that is running; the panels show it below the button of its title
@@ -106,7 +110,7 @@ class Step:
 
     def modal(self, context, event):
         """Show the progress until the work is done or cancelled."""
-        if event.type == "ESC":
+        if event.type == "ESC" and event.value == "PRESS":
             self._job.cancel()
             return {"RUNNING_MODAL"}
         if event.type == "TIMER":
@@ -124,7 +128,7 @@ class Step:
     def _end(self, context):
         self._leave(context)
         error = self._job.error
-        if isinstance(error, CancelledError):
+        if isinstance(error, CancelledError) or (error is None and self._job.dropped):
             self.report({"WARNING"}, f"{self.bl_label} was cancelled; nothing was changed")
             return {"CANCELLED"}
         if isinstance(error, (InputError, ImportError)):
@@ -133,7 +137,7 @@ class Step:
             raise error
         leave_edit_mode(context)
         try:
-            return self._tell(self.finish(context, self._job.result))
+            return self._tell(self.finish(context, self._job.result), "WARNING" if self._job.cancelled else "INFO")
         except InputError as problem:
             return self._refuse(problem)
         finally:
@@ -145,8 +149,8 @@ class Step:
         context.workspace.status_text_set(None)
         redraw_panels(context)
 
-    def _tell(self, text):
-        self.report({"INFO"}, text)
+    def _tell(self, text, level="INFO"):
+        self.report({level}, text)
         return {"FINISHED"}
 
     def _refuse(self, error):

@@ -1,10 +1,12 @@
-"""Short tables that stay on the city's object for the panel: albedos, and full load hours of the groups."""
+"""What stays on the city's object for the panel: which suns were traced, albedos, full load hours of the groups."""
 
 import numpy as np
 
 from .attributes import PREFIX
 
-GROUPS, WEATHER, ALBEDOS, UNREAD = (PREFIX + name for name in ("groups", "weather", "albedos", "unread"))
+GROUPS, WEATHER, ALBEDOS, UNREAD, INTERRUPTED = (
+    PREFIX + name for name in ("groups", "weather", "albedos", "unread", "interrupted")
+)
 
 
 def summarise_energy(item, weather, energy):
@@ -43,6 +45,20 @@ def summarise_albedo(item, rows, unread):
         for row in rows
     ]
     item[UNREAD] = f"Materials that tell no albedo: {', '.join(unread)}" if unread else ""
+
+
+def summarise_interruption(item, settings):
+    """Keep on the object which part of the suns was traced, "" for all of them; return it.
+
+    Parameters
+    ----------
+    item : bpy.types.Object
+    settings : dict
+        Of a Transfer.
+    """
+    told = "Interrupted: kept {suns_traced} of {of} suns" if "interrupted" in settings else ""
+    item[INTERRUPTED] = told.format(**settings.get("interrupted", {}))
+    return item[INTERRUPTED]
 
 
 def forget_energy(item):

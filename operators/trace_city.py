@@ -10,7 +10,7 @@ from .read_settings import read_settings
 from .run_step import Step
 from .select_faces import leave_edit_mode
 from .session import find_city, find_own_city, find_session
-from .summarise import forget_energy, summarise_albedo
+from .summarise import forget_energy, summarise_albedo, summarise_interruption
 from .write_attributes import write_results
 
 
@@ -68,7 +68,8 @@ class TraceCity(Step, bpy.types.Operator):
         summarise_albedo(city, *albedos)
         session.weather, session.transfer, session.energy = weather, transfer, None
         colour_faces(city, ground, "diffuse_relative")
-        return f"Traced {len(transfer.surfaces)} surfaces and {len(transfer.suns)} suns"
+        interrupted = summarise_interruption(city, transfer.settings)
+        return interrupted or f"Traced {len(transfer.surfaces)} surfaces and {len(transfer.suns)} suns"
 
 
 def check_place(site):

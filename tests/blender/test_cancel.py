@@ -1,0 +1,134 @@
+"""Cancelled while suns are traced: the panel keeps what is done and says so."""
+
+import threading
+import time
+
+import bpy
+import numpy as np
+import pytest
+
+from citypv.core.light import sun_blocks
+from citypv.core.progress import CancelledError
+from citypv.operators import run_step
+from citypv.operators.run_step import Job, Step
+from citypv.operators.session import find_city, find_session
+from citypv.operators.write_attributes import read_face_attribute
+
+
+def run_steps(settings, city_file, *steps):
+    settings.city_path, settings.samples = str(city_file), 64
+    for step in steps:
+        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+
+
+def cancel_at(stage, share):
+    def progress(now, done, total, unit):
+        if now == stage and done >= share * total:
+            raise CancelledError
+
+    return progress
+
+
+def trace_until(monkeypatch, addon, city_file, stage, share):
+    run_steps(addon, city_file, "import_city", "classify")
+    monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 12)
+    addon.suns, addon.typical_days = "typical-days", 6
+    monkeypatch.setattr(run_step, "silent", cancel_at(stage, share))
+
+
+def test_what_was_traced_is_kept_and_told(addon, city_file, monkeypatch):
+    trace_until(monkeypatch, addon, city_file, "suns", 0.5)
+    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    city, _ = find_city(bpy.context.scene)
+    transfer = find_session(city).transfer
+    kept, count = transfer.settings["interrupted"]["suns_traced"], transfer.settings["interrupted"]["of"]
+    assert 0 < kept < count
+    assert transfer.visible_share.shape[1] == len(transfer.suns) == kept
+    assert city["citypv_interrupted"] == f"Interrupted: kept {kept} of {count} suns"
+    # The next step takes it, and a whole trace takes the sentence away.
+    monkeypatch.undo()
+    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    part = read_face_attribute(city.data, "full_load_hours")
+    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    assert city["citypv_interrupted"] == ""
+    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    whole = read_face_attribute(city.data, "full_load_hours")
+    assert np.nanmean(part) == pytest.approx(np.nanmean(whole), rel=0.05)
+    assert not np.array_equal(part, whole, equal_nan=True)
+
+
+def test_before_the_suns_nothing_changes(addon, city_file, monkeypatch):
+    trace_until(monkeypatch, addon, city_file, "sky and reflections", 0)
+    with pytest.raises(RuntimeError, match="CancelledError"):
+        bpy.ops.citypv.trace()
+    city, _ = find_city(bpy.context.scene)
+    assert find_session(city).transfer is None
+    assert "citypv_interrupted" not in city
+
+
+def end_of(job):
+    """What the modal operator does when its job is over, without a window: what it reports, and whether it wrote."""
+    told, wrote = [], []
+
+    class Stand(Step):
+        bl_label, _job = "Trace light", job
+
+        def report(self, level, text):
+            told.append((level, text))
+
+        def finish(self, context, result):
+            wrote.append(result)
+            return f"kept {result}"
+
+        def _leave(self, context):
+            pass
+
+    return Stand()._end(bpy.context), told, wrote
+
+
+def job_that_keeps(cancels):
+    """A job whose work keeps 42 when it is cancelled, cancelled so often."""
+    begun = threading.Event()
+
+    def work(progress):
+        try:
+            while True:
+                progress("suns", 1, 2, "rays")
+                begun.set()
+                time.sleep(0.01)
+        except CancelledError:
+            return 42
+
+    job = Job("Trace light", work)
+    job.start()
+    assert begun.wait(10)
+    for _ in range(cancels):
+        job.cancel()
+    end = time.monotonic() + 10
+    while job.running and time.monotonic() < end:
+        time.sleep(0.01)
+    assert not job.running
+    return job
+
+
+def test_escape_keeps_what_is_done():
+    job = job_that_keeps(cancels=1)
+    assert job.text == "Trace light: keeps what is done"
+    assert end_of(job) == ({"FINISHED"}, [({"WARNING"}, "kept 42")], [42])
+
+
+def test_escape_twice_keeps_nothing():
+    job = job_that_keeps(cancels=2)
+    assert job.text == "Trace light: ends, and keeps nothing"
+    assert end_of(job) == ({"CANCELLED"}, [({"WARNING"}, "Trace light was cancelled; nothing was changed")], [])
+
+
+def test_the_button_cancels_the_step_that_runs(addon, monkeypatch):
+    assert not bpy.ops.citypv.cancel.poll()
+    job = Job("Trace light", lambda progress: None)
+    monkeypatch.setattr(Step, "current", job)
+    assert bpy.ops.citypv.cancel() == {"FINISHED"}
+    assert job.cancelled
+    assert not job.dropped
+    bpy.ops.citypv.cancel()
+    assert job.dropped
