@@ -1,24 +1,17 @@
 """Whoever cancels keeps the suns that are done: the numbers of a whole run, a fair sample of the year, errors told."""
 
-import csv
-import json
-import os
 import signal
-import subprocess
-import sys
 import threading
 
 import numpy as np
 import pandas as pd
 import pytest
 from scenes import suns_towards
-from small_city import write_small_city
 from test_tracing import three_houses
 from transfers import Horizons
 from weathers import ERA5, HOUR, year_of
 
-from citypv.__main__ import main
-from citypv.core import simulate, study
+from citypv.core import study
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.interruption import Interruption
 from citypv.core.light import kept_matrix, sun_blocks
@@ -35,8 +28,6 @@ from citypv.core.weather.read_weather import read_weather
 BERLIN = (52.5, 13.4)
 TRACERS = {"gather": trace_transfer, "forward": trace_forward}
 PER_SURFACE = ("diffuse_relative", "diffuse_relative_standard_error", "covered_share", "sky_view_factor")
-TABLES = {"faces.csv", "groups.csv", "timeseries.nc", "transfer.nc", "summary.json"}
-POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot send SIGINT to one process")
 
 
 def suns_of(way, start="2021-03-01", days=60):
@@ -276,127 +267,6 @@ def test_in_another_thread_nothing_is_heard():
     thread.start()
     thread.join()
     assert not failed
-
-
-@pytest.fixture(scope="module")
-def city(tmp_path_factory):
-    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
-
-
-def run(city, out, *more):
-    options = ["--weather", str(ERA5), "--samples", "64", "--shadow-samples", "4", "--suns", "typical-days:8"]
-    return main(["simulate", str(city), "--out", str(out), *options, *more])
-
-
-def interrupt(monkeypatch, moment):
-    """Send a signal at the end of a block of suns, or at the beginning of one of the stages of a run."""
-    if isinstance(moment, int):
-        end = sun_blocks.SunsTeller.end
-
-        def stop(self):
-            if self.block.start <= moment < self.block.stop:
-                signal.raise_signal(signal.SIGINT)
-            end(self)
-
-        monkeypatch.setattr(sun_blocks.SunsTeller, "end", stop)
-        return
-    stage = getattr(simulate, moment)
-
-    def stop_before(*arguments, **more):
-        signal.raise_signal(signal.SIGINT)
-        return stage(*arguments, **more)
-
-    monkeypatch.setattr(simulate, moment, stop_before)
-
-
-@pytest.mark.usefixtures("small_blocks")
-def test_first_interrupt_keeps_the_suns(city, tmp_path, capfd, monkeypatch):
-    interrupt(monkeypatch, 40)
-    out = tmp_path / "out"
-    assert run(city, out) == 130
-    assert {path.name for path in out.iterdir()} == TABLES
-    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    kept, count = summary["traced"]["interrupted"]["suns_traced"], summary["traced"]["interrupted"]["of"]
-    assert 40 <= kept < count
-    assert summary["suns"]["count"] == kept
-    assert summary["suns"]["way"].startswith("typical-days:")
-    assert summary["suns"]["way"] != "typical-days:8"
-    assert summary["error_budget"]["sun_sampling"]["patches"] > 10
-    said = capfd.readouterr().err
-    assert "Interrupting: the suns that are traced are kept" in said
-    assert said.strip().splitlines()[-1].startswith(f"Interrupted: kept {kept} of {count} suns; ")
-    assert "Traceback" not in said
-    # The whole run is not far away, and the part can be weighed again.
-    monkeypatch.undo()
-    assert run(city, tmp_path / "whole", "--quiet") == 0
-    hours = [column(folder / "faces.csv", "full_load_hours") for folder in (out, tmp_path / "whole")]
-    assert np.nanmean(hours[0]) == pytest.approx(np.nanmean(hours[1]), rel=0.03)
-    again = ["yield", str(out / "transfer.nc"), "--weather", str(ERA5), "--out", str(tmp_path / "again"), "--quiet"]
-    assert main(again) == 0
-    assert (tmp_path / "again" / "faces.csv").read_text() == (out / "faces.csv").read_text()
-
-
-def column(path, name):
-    with path.open(encoding="utf-8", newline="") as file:
-        return np.array([float(row[name] or "nan") for row in csv.DictReader(file)])
-
-
-@pytest.mark.usefixtures("small_blocks")
-@pytest.mark.parametrize("moment", ["measure_sun_sampling", "weigh_energy", "write_transfer", "summarise"])
-def test_second_interrupt_leaves_nothing(city, tmp_path, capfd, monkeypatch, moment):
-    interrupt(monkeypatch, 40)
-    interrupt(monkeypatch, moment)
-    assert run(city, tmp_path / "out", "--quiet") == 130
-    assert capfd.readouterr().err == "citypv: error: interrupted; nothing was written\n"
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_interrupted_error_check_keeps_all_suns(city, tmp_path, capfd, monkeypatch):
-    interrupt(monkeypatch, "measure_sun_sampling")
-    assert run(city, tmp_path / "out", "--quiet") == 130
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
-    interrupted = summary["traced"]["interrupted"]
-    assert interrupted["suns_traced"] == interrupted["of"] == summary["suns"]["count"]
-    assert summary["suns"]["way"] == "typical-days:8"
-    assert "sun_sampling" not in summary["error_budget"]
-    assert capfd.readouterr().err.startswith("Interrupted: kept ")
-
-
-def test_interrupt_before_the_first_block_leaves_nothing(city, tmp_path, capfd, monkeypatch):
-    begin = sun_blocks.SunsTeller.begin
-
-    def stop(self, block):
-        begin(self, block)
-        self.progress("suns", 0, 1, "rays")
-        signal.raise_signal(signal.SIGINT)
-
-    monkeypatch.setattr(sun_blocks.SunsTeller, "begin", stop)
-    assert run(city, tmp_path / "out", "--quiet") == 130
-    assert capfd.readouterr().err == "citypv: error: interrupted; nothing was written\n"
-    assert list(tmp_path.iterdir()) == []
-
-
-@POSIX
-@pytest.mark.slow
-@pytest.mark.parametrize("estimator", TRACERS)
-def test_a_process_that_is_interrupted_in_the_suns(city, tmp_path, estimator):
-    """By Ctrl-C from outside, at the first line that tells of suns."""
-    command = [sys.executable, "-m", "citypv", "simulate", str(city), "--out", "out", "--suns", "hourly"]
-    work = ["--shadow-samples", "1024"] if estimator == "gather" else ["--samples", "1024"]
-    environment = os.environ | {"PYTHONUNBUFFERED": "1"}
-    with subprocess.Popen(
-        [*command, "--estimator", estimator, *work], stderr=subprocess.PIPE, text=True, cwd=tmp_path, env=environment
-    ) as process:
-        for line in process.stderr:
-            if line.startswith("  suns: "):
-                process.send_signal(signal.SIGINT)
-                break
-        said = process.stderr.read()
-        assert process.wait(timeout=120) == 130
-    assert "Interrupted: kept " in said, said
-    assert {path.name for path in (tmp_path / "out").iterdir()} == TABLES
-    interrupted = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["traced"]["interrupted"]
-    assert 0 < interrupted["suns_traced"] < interrupted["of"]
 
 
 def test_blocks_end_with_days_where_days_are_short_enough():
