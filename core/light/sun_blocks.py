@@ -5,6 +5,7 @@ import time
 import numpy as np
 
 from ..sun.keep_suns import end_of_days
+from . import kept_matrix
 
 BYTES_PER_BLOCK = 100e6  # of one array (patches × suns); some six of them live at a time
 SUNS_PER_BLOCK = 48  # at most: an interruption loses a block, and narrower ones make reflections slower
@@ -39,11 +40,11 @@ def count_kept(suns, blocks):
 
 
 def keep_columns(matrix, count):
-    """The first columns of a matrix of `keep_matrix`."""
+    """The first columns of a matrix of `keep_matrix`, in memory where these alone have room."""
     if isinstance(matrix, np.ndarray):
         return matrix[:, :count]
     matrix.cut(count)
-    return matrix
+    return matrix[:] if 4 * matrix.shape[0] * count <= kept_matrix.LIMIT else matrix
 
 
 class SunsTeller:

@@ -269,6 +269,21 @@ def test_in_another_thread_nothing_is_heard():
     assert not failed
 
 
+def test_what_is_kept_of_a_large_matrix_comes_into_memory_where_it_has_room(monkeypatch):
+    values = np.random.default_rng(0).random((50, 40)).astype(np.float32)
+    monkeypatch.setattr(kept_matrix, "LIMIT", 4 * 50 * 20)
+    for count, kind in ((30, kept_matrix.MatrixOnDisk), (20, np.ndarray)):
+        matrix = kept_matrix.keep_matrix(values.shape)
+        for start in (0, 10, 20, 30):
+            matrix[:, start : start + 10] = values[:, start : start + 10]
+        with pytest.raises(IndexError, match="no block ends at column 25"):
+            matrix.cut(25)
+        kept = sun_blocks.keep_columns(matrix, count)
+        assert isinstance(kept, kind)
+        assert kept.shape == (50, count)
+        np.testing.assert_array_equal(kept[:], values[:, :count])
+
+
 def test_blocks_end_with_days_where_days_are_short_enough():
     suns = suns_of("typical-days:8")
     blocks = sun_blocks.cut_into_blocks(suns, 1000)
@@ -276,8 +291,8 @@ def test_blocks_end_with_days_where_days_are_short_enough():
     assert blocks[-1].stop == len(suns)
     assert {block.stop for block in blocks} <= set(end_of_days(suns).tolist())
     assert max(block.stop - block.start for block in blocks) <= sun_blocks.SUNS_PER_BLOCK
-    # Four million patches have room for six suns: then days are cut, and kept where they end.
-    narrow = sun_blocks.cut_into_blocks(suns, 4_000_000)
+    # So many patches that there is room for six suns: then days are cut, and kept where they end.
+    narrow = sun_blocks.cut_into_blocks(suns, int(sun_blocks.BYTES_PER_BLOCK / 4 / 6))
     assert max(block.stop - block.start for block in narrow) == 6
     kept = {sun_blocks.count_kept(suns, narrow[:number]) for number in range(len(narrow) + 1)}
     assert kept == {0, *end_of_days(suns).tolist()}
