@@ -225,8 +225,7 @@ def run_simulate(options):
     )
     if not interrupted:
         return 0
-    kept = "Interrupted: kept {suns_traced:,} of {of:,} suns".format(**interrupted)
-    print(f"{kept}; what stands in {options.out} is made of these alone", file=sys.stderr)
+    print(interrupted, file=sys.stderr)
     return 130
 
 

@@ -73,8 +73,8 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
 
     Returns
     -------
-    dict or None
-        After Ctrl-C while suns were traced: `suns_traced`, which everything written is made of, `of` so many.
+    str
+        After Ctrl-C while suns were traced: which of them everything written is made of. Else "".
 
     Raises
     ------
@@ -108,7 +108,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         if exports:
             write_exports(work, (city, scene, transfer, energy, weather), request, exports)
     tell_outcome(teller, folder, energy)
-    return transfer.settings.get("interrupted")
+    return describe_interruption(transfer.settings)
 
 
 def trace_until_interrupted(scene, weather, request, teller, folder):
@@ -155,6 +155,8 @@ def reweigh(transfer_path, folder, request, *, overwrite=False, say=None):
     check_folder(folder, overwrite)
     check_settings(request)
     transfer = read_transfer(transfer_path)
+    if "interrupted" in transfer.settings:
+        teller.say(f"{transfer_path} comes from a run that did not end. {describe_interruption(transfer.settings)}")
     weather = read_year(transfer.site, request)
     teller.say(describe_weather(weather, transfer.site))
     teller.lap("read")
@@ -229,6 +231,18 @@ def describe_weather(weather, site):
     """The weather in a line of text, with its distance where it comes from another place."""
     away = distance_of_weather(weather, site)
     return f"Weather: {weather.label}" + (f"; its place is {away:,.0f} km away, and so is the sun" if away >= 1 else "")
+
+
+def describe_interruption(settings):
+    """Which suns a Transfer with such settings is made of, and what those lack; "" where it is whole."""
+    if "interrupted" not in settings:
+        return ""
+    line = "Interrupted: kept {suns_traced:,} of {of:,} suns".format(**settings["interrupted"])
+    if "sun_sampling" in settings:
+        line += "; by that full load hours are off by {bias:+.2f} %, single surfaces by {rms:.2f} % (rms)".format(
+            **settings["sun_sampling"]
+        )
+    return line
 
 
 def tell_outcome(teller, folder, energy):

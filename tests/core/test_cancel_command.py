@@ -71,7 +71,7 @@ def test_first_interrupt_keeps_the_suns(city, tmp_path, capfd, monkeypatch):
     assert summary["error_budget"]["sun_sampling"]["patches"] > 10
     said = capfd.readouterr().err
     assert "Interrupting: the suns that are traced are kept" in said
-    assert said.strip().splitlines()[-1].startswith(f"Interrupted: kept {kept} of {count} suns; ")
+    assert said.strip().splitlines()[-1].startswith(f"Interrupted: kept {kept} of {count} suns; by that full")
     assert "Traceback" not in said
     # The whole run is not far away, and the part can be weighed again.
     monkeypatch.undo()
@@ -81,6 +81,8 @@ def test_first_interrupt_keeps_the_suns(city, tmp_path, capfd, monkeypatch):
     again = ["yield", str(out / "transfer.nc"), "--weather", str(ERA5), "--out", str(tmp_path / "again"), "--quiet"]
     assert main(again) == 0
     assert (tmp_path / "again" / "faces.csv").read_text() == (out / "faces.csv").read_text()
+    assert main([*again[:-1], "--overwrite"]) == 0
+    assert f"a run that did not end. Interrupted: kept {kept} of {count} suns" in capfd.readouterr().err
 
 
 def column(path, name):
