@@ -4,7 +4,7 @@ import numpy as np
 
 from .hemisphere_rays import CELL_DIVISIONS, rays_from_patches
 from .random_numbers import mix, uniform
-from .sample_points import additive_recurrence, cosine_direction, shifted, stratified_points
+from .sample_points import additive_recurrence, cell_contacts, cosine_direction, shifted, stratified_points
 
 RAYS_PER_CELL = 8  # the vote that judges
 STRAY_RAYS = 1  # of them that may find a hole to the sky from the inside of an open shell
@@ -82,3 +82,21 @@ def lie_in_earth(ray_scene, patches, points):
     up = np.tile(np.float32([0, 0, 1]), (points.shape[0] * points.shape[1], 1))
     above = ray_scene.trace_closest(points.reshape(-1, 3), up)
     return ((above >= 0) & patches.ground[above] & (patches.normal[above, 2] > 0)).reshape(points.shape[:2])
+
+
+def enclosed_cells(covered):
+    """Covered cells all around which the patch is covered too.
+
+    Parameters
+    ----------
+    covered : (c, cells) bool
+
+    Returns
+    -------
+    (c, cells) bool
+    """
+    enclosed = np.zeros(covered.shape, bool)
+    within = covered.any(axis=1)
+    contacts = cell_contacts(round(np.sqrt(covered.shape[1])))
+    enclosed[within] = covered[within] & ((~covered[within]).astype(np.float32) @ contacts == 0)
+    return enclosed

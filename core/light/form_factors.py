@@ -18,7 +18,7 @@ from .sample_points import REPLICATES
 
 REPLICATE_BITS = REPLICATES.bit_length() - 1
 NONE = np.float32(0)
-MOST_COUNTED = 255  # rays of a replicate up to which a byte counts them
+MOST_LISTED = 4096  # rays of a patch up to which each is an entry of its own; to merge equal ones would save little
 
 
 @dataclass
@@ -28,7 +28,7 @@ class Rows:
     chosen: np.ndarray  # (c,) int, the patches
     start: np.ndarray  # (c + 1,) int64, where the entries of each begin
     key: np.ndarray  # (e,) int32, (patch met · cells + cell) · REPLICATES + replicate, ascending within a patch
-    count: np.ndarray  # (e,) uint8 or uint32, rays
+    count: np.ndarray  # (e,) uint32, rays
 
 
 @dataclass
@@ -95,12 +95,13 @@ def count_hits(chosen, hit, b1, b2, cells):
     keys = np.empty(hit.shape, np.int32)
     make_keys((hit, b1.reshape(hit.shape), b2.reshape(hit.shape)), round(np.sqrt(cells)), keys)
     keys.sort(axis=1)
-    key, count = np.empty(hit.size, np.int32), np.empty(hit.size, np.uint32)
     start = np.zeros(len(hit) + 1, np.int64)
+    if hit.shape[1] <= MOST_LISTED:
+        np.cumsum((keys >= 0).sum(axis=1), out=start[1:])
+        return Rows(chosen, start, keys[keys >= 0], np.broadcast_to(np.uint32(1), (start[-1],)))
+    key, count = np.empty(hit.size, np.int32), np.empty(hit.size, np.uint32)
     merge_keys(keys, start, key, count)
-    kept = start[-1]
-    dtype = np.uint8 if hit.shape[1] // REPLICATES <= MOST_COUNTED else np.uint32
-    return Rows(chosen, start, key[:kept].copy(), count[:kept].astype(dtype))
+    return Rows(chosen, start, key[: start[-1]].copy(), count[: start[-1]].copy())
 
 
 @njit(nogil=True, cache=True)

@@ -59,6 +59,7 @@ class Annual:
 
     by_point: np.ndarray  # (p, m) float32, what each point receives at first hit
     handed_on: np.ndarray  # (p,) float32, as of `reflect`
+    lit_ground: float = 0.0  # radiosity of the far ground
     speakers: np.ndarray | None = None  # (p, cells) int32, the same for every sun; None before the first
 
 
@@ -179,6 +180,8 @@ def gather_block(tracing, hemisphere, lit, teller, *, found, annual):
         found.reflected[:, block] = average_surfaces(tracing.merge, reflected, tracing.threads)
         found.last = max(found.last, last)
         annual.handed_on += handed_on
+        if tracing.plan.far_ground:
+            annual.lit_ground += tracing.request.ground_albedo * float(part[1] @ np.maximum(part[0][:, 2], 0))
     found.visible_share[:, block] = average_surfaces(tracing.merge, light.visible_share, tracing.threads)
     found.ray_count += light.ray_count
     annual.by_point += light.by_point
@@ -194,13 +197,14 @@ def error_of_direct(tracing, hemisphere, annual):
         annual_of_cells = np.take_along_axis(annual.by_point, annual.speakers, axis=1)
         handed_on = patches.albedo[:, None] * annual_of_cells + annual.handed_on[:, None]
         by_replicate = multiply_cells(hemisphere.form_factors, handed_on, tracing.threads)
+        by_replicate += annual.lit_ground * hemisphere.far_ground
         variance = variance + variance_of_replicates(by_replicate)
     return np.sqrt(tracing.merge.power(2) @ variance)
 
 
 def send_shadow_rays(tracing, hemisphere):
     """Patches whose visible share of a sun is found by shadow rays: (p,) bool."""
-    return ~tracing.plan.closed & tracing.patches.receives & ~hemisphere.enclosed.all(axis=1)
+    return ~tracing.plan.closed & tracing.patches.receives & ~hemisphere.covered.all(axis=1)
 
 
 def look_at_block(tracing, hemisphere, suns, report):
@@ -223,7 +227,7 @@ def look_at_block(tracing, hemisphere, suns, report):
         patches,
         send_shadow_rays(tracing, hemisphere),
         plan.closed & patches.receives,
-        (hemisphere.covered, hemisphere.enclosed),
+        hemisphere.covered,
         point_count=points_above(tracing.request.shadow_samples),
         suns=suns,
         behind=plan.suns_behind,
@@ -259,10 +263,11 @@ def reflect_block(tracing, hemisphere, light, suns, report):
         far_first = np.outer(hemisphere.far_ground.mean(axis=1), lit_ground)
     aoi_projection = projection_in_front(tracing.patches.normal, directions)
     arriving = multiply_seen(form_factors, tracing.patches.albedo, aoi_projection, light.seen, threads)
+    first = np.multiply(aoi_projection, light.visible_share, out=aoi_projection)
     reflected, handed_on, last = reflect(
         form_factors,
         radiosity_factor(tracing.patches, hemisphere.covered_share),
-        light.first,
+        first,
         far_first,
         tracing.plan.max_bounces,
         arriving=arriving,

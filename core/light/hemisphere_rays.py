@@ -4,24 +4,24 @@ import numpy as np
 from numba import njit
 
 from .random_numbers import uniform
-from .sample_points import REPLICATES
+from .sample_points import DIGITS, REPLICATES
 
 CELL_DIVISIONS = 8  # each patch is judged in 64 cells, whether they lie inside or under something
-HALF, ONE, TURN = np.float32(0.5), np.float32(1), np.float32(2 * np.pi)
+HALF, ONE, TURN, UNIT = np.float32(0.5), np.float32(1), np.float32(2 * np.pi), np.float32(2.0**-DIGITS)
 
 
 def hemisphere_rays(patches, chosen, sequence):
     """Origins, directions and cells of the hemisphere rays of some patches.
 
-    Position and direction come from one four-dimensional sequence, shifted for each patch and replicate: pairs from
-    two-dimensional ones would be correlated.
+    Position and direction come from one four-dimensional sequence, whose digits are turned over at random for each
+    patch and replicate: pairs from two-dimensional ones would be correlated.
 
     Parameters
     ----------
     patches : Patches
     chosen : (c,) int
-    sequence : (rays / REPLICATES, 4) float32
-        Of `additive_recurrence`.
+    sequence : (rays / REPLICATES, 4) uint32
+        Of `sobol_digits`.
 
     Returns
     -------
@@ -30,45 +30,47 @@ def hemisphere_rays(patches, chosen, sequence):
         Which of the patch's CELL_DIVISIONS² cells each ray starts in.
     """
     count, rays = len(chosen), len(sequence) * REPLICATES
-    shifts = uniform(patches.key[chosen], 4 * REPLICATES).reshape(count, REPLICATES, 4)
+    turned = (uniform(patches.key[chosen], 4 * REPLICATES) * (1 << DIGITS)).astype(np.uint32)
     origins, directions = np.empty((2, count, rays, 3), np.float32)
     cells = np.empty((count, rays), np.uint8)
+    made = origins, directions, cells
     frames = np.concatenate([patches.tangents, patches.normal[:, None]], axis=1)[chosen]
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
-    make_rays((start, patches.edges[chosen], frames), shifts, sequence, (origins, directions, cells))
+    make_rays((start, patches.edges[chosen], frames), turned.reshape(count, REPLICATES, 4), sequence, made)
     return origins, directions, cells
 
 
 @njit(nogil=True, cache=True)
-def make_rays(places, shifts, sequence, made):
-    """Make the rays of c patches; the same formulas, in numpy, stand in `sample_points`.
+def make_rays(places, turned, sequence, made):
+    """Make the rays of c patches.
 
     Parameters
     ----------
     places : tuple of (c, 3), (c, 2, 3) and (c, 3, 3) float32
         Where the rays start: corner, edges and frame of each patch.
-    shifts : (c, REPLICATES, 4) float32
-    sequence : (rays / REPLICATES, 4) float32
+    turned : (c, REPLICATES, 4) uint32
+        Digits to turn over.
+    sequence : (rays / REPLICATES, 4) uint32
     made : tuple of (c, rays, 3), (c, rays, 3) float32 and (c, rays) uint8
         Written: origins, directions, cells.
     """
     (start, edges, frames), (origins, directions, cells) = places, made
-    length = len(sequence)
-    cosine, sine = np.cos(TURN * sequence[:, 3]), np.sin(TURN * sequence[:, 3])
+    cosine, sine, last = table_of_turns(len(sequence))
     for patch in range(len(start)):
         ray = 0
-        for replicate in range(shifts.shape[1]):
-            shift = shifts[patch, replicate]
-            # The angle is shifted by turning its sine and cosine.
-            cosine_shift, sine_shift = np.cos(TURN * shift[3]), np.sin(TURN * shift[3])
-            for sample in range(length):
-                s, t = moved(sequence[sample, 0], shift[0]), moved(sequence[sample, 1], shift[1])
-                u = moved(sequence[sample, 2], shift[2])
+        for replicate in range(turned.shape[1]):
+            turn = turned[patch, replicate]
+            # The leading digits of the angle choose an entry of the table; the others turn all of them alike.
+            rest = TURN * fraction(turn[3] & ((1 << last) - 1))
+            cosine_rest, sine_rest = np.cos(rest), np.sin(rest)
+            for sample in range(len(sequence)):
+                s, t = fraction(sequence[sample, 0] ^ turn[0]), fraction(sequence[sample, 1] ^ turn[1])
+                u, entry = fraction(sequence[sample, 2] ^ turn[2]), (sequence[sample, 3] ^ turn[3]) >> last
                 b1 = s * HALF if t > s else s - t * HALF
                 b2 = t - s * HALF if t > s else t * HALF
-                radius, height = np.sqrt(u), np.sqrt(max(ONE - u, np.float32(0)))
-                along = radius * (cosine[sample] * cosine_shift - sine[sample] * sine_shift)
-                across = radius * (sine[sample] * cosine_shift + cosine[sample] * sine_shift)
+                radius, height = np.sqrt(u), np.sqrt(ONE - u)
+                along = radius * (cosine[entry] * cosine_rest - sine[entry] * sine_rest)
+                across = radius * (sine[entry] * cosine_rest + cosine[entry] * sine_rest)
                 for axis in range(3):
                     origins[patch, ray, axis] = (
                         start[patch, axis] + b1 * edges[patch, 0, axis] + b2 * edges[patch, 1, axis]
@@ -82,11 +84,22 @@ def make_rays(places, shifts, sequence, made):
                 ray += 1
 
 
+@njit(nogil=True, cache=True)
+def table_of_turns(count):
+    """Cosine and sine of the angles that the leading digits of so many points stand for, and how many digits follow."""
+    leading = 0
+    while (1 << leading) < count:
+        leading += 1
+    angles = np.empty(1 << leading, np.float32)
+    for entry in range(len(angles)):
+        angles[entry] = TURN * np.float32(entry) / np.float32(len(angles))
+    return np.cos(angles), np.sin(angles), DIGITS - leading
+
+
 @njit(nogil=True, cache=True, inline="always")
-def moved(number, shift):
-    """A number in [0, 1), shifted on the torus."""
-    number += shift
-    return number - ONE if number >= ONE else number
+def fraction(digits):
+    """Number in [0, 1) from its binary digits."""
+    return np.float32(digits) * UNIT
 
 
 @njit(nogil=True, cache=True)

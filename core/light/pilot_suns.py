@@ -59,7 +59,7 @@ def trace_pilot(scene, transfer, hourly, request, progress):
             few,
             few.receives,
             np.zeros(len(few), bool),
-            tuple(np.zeros((2, len(few), 1), bool)),
+            np.zeros((len(few), 1), bool),
             point_count=points_above(request.shadow_samples),
             suns=(suns.direction.astype(np.float32), suns.weight.astype(np.float32)),
             behind=False,

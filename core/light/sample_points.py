@@ -3,7 +3,9 @@
 import functools
 
 import numpy as np
+from scipy.stats.qmc import Sobol
 
+DIGITS = 24  # binary ones of float32 numbers below 1
 REPLICATES = 4  # independent sets of hemisphere rays per patch; their spread is the standard error
 
 
@@ -23,6 +25,26 @@ def additive_recurrence(count, dimensions):
         ratio = (1 + ratio) ** (1 / (dimensions + 1))
     steps = ratio ** -np.arange(1.0, dimensions + 1)
     return np.mod(np.arange(1.0, count + 1)[:, None] * steps, 1).astype(np.float32)
+
+
+def sobol_digits(count):
+    """The first four-dimensional points of Sobol's sequence, as binary fractions.
+
+    Of 2^k of them, every slice of the square that should hold one holds one; so it stays when all digits of a
+    coordinate are turned over where those of a random number are 1.
+
+    Returns
+    -------
+    (count, 4) uint32
+        Multiples of 2^-DIGITS.
+
+    References
+    ----------
+    I. M. Sobol (1967), doi:10.1016/0041-5553(67)90144-9. Direction numbers: S. Joe and F. Y. Kuo (2008),
+    doi:10.1137/070709359, as in `scipy.stats.qmc`.
+    """
+    points = Sobol(4, scramble=False).random_base2((count - 1).bit_length())[:count]
+    return np.round(points * (1 << DIGITS)).astype(np.uint32)
 
 
 def shifted(points, shifts):

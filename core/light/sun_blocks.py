@@ -7,7 +7,7 @@ import numpy as np
 from ..sun.keep_suns import end_of_days
 from . import kept_matrix
 
-BYTES_PER_BLOCK = 100e6  # of one array (patches × suns); some six of them live at a time
+BYTES_PER_BLOCK = 32e6  # of one array (patches × suns); some six of them live at a time
 SUNS_PER_BLOCK = 48  # at most: an interruption loses a block, and narrower ones make reflections slower
 
 

@@ -13,11 +13,11 @@ from numba import njit
 
 from ..errors import InputError
 from .check_arrays import check_array
-from .find_covered import find_covered_cells, lie_in_earth
+from .find_covered import enclosed_cells, find_covered_cells, lie_in_earth
 from .form_factors import FormFactors, count_hits
 from .hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from .ray_scene import map_in_order
-from .sample_points import REPLICATES, additive_recurrence, cell_contacts, cells_inside
+from .sample_points import REPLICATES, cells_inside, sobol_digits
 
 RAYS_PER_TASK = 1 << 17
 SKY, FAR_GROUND, FRONT, BACK, DARK = range(5)  # what becomes of a ray; DARK carries nothing
@@ -33,7 +33,6 @@ class Hemisphere:
     far_ground: np.ndarray  # (p, REPLICATES) float32, share that leaves below the horizon
     form_factors: FormFactors | None  # the rays that meet another patch's front
     covered: np.ndarray  # (p, CELL_DIVISIONS²) bool, cells that lie inside or under something
-    enclosed: np.ndarray  # (p, CELL_DIVISIONS²) bool, covered cells all around which the patch is covered too
     ray_count: int
 
     @property
@@ -74,7 +73,7 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     check_array("traced", traced, (count,), kind="b")
     if sample_count < REPLICATES or sample_count % REPLICATES:
         raise InputError("sample_count", f"{sample_count} rays", f"give a multiple of {REPLICATES}")
-    sequence = additive_recurrence(sample_count // REPLICATES, 4)
+    sequence = sobol_digits(sample_count // REPLICATES)
     rows = np.flatnonzero(traced)
     step = max(1, RAYS_PER_TASK // sample_count)
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
@@ -88,13 +87,10 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
         far_ground=np.zeros((count, REPLICATES), np.float32),
         form_factors=FormFactors([], count, cells, len(sequence)) if reflections else None,
         covered=np.zeros((count, CELL_DIVISIONS**2), bool),
-        enclosed=np.zeros((count, CELL_DIVISIONS**2), bool),
         ray_count=0,
     )
-    for chosen, (tally, covered, enclosed, matrix_rows) in zip(
-        tasks, map_in_order(trace_rows, tasks, threads), strict=True
-    ):
-        found.covered[chosen], found.enclosed[chosen] = covered, enclosed
+    for chosen, (tally, covered, matrix_rows) in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
+        found.covered[chosen] = covered
         found.sky[chosen], found.far_ground[chosen], found.sky_of_cells[chosen] = tally
         if reflections:
             found.form_factors.rows.append(matrix_rows)
@@ -109,7 +105,7 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
     Parameters
     ----------
     chosen : (c,) int
-    sequence : (rays / REPLICATES, 4) float32
+    sequence : (rays / REPLICATES, 4) uint32
     cells : int or None
         As of `trace_hemisphere`; None where no matrix is wanted.
 
@@ -117,7 +113,7 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
     -------
     tally : tuple of (c, REPLICATES), (c, REPLICATES) and (c, cells) float32
         Shares of sky, of far ground, and of sky for each cell.
-    covered, enclosed : (c, CELL_DIVISIONS²) bool
+    covered : (c, CELL_DIVISIONS²) bool
     rows : Rows or None
     """
     origins, directions, start_cells = hemisphere_rays(patches, chosen, sequence)
@@ -129,11 +125,10 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
 
     # Where a ray met a back, the patch may lie inside something.
     suspect = np.flatnonzero(suspect)
-    covered, enclosed = np.zeros((2, len(chosen), CELL_DIVISIONS**2), bool)
+    covered = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
     covered[suspect] = find_covered_cells(ray_scene, patches, chosen[suspect])
     within = suspect[covered[suspect].any(axis=1)]
-    enclosed[within] = covered[within] & ~touches_open(covered[within])
-    darken_rays(fate, within, start_cells, covered, enclosed)
+    darken_rays(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))
     # Along the line of the ground each ray is asked whether it starts below it.
     partly = within[~covered[within].all(axis=1)]
     fate[partly] = np.where(lie_in_earth(ray_scene, patches, origins[partly]), DARK, fate[partly])
@@ -141,13 +136,8 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
     divisions = cells or 1
     tally = tally_rays(fate, start_cells, covered, cells_inside(CELL_DIVISIONS, round(np.sqrt(divisions))), divisions)
     if cells is None:
-        return tally, covered, enclosed, None
-    return tally, covered, enclosed, count_hits(chosen, np.where(fate == FRONT, hit, -1), b1, b2, cells)
-
-
-def touches_open(covered):
-    """Which cells touch one that is not covered, or are not: (c, CELL_DIVISIONS²) bool."""
-    return (~covered).astype(np.float32) @ cell_contacts(CELL_DIVISIONS) > 0
+        return tally, covered, None
+    return tally, covered, count_hits(chosen, np.where(fate == FRONT, hit, -1), b1, b2, cells)
 
 
 @njit(nogil=True, cache=True)
@@ -158,10 +148,10 @@ def darken_rays(fate, within, start_cells, covered, enclosed):
     itself, else the edge would count twice. What leaves downwards from a covered cell, below the ground or through a
     missing floor, meets no lit ground.
     """
-    for patch in within:
+    for place, patch in enumerate(within):
         for ray in range(fate.shape[1]):
             cell = start_cells[patch, ray]
-            if enclosed[patch, cell] or (covered[patch, cell] and fate[patch, ray] == FAR_GROUND):
+            if enclosed[place, cell] or (covered[place, cell] and fate[patch, ray] == FAR_GROUND):
                 fate[patch, ray] = DARK
 
 

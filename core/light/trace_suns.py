@@ -8,6 +8,7 @@ from numba import njit
 
 from ..errors import InputError
 from .check_arrays import UNIT, check_array
+from .find_covered import enclosed_cells
 from .hemisphere_rays import cell_at
 from .random_numbers import mix, uniform
 from .ray_scene import map_in_order
@@ -23,14 +24,13 @@ class SunLight:
     """What p patches receive of s suns at first hit."""
 
     visible_share: np.ndarray  # (p, s) float32; 0 where the sun stands behind the patch
-    first: np.ndarray  # (p, s) float32, visible share times the cosine of the angle of incidence
     seen: np.ndarray  # (p, s) uint16, bit c is set where the sun is visible from the point of cell c
     by_point: np.ndarray  # (p, m) float32, sum over the suns of weight times what each point receives
     speakers: np.ndarray  # (p, cells) int32, which point speaks for each cell
     ray_count: int
 
 
-def trace_suns(ray_scene, patches, traced, closed, inside, *, point_count, suns, behind, threads, progress):
+def trace_suns(ray_scene, patches, traced, closed, covered, *, point_count, suns, behind, threads, progress):
     """Look from points of every traced patch to each sun that stands in front of it.
 
     Parameters
@@ -41,9 +41,8 @@ def trace_suns(ray_scene, patches, traced, closed, inside, *, point_count, suns,
         Patches that need shadow rays.
     closed : (p,) bool
         Patches with nothing in front of them: they see every sun in front of them, without a ray.
-    inside : tuple of (p, c) and (p, c) bool
-        Cells of each patch that lie inside or under something, and which of them are enclosed by such: points in those
-        see no sun.
+    covered : (p, c) bool
+        Cells of each patch that lie inside or under something: points deep in those see no sun.
     point_count : int
         Points per patch, a square number.
     suns : tuple of (s, 3) float32 and (s,) float32
@@ -68,14 +67,12 @@ def trace_suns(ray_scene, patches, traced, closed, inside, *, point_count, suns,
     check_array("weights of the suns", suns[1], (len(directions),), least=0, most=1 + UNIT)
     for name, values in (("traced", traced), ("closed", closed)):
         check_array(name, values, (count,), kind="b")
-    cells = check_array("covered", inside[0], (count, "c"), kind="b").shape[1]
-    check_array("enclosed", inside[1], (count, cells), kind="b")
+    cells = check_array("covered", covered, (count, "c"), kind="b").shape[1]
     for name, number in (("point_count", point_count), ("cells of covered", cells)):
         if number < 1 or round(np.sqrt(number)) ** 2 != number:
             raise InputError(name, f"{number} is not a square number", "give 1, 4, 9, 16 …")
     found = SunLight(
         visible_share=np.zeros((count, len(directions)), np.float32),
-        first=np.zeros((count, len(directions)), np.float32),
         seen=np.zeros((count, len(directions)), np.uint16),
         by_point=np.zeros((count, point_count), np.float32),
         speakers=np.zeros((count, cells_of_light(point_count)), np.int32),
@@ -84,7 +81,6 @@ def trace_suns(ray_scene, patches, traced, closed, inside, *, point_count, suns,
     free = np.flatnonzero(closed)
     aoi_projection = projection_in_front(patches.normal[free], directions)
     found.visible_share[free] = aoi_projection > 0
-    found.first[free] = aoi_projection
     found.seen[free] = np.where(aoi_projection > 0, (1 << cells_of_light(point_count)) - 1, 0)
     found.by_point[free] = (aoi_projection @ suns[1].astype(np.float32))[:, None]
 
@@ -93,7 +89,7 @@ def trace_suns(ray_scene, patches, traced, closed, inside, *, point_count, suns,
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
 
     def look(chosen):
-        points = shadow_points(patches, chosen, inside, point_count)
+        points = shadow_points(patches, chosen, covered[chosen], point_count)
         return look_at_suns(ray_scene, patches, chosen, points, (directions, suns[1]), behind=behind, found=found)
 
     done = 0
@@ -177,7 +173,7 @@ def look_at_suns(ray_scene, patches, chosen, points, suns, *, behind, found):
     aoi_projection = projection_in_front(patches.normal[chosen], directions)
     wanted = np.ones(aoi_projection.shape, bool) if behind else aoi_projection > 0
     free = ray_scene.look_at_suns(position, wanted, directions)
-    light = found.visible_share, found.first, found.seen, found.by_point
+    light = found.visible_share, found.seen, found.by_point
     found.speakers[chosen] = points[1]
     add_points(free, tuple(points), (aoi_projection, weights.astype(np.float32)), chosen, light)
     return int(wanted.sum()) * position.shape[1]
@@ -196,10 +192,10 @@ def add_points(free, points, suns, chosen, light):
         Cosine of incidence of each sun, 0 where it stands behind, and its weight.
     chosen : (c,) int
         Rows of `light` that belong to the patches.
-    light : tuple of (p, s) float32, (p, s) float32, (p, s) uint16 and (p, m) float32
-        Written: as the first four of `SunLight`.
+    light : tuple of (p, s) float32, (p, s) uint16 and (p, m) float32
+        Written: as the first three of `SunLight`.
     """
-    (open_points, speakers), (aoi_projection, weights), (visible_share, first, seen, by_point) = (points, suns, light)
+    (open_points, speakers), (aoi_projection, weights), (visible_share, seen, by_point) = points, suns, light
     point_count = open_points.shape[1]
     for patch in range(len(free)):
         row = chosen[patch]
@@ -219,17 +215,16 @@ def add_points(free, points, suns, chosen, light):
             for cell in range(speakers.shape[1]):
                 point = speakers[patch, cell]
                 bits |= int(free[patch, sun, point] & open_points[patch, point]) << cell
-            share = np.float32(visible) / np.float32(point_count)
-            visible_share[row, sun], first[row, sun], seen[row, sun] = share, aoi_projection[patch, sun] * share, bits
+            visible_share[row, sun], seen[row, sun] = np.float32(visible) / np.float32(point_count), bits
 
 
-def shadow_points(patches, chosen, inside, point_count):
+def shadow_points(patches, chosen, covered, point_count):
     """Stratified points on some patches: one in each of `point_count` congruent cells.
 
     Parameters
     ----------
-    inside : tuple of (p, c) and (p, c) bool
-        As of `trace_suns`.
+    covered : (c, cells) bool
+        Cells of these patches that lie inside or under something.
 
     Returns
     -------
@@ -244,10 +239,10 @@ def shadow_points(patches, chosen, inside, point_count):
     position = np.empty((len(chosen), point_count, 3), np.float32)
     cell = np.empty((len(chosen), point_count), np.intp)
     corners = cell_corners(round(np.sqrt(point_count)))
-    places = start, patches.edges[chosen], round(np.sqrt(inside[0].shape[1]))
+    places = start, patches.edges[chosen], round(np.sqrt(covered.shape[1]))
     place_points(numbers.reshape(len(chosen), point_count, 2), corners, places, position, cell)
-    covered, enclosed = (np.take_along_axis(cells[chosen], cell, axis=1) for cells in inside)
-    return position, ~enclosed, choose_speakers(patches.key[chosen], ~covered)
+    dark, mute = (np.take_along_axis(cells, cell, axis=1) for cells in (enclosed_cells(covered), covered))
+    return position, ~dark, choose_speakers(patches.key[chosen], ~mute)
 
 
 @njit(nogil=True, cache=True)

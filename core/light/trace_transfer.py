@@ -77,6 +77,7 @@ def trace_transfer(scene, suns, request, progress, folder=None):
     clock.lap("sky and reflections")
 
     diffuse = gather_diffuse(tracing, hemisphere)
+    hemisphere.sky_of_cells = None  # of no more use, and large
     clock.lap("diffuse reflections")
     direct = gather_direct(tracing, hemisphere, suns, folder)
     clock.lap("suns")

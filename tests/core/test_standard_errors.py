@@ -63,13 +63,10 @@ LADDERS = {  # part, settings with 1, 4 and 16 times the samples, and those of a
     "suns and reflections": (DIRECT, [(16 * n, n, 3) for n in (4, 16, 64)], (8192, 576, 3)),
     "reflections": (DIRECT, [(n, 16, 3, ALIGNED) for n in (64, 256, 1024)], (16384, 16, 3, ALIGNED)),  # no shadows
 }
-FAR_GROUND = pytest.mark.xfail(strict=True, reason="the noise of what the far ground reflects of the suns is left out")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=FAR_GROUND if name == "reflections" else ()) for name in LADDERS]
-)
+@pytest.mark.parametrize("name", LADDERS)
 def test_errors_fall_and_are_reported(name):
     """With sixteen times the samples to a quarter at least; of some thousand surfaces and three seeds."""
     part, ladder, long = LADDERS[name]
@@ -83,7 +80,6 @@ def test_errors_fall_and_are_reported(name):
         assert np.log(errors[0] / errors[-1]) / np.log(16) >= 0.5
 
 
-@FAR_GROUND
 def test_the_far_ground_s_noise_counts():
     """A slope in the open gets from the far ground what its rays say; its error says how well they know it."""
     suns = suns_towards([[0.1, -0.3, 1], [0.5, -0.2, 0.8]])

@@ -190,7 +190,7 @@ def test_broken_shadow_rays():
     good = {
         "traced": EVERY,
         "closed": ~EVERY,
-        "inside": tuple(np.zeros((2, COUNT, 64), bool)),
+        "covered": np.zeros((COUNT, 64), bool),
         "point_count": 16,
         "suns": (SUNS.direction, SUNS.weight),
     }
@@ -198,23 +198,22 @@ def test_broken_shadow_rays():
     def look(**changed):
         rest = {"behind": False, "threads": 1, "progress": lambda share, rays: None}
         arrays = good | changed
-        first = [arrays.pop(name) for name in ("traced", "closed", "inside")]
+        first = [arrays.pop(name) for name in ("traced", "closed", "covered")]
         return trace_suns(ray_scene, PATCHES, *first, **arrays, **rest)
 
-    assert np.isfinite(look().first).all()
+    assert np.isfinite(look().visible_share).all()
     for name, value in (
         ("traced", EVERY[1:]),
         ("closed", np.zeros(COUNT)),
-        ("inside", tuple(np.zeros((2, COUNT, 63), bool))),
-        ("inside", tuple(np.zeros((2, COUNT), bool))),
-        ("inside", (np.zeros((COUNT, 64), bool), np.zeros((COUNT, 16), bool))),
+        ("covered", np.zeros((COUNT, 63), bool)),
+        ("covered", np.zeros(COUNT, bool)),
         ("point_count", 15),
         ("point_count", 0),
         ("suns", (spoiled(SUNS.direction, (0, 0), np.nan), SUNS.weight)),
         ("suns", (SUNS.direction, SUNS.weight[:1])),
         ("suns", (SUNS.direction, spoiled(SUNS.weight, 0, np.inf))),
     ):
-        with pytest.raises(InputError, match={"inside": "covered|enclosed"}.get(name, name.removesuffix("s"))):
+        with pytest.raises(InputError, match=name.removesuffix("s")):
             look(**{name: value})
 
 
@@ -227,7 +226,8 @@ def test_broken_reflections():
     few = replace(found.form_factors, count=COUNT - 1)
     rows = found.form_factors.rows[0]
     astray, lost = (
-        replace(found.form_factors, rows=[replace(rows, key=spoiled(rows.key, 7, key).astype(int))]) for key in (-1, 10**9)
+        replace(found.form_factors, rows=[replace(rows, key=spoiled(rows.key, 7, key).astype(int))])
+        for key in (-1, 10**9)
     )
     many = replace(found.form_factors, rows=[replace(rows, count=spoiled(rows.count, 7, 255).astype(int))])
     for name, arrays in (

@@ -198,7 +198,7 @@ def test_no_wall_gets_more_or_less_sun_than_reaches_it(town):
         patches,
         np.isin(np.arange(len(patches)), rows),
         np.zeros(len(patches), bool),
-        (found.covered, found.enclosed),
+        found.covered,
         point_count=1024,
         suns=(SUNS.astype(np.float32), np.ones(3, np.float32) / 3),
         behind=False,

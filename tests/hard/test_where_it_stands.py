@@ -14,7 +14,7 @@ from citypv.core.geometry.convert_to_metres import convert_to_metres
 from citypv.core.light.hemisphere_rays import hemisphere_rays
 from citypv.core.light.patches import patches_of_scene
 from citypv.core.light.ray_scene import RayScene
-from citypv.core.light.sample_points import additive_recurrence
+from citypv.core.light.sample_points import sobol_digits
 from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
 from citypv.core.request import Request
@@ -56,7 +56,7 @@ def at_origin(ground="none"):
 def answers(scene):
     """Surface met by each of many hemisphere rays; -1 for none."""
     patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.25), 0)
-    origins, directions, _ = hemisphere_rays(patches, np.arange(len(patches)), additive_recurrence(32, 4))
+    origins, directions, _ = hemisphere_rays(patches, np.arange(len(patches)), sobol_digits(32))
     hit = RayScene(scene.vertices, scene.triangles).trace_closest(origins.reshape(-1, 3), directions.reshape(-1, 3))
     return np.where(hit >= 0, scene.triangle_surface[hit], -1)
 
