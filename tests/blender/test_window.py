@@ -211,6 +211,21 @@ def test_escape_cancels_a_step_and_leaves_everything_as_it_was(window):
     assert "Traceback" not in window.read_log()
 
 
+def test_escape_among_the_suns_keeps_those_that_are_traced(window):
+    window.ask("s = bpy.context.scene.citypv; s.suns, s.samples, s.shadow_samples = 'hourly', 64, 4096")
+    press(window, "citypv.trace")
+    running = "__import__('importlib').import_module('bl_ext.user_default.citypv.operators.run_step').Step.current"
+    window.wait_for(f"{running}.text.startswith('suns') and {running}.share > 0.1", 120)
+    window.take_picture(window.pictures / "running.png")
+    window.point("mousemove", 400, 400, "key", "Escape")
+    window.wait_for(f"{running} is None", 60)
+    told = window.ask(f"answer = {CITY}['citypv_interrupted']")
+    assert told.startswith("Interrupted: kept ")
+    assert told in read_reports(window)
+    window.take_picture(window.pictures / "interrupted.png")
+    assert "Traceback" not in window.read_log()
+
+
 def test_bad_input_is_told_in_the_window_without_a_traceback(window):
     window.ask("bpy.context.scene.citypv.city_path = '/exchange/nowhere.gml'")
     press(window, "citypv.import_city")
