@@ -22,9 +22,9 @@ SUITE, PYTHON = "sid", "3.14"
 TOOLS = ["debootstrap", "xvfb", "xdotool", "x11-utils", "imagemagick"]
 PACKAGES = ["blender", "python3-numpy", "python3-requests", "python3-zstandard", "python3-cattr"]
 PACKAGES += ["libegl1", "libgl1", "libgl1-mesa-dri", "libglx-mesa0", "libegl-mesa0"]
-NEEDED = """affine attrs cattrs certifi cftime charset-normalizer click cloudpickle embreex h5py idna joblib lxml
-    mapbox-earcut narwhals netcdf4 packaging pandas pvlib pyparsing pyproj python-dateutil pytz rasterio requests
-    scikit-learn scipy shapely threadpoolctl tqdm tsam typing-extensions tzdata urllib3 xarray"""
+NEEDED = """affine attrs cattrs certifi cftime charset-normalizer click cloudpickle embreex h5py idna joblib
+    llvmlite lxml mapbox-earcut narwhals netcdf4 numba packaging pandas pvlib pyparsing pyproj python-dateutil pytz
+    rasterio requests scikit-learn scipy shapely threadpoolctl tqdm tsam typing-extensions tzdata urllib3 xarray"""
 SIZE = (1600, 1000)
 EXCHANGE = "exchange"  # folder of ROOT that both sides see; inside it is /exchange
 # Nothing of the calling side: Blender as a module leaves words for its own libraries in there.
