@@ -58,7 +58,9 @@ def trace_transfer(scene, suns, request, progress, folder=None):
     plan = plan_effects(scene, patches, request)
     merge = area_means(scene.triangle_surface, patches.area, len(scene.surfaces))
     ray_scene = RayScene(scene.vertices, scene.triangles)
-    tracing = Tracing(ray_scene, patches, plan, request, merge, usable_threads(request.threads), progress)
+    eligible_area = np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0)
+    threads = usable_threads(request.threads)
+    tracing = Tracing(ray_scene, patches, plan, request, merge, eligible_area, threads, progress)
     clock.lap("plan and tree")
 
     samples = -(-request.samples // REPLICATES) * REPLICATES
@@ -108,6 +110,8 @@ def trace_transfer(scene, suns, request, progress, folder=None):
             "embree_thread_seconds": ray_scene.thread_seconds,
             "last_bounce_share_diffuse": diffuse.last,
             "last_bounce_share_direct": direct.last,
+            "change_by_even_patches": {"diffuse": diffuse.evened, "direct": direct.evened},
+            "degrees_of_freedom": {"diffuse": REPLICATES - 1, "direct_reflected": REPLICATES - 1},
             **tell_interruption(direct.kept, len(suns)),
             **({"standard_error_unknown": ONE_POINT} if np.isnan(direct.standard_error).any() else {}),
         },

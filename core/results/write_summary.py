@@ -110,6 +110,8 @@ def budget_errors(transfer, energy):
     - `sampling_total`: standard error of the area-weighted mean over all eligible surfaces.
     - `sampling_median`, `sampling_95`: standard error of single eligible surfaces, median and 95th percentile by area.
     - `bounces`: the most that reflections beyond the last one could add to all light.
+    - `patches`: of reflected light, what is uneven within the cells of patches; a third of what is uneven between the
+      cells, which is measured.
     """
     eligible = transfer.surfaces.eligible & np.isfinite(energy.full_load_hours)
     budget = {"unit": "percent", "bounces": bound_of_bounces(transfer)}
@@ -122,6 +124,9 @@ def budget_errors(transfer, energy):
         share = np.cumsum(area[lit][order]) / area[lit].sum()
         budget["sampling_median"] = float(single[order][np.searchsorted(share, 0.5)])
         budget["sampling_95"] = float(single[order][np.searchsorted(share, 0.95)])
+    if "change_by_even_patches" in transfer.settings:
+        evened = transfer.settings["change_by_even_patches"].values()
+        budget["patches"] = 100 * max(map(abs, evened)) / 3
     if "sun_sampling" in transfer.settings:
         budget["sun_sampling"] = transfer.settings["sun_sampling"]
     return budget

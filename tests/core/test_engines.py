@@ -1,0 +1,115 @@
+"""Packets and single rays answer alike, and single rays stand in where packets do not work."""
+
+import numpy as np
+import pytest
+from scenes import join, scene_of_triangles, strip, suns_towards
+from test_covered import box
+from test_town import TOWN
+
+from citypv.core.errors import InputError
+from citypv.core.light import choose_engine, embree_library
+from citypv.core.light.embree_library import LibraryError
+from citypv.core.light.ray_scene import RayScene
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+
+
+@pytest.fixture
+def afresh(monkeypatch):
+    """As in a new process in which nobody has asked for an engine."""
+    monkeypatch.delenv(choose_engine.VARIABLE, raising=False)
+    choose_engine.fault_of_packets.cache_clear()
+    yield
+    choose_engine.fault_of_packets.cache_clear()
+
+
+def courtyard():
+    ground = strip([-40, -40, 0], [80, 0, 0], [0, 80, 0], 4)
+    return join([ground, *box((-10, -10, 0), (0, 0, 12)), *box((4, -8, 0), (12, 2, 20))])
+
+
+def test_packets_prove_themselves_here(afresh):
+    engine, reason = choose_engine.choose_engine()
+    assert engine == "packets", reason
+
+
+def test_a_city_is_the_same_by_either(monkeypatch):
+    suns = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3]])
+    found = []
+    for engine in choose_engine.TREES:
+        monkeypatch.setenv(choose_engine.VARIABLE, engine)
+        found.append(trace_transfer(courtyard(), suns, Request(), silent))
+        assert found[-1].settings["engine"] == engine
+    for name in ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error"):
+        one, other = (getattr(transfer, name) for transfer in found)
+        assert one == pytest.approx(other, abs=1e-6), name
+
+
+@pytest.mark.slow
+def test_the_town_is_the_same_by_either():
+    """Of a million rays of each kind at most one in 100,000 is answered differently."""
+    town = np.load(TOWN)
+    scene = scene_of_triangles(town["vertices"], town["triangles"])
+    trees = [RayScene(scene.vertices, scene.triangles, engine) for engine in choose_engine.TREES]
+    generator = np.random.default_rng(5)
+    corners = scene.vertices[scene.triangles[generator.integers(0, len(scene.triangles), 2**20)]]
+    weight = generator.dirichlet([1, 1, 1], len(corners))[:, :, None]
+    directions = generator.normal(size=(len(corners), 3)).astype(np.float32)
+    origins = ((corners * weight).sum(axis=1) + 0.01 * directions).astype(np.float32)
+    hits = [tree.trace_closest(origins, directions) for tree in trees]
+    assert (hits[0] != hits[1]).mean() <= 1e-5
+    assert (hits[0] >= 0).mean() > 0.3
+    position, wanted = origins.reshape(-1, 16, 3), np.ones((len(origins) // 16, 1), bool)
+    for sun in town["sun"][::40].astype(np.float32):
+        free = [tree.look_at_suns(position, wanted, sun[None]) for tree in trees]
+        assert (free[0] != free[1]).mean() <= 1e-5
+        assert 0.05 < free[0].mean() < 0.95
+    places = [tree.trace_places(origins, directions) for tree in trees]
+    alike = (hits[0] == hits[1]) & (hits[0] >= 0)
+    assert np.abs(places[0][1] - places[1][1])[alike].max() < 1e-3
+
+
+@pytest.mark.parametrize("points", [1, 4, 5, 16, 64])
+def test_packets_of_any_number_of_points(points):
+    scene = courtyard()
+    trees = [RayScene(scene.vertices, scene.triangles, engine) for engine in choose_engine.TREES]
+    generator = np.random.default_rng(points)
+    position = generator.uniform([-40, -40, 0.1], [40, 40, 20], (50, points, 3)).astype(np.float32)
+    wanted = generator.random((50, 3)) < 0.5
+    directions = np.float32([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3]])
+    one, other = (tree.look_at_suns(position, wanted, directions) for tree in trees)
+    assert np.array_equal(one, other)
+    assert one.any()
+    assert not one[~wanted].any()
+
+
+def test_without_a_library_single_rays_stand_in(afresh, monkeypatch):
+    def nothing():
+        raise LibraryError("embreex carries no Embree 4 library of its own")
+
+    monkeypatch.setattr("citypv.core.light.embree_packets.load_library", nothing)
+    assert choose_engine.choose_engine() == ("rays", "no packets: embreex carries no Embree 4 library of its own")
+    transfer = trace_transfer(courtyard(), suns_towards([[0.2, -0.5, 1]]), Request(), silent)
+    assert transfer.settings["engine"] == "rays"
+    monkeypatch.setenv(choose_engine.VARIABLE, "packets")
+    with pytest.raises(InputError, match="packets do not work here"):
+        choose_engine.choose_engine()
+
+
+def test_packets_that_answer_wrongly_are_not_used(afresh, monkeypatch):
+    right = choose_engine.PacketTree.look_at_suns
+    monkeypatch.setattr(choose_engine.PacketTree, "look_at_suns", lambda *given: ~right(*given))
+    assert choose_engine.choose_engine() == ("rays", "no packets: shadows differ from those of single rays")
+
+
+def test_a_library_without_the_functions_is_refused(monkeypatch):
+    monkeypatch.setattr(embree_library, "PROTOTYPES", {"rtcNoSuchFunction": (None, [])})
+    with pytest.raises(LibraryError, match="rtcNoSuchFunction"):
+        embree_library.load_library.__wrapped__()
+
+
+def test_an_engine_that_does_not_exist_is_refused(monkeypatch):
+    monkeypatch.setenv(choose_engine.VARIABLE, "magic")
+    with pytest.raises(InputError, match="'magic' is no engine; set it to packets or rays"):
+        choose_engine.choose_engine()

@@ -1,0 +1,75 @@
+"""Matrices of surfaces × suns on disk are the same as those in memory."""
+
+import numpy as np
+import pytest
+from scenes import join, strip, suns_towards
+from test_covered import box
+
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light import kept_matrix
+from citypv.core.light.kept_matrix import MatrixOnDisk, keep_matrix, row_blocks
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+from citypv.core.results.read_transfer import read_transfer
+from citypv.core.results.write_transfer import write_transfer
+from citypv.core.weather.read_weather import read_weather
+
+VALUES = np.random.default_rng(3).random((1000, 37), dtype=np.float32)
+
+
+@pytest.fixture
+def small(monkeypatch):
+    monkeypatch.setattr(kept_matrix, "LIMIT", 1024)
+
+
+def on_disk(folder):
+    matrix = keep_matrix(VALUES.shape, folder)
+    assert isinstance(matrix, MatrixOnDisk)
+    for block in (slice(0, 10), slice(10, 11), slice(11, 37)):
+        matrix[:, block] = VALUES[:, block]
+    return matrix
+
+
+def test_rows_come_back(small, tmp_path):
+    matrix = on_disk(tmp_path)
+    assert np.array_equal(np.asarray(matrix), VALUES)
+    assert np.array_equal(matrix[5:9], VALUES[5:9])
+    rows = np.array([3, 4, 700, 999])
+    assert np.array_equal(matrix[rows], VALUES[rows])
+    assert matrix[rows[:0]].shape == (0, 37)
+    assert np.array_equal(np.concatenate([values for _, values in row_blocks(matrix)]), VALUES)
+
+
+def test_nobody_finds_the_file(small, tmp_path):
+    matrix = on_disk(tmp_path)
+    assert matrix[:].sum() > 0
+    assert not list(tmp_path.iterdir())
+
+
+def test_columns_out_of_turn_are_refused(small, tmp_path):
+    matrix = keep_matrix(VALUES.shape, tmp_path)
+    with pytest.raises(IndexError, match="from 0 on"):
+        matrix[:, 3:5] = VALUES[:, 3:5]
+
+
+def test_small_ones_stay_in_memory():
+    assert isinstance(keep_matrix((10, 10)), np.ndarray)
+
+
+def test_a_run_on_disk_is_the_run_in_memory(monkeypatch, tmp_path):
+    ground = strip([-40, -40, 0], [80, 0, 0], [0, 80, 0], 6)
+    scene = join([ground, *box((-10, -10, 0), (0, 0, 12)), *box((4, -8, 0), (12, 2, 20))])
+    suns = suns_towards(np.random.default_rng(1).normal(size=(50, 3)) * [1, 1, 0] + [0, 0, 0.7])
+    weather = read_weather("clear-sky", 52.5, 13.4, 30.0)
+    energies, transfers = [], []
+    for limit in (1 << 28, 256):
+        monkeypatch.setattr(kept_matrix, "LIMIT", limit)
+        transfers.append(trace_transfer(scene, suns, Request(samples=64), silent, tmp_path))
+        energies.append(compute_energy(transfers[-1], weather))
+    assert isinstance(transfers[1].visible_share, MatrixOnDisk)
+    assert np.array_equal(transfers[0].direct_reflected, np.asarray(transfers[1].direct_reflected))
+    assert np.array_equal(energies[0].full_load_hours, energies[1].full_load_hours, equal_nan=True)
+    assert np.nansum(energies[0].full_load_hours) > 0
+    write_transfer(tmp_path / "transfer.nc", transfers[1])
+    assert np.array_equal(read_transfer(tmp_path / "transfer.nc").visible_share, transfers[0].visible_share)
