@@ -19,6 +19,7 @@ class Request:
     longitude: float | None = None  # [°]
     grid_size: float | None = None  # [m], splits large polygons into cells
     patch_size: float | None = 10.0  # [m], longest edge of a patch of light; None keeps the triangles as they are
+    patch_error: float | None = None  # [% of reflected light], chooses the size of patches by a pilot
     ground: str = "auto"  # auto, none
     terrain: str | None = None  # file of measured ground, takes the place of the generated one
     # the weather
@@ -76,6 +77,9 @@ def check_request(request):
     for option, value in (("--grid-size", request.grid_size), ("--patch-size", request.patch_size)):
         if value is not None and not value > 0:
             raise InputError(option, f"{value} is not a length", "give metres above 0")
+    error = request.patch_error
+    if error is not None and not error > 0:
+        raise InputError("--patch-error", f"{error} is no error", "give percent of the reflected light above 0")
     if request.latitude is not None and not -90 <= request.latitude <= 90:
         raise InputError("--latitude", f"{request.latitude} is beyond the poles", "give degrees from -90 to 90")
     if request.longitude is not None and not -180 <= request.longitude <= 180:

@@ -1,7 +1,10 @@
 """The two commands that write results: trace and weigh a city, or weigh again what was traced."""
 
 import time
+from dataclasses import replace
+from functools import partial
 
+from .choose_patch_size import choose_patch_size
 from .energy.pick_module import pick_module
 from .geometry.grid_cells import split_into_cells
 from .interruption import Interruption
@@ -88,6 +91,8 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
     check_settings(request)
     teller.say(f"Reading {', '.join(str(path) for path in paths)}")
     city = read_buildings(paths, request)
+    if request.patch_error is not None:
+        request = fit_patches(city, request, teller)
     scene = place_city(city, request)
     teller.lap("read city")
     for line in describe_scene(scene):
@@ -144,6 +149,13 @@ def trace_until_interrupted(scene, weather, request, teller, folder):
         count = len(transfer.suns)
         transfer.settings.setdefault("interrupted", {"suns_traced": count, "of": count})
     return transfer
+
+
+def fit_patches(city, request, teller):
+    """The request with patches as small as the error that it asks for wants them."""
+    size, expected = choose_patch_size(partial(place_city, city), request, teller.progress)
+    teller.say(f"Patches of {size:.1f} m: they change the reflected light by about {expected:.2f} %")
+    return replace(request, patch_size=size)
 
 
 def reweigh(transfer_path, folder, request, *, overwrite=False, say=None):
