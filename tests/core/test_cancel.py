@@ -226,9 +226,11 @@ def test_kept_suns_are_weighed_by_the_year_they_stand_for():
     share = np.bincount(match.index[match.weight[:, 0] > 0, 0], minlength=count)
     np.testing.assert_allclose(part.suns.weight, share / share.sum(), atol=1e-9)
     alone = trace_transfer(scene, keep_suns(part.suns, count), request, silent)
-    # Not the same surface by surface, for the sums were made with other weights; but not too small on the whole.
+    # Not the same surface by surface: the sums were made with other weights, and four points (two pairs) tell an error
+    # roughly. But it is not too small on the whole.
     one, other = part.direct_annual_standard_error, alone.direct_annual_standard_error
-    assert (one[other > 0] / other[other > 0]).min() > 0.7
+    assert np.quantile(one[other > 0] / other[other > 0], 0.05) > 0.5
+    assert np.median(one[other > 0] / other[other > 0]) > 1
     assert 1 < np.sqrt((one**2).mean() / (other**2).mean()) < 1.3
     check = study.measure_sun_sampling(scene, weather, part, request)
     assert check["patches"] > 5
