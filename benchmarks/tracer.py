@@ -124,6 +124,13 @@ def measure_errors(scene, town, transfer):
     return errors | {"bias_reflected": float(reflected.sum() / town["direct_reflected"].sum())}
 
 
+def compare_engines(found):
+    """Largest relative difference of the town's means between the engines' Transfers."""
+    names = ("diffuse_relative", "sky_view_factor", "visible_share", "direct_reflected")
+    one, other = (np.array([np.mean(getattr(transfer, name), dtype=float) for name in names]) for transfer in found)
+    return float(np.abs(other / one - 1).max())
+
+
 def run_mitsuba(threads):
     """What the peer reports of one run of its own."""
     command = [sys.executable, ROOT / "benchmarks" / "peers" / "mitsuba.py", "--runs", "1", "--json"]
@@ -145,7 +152,7 @@ def main():
     bare = BareRays(scene, suns, options.threads)
     trace(scene, suns, "rays", options.threads)  # numba's loops are compiled before anything is timed
     seconds = {name: [] for name in ("bare", *TREES)}
-    errors, before = {}, []
+    errors, before, transfers = {}, [], {}
     for number in range(options.runs):
         taken, count = bare.run()
         seconds["bare"].append(taken)
@@ -154,6 +161,7 @@ def main():
             seconds[engine].append(taken)
             before.append(ahead)
             errors[engine] = measure_errors(scene, town, transfer)
+            transfers[engine] = transfer
         if options.mitsuba:
             found = run_mitsuba(options.threads)
             seconds.setdefault("mitsuba", []).append(found["whole"])
@@ -164,10 +172,13 @@ def main():
     medians = {name: statistics.median(part) for name, part in seconds.items()}
     ratios = {name: statistics.median(a / b for a, b in zip(part, seconds["bare"], strict=True))
               for name, part in seconds.items()}  # fmt: skip
+    apart = compare_engines(transfers.values())
     if options.json:
-        print(json.dumps({"rays": count, "medians": medians, "ratios": ratios, "errors": errors}))
+        found = {"rays": count, "medians": medians, "ratios": ratios, "errors": errors, "means_apart": apart}
+        print(json.dumps(found))
         return
     print(f"{count:,} rays, {options.threads} threads; before the first ray {statistics.median(before):.2f} s")
+    print(f"means of the town by packets and by rays: {apart:.1e} apart")
     for name, median in medians.items():
         words = ", ".join(f"{part} {value:.4f}" for part, value in errors.get(name, {}).items())
         print(f"{name:<8} {median:6.2f} s  {ratios[name]:5.2f} × bare  {words}")
