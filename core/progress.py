@@ -1,8 +1,9 @@
 """How long tasks tell what they have done.
 
 A report is a callable `progress(stage, done, total, unit)`. It is called now and then from the thread that started the
-task; an exception raised in it ends the task. Of a task that is ended by CancelledError the finished part is kept,
-where it is of use by itself: the suns that are traced. Where nothing is, the exception reaches the caller.
+task, for each stage first with nothing done; an exception raised in it ends the task. Of a task that is ended by
+CancelledError the finished part is kept, where it is of use by itself: the suns that are traced. Where nothing is, the
+exception reaches the caller.
 """
 
 import sys

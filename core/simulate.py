@@ -187,12 +187,18 @@ def write_results(work, transfer, weather, request, teller, *, scene=None, draw=
     teller.say("Electricity")
     energy = weigh_energy(transfer, weather, request, teller.progress)
     teller.lap("electricity")
-    write_faces(work / "faces.csv", transfer, energy)
-    write_groups(work / "groups.csv", energy)
-    write_timeseries(work / "timeseries.nc", energy, weather)
+    tables = {
+        "faces.csv": partial(write_faces, transfer=transfer, energy=energy),
+        "groups.csv": partial(write_groups, energy=energy),
+        "timeseries.nc": partial(write_timeseries, energy=energy, weather=weather),
+    }
     if keep:
-        write_transfer(work / "transfer.nc", transfer)
-    else:
+        tables["transfer.nc"] = partial(write_transfer, transfer=transfer)
+    teller.progress("writing tables", 0, len(tables), "files")
+    for number, (name, write) in enumerate(tables.items()):
+        write(work / name)
+        teller.progress("writing tables", number + 1, len(tables), "files")
+    if not keep:
         teller.say(f"transfer.nc would hold {transfer.visible_share.shape[1]:,} suns for each surface: left out")
         teller.say("  (--transfer writes it)")
     teller.lap("write tables")

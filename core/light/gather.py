@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import sparse
@@ -83,6 +84,7 @@ def gather_diffuse(tracing, hemisphere):
     by_replicate = hemisphere.sky.copy()
     last = evened = 0.0
     if plan.reflections:
+        tell_bounces(tracing, 0)
         far_first = tracing.request.ground_albedo * hemisphere.far_ground
         light = tracing.patches.albedo[:, None] * hemisphere.sky_of_cells
         arriving = multiply_cells(hemisphere.form_factors, light, tracing.threads).mean(axis=1, keepdims=True)
@@ -95,16 +97,23 @@ def gather_diffuse(tracing, hemisphere):
             plan.max_bounces,
             arriving=arriving,
             threads=tracing.threads,
+            progress=partial(tell_bounces, tracing),
         )
         reflected = far_first + multiply_cells(hemisphere.form_factors, light + handed_on[:, None], tracing.threads)
         by_replicate += reflected
         evened = change_by_even_patches(tracing, hemisphere, first, celled, reflected)
+        tell_bounces(tracing, plan.max_bounces + 1)
     return Diffuse(
         mean=merge @ by_replicate.mean(axis=1, dtype=float),
         standard_error=np.sqrt(merge.power(2) @ variance_of_replicates(by_replicate)),
         last=last,
         evened=evened,
     )
+
+
+def tell_bounces(tracing, done):
+    """Tell how far the reflections of the sky's light are; after the last one their errors take about as long."""
+    tracing.progress("reflections of the sky", done, tracing.plan.max_bounces + 1, "bounces")
 
 
 def change_by_even_patches(tracing, hemisphere, first, celled, reflected):

@@ -54,6 +54,8 @@ def trace_pilot(scene, transfer, hourly, request, progress):
     ray_scene = RayScene(scene.vertices, scene.triangles)
     pair = []
     for suns in (transfer.suns, hourly):
+        if len(few):
+            progress(f"error check, {suns.way}", 0, 1, "rays")
         light = trace_suns(
             ray_scene,
             few,

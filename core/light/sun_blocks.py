@@ -69,6 +69,8 @@ class SunsTeller:
         """A block of suns, given as a slice, begins."""
         self.block, self.rays_before, self.started = block, self.rays, time.perf_counter()
         self.looked = self.started
+        if block.start == 0:
+            self.progress("suns", 0, self.count, "suns")
 
     def tell_rays(self, share, rays):
         """That share of the block's rays is traced, so many."""

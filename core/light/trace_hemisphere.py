@@ -89,6 +89,8 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
         covered=np.zeros((count, CELL_DIVISIONS**2), bool),
         ray_count=0,
     )
+    if len(rows):
+        progress("sky and reflections", 0, len(rows) * sample_count, "rays")
     for chosen, (tally, covered, matrix_rows) in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
         found.covered[chosen] = covered
         found.sky[chosen], found.far_ground[chosen], found.sky_of_cells[chosen] = tally

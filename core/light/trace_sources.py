@@ -29,6 +29,8 @@ class Run:
     def begin(self, stage, sources):
         """The next stage has so many sources."""
         self.stage, self.total, self.done = stage, sources * self.per_replicate * REPLICATES, 0
+        if self.total:
+            self.progress(self.stage, 0, self.total, "photons")
 
 
 @dataclass
