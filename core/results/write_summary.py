@@ -13,7 +13,7 @@ from ..energy.pick_module import area_of_kwp, pick_module
 from ..light.read_albedo import describe_albedo
 from ..list_findings import list_findings
 
-LIBRARIES = ("embreex", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
+LIBRARIES = ("embreex", "numba", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
 
 
 def write_summary(path, summary):
