@@ -8,7 +8,9 @@ from ..sun.keep_suns import end_of_days
 from . import kept_matrix
 
 BYTES_PER_BLOCK = 32e6  # of one array (patches × suns); some six of them live at a time
-SUNS_PER_BLOCK = 48  # at most: an interruption loses a block, and narrower ones make reflections slower
+# An interruption loses a block, but narrow ones make reflections slower: against one of all 143 suns the town's suns take
+# 8 % longer in blocks of 72, 20 % in blocks of 48, 70 % of 24, three times as long of 8.
+SUNS_PER_BLOCK = 72
 
 
 def cut_into_blocks(suns, patch_count):
