@@ -7,7 +7,7 @@ import threading
 from .progress import CancelledError
 
 FIRST = "suns"  # the stage from which on there is something to keep
-ANSWER = "\nInterrupting: the suns that are traced are kept; Ctrl-C again leaves at once and writes nothing\n"
+ANSWER = "\nInterrupting: suns that are done are kept; Ctrl-C again leaves at once and writes nothing\n"
 
 
 class Interruption:

@@ -70,7 +70,7 @@ def test_first_interrupt_keeps_the_suns(city, tmp_path, capfd, monkeypatch):
     assert summary["suns"]["way"] != "typical-days:8"
     assert summary["error_budget"]["sun_sampling"]["patches"] > 10
     said = capfd.readouterr().err
-    assert "Interrupting: the suns that are traced are kept" in said
+    assert "Interrupting: suns that are done are kept" in said
     assert said.strip().splitlines()[-1].startswith(f"Interrupted: kept {kept} of {count} suns; by that full")
     assert "Traceback" not in said
     # The whole run is not far away, and the part can be weighed again.
@@ -121,7 +121,7 @@ def test_interrupt_before_the_first_block_leaves_nothing(city, tmp_path, capfd, 
 
     monkeypatch.setattr(sun_blocks.SunsTeller, "begin", stop)
     assert run(city, tmp_path / "out", "--quiet") == 130
-    assert capfd.readouterr().err == "citypv: error: interrupted; nothing was written\n"
+    assert capfd.readouterr().err == "citypv: error: interrupted before the first suns were done; nothing was written\n"
     assert list(tmp_path.iterdir()) == []
 
 
