@@ -53,10 +53,9 @@ def main(arguments=None, draw=None):
         return options.run(options) or 0
     except InputError as error:
         return complain(str(error), 2)
-    except CancelledError:
-        return complain("interrupted before the first suns were done; nothing was written", 130)
-    except KeyboardInterrupt:
-        return complain("interrupted; nothing was written", 130)
+    except (KeyboardInterrupt, CancelledError) as stop:
+        moment = " before the first suns were done" if isinstance(stop, CancelledError) else ""
+        return complain(f"interrupted{moment}; nothing was written", 130)
     except OSError as error:
         return complain(f"{error.filename or 'system'}: {error.strerror or error}", 1)
     except Exception:
