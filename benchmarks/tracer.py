@@ -44,7 +44,7 @@ class Recorder:
     """A tree that keeps the rays it is asked for."""
 
     def __init__(self, tree):
-        self.tree, self.closest, self.points = tree, [], []
+        self.tree, self.closest, self.points = tree, [], {}
 
     def trace_places(self, origins, directions):
         self.closest.append((origins, directions))
@@ -54,7 +54,7 @@ class Recorder:
         return self.trace_places(origins, directions)[0]
 
     def look_at_suns(self, position, wanted, directions):
-        self.points.append((position, wanted))
+        self.points.setdefault(directions.tobytes(), []).append((position, wanted, directions))
         return self.tree.look_at_suns(position, wanted, directions)
 
 
@@ -86,10 +86,10 @@ class BareRays:
 
         trace(scene, suns, "packets", 1, record)
         self.closest = recorders[-1].closest
-        points = recorders[-1].points
-        self.directions, self.threads = suns.direction.astype(np.float32), threads
-        self.position = np.concatenate([position for position, _ in points])
-        self.wanted = np.concatenate([wanted for _, wanted in points])
+        self.threads, self.blocks = threads, []  # of suns that are traced together
+        for block in recorders[-1].points.values():
+            position, wanted = (np.concatenate([task[place] for task in block]) for place in (0, 1))
+            self.blocks.append((position, wanted, block[0][2]))
         self.tree = EmbreeScene(robust=True)
         TriangleMesh(self.tree, scene.vertices.astype(np.float32), scene.triangles.astype(np.int32))
         self.tree.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
@@ -100,14 +100,17 @@ class BareRays:
             started = time.perf_counter()
             found = pool.map(lambda rays: len(self.tree.run(*rays)), self.closest)
             count, seconds = sum(found), time.perf_counter() - started
-            for sun in range(len(self.directions)):
-                origins = self.position[self.wanted[:, sun]].reshape(-1, 3)
-                parts = np.array_split(origins, self.threads)
-                direction = self.directions[sun : sun + 1]
-                started = time.perf_counter()
-                count += sum(pool.map(lambda part, to=direction: len(self.tree.run(part, to, query="OCCLUDED")), parts))
-                seconds += time.perf_counter() - started
+            for position, wanted, directions in self.blocks:
+                for sun in range(len(directions)):
+                    parts = np.array_split(position[wanted[:, sun]].reshape(-1, 3), self.threads)
+                    started = time.perf_counter()
+                    found = pool.map(lambda part, to=directions[sun : sun + 1]: self.look(part, to), parts)
+                    count, seconds = count + sum(found), seconds + time.perf_counter() - started
         return seconds, count
+
+    def look(self, origins, direction):
+        """Number of rays to one sun."""
+        return len(self.tree.run(origins, direction, query="OCCLUDED"))
 
 
 def measure_errors(scene, town, transfer):

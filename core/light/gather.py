@@ -14,7 +14,7 @@ from .kept_matrix import MatrixOnDisk, keep_matrix
 from .patches import Patches
 from .plan_effects import EffectPlan
 from .ray_scene import RayScene
-from .reflect import radiosity_factor, reflect, variance_of_replicates
+from .reflect import follow_bounces, radiosity_factor, variance_of_replicates
 from .sun_blocks import SunsTeller, count_kept, cut_into_blocks, keep_columns
 from .surface_means import average_surfaces
 from .trace_suns import projection_in_front, trace_suns, variance_of_cell_pairs
@@ -62,7 +62,7 @@ class Annual:
     """Sums over the suns, by weight."""
 
     by_point: np.ndarray  # (p, m) float32, what each point receives at first hit
-    handed_on: np.ndarray  # (p,) float32, as of `reflect`
+    handed_on: np.ndarray  # (p,) float32, as of `follow_bounces`
     lit_ground: float = 0.0  # radiosity of the far ground
     speakers: np.ndarray | None = None  # (p, cells) int32, the same for every sun; None before the first
 
@@ -89,7 +89,7 @@ def gather_diffuse(tracing, hemisphere):
         light = tracing.patches.albedo[:, None] * hemisphere.sky_of_cells
         arriving = multiply_cells(hemisphere.form_factors, light, tracing.threads).mean(axis=1, keepdims=True)
         celled = arriving.copy()
-        _, handed_on, last = reflect(
+        _, handed_on, last = follow_bounces(
             hemisphere.form_factors,
             radiosity_factor(tracing.patches, hemisphere.covered_share),
             first,
@@ -307,7 +307,7 @@ def reflect_block(tracing, hemisphere, light, suns, report):
     -------
     reflected : (p, b) float32
     handed_on : (p,) float32
-        As of `reflect`, with the suns' weights.
+        As of `follow_bounces`, with the suns' weights.
     last : float
     """
     directions, weights = suns
@@ -319,7 +319,7 @@ def reflect_block(tracing, hemisphere, light, suns, report):
     aoi_projection = projection_in_front(tracing.patches.normal, directions)
     arriving = multiply_seen(form_factors, tracing.patches.albedo, aoi_projection, light.seen, threads)
     first = np.multiply(aoi_projection, light.visible_share, out=aoi_projection)
-    reflected, handed_on, last = reflect(
+    reflected, handed_on, last = follow_bounces(
         form_factors,
         radiosity_factor(tracing.patches, hemisphere.covered_share),
         first,

@@ -26,7 +26,22 @@ def radiosity_factor(patches, covered_share):
     return (patches.albedo / open_share).astype(np.float32)
 
 
-def reflect(
+def reflect(form_factors, factor, first, far_first, max_bounces):
+    """Irradiance by reflections: `follow_bounces` for arrays that nobody has looked at yet.
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit, or light is negative or not finite.
+    """
+    count, sources = check_array("first", first, ("p", "s"), least=0).shape
+    check_array("far_first", far_first, (count, sources), least=0)
+    check_array("factor", factor, (count,), least=0, most=1 / MINIMAL_OPEN_SHARE)
+    check_form_factors(form_factors, count)
+    return follow_bounces(form_factors, factor, first, far_first, max_bounces)
+
+
+def follow_bounces(
     form_factors, factor, first, far_first, max_bounces, *, arriving=None, weight=None, threads=1, progress=None
 ):
     """Irradiance by reflections.
@@ -57,22 +72,10 @@ def reflect(
         ρ ∘ (E₁ + … + E_{max-1}), the light that F handed on after the first bounce, summed with `weight`.
     last : float
         Mean of E_max over mean of `first + reflected`, to judge what lies beyond the last bounce.
-
-    Raises
-    ------
-    InputError
-        If shapes do not fit, or light is negative or not finite.
     """
-    count, sources = check_array("first", first, ("p", "s"), least=0).shape
-    if far_first is not None:
-        check_array("far_first", far_first, (count, sources), least=0)
-    check_array("factor", factor, (count,), least=0, most=1 / MINIMAL_OPEN_SHARE)
-    check_form_factors(form_factors, count)
-    if arriving is not None:
-        check_array("arriving", arriving, (count, sources), least=0)
-    weight = np.ones(sources, np.float32) if weight is None else weight
+    weight = np.ones(first.shape[1], np.float32) if weight is None else weight
     reflected = np.zeros_like(first)
-    handed_on = np.zeros(count, np.float32)
+    handed_on = np.zeros(len(first), np.float32)
     for bounce in range(max_bounces):
         if bounce:
             handed_on += factor * (arriving @ weight)
@@ -84,8 +87,8 @@ def reflect(
         reflected += arriving
         if progress is not None:
             progress(bounce + 1)
-    whole = float(first.sum(dtype=float) + reflected.sum(dtype=float))
-    last = float(arriving.sum(dtype=float)) / whole if max_bounces and whole > 0 else 0.0
+    whole = float(first.sum()) + float(reflected.sum())
+    last = float(arriving.sum()) / whole if max_bounces and whole > 0 else 0.0
     return reflected, handed_on, last
 
 

@@ -7,10 +7,10 @@ import numpy as np
 from ..sun.keep_suns import end_of_days
 from . import kept_matrix
 
-BYTES_PER_BLOCK = 32e6  # of one array (patches × suns); some six of them live at a time
+BYTES_PER_BLOCK = 53e6  # of one array (patches × suns); some six of them live at a time
 # An interruption loses a block, but narrow ones make reflections slower: against one block of all 143 suns those of the
 # town take 8 % longer in blocks of 72, 20 % in blocks of 48, 70 % in blocks of 24, and thrice as long in blocks of 8.
-SUNS_PER_BLOCK = 72
+SUNS_PER_BLOCK = 160
 
 
 def cut_into_blocks(suns, patch_count):
