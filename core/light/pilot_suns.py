@@ -8,11 +8,10 @@ from ..errors import InputError
 from ..request import check_request
 from ..sun.check_suns import check_suns
 from .check_arrays import check_scene
-from .gather import points_above
 from .patches import Patches, patches_of_scene
 from .ray_scene import RayScene, usable_threads
 from .read_albedo import albedo_of_triangles
-from .trace_suns import trace_suns
+from .trace_suns import points_above, trace_suns
 
 PATCHES = 500
 

@@ -100,6 +100,12 @@ def trace_suns(ray_scene, patches, traced, closed, covered, *, point_count, suns
     return found
 
 
+def points_above(count):
+    """The smallest number not below `count` of points that stand in cells of cells: 1, 4, 16, 64, 144, 256 …"""
+    side = int(np.ceil(np.sqrt(count)))
+    return (side if side <= 2 else -(-side // 4) * 4) ** 2
+
+
 def cells_of_light(point_count):
     """Into how many cells the light of a patch with so many points is resolved: 16, or as many as there are points."""
     return min(point_count, MOST_CELLS) if point_count in (1, 4) or point_count % MOST_CELLS == 0 else 1

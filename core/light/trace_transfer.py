@@ -10,7 +10,8 @@ from ..sun.check_suns import check_suns
 from ..sun.keep_suns import keep_suns
 from .check_arrays import check_scene
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
-from .gather import Tracing, gather_diffuse, gather_direct, points_above
+from .gather_diffuse import gather_diffuse
+from .gather_direct import gather_direct
 from .patches import patches_of_scene
 from .plan_effects import plan_effects
 from .ray_scene import RayScene, usable_threads
@@ -18,7 +19,8 @@ from .read_albedo import albedo_of_triangles
 from .sample_points import REPLICATES
 from .surface_means import area_means
 from .trace_hemisphere import trace_hemisphere
-from .trace_suns import cells_of_light
+from .trace_suns import cells_of_light, points_above
+from .tracing import Tracing
 from .transfer import Transfer
 
 ONE_POINT = "of direct light: one shadow point per patch tells no spread; ask for --shadow-samples 2 or more"

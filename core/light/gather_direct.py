@@ -1,47 +1,17 @@
-"""The gather estimator: from rays and matrix to the irradiance of surfaces."""
+"""The gather estimator under the suns: from shadow rays and matrix to the direct irradiance of surfaces."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
-from scipy import sparse
 
 from ..progress import CancelledError
-from ..request import Request
-from .form_factors import multiply, multiply_cells, multiply_seen
+from .form_factors import multiply_cells, multiply_seen
+from .gather_diffuse import change_by_even_patches
 from .kept_matrix import MatrixOnDisk, keep_matrix
-from .patches import Patches
-from .plan_effects import EffectPlan
-from .ray_scene import RayScene
 from .reflect import follow_bounces, radiosity_factor, variance_of_replicates
 from .sun_blocks import SunsTeller, count_kept, cut_into_blocks, keep_columns
 from .surface_means import average_surfaces
-from .trace_suns import projection_in_front, trace_suns, variance_of_cell_pairs
-
-
-@dataclass
-class Tracing:
-    """What all stages of one run share."""
-
-    ray_scene: RayScene
-    patches: Patches
-    plan: EffectPlan
-    request: Request
-    merge: sparse.csr_matrix  # (n, p), averages patches over their surface
-    eligible_area: np.ndarray  # (n,) float64 [m²], 0 for surfaces that are not eligible
-    threads: int
-    progress: Callable
-
-
-@dataclass
-class Diffuse:
-    """Under the isotropic sky, per DHI."""
-
-    mean: np.ndarray  # (n,)
-    standard_error: np.ndarray  # (n,)
-    last: float  # share of the last bounce in all light
-    evened: float = 0.0  # of `change_by_even_patches`
+from .trace_suns import points_above, projection_in_front, trace_suns, variance_of_cell_pairs
 
 
 @dataclass
@@ -65,82 +35,6 @@ class Annual:
     handed_on: np.ndarray  # (p,) float32, as of `follow_bounces`
     lit_ground: float = 0.0  # radiosity of the far ground
     speakers: np.ndarray | None = None  # (p, cells) int32, the same for every sun; None before the first
-
-
-def gather_diffuse(tracing, hemisphere):
-    """Relative irradiance of the surfaces under the isotropic sky.
-
-    Parameters
-    ----------
-    tracing : Tracing
-    hemisphere : Hemisphere
-
-    Returns
-    -------
-    Diffuse
-    """
-    plan, merge = tracing.plan, tracing.merge
-    first = hemisphere.sky.mean(axis=1, keepdims=True)
-    by_replicate = hemisphere.sky.copy()
-    last = evened = 0.0
-    if plan.reflections:
-        tell_bounces(tracing, 0)
-        far_first = tracing.request.ground_albedo * hemisphere.far_ground
-        light = tracing.patches.albedo[:, None] * hemisphere.sky_of_cells
-        arriving = multiply_cells(hemisphere.form_factors, light, tracing.threads).mean(axis=1, keepdims=True)
-        celled = arriving.copy()
-        _, handed_on, last = follow_bounces(
-            hemisphere.form_factors,
-            radiosity_factor(tracing.patches, hemisphere.covered_share),
-            first,
-            far_first.mean(axis=1, keepdims=True),
-            plan.max_bounces,
-            arriving=arriving,
-            threads=tracing.threads,
-            progress=partial(tell_bounces, tracing),
-        )
-        reflected = far_first + multiply_cells(hemisphere.form_factors, light + handed_on[:, None], tracing.threads)
-        by_replicate += reflected
-        evened = change_by_even_patches(tracing, hemisphere, first, celled, reflected)
-        tell_bounces(tracing, plan.max_bounces + 1)
-    return Diffuse(
-        mean=merge @ by_replicate.mean(axis=1, dtype=float),
-        standard_error=np.sqrt(merge.power(2) @ variance_of_replicates(by_replicate)),
-        last=last,
-        evened=evened,
-    )
-
-
-def tell_bounces(tracing, done):
-    """Tell how far the reflections of the sky's light are; after the last one their errors take about as long."""
-    tracing.progress("reflections of the sky", done, tracing.plan.max_bounces + 1, "bounces")
-
-
-def change_by_even_patches(tracing, hemisphere, first, celled, reflected):
-    """What the reflected light of all eligible surfaces would gain if each patch handed on its first light evenly.
-
-    Light is uneven within the cells of patches too. As the error of such steps falls at least with their length, cells
-    a quarter as long leave a third of this, or less.
-
-    Parameters
-    ----------
-    first : (p, 1) float32
-        Mean first light of the patches.
-    celled : (p, 1) float32
-        What arrives of it at first bounce, handed on cell by cell.
-    reflected : (p, REPLICATES) float32
-        All reflected light.
-
-    Returns
-    -------
-    float
-        As a share of their reflected light.
-    """
-    factor = radiosity_factor(tracing.patches, hemisphere.covered_share)
-    even = multiply(hemisphere.form_factors, factor, first, tracing.threads)
-    weight = tracing.eligible_area @ tracing.merge  # of the patches
-    whole = float(weight @ reflected.mean(axis=1))
-    return float(weight @ (even - celled)[:, 0]) / whole if whole > 0 else 0.0
 
 
 def gather_direct(tracing, hemisphere, suns, folder=None):
@@ -334,9 +228,3 @@ def reflect_block(tracing, hemisphere, light, suns, report):
         reflected -= far_first
         np.maximum(reflected, 0, out=reflected)
     return reflected, handed_on, last
-
-
-def points_above(count):
-    """The smallest number not below `count` of points that stand in cells of cells: 1, 4, 16, 64, 144, 256 …"""
-    side = int(np.ceil(np.sqrt(count)))
-    return (side if side <= 2 else -(-side // 4) * 4) ** 2
