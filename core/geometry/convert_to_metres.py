@@ -30,6 +30,12 @@ def convert_to_metres(points, crs, unit="m"):
     crs : str or None
     note : str or None
         What was done, as a sentence.
+
+    Raises
+    ------
+    InputError
+        The unit is not known, or the points have no place on a plane: coordinates from the centre of the Earth, beyond
+        90 or 360 degrees, or half a world apart.
     """
     if unit not in UNITS:
         raise InputError("--unit", f"{unit!r} is not known", f"choose one of {', '.join(UNITS)}")
@@ -82,6 +88,10 @@ def _project(points, system, plane):
     shape = f"+a={ellipsoid.semi_major_metre:.10g} +rf={ellipsoid.inverse_flattening:.12g}"
     local = f"+proj=tmerc +lon_0={middle[0]:.9f} +lat_0={middle[1]:.9f} +k=1 {shape} +units=m +type=crs"
     east, north = pyproj.Proj(local)(longitude, latitude)
+    if not (np.isfinite(east).all() and np.isfinite(north).all()):
+        places = " and ".join(f"{values.min():g} to {values.max():g}" for values in (longitude, latitude))
+        problem = f"longitudes and latitudes of {places}: no plane holds places so far apart"
+        raise InputError(system.name, problem, "correct the coordinates, or give one city at a time")
     note = f"Degrees of {system.name} projected to metres around their middle."
     height = points[:, 2] * (_height_factor(system, 1.0) if len(system.axis_info) > 2 else 1.0)
     return np.column_stack([east, north, height]), local, note

@@ -139,3 +139,9 @@ def test_units_without_a_system():
     assert convert_to_metres(points, None, "ft")[0] == pytest.approx(0.3048 * points)
     with pytest.raises(InputError, match="choose one of m, ft, us-ft"):
         convert_to_metres(points, None, "inch")
+
+
+def test_degrees_half_a_world_apart_are_refused():
+    points = np.array([[0.0, 0, 0], [0, -1, 0], [0, 161, 0]])
+    with pytest.raises(InputError, match=r"WGS 84: longitudes and latitudes of -1 to 161 and 0 to 0: no plane"):
+        convert_to_metres(points, "EPSG:4326")
