@@ -2,6 +2,7 @@
 
 import io
 import re
+import textwrap
 
 from lxml import etree
 
@@ -18,6 +19,7 @@ SAFE = {
     "remove_pis": True,
 }
 CUT = "the file is cut or damaged: get it again"
+LONGEST_MESSAGE = 300  # characters of what the parser says; it repeats attributes whole
 MOST_TAGS = 2**22  # held in memory at once; the largest buildings have some ten thousand
 HEAD_BYTES = 2**16  # the root element begins within
 ROOT = re.compile(rb"<[A-Za-z_][^\s<>/]*")
@@ -155,7 +157,7 @@ def _forget(element):
 
 def _syntax_error(path, error):
     message = re.sub(r"\s+", " ", (error.msg or "not well formed").split(", line ")[0])
-    message = message.replace(", try XML_PARSE_HUGE", "").strip()
+    message = textwrap.shorten(message.replace(", try XML_PARSE_HUGE", ""), LONGEST_MESSAGE, placeholder=" …")
     line = error.lineno or 1
     prefix = re.match(r"Namespace prefix (\S+)", message)
     if error.code == etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE and prefix:

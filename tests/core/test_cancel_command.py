@@ -20,6 +20,14 @@ TABLES = {"faces.csv", "groups.csv", "timeseries.nc", "transfer.nc", "summary.js
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot send SIGINT to one process")
 
 
+@pytest.fixture(autouse=True)
+def hear_interrupts():
+    """Whoever runs the tests in the background may have them ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.fixture
 def small_blocks(monkeypatch):
     monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 16)

@@ -30,6 +30,10 @@ FILES = {
     "laughs": (LAUGHS.encode(), "line 1: a document type"),
     "external document type": (OUTSIDE.encode(), "line 1: a document type"),
     "zip": (b"PK\x03\x04....", "zip archive"),
+    "long namespace": (
+        GOOD.replace(b"<CityModel ", b'<CityModel xmlns:places="' + b"urn:a b " * 200 + b'" ', 1),
+        "breaks off",
+    ),
     "cut gzip": (gzip.compress(GOOD)[:-40], "gzip breaks off"),
     "long attribute": (GOOD.replace(b'"house"', b'"' + b"x" * 11_000_000 + b'"'), r"line \d+: more text or depth"),
     "deep": (
