@@ -98,6 +98,8 @@ def take_surfaces(transfer, chosen, suns, visible_share):
         "diffuse_relative",
         "diffuse_relative_standard_error",
         "direct_annual_standard_error",
+        "albedo",
+        "material",
     )
     return replace(
         transfer,
@@ -105,7 +107,7 @@ def take_surfaces(transfer, chosen, suns, visible_share):
         suns=suns,
         visible_share=visible_share,
         direct_reflected=np.zeros_like(visible_share),
-        **{name: getattr(transfer, name)[chosen] for name in per_surface},
+        **{name: take_rows(getattr(transfer, name), chosen) for name in per_surface},
     )
 
 

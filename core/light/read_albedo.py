@@ -2,6 +2,7 @@
 
 import csv
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,16 @@ from .brdf_lambertian import Lambertian
 from .materials import Finish, describe_brdf
 
 FILE, MATERIALS = "--albedo-file", "materials"  # where an albedo may come from
+
+
+class Found(NamedTuple):
+    """How a surface reflects, and where that was found."""
+
+    source: str
+    name: str  # it is called by there; "" for a surface's own line, or for all alike
+    material: str  # name of what it is made of, "" where no more than an albedo is given
+    brdf: object  # law of reflection
+
 
 HEADERS = (["surface", "albedo"], ["surface", "material"], ["surface", "albedo", "material"])
 
@@ -53,7 +64,7 @@ def brdfs_of_surfaces(scene, request):
     InputError
         See `albedo_of_triangles`.
     """
-    return [brdf for _, _, brdf in name_brdfs(scene, request)]
+    return [one.brdf for one in name_brdfs(scene, request)]
 
 
 def name_brdfs(scene, request):
@@ -65,30 +76,32 @@ def name_brdfs(scene, request):
 
     Returns
     -------
-    list of (str, str, law)
-        n + 1 times the source, the name it is called by there ("" for a surface's own line) and the law.
+    list of Found
+        n + 1.
     """
-    of_key = read_albedo(request.albedo_file) if request.albedo_file else {}
+    finishes = read_albedo(request.albedo_file) if request.albedo_file else {}
+    of_key = {key: (finish.material, finish.brdf()) for key, finish in finishes.items()}
     of_material = brdfs_of_materials(request)
     surfaces = scene.surfaces
     whole = [whole_of_cell(name) if of_key else name for name in surfaces.surface_id]
     check_keys(of_key, {*surfaces.surface_id, *whole}, {*surfaces.kind.tolist(), "ground"}, request)
-    of_kind = {kind: (FILE, kind, of_key[kind]) for kind in (*set(surfaces.kind.tolist()), "ground") if kind in of_key}
-    plain = ("--albedo", "", Lambertian(request.albedo))
+    kinds = {*surfaces.kind.tolist(), "ground"} & set(of_key)
+    of_kind = {kind: Found(FILE, kind, *of_key[kind]) for kind in kinds}
+    plain = Found("--albedo", "", "", Lambertian(request.albedo))
     found = []
     materials = surfaces.material or [""] * len(surfaces)
     for name, parent, material, kind in zip(surfaces.surface_id, whole, materials, surfaces.kind.tolist(), strict=True):
         own = of_key.get(name) or of_key.get(parent)
         if own:
-            found.append((FILE, "", own))
+            found.append(Found(FILE, "", *own))
         elif material in of_material:
-            found.append((MATERIALS, material, of_material[material]))
+            found.append(of_material[material])
         else:
             found.append(of_kind.get(kind, plain))
     if request.ground_material in of_material:
-        found.append((MATERIALS, request.ground_material, of_material[request.ground_material]))
+        found.append(of_material[request.ground_material])
     else:
-        found.append(of_kind.get("ground", ("--ground-albedo", "", Lambertian(request.ground_albedo))))
+        found.append(of_kind.get("ground", Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))))
     check_followed(zip([*surfaces.surface_id, "ground"], found, strict=True), request)
     return found
 
@@ -100,11 +113,11 @@ def whole_of_cell(name):
 
 
 def brdfs_of_materials(request):
-    """Law of reflection of each material of the request, by its name."""
+    """How each material of the request reflects: dict of name to Found."""
     found = {}
     for name, finish in request.materials.items():
         try:
-            found[name] = finish.brdf()
+            found[name] = Found(MATERIALS, name, name, finish.brdf())
         except InputError as error:
             raise InputError(f"Material {name!r}", f"{error.source}: {error.problem}", error.cure) from error
     return found
@@ -129,7 +142,7 @@ def check_followed(found, request):
     """
     if request.estimator != "gather":
         return
-    for surface, (source, name, brdf) in found:
+    for surface, (source, name, _, brdf) in found:
         if not isinstance(brdf, Lambertian):
             place = "Materials" if source == MATERIALS else request.albedo_file
             problem = f"{name or surface!r} reflects {describe_brdf(brdf)}, and gather spreads all light evenly"
@@ -143,23 +156,38 @@ def describe_albedo(scene, request):
     Returns
     -------
     list of dict
-        One for each source, name in it and law: `from`, `name`, `albedo` (of what is not dull, the most that it
-        reflects), `reflects`, and `surfaces` and `area` [m²] of the surfaces that have it. The generated ground comes
-        last, without these.
+        One for each source, name in it and law: `from`, `name`, `material` ("" where no more than an albedo is given),
+        `albedo` (of what is not dull, the most that it reflects), `reflects`, and `surfaces` and `area` [m²] of the
+        surfaces that have it. The generated ground comes last, without these.
+    """
+    return finishes_of_surfaces(scene, request)["albedos"]
+
+
+def finishes_of_surfaces(scene, request):
+    """What a Transfer tells of the surfaces it was traced with.
+
+    Returns
+    -------
+    dict
+        `albedo` (n,) float64, `material` (n,) list of str, and `albedos`, a list as of `describe_albedo`.
     """
     *found, ground = name_brdfs(scene, request)
     rows = {}
-    for key, area in zip(found, scene.surfaces.area.tolist(), strict=True):
-        count, whole = rows.get(key, (0, 0.0))
-        rows[key] = count + 1, whole + area
-    described = [describe_row(key) | {"surfaces": count, "area": area} for key, (count, area) in rows.items()]
-    return described + ([describe_row(ground)] if (scene.triangle_surface < 0).any() else [])
+    for one, area in zip(found, scene.surfaces.area.tolist(), strict=True):
+        count, whole = rows.get(one, (0, 0.0))
+        rows[one] = count + 1, whole + area
+    described = [describe_row(one) | {"surfaces": count, "area": area} for one, (count, area) in rows.items()]
+    return {
+        "albedo": np.array([one.brdf.albedo for one in found], float),
+        "material": [one.material for one in found],
+        "albedos": described + ([describe_row(ground)] if (scene.triangle_surface < 0).any() else []),
+    }
 
 
-def describe_row(key):
+def describe_row(one):
     """A source, a name in it and a law in words."""
-    source, name, brdf = key
-    return {"from": source, "name": name, "albedo": brdf.albedo, "reflects": describe_brdf(brdf)}
+    plain = {"from": one.source, "name": one.name, "material": one.material}
+    return plain | {"albedo": one.brdf.albedo, "reflects": describe_brdf(one.brdf)}
 
 
 def read_albedo(path):
@@ -173,7 +201,7 @@ def read_albedo(path):
 
     Returns
     -------
-    dict of str to law of reflection
+    dict of str to Finish
 
     Raises
     ------
@@ -191,18 +219,18 @@ def read_albedo(path):
     header = next(rows, None)
     if header not in HEADERS:
         raise InputError(path, "line 1 is not the header surface,albedo", "put it there")
-    brdfs = {}
+    finishes = {}
     for number, row in enumerate(rows, start=2):
         if len(row) != len(header):
             problem = f"line {number} is not {'a name and a number' if header == HEADERS[0] else 'as the header'}"
             raise InputError(path, problem, f"write {','.join(['name', *header[1:]])}")
         cells = dict(zip(header, row, strict=True))
-        brdfs[row[0]] = brdf_of_row(path, number, cells.get("albedo", ""), cells.get("material", ""))
-    return brdfs
+        finishes[row[0]] = finish_of_row(path, number, cells.get("albedo", ""), cells.get("material", ""))
+    return finishes
 
 
-def brdf_of_row(path, number, albedo, material):
-    """Law of reflection of a line of the file."""
+def finish_of_row(path, number, albedo, material):
+    """What a line of the file says, once it is known to mean a law of reflection."""
     if not material or albedo:
         try:
             value = float(albedo)
@@ -210,7 +238,9 @@ def brdf_of_row(path, number, albedo, material):
             raise InputError(path, f"line {number} is not a name and a number", "write name,albedo") from error
         if not 0 <= value <= 1:
             raise InputError(path, f"line {number}: albedo {albedo}", "give a number from 0 to 1")
+    finish = Finish(value if albedo or not material else None, material)
     try:
-        return Finish(value if albedo or not material else None, material).brdf()
+        finish.brdf()
     except InputError as error:
         raise InputError(path, f"line {number}: {error.source} {error.problem}", error.cure) from error
+    return finish

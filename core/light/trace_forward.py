@@ -23,7 +23,7 @@ from .measure_cover import find_cover
 from .patches import patches_of_scene
 from .plan_effects import plan_effects
 from .ray_scene import RayScene, usable_threads
-from .read_albedo import albedo_of_triangles, finish_of_triangles
+from .read_albedo import albedo_of_triangles, finish_of_triangles, finishes_of_surfaces
 from .sun_blocks import keep_columns
 from .surface_means import area_means
 from .trace_sources import REPLICATES, Run, no_light, trace_sources
@@ -81,6 +81,7 @@ def trace_forward(scene, suns, request, progress, folder=None):
     check_suns(suns)
     check_request(request)
     clock = Clock()
+    finishes = finishes_of_surfaces(scene, request)
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
     plan = plan_effects(scene, patches, request)
     merge = area_means(scene.triangle_surface, patches.area, len(scene.surfaces))
@@ -128,6 +129,7 @@ def trace_forward(scene, suns, request, progress, folder=None):
             "last_bounce_share_direct": direct.last,
             **tell_interruption(direct.kept, len(suns)),
         },
+        **finishes,
     )
 
 

@@ -15,7 +15,7 @@ from .gather_direct import gather_direct
 from .patches import patches_of_scene
 from .plan_effects import plan_effects
 from .ray_scene import RayScene, usable_threads
-from .read_albedo import albedo_of_triangles
+from .read_albedo import albedo_of_triangles, finishes_of_surfaces
 from .sample_points import REPLICATES
 from .surface_means import area_means
 from .trace_hemisphere import trace_hemisphere
@@ -56,6 +56,7 @@ def trace_transfer(scene, suns, request, progress, folder=None):
     check_suns(suns)
     check_request(request)
     clock = Clock()
+    finishes = finishes_of_surfaces(scene, request)
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
     plan = plan_effects(scene, patches, request)
     merge = area_means(scene.triangle_surface, patches.area, len(scene.surfaces))
@@ -117,6 +118,7 @@ def trace_transfer(scene, suns, request, progress, folder=None):
             **tell_interruption(direct.kept, len(suns)),
             **({"standard_error_unknown": ONE_POINT} if np.isnan(direct.standard_error).any() else {}),
         },
+        **finishes,
     )
 
 

@@ -31,3 +31,8 @@ class Transfer:
     direct_reflected: np.ndarray | MatrixOnDisk  # (n, s) float32, per DNI
     direct_annual_standard_error: np.ndarray  # (n,) of direct_relative weighted with suns.weight; NaN: unknown
     settings: dict = field(default_factory=dict)  # whatever makes the run repeatable
+    albedo: np.ndarray | None = (
+        None  # (n,) it was traced with; where not dull, the most that it reflects; None: unknown
+    )
+    material: list | None = None  # (n,) str, name of what it was traced as, "" where no more than an albedo was given
+    albedos: list | None = None  # of dict: every albedo and material met, as of `read_albedo.describe_albedo`

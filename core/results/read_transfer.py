@@ -10,7 +10,7 @@ from ..errors import InputError
 from ..geometry.scene import Site, Surfaces
 from ..light.transfer import Transfer
 from ..sun.suns import Suns
-from .transfer_fields import FORMAT, PER_SUN, PER_SURFACE, PER_SURFACE_AND_SUN, TEXTS
+from .transfer_fields import ALBEDO, FORMAT, MATERIAL, PER_SUN, PER_SURFACE, PER_SURFACE_AND_SUN, TEXTS, TRACED_AS
 
 CURE = "give the transfer.nc of a run of citypv simulate"
 
@@ -51,6 +51,7 @@ def check_dimensions(path, dataset):
     expected = dict.fromkeys((*TEXTS, *PER_SURFACE), ("surface",)) | dict.fromkeys(PER_SUN, ("sun",))
     expected |= dict.fromkeys(PER_SURFACE_AND_SUN, ("surface", "sun"))
     expected |= {"normal": ("surface", "axis"), "direction": ("sun", "axis")}
+    expected |= dict.fromkeys(TRACED_AS, ("surface",)) if ALBEDO in dataset else {}
     for name, dimensions in expected.items():
         if dataset[name].dims != dimensions:
             raise InputError(path, f"{name} lies along {dataset[name].dims}, not {dimensions}", CURE)
@@ -60,7 +61,7 @@ def transfer_of_dataset(dataset):
     """Transfer from the variables and attributes of a dataset."""
     values = {name: dataset[name].values for name in (*PER_SURFACE, *PER_SUN, *PER_SURFACE_AND_SUN)}
     texts = {name: [str(text) for text in dataset[name].values] for name in TEXTS}
-    own = {name: values[name] for name, (owner, _) in PER_SURFACE.items() if owner == "surfaces"}
+    own = {name: values[name] for name, (owner, *_) in PER_SURFACE.items() if owner == "surfaces"}
     own["eligible"] = own["eligible"].astype(bool)
     site = json.loads(dataset.attrs["site"])
     return Transfer(
@@ -74,6 +75,16 @@ def transfer_of_dataset(dataset):
         suns=Suns(dataset.attrs["way"], dataset["direction"].values, *(values[name] for name in PER_SUN)),
         ground_albedo=float(dataset.attrs["ground_albedo"]),
         settings=json.loads(dataset.attrs["settings"]),
-        **{name: values[name] for name, (owner, _) in PER_SURFACE.items() if owner == "transfer"},
+        **{name: values[name] for name, (owner, *_) in PER_SURFACE.items() if owner == "transfer"},
         **{name: values[name] for name in PER_SURFACE_AND_SUN},
+        **(finishes_of_dataset(dataset) if ALBEDO in dataset else {}),
     )
+
+
+def finishes_of_dataset(dataset):
+    """What the surfaces were traced with; files written before it was kept do not tell."""
+    return {
+        "albedo": dataset[ALBEDO].values,
+        "material": [str(text) for text in dataset[MATERIAL].values],
+        "albedos": json.loads(dataset.attrs["albedos"]),
+    }

@@ -10,7 +10,6 @@ import numpy as np
 import pyproj
 
 from ..energy.pick_module import area_of_kwp, pick_module
-from ..light.read_albedo import describe_albedo
 from ..list_findings import list_findings
 
 LIBRARIES = ("embreex", "numba", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
@@ -62,8 +61,8 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
         "totals": sum_totals(transfer, energy, request),
         "versions": versions(),
     }
-    if scene is not None:
-        summary["albedo"] = describe_albedo(scene, request)
+    if transfer.albedos is not None:
+        summary["albedo"] = transfer.albedos
     return summary
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import xarray
 
 from ..light.kept_matrix import row_blocks
-from .transfer_fields import FORMAT, PER_SUN, PER_SURFACE, PER_SURFACE_AND_SUN, TEXTS
+from .transfer_fields import ALBEDO, FORMAT, MATERIAL, PER_SUN, PER_SURFACE, PER_SURFACE_AND_SUN, TEXTS, TRACED_AS
 from .write_summary import finite
 
 
@@ -23,10 +23,10 @@ def write_transfer(path, transfer):
     variables = {"normal": (("surface", "axis"), surfaces.normal), "direction": (("sun", "axis"), suns.direction)}
     for name in TEXTS:
         variables[name] = ("surface", np.array(getattr(surfaces, name), dtype=object))
-    for name, (owner, unit) in PER_SURFACE.items():
+    for name, (owner, unit, long_name) in PER_SURFACE.items():
         values = np.asarray(getattr(surfaces if owner == "surfaces" else transfer, name))
         values = values.astype(np.int8) if values.dtype == bool else values
-        variables[name] = ("surface", values, {"units": unit})
+        variables[name] = ("surface", values, {"units": unit, "long_name": long_name})
     for name in PER_SUN:
         variables[name] = ("sun", getattr(suns, name))
     attributes = {
@@ -36,6 +36,10 @@ def write_transfer(path, transfer):
         "site": json.dumps(finite(vars(site))),
         "settings": json.dumps(finite(transfer.settings), ensure_ascii=False),
     }
+    if transfer.albedo is not None:
+        variables[ALBEDO] = ("surface", transfer.albedo, TRACED_AS[ALBEDO])
+        variables[MATERIAL] = ("surface", np.array(transfer.material, dtype=object), TRACED_AS[MATERIAL])
+        attributes["albedos"] = json.dumps(finite(transfer.albedos), ensure_ascii=False)
     dataset = xarray.Dataset(variables, attrs=attributes)
     dataset.to_netcdf(path, engine="netcdf4")
     with netCDF4.Dataset(path, "a") as file:
@@ -46,6 +50,6 @@ def write_transfer(path, transfer):
 def append_matrix(file, name, matrix):
     """Add a matrix of surfaces × suns, block by block."""
     variable = file.createVariable(name, "f4", ("surface", "sun"), compression="zlib", complevel=1)
-    variable.units = "1"
+    variable.setncatts({"units": "1", "long_name": PER_SURFACE_AND_SUN[name]})
     for rows, values in row_blocks(matrix):
         variable[rows] = values

@@ -52,10 +52,11 @@ def test_where_the_albedo_came_from_is_told(tmp_path):
     materials = {"Backstein": Finish(0.31), "Glas": Finish(material="glass")}
     request = Request(estimator="forward", albedo_file=finish(tmp_path, text), materials=materials, ground_albedo=0.1)
     backstein, glas, single, asphalt, ground = describe_albedo(scene, request)
-    evenly = {"name": "", "reflects": "evenly"}
+    evenly = {"name": "", "material": "", "reflects": "evenly"}
     assert backstein == evenly | {
         "from": "materials",
         "name": "Backstein",
+        "material": "Backstein",
         "albedo": 0.31,
         "surfaces": 1,
         "area": pytest.approx(area[0]),
@@ -65,6 +66,7 @@ def test_where_the_albedo_came_from_is_told(tmp_path):
     assert asphalt == evenly | {
         "from": "--albedo-file",
         "name": "flat",
+        "material": "asphalt",
         "albedo": 0.125,
         "surfaces": len(area) - 3,
         "area": pytest.approx(area[3:].sum()),
