@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from .hemisphere_rays import CELL_DIVISIONS, rays_from_patches
+from .hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
 from .random_numbers import mix, uniform
 from .sample_points import additive_recurrence, cell_contacts, cosine_direction, shifted, stratified_points
 
 RAYS_PER_CELL = 8  # the vote that judges
 STRAY_RAYS = 1  # of them that may find a hole to the sky from the inside of an open shell
+UNKNOWN, OPEN, COVERED = np.int8([-1, 0, 1])  # verdicts on a cell
 
 
 def meets_back(patches, hit, directions):
@@ -31,7 +32,7 @@ def meets_back(patches, hit, directions):
     return (along > 0) & (hit >= 0)
 
 
-def find_covered_cells(ray_scene, patches, chosen):
+def find_covered_cells(ray_scene, patches, chosen, verdict=None):
     """Which cells of some patches lie inside or under something.
 
     One point in each cell looks around; it is covered when more than half of its rays meet backs and at most one the
@@ -40,30 +41,56 @@ def find_covered_cells(ray_scene, patches, chosen):
     no ray of it brings light, and it is covered too. Below a slope some of its rays would leave into the sky under the
     hill; there a ray straight up tells, which meets the ground's back first.
 
+    Parameters
+    ----------
+    ray_scene : RayScene
+    patches : Patches
+    chosen : (c,) int
+    verdict : (c, CELL_DIVISIONS²) int8, optional
+        What is known of the cells already, of `judge_cells`; only the others look around.
+
     Returns
     -------
     (c, CELL_DIVISIONS²) bool
     """
     count, cells = len(chosen), CELL_DIVISIONS**2
+    verdict = np.full((count, cells), UNKNOWN) if verdict is None else verdict
     numbers = uniform(mix(patches.key[chosen] ^ np.uint64(0xC0FE)), 4 * cells).reshape(count, cells, 4)
     b1, b2 = stratified_points(numbers, CELL_DIVISIONS)
+    covered = verdict == COVERED
+    row, cell = np.nonzero(verdict == UNKNOWN)
+    shifts = numbers[row, cell, 2:]
+    covered[row, cell] = look_around(ray_scene, patches, chosen[row], (b1[row, cell], b2[row, cell]), shifts)
+    return covered | lie_in_earth(ray_scene, patches, points_of_patches(patches, chosen, b1, b2))
+
+
+def look_around(ray_scene, patches, chosen, places, shifts):
+    """The vote of the rays around one point of each of some patches, whether it lies inside or under something.
+
+    Parameters
+    ----------
+    chosen : (k,) int
+    places : tuple of (k,) and (k,) float32
+        Barycentric weights of the points.
+    shifts : (k, 2) float32
+        Random numbers.
+
+    Returns
+    -------
+    (k,) bool
+    """
     around = additive_recurrence(RAYS_PER_CELL, 2)
-    u, v = (shifted(around[:, axis], numbers[..., 2 + axis]).reshape(count, cells * RAYS_PER_CELL) for axis in (0, 1))
-    origins, directions = rays_from_patches(
-        patches,
-        chosen,
-        np.repeat(b1, RAYS_PER_CELL, axis=1),
-        np.repeat(b2, RAYS_PER_CELL, axis=1),
-        cosine_direction(u, v),
-    )
+    u, v = (shifted(around[:, axis], shifts[:, axis]) for axis in (0, 1))
+    b1, b2 = (np.repeat(weights[:, None], RAYS_PER_CELL, axis=1) for weights in places)
+    origins, directions = rays_from_patches(patches, chosen, b1, b2, cosine_direction(u, v))
     hit = ray_scene.trace_closest(origins.reshape(-1, 3), directions.reshape(-1, 3)).reshape(u.shape)
     back = meets_back(patches, hit, directions)
     upwards = directions[..., 2] > 0
     met = (back, (hit < 0) & upwards, (hit < 0) & ~upwards)
-    back, sky, below = (rays.reshape(count, cells, RAYS_PER_CELL).sum(axis=2) for rays in met)
+    back, sky, below = (rays.sum(axis=1) for rays in met)
     inside = (2 * back > RAYS_PER_CELL) & (sky <= STRAY_RAYS)
     under = (4 * back > RAYS_PER_CELL) & (back + below == RAYS_PER_CELL)
-    return inside | under | lie_in_earth(ray_scene, patches, origins[:, ::RAYS_PER_CELL])
+    return inside | under
 
 
 def lie_in_earth(ray_scene, patches, points):

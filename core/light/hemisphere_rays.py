@@ -125,15 +125,22 @@ def rays_from_patches(patches, chosen, b1, b2, local):
     -------
     origins, directions : (c, rays, 3) float32
     """
-    edges, tangents, normal = patches.edges[chosen], patches.tangents[chosen], patches.normal[chosen]
-    start = patches.corner[chosen] + patches.offset[chosen, None] * normal
-    origins = np.empty((*b1.shape, 3), np.float32)
+    tangents, normal = patches.tangents[chosen], patches.normal[chosen]
     directions = np.empty((*b1.shape, 3), np.float32)
     for axis in range(3):
-        origins[..., axis] = start[:, axis, None] + b1 * edges[:, 0, axis, None] + b2 * edges[:, 1, axis, None]
         directions[..., axis] = (
             local[0] * tangents[:, 0, axis, None]
             + local[1] * tangents[:, 1, axis, None]
             + local[2] * normal[:, axis, None]
         )
-    return origins, directions
+    return points_of_patches(patches, chosen, b1, b2), directions
+
+
+def points_of_patches(patches, chosen, b1, b2):
+    """Points in front of patches, from where rays start: (c, m, 3) float32. Parameters as above."""
+    edges = patches.edges[chosen]
+    start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
+    points = np.empty((*b1.shape, 3), np.float32)
+    for axis in range(3):
+        points[..., axis] = start[:, axis, None] + b1 * edges[:, 0, axis, None] + b2 * edges[:, 1, axis, None]
+    return points

@@ -13,7 +13,7 @@ from numba import njit
 
 from ..errors import InputError
 from .check_arrays import check_array
-from .find_covered import enclosed_cells, find_covered_cells, lie_in_earth
+from .find_covered import COVERED, OPEN, UNKNOWN, enclosed_cells, find_covered_cells, lie_in_earth
 from .form_factors import FormFactors, count_hits
 from .hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from .ray_scene import map_in_order
@@ -22,6 +22,7 @@ from .sample_points import REPLICATES, cells_inside, sobol_digits
 RAYS_PER_TASK = 1 << 17
 SKY, FAR_GROUND, FRONT, BACK, DARK = range(5)  # what becomes of a ray; DARK carries nothing
 FEWEST_RAYS = 8  # of a cell, to tell its share of the sky
+AGREEING_RAYS = 3  # of a cell, that need no vote on whether it lies inside something
 
 
 @dataclass
@@ -128,7 +129,8 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
     # Where a ray met a back, the patch may lie inside something.
     suspect = np.flatnonzero(suspect)
     covered = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
-    covered[suspect] = find_covered_cells(ray_scene, patches, chosen[suspect])
+    verdict = judge_cells(fate[suspect], start_cells[suspect])
+    covered[suspect] = find_covered_cells(ray_scene, patches, chosen[suspect], verdict)
     within = suspect[covered[suspect].any(axis=1)]
     darken_rays(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))
     # Along the line of the ground each ray is asked whether it starts below it.
@@ -170,6 +172,39 @@ def judge_rays(hit, directions, facing, fate, suspect):
             along = direction[0] * face[0] + direction[1] * face[1] + direction[2] * face[2] + face[3]
             fate[patch, ray] = BACK if along > 0 else FRONT
             suspect[patch] |= along > 0
+
+
+@njit(nogil=True, cache=True)
+def judge_cells(fate, start_cells):
+    """Which cells of patches lie inside something, as far as their own rays agree on it.
+
+    A cell none of whose rays meets a back is open, one all of whose rays do is covered. Rays that leave downwards say
+    nothing: they may come from an open place, or from below the ground.
+
+    Parameters
+    ----------
+    fate, start_cells : (c, rays) uint8
+
+    Returns
+    -------
+    (c, CELL_DIVISIONS²) int8
+        COVERED, OPEN or UNKNOWN.
+    """
+    verdict = np.full((len(fate), CELL_DIVISIONS**2), UNKNOWN)
+    backs, others, below = np.zeros((3, CELL_DIVISIONS**2), np.int64)
+    for patch in range(len(fate)):
+        backs[:], others[:], below[:] = 0, 0, 0
+        for ray in range(fate.shape[1]):
+            met, cell = fate[patch, ray], start_cells[patch, ray]
+            backs[cell] += met == BACK
+            below[cell] += met == FAR_GROUND
+            others[cell] += met == SKY or met == FRONT
+        for cell in range(CELL_DIVISIONS**2):
+            if backs[cell] == 0 and others[cell] >= AGREEING_RAYS:
+                verdict[patch, cell] = OPEN
+            elif backs[cell] >= AGREEING_RAYS and others[cell] == below[cell] == 0:
+                verdict[patch, cell] = COVERED
+    return verdict
 
 
 @njit(nogil=True, cache=True)

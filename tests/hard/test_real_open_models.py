@@ -152,12 +152,12 @@ def test_no_wall_is_brightened_or_blackened_beyond_its_own_rays(town):
     assert covered[~called].max() < 0.65
 
 
-def any_back_covers(ray_scene, patches, chosen):
+def any_back_covers(ray_scene, patches, chosen, verdict):
     """The naive rule: whoever sees a back lies inside."""
     return np.ones((len(chosen), trace_hemisphere.CELL_DIVISIONS**2), bool)
 
 
-def nothing_covers(ray_scene, patches, chosen):
+def nothing_covers(ray_scene, patches, chosen, verdict):
     """The other naive rule: every ray speaks for itself."""
     return np.zeros((len(chosen), trace_hemisphere.CELL_DIVISIONS**2), bool)
 
