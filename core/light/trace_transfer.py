@@ -12,15 +12,11 @@ from .check_arrays import check_scene
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
 from .gather_diffuse import gather_diffuse
 from .gather_direct import gather_direct
-from .patches import patches_of_scene
-from .plan_effects import plan_effects
-from .ray_scene import RayScene, usable_threads
-from .read_albedo import albedo_of_triangles, finishes_of_surfaces
+from .read_albedo import finishes_of_surfaces
 from .sample_points import REPLICATES
-from .surface_means import area_means
 from .trace_hemisphere import trace_hemisphere
 from .trace_suns import cells_of_light, points_above
-from .tracing import Tracing
+from .tracing import begin_tracing
 from .transfer import Transfer
 
 ONE_POINT = "of direct light: one shadow point per patch tells no spread; ask for --shadow-samples 2 or more"
@@ -57,28 +53,11 @@ def trace_transfer(scene, suns, request, progress, folder=None):
     check_request(request)
     clock = Clock()
     finishes = finishes_of_surfaces(scene, request)
-    patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
-    plan = plan_effects(scene, patches, request)
-    merge = area_means(scene.triangle_surface, patches.area, len(scene.surfaces))
-    ray_scene = RayScene(scene.vertices, scene.triangles)
-    eligible_area = np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0)
-    threads = usable_threads(request.threads)
-    tracing = Tracing(ray_scene, patches, plan, request, merge, eligible_area, threads, progress)
+    tracing = begin_tracing(scene, request, progress)
+    patches, plan, merge, ray_scene = tracing.patches, tracing.plan, tracing.merge, tracing.ray_scene
     clock.lap("plan and tree")
 
-    samples = -(-request.samples // REPLICATES) * REPLICATES
-    traced = ~plan.closed & patches.receives
-    hemisphere = trace_hemisphere(
-        ray_scene,
-        patches,
-        traced,
-        sample_count=samples,
-        reflections=plan.reflections,
-        threads=tracing.threads,
-        progress=progress,
-        cells=cells_of_light(points_above(request.shadow_samples)),
-    )
-    fill_closed_forms(hemisphere, patches, plan)
+    hemisphere = look_around(tracing, cells_of_light(points_above(request.shadow_samples)))
     clock.lap("sky and reflections")
 
     diffuse = gather_diffuse(tracing, hemisphere)
@@ -137,6 +116,34 @@ class Clock:
         """Note the seconds since the last lap."""
         now = time.perf_counter()
         self.seconds[stage], self.last = now - self.last, now
+
+
+def look_around(tracing, cells):
+    """What all patches see of sky, far ground and each other.
+
+    Parameters
+    ----------
+    tracing : Tracing
+    cells : int
+        1, 4 or 16: into how many cells the light of a patch is resolved.
+
+    Returns
+    -------
+    Hemisphere
+    """
+    patches, plan = tracing.patches, tracing.plan
+    hemisphere = trace_hemisphere(
+        tracing.ray_scene,
+        patches,
+        ~plan.closed & patches.receives,
+        sample_count=-(-tracing.request.samples // REPLICATES) * REPLICATES,
+        reflections=plan.reflections,
+        threads=tracing.threads,
+        progress=tracing.progress,
+        cells=cells,
+    )
+    fill_closed_forms(hemisphere, patches, plan)
+    return hemisphere
 
 
 def fill_closed_forms(hemisphere, patches, plan):

@@ -7,9 +7,11 @@ import numpy as np
 from scipy import sparse
 
 from ..request import Request
-from .patches import Patches
-from .plan_effects import EffectPlan
-from .ray_scene import RayScene
+from .patches import Patches, patches_of_scene
+from .plan_effects import EffectPlan, plan_effects
+from .ray_scene import RayScene, usable_threads
+from .read_albedo import albedo_of_triangles
+from .surface_means import area_means
 
 
 @dataclass
@@ -24,3 +26,30 @@ class Tracing:
     eligible_area: np.ndarray  # (n,) float64 [m²], 0 for surfaces that are not eligible
     threads: int
     progress: Callable
+
+
+def begin_tracing(scene, request, progress):
+    """Patches, plan and tree of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    request : Request
+    progress : callable
+        See `core.progress`.
+
+    Returns
+    -------
+    Tracing
+    """
+    patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
+    return Tracing(
+        ray_scene=RayScene(scene.vertices, scene.triangles),
+        patches=patches,
+        plan=plan_effects(scene, patches, request),
+        request=request,
+        merge=area_means(scene.triangle_surface, patches.area, len(scene.surfaces)),
+        eligible_area=np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0),
+        threads=usable_threads(request.threads),
+        progress=progress,
+    )
