@@ -2,18 +2,20 @@
 
 import numpy as np
 
-from ..check_arrays import check_triangles
+from ..check_arrays import check_array, check_triangles
 from ..errors import InputError
 from .check_geometry import check_patch_size
 
 MOST_PIECES = 50e6  # more need more memory than there is
+SHORTEST = 1e-3  # [m] that a patch of its own size may be asked to be
 TIE = 1e-6  # lengths that differ by less than this share are equal: rounding must not choose between them
 
 
 def refine_triangles(vertices, triangles, patch_size):
     """Split every edge longer than patch_size at its midpoint, again and again, until none is left.
 
-    Neighbours that share an edge share its midpoint, so that no vertex lies on the edge of another triangle.
+    Neighbours that share an edge share its midpoint, so that no vertex lies on the edge of another triangle: one that
+    may be larger is split where its neighbour is.
 
             c              c              c
            / \\            /|\\            / \\
@@ -26,8 +28,8 @@ def refine_triangles(vertices, triangles, patch_size):
     vertices : array, (v, 3) float64 [m]
     triangles : array, (t, 3) int
         Into vertices; identical points are merged beforehand.
-    patch_size : float [m]
-        Longest edge that stays, to one part in a million.
+    patch_size : float or array, (t,) float [m]
+        Longest edge that stays, to one part in a million; one for all, or one for the pieces of each triangle.
 
     Returns
     -------
@@ -41,23 +43,27 @@ def refine_triangles(vertices, triangles, patch_size):
     Raises
     ------
     InputError
-        Vertices, triangles or the length cannot be used, or the pieces would be too many.
+        Vertices, triangles or a length cannot be used, or the pieces would be too many.
     """
-    check_patch_size(patch_size)
+    if not np.ndim(patch_size):
+        check_patch_size(patch_size)
     vertices, triangles = check_triangles(vertices, triangles)
     vertices, triangles = np.asarray(vertices, float), np.asarray(triangles, np.int64)
+    if np.ndim(patch_size):
+        check_array("patch_size", patch_size, (len(triangles),), least=SHORTEST)
+    patch_size = np.broadcast_to(np.asarray(patch_size, float), len(triangles))
     check_pieces(vertices, triangles, patch_size)
     parent = np.arange(len(triangles))
     while True:
         edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)  # (3 t, 2)
         length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
-        long = length > (1 + TIE) * patch_size
+        long = length > (1 + TIE) * np.repeat(patch_size[parent], 3)
         if not long.any():
             break
         key = edges[:, 0] * np.int64(len(vertices)) + edges[:, 1]
-        _, first, inverse = np.unique(key[long], return_index=True, return_inverse=True)
-        middle = np.full(len(edges), -1, np.int64)
-        middle[long] = len(vertices) + inverse
+        halved, first = np.unique(key[long], return_index=True)
+        place = np.minimum(np.searchsorted(halved, key), len(halved) - 1)
+        middle = np.where(halved[place] == key, len(vertices) + place, -1)
         ends = edges[long][first]
         vertices = np.concatenate([vertices, 0.5 * (vertices[ends[:, 0]] + vertices[ends[:, 1]])])
         triangles, parent = _split(vertices, triangles, parent, middle.reshape(-1, 3))
@@ -73,7 +79,7 @@ def check_pieces(vertices, triangles, patch_size):
     height = np.divide(doubled, longest, out=np.zeros(len(longest)), where=longest > 0)
     pieces = (1 + longest / patch_size) * (1 + height / patch_size)
     if pieces.sum() > MOST_PIECES:
-        problem = f"{patch_size:g} m would make about {pieces.sum():.0e} patches"
+        problem = f"{patch_size.min():g} m would make about {pieces.sum():.0e} patches"
         cure = f"give a larger one; the longest edge has {longest.max():,.0f} m, look whether that is right"
         raise InputError("--patch-size", problem, cure)
 
