@@ -165,7 +165,10 @@ def add_light(parser):
     light.add_argument("--max-bounces", type=bounces, default=3, metavar="N", help="reflections, or auto (3)")
     light.add_argument("--albedo", type=float, default=0.25, metavar="A", help="of all surfaces (0.25)")
     light.add_argument("--ground-albedo", type=float, default=0.25, metavar="A", help="of the ground (0.25)")
-    light.add_argument("--albedo-file", metavar="CSV", help="albedo or material by surface id or kind")
+    light.add_argument("--albedo-file", metavar="CSV", help="albedo or material by surface id, material or kind")
+    light.add_argument(
+        "--materials", dest="file_materials", action="store_true", help="albedo by the materials of OBJ files"
+    )
     light.add_argument("--far-ground", choices=("on", "off"), default="on", help="open ground beyond the scene")
     light.add_argument("--sky", choices=("isotropic",), default="isotropic", help="model of the diffuse sky")
     light.add_argument("--estimator", choices=ESTIMATORS, default=ESTIMATORS[0], help="how light is followed")

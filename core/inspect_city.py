@@ -4,6 +4,8 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
+from .light.materials import CLEAR, describe_brdf
+from .light.take_shader import take_material
 from .list_findings import list_findings
 from .study import read_buildings, stand_city
 
@@ -43,8 +45,27 @@ def inspect_city(paths, request):
             surfaces.area,
             surfaces.eligible,
         ),
+        "materials": describe_materials(scene),
         "findings": describe_findings(list_findings(scene)),
     }
+
+
+def describe_materials(scene):
+    """What the files say the surfaces are made of: count and area by name, and what `--materials` takes each as."""
+    surfaces = scene.surfaces
+    names = np.array(surfaces.material or [""] * len(surfaces), dtype=object)
+    groups = group_areas(names, surfaces.area, names != "")
+    finishes = {name: take_material(name, scene.colours.get(name)) for name in groups}
+    return {name: group | {"taken_as": tell_finish(finishes[name])} for name, group in groups.items()}
+
+
+def tell_finish(finish):
+    """What a material reflects in words; "" where nothing tells."""
+    if finish is None:
+        return ""
+    brdf = finish.brdf()
+    words = f"reflects {describe_brdf(brdf)}" + ("" if finish.material in CLEAR else f", albedo {brdf.albedo:.3f}")
+    return f"{finish.material}: {words}" if finish.material else words
 
 
 def describe_findings(findings):
@@ -97,6 +118,12 @@ def describe_city(found):
             f"  {name or '(none)':<22} {row['count']:>8,}  {row['area']:>14,.1f} m²"
             for name, row in found[title].items()
         ]
+    if found["materials"]:
+        lines.append("materials, and what --materials takes them as:")
+    lines += [
+        f"  {name:<22} {row['count']:>8,}  {row['area']:>14,.1f} m²  {row['taken_as'] or 'unknown: as --albedo'}"
+        for name, row in found["materials"].items()
+    ]
     return [*lines, *tell_findings(found["findings"]), *report["notes"]]
 
 

@@ -7,7 +7,7 @@ from mathutils import Color
 from ..core.errors import InputError
 from ..core.light.materials import CLEAR, DULL, Finish, describe_brdf, recognise_material
 from ..core.light.read_albedo import whole_of_cell
-from ..core.light.take_shader import albedo_of_colour, take_shader
+from ..core.light.take_shader import albedo_of_colour, take_material, take_shader
 from .attributes import PREFIX
 from .write_attributes import read_face_attribute
 
@@ -83,13 +83,15 @@ def remember_materials(item, ground, session):
             scene.surfaces.material[place] = name
 
 
-def read_finishes(names):
-    """Read materials by their names.
+def read_finishes(names, colours):
+    """Read materials by their names: those of Blender, and those of the city's files that Blender does not have.
 
     Parameters
     ----------
     names : list of str
         With "" for surfaces that have none.
+    colours : dict
+        Name of a material of the files to its colour, or None; as a Scene has them.
 
     Returns
     -------
@@ -107,10 +109,12 @@ def read_finishes(names):
     if not wanted:
         raise InputError("Materials", "no face has one", "give faces materials, or take the albedo from one value")
     for name in wanted:
-        if name not in known:
+        if name not in known and name not in colours:
             cure = "take the meshes again, or give its faces another"
             raise InputError("Materials", f"{name!r} is gone, or has another name", cure)
-    finishes = {name: read_finish(known[name]) for name in wanted}
+    finishes = {
+        name: read_finish(known[name]) if name in known else take_material(name, colours[name]) for name in wanted
+    }
     unread = [name for name, finish in finishes.items() if finish is None]
     return {name: finish for name, finish in finishes.items() if finish is not None}, unread
 

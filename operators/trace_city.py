@@ -39,7 +39,7 @@ class TraceCity(Step, bpy.types.Operator):
         if context.scene.citypv.albedo_source == "materials":
             request.ground_material = session.ground_material
             names = [session.ground_material, *(session.scene.surfaces.material or [])]
-            request.materials, unread = read_finishes(names)
+            request.materials, unread = read_finishes(names, session.scene.colours)
         return session, request, unread
 
     @staticmethod

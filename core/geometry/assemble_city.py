@@ -52,6 +52,7 @@ def assemble_city(contents, crs, lod=None):
         report=report,
         lod=[polygon.lod for polygon in draft.polygons],
         material=[polygon.material for polygon in draft.polygons],
+        colours=_join_colours(contents, report),
     )
 
 
@@ -66,6 +67,20 @@ def _start_report(contents):
         for reason, identifiers in content.skipped.items():
             report.skip(reason, identifiers)
     return report
+
+
+def _join_colours(contents, report):
+    """Colours of the materials of all files; a name to which two files give different ones has none."""
+    colours, doubtful = {}, set()
+    for content in contents:
+        for name, colour in content.colours.items():
+            if colours.get(name) is not None and colour not in (None, colours[name]):
+                doubtful.add(name)
+            colours[name] = colours.get(name) or colour
+    if doubtful:
+        words = f"{len(doubtful)} materials have different colours in different files, and none is taken"
+        report.notes.append(f"{words}: {', '.join(sorted(doubtful)[:5])}{' …' if len(doubtful) > 5 else '.'}")
+    return colours | dict.fromkeys(doubtful)
 
 
 def drop_repeated_buildings(contents, report):

@@ -71,7 +71,7 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
     footprint = under[triangle_surface]
     closure = (np.array(surfaces.thematic) == "ClosureSurface")[triangle_surface]
     carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
-    scene = Scene(vertices, *carriers, surfaces, site, report)
+    scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
     if terrain is not None:
         return _stand_on_terrain(scene, feet_or_corners(city, points, surfaces, under), points, terrain, patch_size)
     if ground == "none":
@@ -200,4 +200,5 @@ def _stand_on_ground(scene, vertices, triangles, hidden=None):
         surfaces=scene.surfaces,
         site=scene.site,
         report=scene.report,
+        colours=scene.colours,
     )

@@ -49,6 +49,7 @@ class City:
     report: ImportReport = field(default_factory=ImportReport)
     lod: list | None = None  # (n,) str, "" in formats that know no levels of detail; None where nobody noted it
     material: list | None = None  # (n,) str, names of materials, "" where there is none; None where nobody noted it
+    colours: dict = field(default_factory=dict)  # name of a material of the files -> (3,) diffuse colour, or None
 
     def __len__(self):
         return len(self.surface_id)

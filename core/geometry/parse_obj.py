@@ -1,4 +1,4 @@
-"""Take an OBJ file apart: vertices, faces of any number of corners, and the object or group each belongs to."""
+"""Take an OBJ file apart: vertices, faces of any number of corners, and the object, group and material of each."""
 
 import codecs
 import io
@@ -8,12 +8,13 @@ import numpy as np
 
 from ..errors import InputError
 from .collect_polygons import LARGEST_COORDINATE
+from .find_families import clean_name
 from .open_input import open_input
 
 LONGEST_LINE = 2**20  # characters
 MARKS = {codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 FREE_FORMS = {"l", "p", "curv", "curv2", "surf", "call", "csh"}
-SILENT = {"", "vn", "vt", "vp", "s", "usemtl", "mtllib", "mg", "lod", "bevel", "c_interp", "d_interp", "usemap"}
+SILENT = {"", "vn", "vt", "vp", "s", "mg", "lod", "bevel", "c_interp", "d_interp", "usemap"}
 CUT = "the file is cut or damaged: get it again"
 
 
@@ -26,7 +27,10 @@ class ObjParts:
     lines: list = field(default_factory=list)  # of each face
     objects: list = field(default_factory=list)  # of each face: number of its `o` statement, 0 before the first
     groups: list = field(default_factory=list)  # of each face: name of its `g` statement, "" where none
+    materials: list = field(default_factory=list)  # of each face: name of its `usemtl` statement, "" where none
     object_names: list = field(default_factory=list)
+    libraries: list = field(default_factory=list)  # (line, text) of each `mtllib` statement
+    unnamed: int = 0  # `usemtl` statements without a name
     left_out: dict = field(default_factory=dict)  # keyword -> number of lines
     comment_crs: str = ""  # a line of comment that speaks of EPSG
 
@@ -49,7 +53,7 @@ def parse_obj(path):
         No text, a line that cannot be understood, a coordinate that is not finite, a vertex that is not there.
     """
     parts, vertices, faces = ObjParts(np.empty((0, 3)), object_names=[""]), [], []
-    number, group = 0, ""
+    number, group, material = 0, "", ""
     for line, words in _statements(path):
         keyword = words[0]
         if keyword == "v":
@@ -59,11 +63,17 @@ def parse_obj(path):
             parts.lines.append(line)
             parts.objects.append(number)
             parts.groups.append(group)
+            parts.materials.append(material)
         elif keyword == "o":
             parts.object_names.append(" ".join(words[1:]))
             number = len(parts.object_names) - 1
         elif keyword == "g":
             group = " ".join(words[1:])
+        elif keyword == "usemtl":
+            material = clean_name(" ".join(words[1:]))
+            parts.unnamed += not material
+        elif keyword == "mtllib":
+            parts.libraries.append((line, " ".join(words[1:])))
         elif keyword[0] == "#":
             if "epsg" in " ".join(words).lower() and not parts.comment_crs:
                 parts.comment_crs = f"line {line}: {' '.join(words)[:80]!r}"

@@ -54,6 +54,7 @@ class FileContent:
     skipped: dict = field(default_factory=dict)  # reason -> ids
     notes: list = field(default_factory=list)
     crs: str | None = None
+    colours: dict = field(default_factory=dict)  # name of a material -> (3,) diffuse colour, or None where not told
 
     def skip(self, reason, identifier):
         """Remember what was left out, and why."""

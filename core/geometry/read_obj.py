@@ -10,9 +10,11 @@ from scipy.sparse.csgraph import connected_components
 from ..errors import InputError
 from .parse_obj import parse_obj
 from .polygon import FileContent, Polygon
+from .read_mtl import SHORT, read_libraries
 
 WELD = 1e-3  # [units of the file] corners this close to each other are one
 TOUCH = 1e-2  # [units of the file] seen from above, a piece this close to a face lies on it
+MOST_NAMED = 5  # in a note
 ABOVE = 0.5  # share of a piece's faces that lie above or below another piece of the same building
 
 
@@ -20,7 +22,8 @@ def read_obj(path, up="z"):
     """Every face of an OBJ file, before any choice.
 
     Each ``o`` is a building. Where there is none, each name of ``g`` is one; where there is none of either, faces
-    that share corners are one, together with what stands on them.
+    that share corners are one, together with what stands on them. ``usemtl`` names the material of the faces that
+    follow; colours are those of the library beside the file.
 
     Parameters
     ----------
@@ -43,12 +46,15 @@ def read_obj(path, up="z"):
     vertices = parts.vertices if up == "z" else parts.vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
     content = FileContent(path)
     building = _buildings(parts, vertices, content)
-    for face, line, number in zip(parts.faces, parts.lines, building, strict=True):
+    for face, line, number, material in zip(parts.faces, parts.lines, building, parts.materials, strict=True):
         if len(face) < 3:
             content.skip("fewer than three points", f"line {line}")
         else:
-            content.polygons.append(Polygon("", int(number), 0, "", "", "surface", [_closed(vertices[face])], line))
+            ring = _closed(vertices[face])
+            polygon = Polygon("", int(number), 0, "", "", "surface", [ring], line, material=material)
+            content.polygons.append(polygon)
     _note(parts, content)
+    _colour(parts, content)
     return content
 
 
@@ -126,3 +132,20 @@ def _note(parts, content):
     if parts.comment_crs:
         words = f"{content.path}, {parts.comment_crs} is a comment, and not believed"
         content.notes.append(f"{words}: give --latitude, --longitude and --unit.")
+
+
+def _colour(parts, content):
+    """Take the colours of the materials in use, and say what was found."""
+    used = [name for name in dict.fromkeys(parts.materials) if name]
+    if parts.unnamed:
+        content.notes.append(f"{parts.unnamed} lines usemtl of {content.path} name no material: faces have none then.")
+    if not used:
+        return
+    told = read_libraries(content.path, parts.libraries, content.notes)
+    content.colours = {name: told.get(name) for name in used}
+    faces = sum(map(bool, parts.materials))
+    coloured = sum(colour is not None for colour in content.colours.values())
+    names = ", ".join(name[:SHORT] for name in used[:MOST_NAMED]) + (" …" if len(used) > MOST_NAMED else "")
+    words = f"{content.path} names {len(used)} materials for {faces} of {len(parts.faces)} faces: {names}"
+    asked = "where --materials (in Blender Albedo from: Materials) asks for them"
+    content.notes.append(f"{words}. {coloured} have a diffuse colour. Names and colours tell albedos {asked}.")

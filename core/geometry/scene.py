@@ -51,3 +51,4 @@ class Scene:
     surfaces: Surfaces
     site: Site
     report: ImportReport = field(default_factory=ImportReport)
+    colours: dict = field(default_factory=dict)  # name of a material of the files -> (3,) linear light, None: not told

@@ -9,6 +9,7 @@ import numpy as np
 from ..errors import InputError
 from .brdf_lambertian import Lambertian
 from .materials import Finish, describe_brdf
+from .take_shader import take_material
 
 FILE, MATERIALS = "--albedo-file", "materials"  # where an albedo may come from
 
@@ -70,7 +71,8 @@ def brdfs_of_surfaces(scene, request):
 def name_brdfs(scene, request):
     """Law of reflection of each surface and, last, of the generated ground, and where it was found.
 
-    What the albedo file says of a surface counts before its material, if `request.materials` has it, that before what
+    What the albedo file says of a surface counts before what it says of its material, that before the material itself
+    (where `request.materials` has it, or `request.file_materials` asks for those of the city's files), that before what
     the file says of its kind, and that before `request.albedo`. A cell ``id#k`` is what the file says of ``id``.
     Generated ground takes the ground's albedo, unless it has a material or the file names the kind `ground`.
 
@@ -81,15 +83,17 @@ def name_brdfs(scene, request):
     """
     finishes = read_albedo(request.albedo_file) if request.albedo_file else {}
     of_key = {key: (finish.material, finish.brdf()) for key, finish in finishes.items()}
-    of_material = brdfs_of_materials(request)
     surfaces = scene.surfaces
+    materials = surfaces.material or [""] * len(surfaces)
     whole = [whole_of_cell(name) if of_key else name for name in surfaces.surface_id]
-    check_keys(of_key, {*surfaces.surface_id, *whole}, {*surfaces.kind.tolist(), "ground"}, request)
+    named = {*materials, request.ground_material} - {""}
+    check_keys(of_key, {*surfaces.surface_id, *whole, *named}, {*surfaces.kind.tolist(), "ground"}, request)
+    of_material = brdfs_of_materials(scene, request)
+    of_material |= {name: Found(FILE, name, name, of_key[name][1]) for name in named & set(of_key)}
     kinds = {*surfaces.kind.tolist(), "ground"} & set(of_key)
     of_kind = {kind: Found(FILE, kind, *of_key[kind]) for kind in kinds}
     plain = Found("--albedo", "", "", Lambertian(request.albedo))
     found = []
-    materials = surfaces.material or [""] * len(surfaces)
     for name, parent, material, kind in zip(surfaces.surface_id, whole, materials, surfaces.kind.tolist(), strict=True):
         own = of_key.get(name) or of_key.get(parent)
         if own:
@@ -112,10 +116,18 @@ def whole_of_cell(name):
     return whole if mark and cell.isdigit() else name
 
 
-def brdfs_of_materials(request):
-    """How each material of the request reflects: dict of name to Found."""
-    found = {}
-    for name, finish in request.materials.items():
+def brdfs_of_materials(scene, request):
+    """How each material reflects that the request or, if it asks for them, the city's files tell of: name to Found."""
+    found, finishes = {}, {}
+    if request.file_materials:
+        if not scene.colours:
+            raise InputError(
+                "--materials", "no file of this city names materials", "leave it out, or use --albedo-file"
+            )
+        finishes = {name: take_material(name, colour) for name, colour in scene.colours.items()}
+    for name, finish in (finishes | request.materials).items():
+        if finish is None:
+            continue
         try:
             found[name] = Found(MATERIALS, name, name, finish.brdf())
         except InputError as error:
@@ -129,8 +141,8 @@ def check_keys(of_key, names, kinds, request):
     if unused:
         raise InputError(
             request.albedo_file,
-            f"{sorted(unused)[0]!r} is neither a surface nor a kind of this city",
-            "use surface_id or kind as in faces.csv",
+            f"{sorted(unused)[0]!r} is neither a surface nor a kind nor a material of this city",
+            "use surface_id or kind as in faces.csv, or a material as `citypv inspect` lists them",
         )
 
 
@@ -191,7 +203,7 @@ def describe_row(one):
 
 
 def read_albedo(path):
-    """Read albedos or materials by surface id or by kind.
+    """Read albedos or materials by surface id, by kind, or by the name of a material in the city's files.
 
     Parameters
     ----------

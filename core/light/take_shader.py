@@ -12,7 +12,7 @@ References
 B. Burley (2012), Physically based shading at Disney, SIGGRAPH course notes: the α of GGX is the roughness squared.
 """
 
-from .materials import Finish
+from .materials import Finish, recognise_material
 
 WEIGHTS = (0.2126, 0.7152, 0.0722)
 DECIMALS = 4  # of an albedo
@@ -57,3 +57,23 @@ def take_shader(colour, metallic=0.0, roughness=0.5, transmission=0.0):
     if metallic < HALF or roughness >= ROUGH:
         return Finish(albedo)
     return Finish(albedo, "mirror" if roughness <= SMOOTH else f"glossy:{roughness**2:.4g}")
+
+
+def take_material(name, colour=None):
+    """Finish of a material that a file names: by its name, where it is one of the tables, else by its diffuse colour.
+
+    Parameters
+    ----------
+    name : str
+    colour : (3,) float, optional
+        Linear Rec. 709; None where it is not known.
+
+    Returns
+    -------
+    Finish or None
+        None where neither tells.
+    """
+    word = recognise_material(name)
+    if word and word != "mirror":
+        return Finish(material=word)
+    return None if colour is None else Finish(albedo_of_colour(colour), word)
