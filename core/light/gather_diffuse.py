@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from .form_factors import multiply, multiply_cells
+from .form_factor_products import multiply, multiply_cells
 from .reflect import follow_bounces, radiosity_factor, variance_of_replicates
 
 
@@ -44,10 +44,10 @@ def gather_diffuse(tracing, hemisphere):
         _, handed_on, last = follow_bounces(
             hemisphere.form_factors,
             radiosity_factor(tracing.patches, hemisphere.covered_share),
-            first,
-            far_first.mean(axis=1, keepdims=True),
+            arriving,
             plan.max_bounces,
-            arriving=arriving,
+            far_first=far_first.mean(axis=1, keepdims=True),
+            first_light=first.sum(dtype=float),
             threads=tracing.threads,
             progress=partial(tell_bounces, tracing),
         )

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..progress import CancelledError
-from .form_factors import multiply_cells, multiply_seen
+from .form_factor_products import multiply_cells, multiply_seen
 from .gather_diffuse import change_by_even_patches
 from .kept_matrix import MatrixOnDisk, keep_matrix
 from .reflect import follow_bounces, radiosity_factor, variance_of_replicates
+from .row_slices import work_in_slices
 from .sun_blocks import SunsTeller, count_kept, cut_into_blocks, keep_columns
 from .surface_means import average_surfaces
 from .trace_suns import points_above, projection_in_front, trace_suns, variance_of_cell_pairs
@@ -115,15 +116,23 @@ def gather_block(tracing, hemisphere, lit, teller, *, found, annual):
     if tracing.plan.reflections:
         reflected, handed_on, last = reflect_block(tracing, hemisphere, light, part, teller.tell_bounce)
         # From here on nobody interrupts: the block is kept as a whole.
-        found.reflected[:, block] = average_surfaces(tracing.merge, reflected, tracing.threads)
+        keep_block(tracing, found.reflected, block, reflected)
         found.last = max(found.last, last)
         annual.handed_on += handed_on
         if tracing.plan.far_ground:
             annual.lit_ground += tracing.request.ground_albedo * float(part[1] @ np.maximum(part[0][:, 2], 0))
-    found.visible_share[:, block] = average_surfaces(tracing.merge, light.visible_share, tracing.threads)
+    keep_block(tracing, found.visible_share, block, light.visible_share)
     found.ray_count += light.ray_count
     annual.by_point += light.by_point
     annual.speakers = light.speakers
+
+
+def keep_block(tracing, matrix, block, values):
+    """Means of patches over their surfaces, (p, b) float32, into columns of a matrix of `keep_matrix`."""
+    if isinstance(matrix, np.ndarray):
+        average_surfaces(tracing.merge, values, tracing.threads, out=matrix[:, block])
+    else:
+        matrix[:, block] = average_surfaces(tracing.merge, values, tracing.threads)
 
 
 def error_of_direct(tracing, hemisphere, annual):
@@ -210,21 +219,35 @@ def reflect_block(tracing, hemisphere, light, suns, report):
     if tracing.plan.far_ground:
         lit_ground = np.maximum(directions[:, 2], 0) * np.float32(tracing.request.ground_albedo)
         far_first = np.outer(hemisphere.far_ground.mean(axis=1), lit_ground)
-    aoi_projection = projection_in_front(tracing.patches.normal, directions)
+    aoi_projection = np.empty_like(light.visible_share)
+
+    def project(rows):
+        aoi_projection[rows] = projection_in_front(tracing.patches.normal[rows], directions)
+        return float((aoi_projection[rows] * light.visible_share[rows]).sum())
+
+    first_light = sum(work_in_slices(project, len(aoi_projection), threads))
     arriving = multiply_seen(form_factors, tracing.patches.albedo, aoi_projection, light.seen, threads)
-    first = np.multiply(aoi_projection, light.visible_share, out=aoi_projection)
     reflected, handed_on, last = follow_bounces(
         form_factors,
         radiosity_factor(tracing.patches, hemisphere.covered_share),
-        first,
-        far_first,
+        arriving,
         tracing.plan.max_bounces,
-        arriving=arriving,
+        far_first=far_first,
+        first_light=first_light,
         weight=weights,
         threads=threads,
         progress=report,
     )
     if far_first is not None:
-        reflected -= far_first
-        np.maximum(reflected, 0, out=reflected)
+        take_out(reflected, far_first, threads)
     return reflected, handed_on, last
+
+
+def take_out(reflected, far_first, threads):
+    """Take from all reflected light, (p, s), what the far ground adds at first bounce."""
+
+    def subtract(rows):
+        reflected[rows] -= far_first[rows]
+        np.maximum(reflected[rows], 0, out=reflected[rows])
+
+    work_in_slices(subtract, len(reflected), threads)

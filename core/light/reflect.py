@@ -8,7 +8,9 @@ E_{n+1} = F (ρ ∘ E_n)
 import numpy as np
 
 from .check_arrays import check_array
-from .form_factors import check_form_factors, multiply
+from .form_factor_products import multiply
+from .form_factors import check_form_factors
+from .row_slices import work_in_slices
 
 MINIMAL_OPEN_SHARE = 1 / 64  # below it the light of a patch is too uncertain to be spread over its open part
 
@@ -38,11 +40,21 @@ def reflect(form_factors, factor, first, far_first, max_bounces):
     check_array("far_first", far_first, (count, sources), least=0)
     check_array("factor", factor, (count,), least=0, most=1 / MINIMAL_OPEN_SHARE)
     check_form_factors(form_factors, count)
-    return follow_bounces(form_factors, factor, first, far_first, max_bounces)
+    arriving = multiply(form_factors, factor, first)
+    return follow_bounces(form_factors, factor, arriving, max_bounces, far_first=far_first, first_light=first.sum())
 
 
 def follow_bounces(
-    form_factors, factor, first, far_first, max_bounces, *, arriving=None, weight=None, threads=1, progress=None
+    form_factors,
+    factor,
+    arriving,
+    max_bounces,
+    *,
+    far_first=None,
+    first_light=0.0,
+    weight=None,
+    threads=1,
+    progress=None,
 ):
     """Irradiance by reflections.
 
@@ -51,13 +63,13 @@ def follow_bounces(
     form_factors : FormFactors
     factor : (p,) float32
         Of `radiosity_factor`.
-    first : (p, s) float32
-        E₀, one column per light source.
-    far_first : (p, s) float32 or None
-        What the far ground adds at the first bounce, if anything.
+    arriving : (p, s) float32
+        F (ρ ∘ E₀), one column per light source. It is overwritten.
     max_bounces : int
-    arriving : (p, s) float32, optional
-        F (ρ ∘ E₀), where it is known better than from the means of the patches. It is overwritten.
+    far_first : (p, s) float32, optional
+        What the far ground adds at the first bounce.
+    first_light : float
+        Sum of E₀ over all patches and sources, for `last`.
     weight : (s,) float32, optional
         Of each light source in `handed_on`; 1 if not given.
     threads : int
@@ -71,25 +83,30 @@ def follow_bounces(
     handed_on : (p,) float32
         ρ ∘ (E₁ + … + E_{max-1}), the light that F handed on after the first bounce, summed with `weight`.
     last : float
-        Mean of E_max over mean of `first + reflected`, to judge what lies beyond the last bounce.
+        Share of E_max in all light, to judge what lies beyond the last bounce.
     """
-    weight = np.ones(first.shape[1], np.float32) if weight is None else weight
-    reflected = np.zeros_like(first)
-    handed_on = np.zeros(len(first), np.float32)
+    weight = np.ones(arriving.shape[1], np.float32) if weight is None else weight
+    reflected, handed_on = np.zeros_like(arriving), np.zeros(len(arriving), np.float32)
+    spare = None
     for bounce in range(max_bounces):
         if bounce:
-            handed_on += factor * (arriving @ weight)
-            arriving = multiply(form_factors, factor, arriving, threads)
-        else:
-            arriving = multiply(form_factors, factor, first, threads) if arriving is None else arriving
-            if far_first is not None:
-                arriving += far_first
-        reflected += arriving
+            arriving, spare = multiply(form_factors, factor, arriving, threads, out=spare), arriving
+
+        def add(rows, light=arriving, bounce=bounce):
+            if bounce == 0 and far_first is not None:
+                light[rows] += far_first[rows]
+            reflected[rows] += light[rows]
+            if bounce + 1 < max_bounces:
+                handed_on[rows] += factor[rows] * (light[rows] @ weight)
+            return float(light[rows].sum())
+
+        last = sum(work_in_slices(add, len(arriving), threads))
         if progress is not None:
             progress(bounce + 1)
-    whole = float(first.sum()) + float(reflected.sum())
-    last = float(arriving.sum()) / whole if max_bounces and whole > 0 else 0.0
-    return reflected, handed_on, last
+    if not max_bounces:
+        return reflected, handed_on, 0.0
+    whole = float(first_light) + sum(work_in_slices(lambda rows: float(reflected[rows].sum()), len(reflected), threads))
+    return reflected, handed_on, last / whole if whole > 0 else 0.0
 
 
 def variance_of_replicates(values):

@@ -17,7 +17,7 @@ def area_means(triangle_surface, area, count):
     return sparse.csr_matrix((area[own] / whole[surface], (surface, own)), shape=(count, len(area)))
 
 
-def average_surfaces(merge, values, threads):
+def average_surfaces(merge, values, threads, out=None):
     """Means over surfaces, in float32.
 
     Parameters
@@ -26,12 +26,14 @@ def average_surfaces(merge, values, threads):
         Of `area_means`.
     values : (p, s) float32
     threads : int
+    out : (n, s) float32, optional
+        Array to write to.
 
     Returns
     -------
     (n, s) float32
     """
-    means = np.zeros((merge.shape[0], values.shape[1]), np.float32)
+    means = np.empty((merge.shape[0], values.shape[1]), np.float32) if out is None else out
 
     def average(first):
         last = min(first + ROWS_PER_TASK, len(means))

@@ -198,7 +198,7 @@ def judge_cells(fate, start_cells):
             met, cell = fate[patch, ray], start_cells[patch, ray]
             backs[cell] += met == BACK
             below[cell] += met == FAR_GROUND
-            others[cell] += met == SKY or met == FRONT
+            others[cell] += met in (SKY, FRONT)
         for cell in range(CELL_DIVISIONS**2):
             if backs[cell] == 0 and others[cell] >= AGREEING_RAYS:
                 verdict[patch, cell] = OPEN

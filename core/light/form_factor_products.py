@@ -1,0 +1,207 @@
+"""Products of the matrix of form factors with light.
+
+Rays of one patch that meet the same place are taken together before they are multiplied; for a single light source that
+would cost more than it saves.
+"""
+
+import numpy as np
+from numba import njit
+
+from .form_factors import REPLICATE_BITS
+from .ray_scene import map_in_order
+from .sample_points import REPLICATES
+
+NONE = np.float32(0)
+
+
+def multiply(form_factors, factor, light, threads=1, out=None):
+    """F · (factor ∘ light), the mean over the replicates.
+
+    Parameters
+    ----------
+    form_factors : FormFactors
+    factor : (p,) float32
+        From irradiance to radiosity.
+    light : (p, s) float32
+        Irradiance of the patches by s light sources.
+    threads : int
+    out : (p, s) float32, optional
+        Array to write to, other than `light`.
+
+    Returns
+    -------
+    (p, s) float32
+    """
+    out = empty_product(form_factors, light.shape[1]) if out is None else out
+    if light.shape[1] == 1:
+        return run_rows(form_factors, out, threads, add_single, factor * light[:, 0])
+    return run_rows(form_factors, out, threads, add_patches, factor, light)
+
+
+def multiply_cells(form_factors, light, threads=1):
+    """F · light with light that differs over the cells of a patch.
+
+    Parameters
+    ----------
+    light : (p, cells) float32
+        Radiosity.
+
+    Returns
+    -------
+    (p, REPLICATES) float32
+        Each replicate by itself.
+    """
+    product = empty_product(form_factors, REPLICATES)
+    return run_rows(form_factors, product, threads, add_cells, light) * np.float32(REPLICATES)
+
+
+def multiply_seen(form_factors, albedo, aoi_projection, seen, threads=1):
+    """F · (albedo ∘ visible share · cos(aoi)), where the visible share of a cell is that of its own point.
+
+    Parameters
+    ----------
+    albedo : (p,) float32
+    aoi_projection : (p, s) float32
+        Cosine of the angle of incidence, 0 for suns behind.
+    seen : (p, s) uint16
+        Bit c is set where the sun is visible from the point of cell c.
+
+    Returns
+    -------
+    (p, s) float32
+    """
+    product = empty_product(form_factors, seen.shape[1])
+    return run_rows(form_factors, product, threads, add_seen, albedo, (aoi_projection, seen))
+
+
+def empty_product(form_factors, columns):
+    """Array for a product, not written to yet: (p, columns) float32."""
+    return np.empty((form_factors.count, columns), np.float32)
+
+
+def run_rows(form_factors, product, threads, loop, *arrays):
+    """Products of all rows, written into `product`, (p, columns) float32, which is returned."""
+    product.fill(0)
+    share = np.float32(1 / (REPLICATES * form_factors.rays))
+    shift = np.int32(REPLICATE_BITS + form_factors.cells.bit_length() - 1)  # takes a key to its patch
+
+    def work(rows):
+        loop((rows.chosen, rows.start, rows.key, rows.count), (shift, share), product, *arrays)
+
+    for _ in map_in_order(work, form_factors.rows, threads):
+        pass
+    return product
+
+
+@njit(nogil=True, cache=True)
+def merge_row(row, rows, shift, met, weight):
+    """Count the rays of one patch that meet the same place, a place being what keys share above their last bits.
+
+    Parameters
+    ----------
+    row : int
+    rows : tuple of (c + 1,) int64, (e,) int32 and (e,) int
+        Start, key and count, as of `Rows`.
+    shift : int
+        Number of last bits.
+    met : (m,) int32
+        Written: the places, and three times 0 after them, so that they can be taken by fours.
+    weight : (m,) float32
+        Written: rays that meet each.
+
+    Returns
+    -------
+    int
+        Number of places.
+    """
+    start, key, count = rows
+    found, entry, last = 0, start[row], start[row + 1]
+    while entry < last:
+        place, rays = key[entry] >> shift, 0
+        while entry < last and key[entry] >> shift == place:
+            rays += count[entry]
+            entry += 1
+        met[found], weight[found] = place, rays
+        found += 1
+    met[found : found + 3], weight[found : found + 3] = 0, 0
+    return found
+
+
+@njit(nogil=True, cache=True)
+def room_for_rows(start):
+    """Arrays that hold the merged places of the longest row."""
+    longest = 0
+    for row in range(len(start) - 1):
+        longest = max(longest, start[row + 1] - start[row])
+    return np.empty(longest + 3, np.int32), np.empty(longest + 3, np.float32)
+
+
+@njit(nogil=True, cache=True)
+def add_single(rows, scale, product, light):
+    """Radiosity of whole patches from one light source, (p,), times the share of rays that meet them."""
+    (chosen, start, key, count), (shift, share) = rows, scale
+    for row in range(len(chosen)):
+        total = 0.0
+        for entry in range(start[row], start[row + 1]):
+            total += count[entry] * light[key[entry] >> shift]
+        product[chosen[row], 0] = share * total
+
+
+@njit(nogil=True, cache=True)
+def add_patches(rows, scale, product, factor, light):
+    """Radiosity of whole patches, factor (p,) times light (p, s), times the share of rays that meet them."""
+    (chosen, start, key, count), (shift, share) = rows, scale
+    entries = start, key, count
+    met, weight = room_for_rows(start)
+    for row in range(len(chosen)):
+        found = merge_row(row, entries, shift, met, weight)
+        for place in range(found):
+            weight[place] *= share * factor[met[place]]
+        # Four at a time, so that the sums are not taken to the memory and back for each.
+        total = product[chosen[row]]
+        for four in range(0, found, 4):
+            first, second, third, fourth = met[four], met[four + 1], met[four + 2], met[four + 3]
+            a, b, c, d = weight[four], weight[four + 1], weight[four + 2], weight[four + 3]
+            for column in range(len(total)):
+                pair = a * light[first, column] + b * light[second, column]
+                total[column] += pair + (c * light[third, column] + d * light[fourth, column])
+
+
+@njit(nogil=True, cache=True)
+def add_cells(rows, scale, product, light):
+    """Radiosity of cells, (p, cells), times the share of rays that meet them, replicate by replicate."""
+    (chosen, start, key, count), (shift, share) = rows, scale
+    for row in range(len(chosen)):
+        total = product[chosen[row]]
+        for entry in range(start[row], start[row + 1]):
+            place = key[entry] >> REPLICATE_BITS
+            patch = key[entry] >> shift
+            cell = place - (patch << (shift - REPLICATE_BITS))
+            total[key[entry] & (REPLICATES - 1)] += np.float32(count[entry]) * share * light[patch, cell]
+
+
+@njit(nogil=True, cache=True)
+def add_seen(rows, scale, product, albedo, suns):
+    """Radiosity of cells under each sun, times the share of rays that meet them."""
+    (chosen, start, key, count), (shift, share), (aoi_projection, seen) = rows, scale, suns
+    entries = start, key, count
+    bits = shift - REPLICATE_BITS
+    met, weight = room_for_rows(start)
+    mask = np.empty(len(met), np.uint16)
+    for row in range(len(chosen)):
+        found = merge_row(row, entries, REPLICATE_BITS, met, weight)
+        for place in range(found + 3):
+            mask[place] = 1 << (met[place] & ((1 << bits) - 1))
+            met[place] >>= bits
+            weight[place] *= share * albedo[met[place]]
+        total = product[chosen[row]]
+        for four in range(0, found, 4):
+            first, second, third, fourth = met[four], met[four + 1], met[four + 2], met[four + 3]
+            a, b, c, d = weight[four], weight[four + 1], weight[four + 2], weight[four + 3]
+            e, f, g, h = mask[four], mask[four + 1], mask[four + 2], mask[four + 3]
+            for column in range(len(total)):
+                pair = aoi_projection[first, column] * (a if seen[first, column] & e else NONE)
+                pair += aoi_projection[second, column] * (b if seen[second, column] & f else NONE)
+                other = aoi_projection[third, column] * (c if seen[third, column] & g else NONE)
+                other += aoi_projection[fourth, column] * (d if seen[fourth, column] & h else NONE)
+                total[column] += pair + other
