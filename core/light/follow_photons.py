@@ -10,10 +10,10 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from .emit_photons import emit_photons
+from .facing_scene import FacingScene
 from .find_covered import meets_back
 from .hemisphere_rays import CELL_DIVISIONS
 from .patches import Patches
-from .ray_scene import RayScene
 from .sample_points import cell_of_point
 from .scatter import draw_for_photons, leave_patches, scatter
 
@@ -46,7 +46,7 @@ class Tally:
 class Target:
     """What photons fall on."""
 
-    ray_scene: RayScene
+    ray_scene: FacingScene
     patches: Patches
     surface: np.ndarray  # (p,) int, of each patch; `surface_count` where it has none
     surface_count: int
@@ -108,7 +108,12 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
     for bounce in range(max_bounces + 1):
         found.ray_count += len(photons.number)
         photons, places = meet_fronts(target, photons, found.tally, source if bounce == 0 else None)
-        deposit(photons, target.surface[places[0]], found.first if bounce == 0 else found.reflected)
+        sums = found.first if bounce == 0 else found.reflected
+        deposit(photons, target.surface[places[0]], sums)
+        # Where faces coincide and look the same way, all of them are lit; the light goes on once.
+        row, double = target.ray_scene.find_doubles(places)
+        if len(row):
+            deposit(photons.take(row), target.surface[double], sums)
         found.last = float(photons.weight.sum())
         found.arrived += found.last
         photons = reflect_photons(target, source.key, photons, places, bounce)

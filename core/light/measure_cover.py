@@ -3,10 +3,11 @@
 import numpy as np
 
 from ..progress import silent
+from .facing_scene import FacingScene
 from .find_covered import RAYS_PER_CELL, find_covered_cells
 from .hemisphere_rays import CELL_DIVISIONS
 from .patches import patches_of_scene
-from .ray_scene import RayScene, map_in_order, usable_threads
+from .ray_scene import map_in_order, usable_threads
 from .sample_points import REPLICATES
 from .surface_means import area_means
 from .trace_hemisphere import RAYS_PER_TASK, trace_hemisphere
@@ -27,9 +28,10 @@ def measure_cover(scene, threads=None):
     (n,) float64
     """
     patches = patches_of_scene(scene, np.zeros(len(scene.triangles)), seed=0)
-    ray_scene = RayScene(scene.vertices, scene.triangles)
+    threads = usable_threads(threads)
+    ray_scene = FacingScene(scene, patches, threads)
     chosen = patches.receives & (scene.triangle_surface >= 0)
-    covered_share = measure_patches(ray_scene, patches, chosen, usable_threads(threads))
+    covered_share = measure_patches(ray_scene, patches, chosen, threads)
     return area_means(scene.triangle_surface, patches.area, len(scene.surfaces)) @ covered_share
 
 

@@ -17,12 +17,13 @@ from ..request import check_request
 from ..sun.keep_suns import end_of_days, keep_suns
 from .check_arrays import check_scene, check_suns
 from .emit_photons import box_of_scene, far_ground_source, sky_source, sun_source
+from .facing_scene import FacingScene
 from .follow_photons import Tally, Target
 from .kept_matrix import MatrixOnDisk, keep_matrix
 from .measure_cover import find_cover
 from .patches import patches_of_scene
 from .plan_effects import plan_effects
-from .ray_scene import RayScene, usable_threads
+from .ray_scene import usable_threads
 from .read_albedo import albedo_of_triangles, finish_of_triangles, finishes_of_surfaces
 from .sun_blocks import keep_columns
 from .surface_means import area_means
@@ -145,7 +146,7 @@ def prepare_run(scene, patches, request, progress):
     covered_share : (p,) float32
     """
     threads = usable_threads(request.threads)
-    ray_scene = RayScene(scene.vertices, scene.triangles)
+    ray_scene = FacingScene(scene, patches, threads)
     covered_share, covered = find_cover(ray_scene, patches, threads)
     count = len(scene.surfaces)
     surface = np.where(scene.triangle_surface < 0, count, scene.triangle_surface)

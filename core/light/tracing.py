@@ -7,9 +7,10 @@ import numpy as np
 from scipy import sparse
 
 from ..request import Request
+from .facing_scene import FacingScene
 from .patches import Patches, patches_of_scene
 from .plan_effects import EffectPlan, plan_effects
-from .ray_scene import RayScene, usable_threads
+from .ray_scene import usable_threads
 from .read_albedo import albedo_of_triangles
 from .surface_means import area_means
 
@@ -18,7 +19,7 @@ from .surface_means import area_means
 class Tracing:
     """What all stages of one run share."""
 
-    ray_scene: RayScene
+    ray_scene: FacingScene
     patches: Patches
     plan: EffectPlan
     request: Request
@@ -43,13 +44,14 @@ def begin_tracing(scene, request, progress):
     Tracing
     """
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
+    threads = usable_threads(request.threads)
     return Tracing(
-        ray_scene=RayScene(scene.vertices, scene.triangles),
+        ray_scene=FacingScene(scene, patches, threads),
         patches=patches,
         plan=plan_effects(scene, patches, request),
         request=request,
         merge=area_means(scene.triangle_surface, patches.area, len(scene.surfaces)),
         eligible_area=np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0),
-        threads=usable_threads(request.threads),
+        threads=threads,
         progress=progress,
     )

@@ -1,0 +1,186 @@
+"""Faces that lie in one place: which they are, and that light meets those which look towards it."""
+
+import numpy as np
+import pytest
+from scenes import join, strip, suns_towards
+from shapely.geometry import Polygon
+
+from citypv.core.light.facing_scene import FacingScene
+from citypv.core.light.find_coincident import find_coincident
+from citypv.core.light.patches import patches_of_scene
+from citypv.core.light.ray_scene import RayScene
+from citypv.core.light.trace_forward import trace_forward
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.progress import silent
+from citypv.core.request import Request
+
+SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.5, 0.7, 0.2]])
+ESTIMATORS = {"gather": (trace_transfer, 1024), "forward": (trace_forward, 8000)}
+both = pytest.mark.parametrize("estimator", ESTIMATORS)
+
+
+def trace(estimator, parts, **settings):
+    run, samples = ESTIMATORS[estimator]
+    return run(join(parts), SUNS, Request(**{"samples": samples, "estimator": estimator} | settings), silent)
+
+
+def turned_over(part):
+    points, faces = part
+    return points, np.asarray(faces)[:, ::-1]
+
+
+def in_pairs(found):
+    """The pairs as a set."""
+    one = np.repeat(np.arange(len(found.start) - 1), np.diff(found.start))
+    return set(zip(one.tolist(), found.other.tolist(), strict=True))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_pairs_are_those_that_overlap(seed):
+    """Triangles of 1 cm to 100 m in three planes, turned any way: those whose overlap shapely knows."""
+    generator = np.random.default_rng(seed)
+    size = 10 ** generator.uniform(-2, 2, (300, 1, 1))
+    flat = generator.uniform(-30, 30, (300, 1, 2)) * np.sqrt(size / 100) + size * generator.uniform(-1, 1, (300, 3, 2))
+    plane = generator.integers(0, 3, 300)
+    corners = np.concatenate([flat, np.broadcast_to(plane[:, None, None] * 0.5, (300, 3, 1))], axis=2)
+    turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
+    found = find_coincident(corners @ turn.T, np.full(300, 1e-4))
+    shapes = [Polygon(points) for points in flat]
+    known, unsure = set(), set()
+    for one in range(300):
+        for other in range(300):
+            if one != other and plane[one] == plane[other]:
+                common = shapes[one].intersection(shapes[other])
+                width = 2 * common.area / max(common.length, 1e-30)
+                (known if width > 1e-3 else unsure if common.area > 0 else set()).add((one, other))
+    assert len(known) > 200
+    assert known <= in_pairs(found) <= known | unsure
+
+
+def test_places_of_a_pair_are_the_same_place():
+    generator = np.random.default_rng(7)
+    flat = np.concatenate([generator.uniform(-5, 5, (80, 3, 2)), np.zeros((80, 3, 1))], axis=2)
+    corners = flat @ np.linalg.qr(generator.normal(size=(3, 3)))[0].T + 1000
+    found = find_coincident(corners, np.full(80, 1e-3))
+    one = np.repeat(np.arange(80), np.diff(found.start))
+    weights = generator.dirichlet([1, 1, 1], len(one))
+    point = np.einsum("ek,ekx->ex", weights, corners[one])
+    c1, c2 = np.einsum("eij,ej->ei", found.places, np.column_stack([np.ones(len(one)), weights[:, 1:]])).T
+    again = np.einsum("ek,ekx->ex", np.column_stack([1 - c1 - c2, c1, c2]), corners[found.other])
+    assert len(one) > 100
+    assert np.abs(again - point).max() < 1e-6
+
+
+def test_faces_that_touch_or_stand_apart_are_no_pairs():
+    plain = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 24)
+    above = strip([-10, -10, 0.01], [20, 0, 0], [0, 20, 0], 3)
+    leaning = strip([-60, -60, 0], [120, 0, 0], [0, 120, 2], 2)
+    scene = join([plain, above, leaning])
+    corners = scene.vertices[scene.triangles]
+    assert len(find_coincident(corners, np.full(len(corners), 1e-4))) == 0
+
+
+def test_threads_and_order_do_not_matter():
+    generator = np.random.default_rng(2)
+    corners = generator.uniform(0, 60, (40_000, 1, 3)) + generator.uniform(-2, 2, (40_000, 3, 3))
+    corners[:, :, 2] = np.round(corners[:, :1, 2])
+    one, other = (find_coincident(corners, np.full(len(corners), 1e-4), threads) for threads in (1, 3))
+    assert len(one) > 10_000
+    assert (one.other == other.other).all() and (one.places == other.places).all()
+    order = generator.permutation(len(corners))
+    again = find_coincident(corners[order], np.full(len(corners), 1e-4))
+    assert {(order[a], order[b]) for a, b in in_pairs(again)} == in_pairs(one)
+
+
+def test_rays_meet_the_front_of_a_sheet_from_either_side():
+    """Two faces cut in different ways, the one a little turned in its plane: 20,000 rays from above and from below."""
+    up = strip([-10, -10, 5], [20, 0, 0], [0, 20, 0], 3)
+    down = turned_over(strip([-12, -9, 5], [24, -1, 0], [1, 21, 0], 4))
+    scene = join([up, down])
+    patches = patches_of_scene(scene, np.zeros(len(scene.triangles)), 0)
+    patches.receives[:] = True
+    tree = FacingScene(scene, patches)
+    generator = np.random.default_rng(4)
+    for height, fronts in ((9.0, range(6)), (1.0, range(6, 14))):
+        target = np.column_stack([generator.uniform(-9, 9, (20_000, 2)), np.full(20_000, 5.0)])
+        target = target[target[:, 1] > -8]
+        start = np.column_stack([generator.uniform(-9, 9, (len(target), 2)), np.full(len(target), height)])
+        directions = (target - start) / np.linalg.norm(target - start, axis=1, keepdims=True)
+        hit, b1, b2 = tree.trace_places(start.astype("f4"), directions.astype("f4"))
+        assert np.isin(hit, fronts).all()
+        corners = scene.vertices[scene.triangles[hit]]
+        place = np.einsum("mk,mkx->mx", np.column_stack([1 - b1 - b2, b1, b2]), corners)
+        assert np.abs(place - target).max() < 1e-4
+        plain = RayScene(scene.vertices, scene.triangles).trace_closest(start.astype("f4"), directions.astype("f4"))
+        known = RayScene.trace_places(tree, start.astype("f4"), directions.astype("f4"))[0]
+        assert (known == plain).all()
+        assert not np.isin(plain, fronts).all() or height < 5  # it says something: either may be met
+
+
+@both
+def test_a_board_drawn_from_both_sides(estimator):
+    """Upright, above the far ground: each side gets half of the sky, half of the ground and the suns before it."""
+    south = strip([-10, 0, 5], [20, 0, 0], [0, 0, 10], 3)
+    north = turned_over(strip([-10, 0, 5], [20, 0, 0], [0, 0, 10], 4))
+    transfer = trace(estimator, [south, north], max_bounces=1)
+    assert transfer.diffuse_relative == pytest.approx(0.5 + 0.25 * 0.5, abs=0.02)
+    before = (transfer.surfaces.normal @ SUNS.direction.T > 0).astype(float)
+    assert transfer.visible_share == pytest.approx(before, abs=0.02)
+
+
+@both
+@pytest.mark.parametrize("below", [0.0, 5e-6])
+def test_a_roof_drawn_from_above_and_from_below(estimator, below):
+    """The face above gets everything, the one below nothing; only a part of the roof is drawn twice."""
+    roof = strip([-10, -10, 5], [20, 0, 0], [0, 20, 0], 2)
+    ceiling = turned_over(strip([-10, -7, 5 - below], [17, 0, 0], [0, 14, 0], 3))
+    transfer = trace(estimator, [roof, ceiling], max_bounces=0)
+    assert transfer.diffuse_relative[:4] == pytest.approx(1, abs=0.02)
+    assert transfer.visible_share[:4] == pytest.approx(1, abs=0.02)
+    assert transfer.visible_share[4:].max() == 0
+
+
+@both
+def test_a_court_drawn_from_both_sides_lights_a_wall(estimator):
+    """It reflects as one drawn once: beyond half of the sky the wall gets 0.5 · F of the court."""
+    court = turned_over(strip([-10, 0, 0], [20, 0, 0], [0, -10, 0], 2))
+    below = strip([-12, 0, 0], [24, 0, 0], [0, -13, 0], 1)
+    wall = strip([-10, 0, 0], [20, 0, 0], [0, 0, 10], 1)
+    transfer = trace(estimator, [court, below, wall], max_bounces=1, albedo=0.5, far_ground=False)
+    reflected = transfer.diffuse_relative[-2:].mean() - transfer.sky_view_factor[-2:].mean()
+    # The court sees the sky but for the wall, and hands on what it gets: F of rectangles at right angles, both ways.
+    view = view_at_right_angles(10, 10, 20)
+    assert transfer.sky_view_factor[:4].mean() == pytest.approx(1 - view, abs=0.01)
+    assert 0.5 * view * (1 - view) * 0.9 < reflected < 0.5 * view
+    once = trace("gather", [court, wall], max_bounces=1, albedo=0.5, far_ground=False, samples=16384)
+    known = once.diffuse_relative[-2:].mean() - once.sky_view_factor[-2:].mean()
+    assert reflected == pytest.approx(known, rel=0.04)
+
+
+def view_at_right_angles(floor, wall, length):
+    """View factor from a floor to a wall that share an edge (Howell, A Catalog of Radiation Heat Transfer, C-14)."""
+    h, w = wall / length, floor / length
+    both_ways = h**2 + w**2
+    logarithm = np.log((1 + w**2) * (1 + h**2) / (1 + both_ways))
+    logarithm += w**2 * np.log(w**2 * (1 + both_ways) / ((1 + w**2) * both_ways))
+    logarithm += h**2 * np.log(h**2 * (1 + both_ways) / ((1 + h**2) * both_ways))
+    angles = w * np.arctan(1 / w) + h * np.arctan(1 / h) - np.sqrt(both_ways) * np.arctan(1 / np.sqrt(both_ways))
+    return (angles + logarithm / 4) / (np.pi * w)
+
+
+@both
+def test_faces_drawn_twice_are_both_lit(estimator):
+    """Cut in different ways, and one larger than the other."""
+    parts = [strip([0, 0, 5], [10, 0, 0], [0, 10, 0], 2), strip([-1, 0, 5], [13, 0, 0], [0, 10, 0], 3)]
+    transfer = trace(estimator, parts, max_bounces=0)
+    assert transfer.diffuse_relative == pytest.approx(1, abs=0.03)
+    assert transfer.visible_share == pytest.approx(1, abs=0.03)
+
+
+def test_light_on_faces_drawn_twice_is_absorbed_once():
+    """What arrives on two faces has been emitted once: nothing is left over."""
+    part = strip([0, 0, 5], [10, 0, 0], [0, 10, 0], 2)
+    transfer = trace("forward", [part, part, turned_over(part)], max_bounces=2, albedo=0.5)
+    for tally in transfer.settings["photons"].values():
+        assert tally["emitted"] == sum(value for name, value in tally.items() if name != "emitted")
+    assert transfer.settings["photons"]["sky"]["on_backs"] == 0
