@@ -13,7 +13,7 @@ import traceback
 from functools import partial
 
 from .errors import InputError
-from .progress import CancelledError
+from .progress import CancelledError, TerminalProgress
 from .request import ESTIMATORS, Request, check_request
 
 EPILOGUE = "Every option and every file written is described in docs/command_line.md."
@@ -68,7 +68,8 @@ def main(arguments=None, draw=None):
 
 def complain(message, status):
     """One line on the error stream."""
-    print(f"citypv: error: {' '.join(message.split())}", file=sys.stderr)
+    renew = "\r\x1b[2K" if sys.stderr.isatty() else ""  # the line of a stage that did not end
+    print(f"{renew}citypv: error: {' '.join(message.split())}", file=sys.stderr)
     return status
 
 
@@ -245,7 +246,7 @@ def run_inspect(options):
     """`citypv inspect`."""
     from .inspect_city import describe_city, inspect_city
 
-    report = inspect_city(options.city, request_of(options))
+    report = inspect_city(options.city, request_of(options), TerminalProgress(lasting=False))
     print(json.dumps(report, indent=2, ensure_ascii=False) if options.json else "\n".join(describe_city(report)))
 
 
@@ -257,7 +258,7 @@ def run_effects(options):
     from .study import plan_scene, read_scene
 
     request = request_of(options)
-    plan = plan_scene(read_scene(options.city, request), request)
+    plan = plan_scene(read_scene(options.city, request, TerminalProgress(lasting=False)), request)
     if options.json:
         print(json.dumps([asdict(effect) for effect in plan.effects], indent=2))
     else:

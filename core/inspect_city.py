@@ -7,18 +7,21 @@ import numpy as np
 from .light.materials import CLEAR, describe_brdf
 from .light.take_shader import take_material
 from .list_findings import list_findings
+from .progress import silent
 from .study import read_buildings, stand_city
 
 NAMES_SHOWN = 3
 
 
-def inspect_city(paths, request):
+def inspect_city(paths, request, progress=silent):
     """Read a city and describe it.
 
     Parameters
     ----------
     paths : list of path-like
     request : Request
+    progress : callable, optional
+        See `core.progress`.
 
     Returns
     -------
@@ -30,7 +33,7 @@ def inspect_city(paths, request):
     InputError
         A file cannot be used.
     """
-    city = read_buildings(paths, request)
+    city = read_buildings(paths, request, progress)
     scene = stand_city(city, replace(request, patch_size=None))
     surfaces = scene.surfaces
     return {

@@ -18,14 +18,27 @@ def silent(stage, done, total, unit):
     """Report nothing."""
 
 
+def untold(share):
+    """Tell nobody which share of a task is done, 0 to 1."""
+
+
 class TerminalProgress:
     """Progress as one line per stage, with rate and time left, on a terminal or in a log.
 
     On a terminal the line is renewed in place; in a log a line is written every ten seconds.
+
+    Parameters
+    ----------
+    stream : text stream, optional
+        By default the error stream.
+    lasting : bool
+        Whether a stage that has ended keeps its line. Else the terminal is as before, and a log has only the lines of
+        every ten seconds.
     """
 
-    def __init__(self, stream=None):
+    def __init__(self, stream=None, *, lasting=True):
         self.stream = sys.stderr if stream is None else stream
+        self.lasting = lasting
         self.live = self.stream.isatty()
         self.stage, self.started, self.shown = None, 0.0, 0.0
 
@@ -33,11 +46,16 @@ class TerminalProgress:
         """Renew the line of a stage."""
         now = time.monotonic()
         if stage != self.stage:
-            self.stage, self.started, self.shown = stage, now, now - 9.0
+            self.stage, self.started, self.shown = stage, now, now - 9.0 * (self.lasting or self.live)
         finished = done >= total
         if not finished and now - self.shown < (0.2 if self.live else 10.0):
             return
         self.shown = now
+        if finished and not self.lasting:
+            self.stage = None
+            self.stream.write("\r\x1b[2K" if self.live else "")
+            self.stream.flush()
+            return
         line = f"  {stage}: {describe_progress(done, total, unit, now - self.started)}"
         if self.live:
             self.stream.write(f"\r\x1b[2K{line}" + ("\n" if finished else ""))

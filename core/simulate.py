@@ -90,7 +90,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
     check_folder(folder, overwrite)
     check_settings(request)
     teller.say(f"Reading {', '.join(str(path) for path in paths)}")
-    city = read_buildings(paths, request)
+    city = read_buildings(paths, request, teller.progress)
     if request.patch_error is not None:
         request = fit_patches(city, request, teller)
     scene = place_city(city, request)
@@ -111,7 +111,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         keep = not large or "transfer" in exports
         energy = write_results(work, transfer, weather, request, teller, scene=scene, draw=draw, keep=keep)
         if exports:
-            write_exports(work, (city, scene, transfer, energy, weather), request, exports)
+            write_exports(work, (city, scene, transfer, energy, weather), request, exports, teller.progress)
     tell_outcome(teller, folder, energy)
     return describe_interruption(transfer.settings)
 
@@ -187,18 +187,22 @@ def write_results(work, transfer, weather, request, teller, *, scene=None, draw=
     teller.say("Electricity")
     energy = weigh_energy(transfer, weather, request, teller.progress)
     teller.lap("electricity")
+
+    def tell_faces(share):
+        teller.progress("writing tables", share, len(tables), "files")
+
     tables = {
-        "faces.csv": partial(write_faces, transfer=transfer, energy=energy),
+        "faces.csv": partial(write_faces, transfer=transfer, energy=energy, tell=tell_faces),
         "groups.csv": partial(write_groups, energy=energy),
         "timeseries.nc": partial(write_timeseries, energy=energy, weather=weather),
     }
-    if keep:
-        tables["transfer.nc"] = partial(write_transfer, transfer=transfer)
-    teller.progress("writing tables", 0, len(tables), "files")
+    tell_faces(0)
     for number, (name, write) in enumerate(tables.items()):
         write(work / name)
         teller.progress("writing tables", number + 1, len(tables), "files")
-    if not keep:
+    if keep:
+        write_transfer(work / "transfer.nc", transfer, teller.progress)
+    else:
         teller.say(f"transfer.nc would hold {transfer.visible_share.shape[1]:,} suns for each surface: left out")
         teller.say("  (--transfer writes it)")
     teller.lap("write tables")
@@ -211,7 +215,7 @@ def write_results(work, transfer, weather, request, teller, *, scene=None, draw=
     return energy
 
 
-def write_exports(work, results, request, exports):
+def write_exports(work, results, request, exports, progress=silent):
     """Write what other programs read: `city.city.json`, `city.glb`.
 
     Parameters
@@ -221,14 +225,18 @@ def write_exports(work, results, request, exports):
         City, Scene, Transfer, Energy and Weather of a run.
     request : Request
     exports : collection of str
+    progress : callable, optional
+        See `core.progress`.
     """
     city, scene, transfer, energy, weather = results
     if "cityjson" in exports:
         cells = city if request.grid_size is None else split_into_cells(city, request.grid_size)[0]
         module = pick_module(request.module)
-        write_cityjson(work / "city.city.json", cells, transfer, energy, module=module, label=weather.label)
+        write_cityjson(
+            work / "city.city.json", cells, transfer, energy, module=module, label=weather.label, progress=progress
+        )
     if "gltf" in exports:
-        write_gltf(work / "city.glb", scene, energy, label=weather.label)
+        write_gltf(work / "city.glb", scene, energy, label=weather.label, progress=progress)
 
 
 def describe_scene(scene):

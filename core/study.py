@@ -44,7 +44,7 @@ def check_settings(request):
     pick_module(request.module)
 
 
-def read_scene(paths, request):
+def read_scene(paths, request, progress=silent):
     """Scene of the buildings in some files, standing on its ground.
 
     Raises
@@ -52,12 +52,12 @@ def read_scene(paths, request):
     InputError
         If a file cannot be used, or nothing tells where the scene stands on Earth.
     """
-    return place_city(read_buildings(paths, request), request)
+    return place_city(read_buildings(paths, request, progress), request)
 
 
-def read_buildings(paths, request):
+def read_buildings(paths, request, progress=silent):
     """City of some files, as the settings want it."""
-    return read_city(paths, lod=request.lod, unit=request.unit, up=request.up)
+    return read_city(paths, lod=request.lod, unit=request.unit, up=request.up, progress=progress)
 
 
 def place_city(city, request):

@@ -44,8 +44,7 @@ class ImportCity(Step, bpy.types.Operator):
         from ..core.geometry.read_city import read_city
 
         paths, request = task
-        progress("reading buildings", 0, 1, "files")
-        city = read_city(paths, lod=request.lod, unit=request.unit, up=request.up)
+        city = read_city(paths, lod=request.lod, unit=request.unit, up=request.up, progress=progress)
         return triangulate_import(city, request, progress)
 
     def finish(self, context, result):

@@ -5,6 +5,7 @@ from collections import Counter
 import numpy as np
 
 from ..errors import InputError
+from ..progress import untold
 from .choose_lod import check_lod, choose_lod
 from .city import City, ImportReport
 from .clean_rings import clean_rings, starts_of
@@ -13,7 +14,7 @@ from .mend_polygons import Draft, mend_polygons
 from .orient_shells import orient_shells, turn_over
 
 
-def assemble_city(contents, crs, lod=None):
+def assemble_city(contents, crs, lod=None, tell=untold):
     """Join the contents of files into one City.
 
     Parameters
@@ -23,6 +24,8 @@ def assemble_city(contents, crs, lod=None):
     crs : str or None
     lod : str, optional
         Level of detail; the best of 2.x of each building by default.
+    tell : callable, optional
+        `tell(share)` is called after each step with the share of the time, as measured on a million polygons.
 
     Returns
     -------
@@ -36,11 +39,17 @@ def assemble_city(contents, crs, lod=None):
     lod = check_lod(lod)
     report = _start_report(contents)
     drop_repeated_buildings(contents, report)
+    tell(0.1)
     chosen = _choose(contents, lod, report)
-    draft = mend_polygons(_flatten(contents, chosen, report), report)
+    tell(0.2)
+    draft = _flatten(contents, chosen, report)
+    tell(0.4)
+    draft = mend_polygons(draft, report)
+    tell(0.8)
     if not draft.polygons:
         raise InputError(contents[0].path, "no building has a polygon that can be used", "see `citypv inspect`")
     _orient(draft, report)
+    tell(1.0)
     return City(
         surface_id=draft.names,
         building_id=[draft.buildings[b] for b in draft.building],

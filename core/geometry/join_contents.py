@@ -1,16 +1,22 @@
 """Bring the contents of several files to one coordinate reference system in metres, and join them."""
 
+from functools import partial
+
 import numpy as np
 import pyproj
 
 from ..errors import InputError
+from ..progress import silent
 from .assemble_city import assemble_city
 from .convert_to_metres import convert_to_metres
 from .name_crs import name_crs
 from .place_shapes import leave_out_degrees
 
+JOINING = "joining polygons"  # name of the stage
+BROUGHT = 0.1  # share of the time until all stand in one coordinate reference system
 
-def join_contents(contents, lod=None, unit="m"):
+
+def join_contents(contents, lod=None, unit="m", progress=silent):
     """One City from the contents of files.
 
     Parameters
@@ -19,6 +25,8 @@ def join_contents(contents, lod=None, unit="m"):
     lod : str, optional
     unit : {'m', 'ft', 'us-ft'}
         Where no file names a coordinate reference system.
+    progress : callable, optional
+        See `core.progress`.
 
     Returns
     -------
@@ -29,6 +37,8 @@ def join_contents(contents, lod=None, unit="m"):
     InputError
         The files stand in different coordinate reference systems.
     """
+    count = sum(len(content.polygons) for content in contents)
+    progress(JOINING, 0, count, "polygons")
     for content in contents:
         content.crs = _crs_of(content)
         if content.crs and pyproj.CRS.from_user_input(content.crs).is_geographic:
@@ -44,7 +54,13 @@ def join_contents(contents, lod=None, unit="m"):
     for content in contents:
         for polygon in content.polygons:
             polygon.rings = [next(pieces) for _ in polygon.rings]
-    return assemble_city(contents, crs, lod)
+    progress(JOINING, BROUGHT * count, count, "polygons")
+    return assemble_city(contents, crs, lod, partial(tell_joined, progress, count))
+
+
+def tell_joined(progress, count, share):
+    """Report what is done of the polygons' way from the files into the City."""
+    progress(JOINING, (BROUGHT + (1 - BROUGHT) * share) * count, count, "polygons")
 
 
 def _crs_of(content):

@@ -6,18 +6,23 @@ import zlib
 from pathlib import Path
 
 from ..errors import InputError
+from ..progress import untold
 
 LARGEST_GAIN = 200  # bytes unpacked per byte packed; text of cities gains 10 to 30
 FREE_BYTES = 64 * 2**20  # small files may gain more
+BUFFER = 2**18  # bytes read at once, and between two reports
 
 
-def open_input(path):
+def open_input(path, tell=untold):
     """Open a file as a stream of bytes.
 
     Parameters
     ----------
     path : str or path-like
         A file; gzip is recognised by its first bytes, not by its name.
+    tell : callable, optional
+        `tell(share)` is called now and then with the share of the file that was read, 0 to 1. An exception raised in it
+        ends the reading.
 
     Returns
     -------
@@ -34,9 +39,7 @@ def open_input(path):
     if path.is_dir():
         raise InputError(path, "is a folder, a file is needed here", "name a file in it")
     try:
-        stream = path.open("rb")
-        start = stream.read(4)
-        stream.seek(0)
+        stream, start = _open_told(path, tell)
     except OSError as error:
         raise InputError(path, f"cannot be read ({error.strerror})", "check the rights of the file") from error
     if not start:
@@ -48,6 +51,36 @@ def open_input(path):
     if start[:2] == b"\x1f\x8b":
         return io.BufferedReader(_Unpacked(stream, path))
     return stream
+
+
+def _open_told(path, tell):
+    """Stream of a file, and its first bytes."""
+    stream = io.BufferedReader(_Told(path.open("rb", buffering=0), path.stat().st_size, tell), BUFFER)
+    try:
+        return stream, stream.peek(4)[:4]
+    except BaseException:
+        stream.close()
+        raise
+
+
+class _Told(io.RawIOBase):
+    """Bytes of a file as they stand, and a word on each read."""
+
+    def __init__(self, file, size, tell):
+        self._file, self._size, self._tell, self._count = file, max(size, 1), tell, 0
+
+    def readable(self):
+        return True
+
+    def readinto(self, buffer):
+        count = self._file.readinto(buffer)
+        self._count += count
+        self._tell(min(self._count / self._size, 1.0))
+        return count
+
+    def close(self):
+        self._file.close()
+        super().close()
 
 
 class _Unpacked(io.RawIOBase):

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..errors import InputError
+from ..progress import untold
 from .open_input import open_input
 
 CUT = "the file is cut or damaged: get it again"
@@ -18,6 +19,7 @@ TEXT_WEIGHT = 2
 FREE_MEMORY = 3 * 2**28  # [bytes]
 MOST_GAIN = 64  # bytes held per byte of the file; a city takes 12
 MOST_BLANK = 100_000  # lines
+READ = 0.1  # share of the time that one text takes to be read and decoded
 TOKENS = re.compile(r'"(?:[^"\\]|\\.)*"?|NaN|-?Infinity', re.DOTALL)
 WORDS = [b"CityJSON", *("CityJSON".encode(encoding) for encoding in ("utf-16-le", "utf-16-be"))]
 SPACE = re.compile(r"[ \t\n\r\x1e]*")
@@ -27,6 +29,16 @@ class Repeated(dict):
     """An object that gives some of its names twice; the last one counts."""
 
     names = ()
+
+
+class _Pace:
+    """Tells of a part of what is read, as the rest of the time goes into what is made of it."""
+
+    def __init__(self, tell):
+        self._tell, self.part = tell, READ
+
+    def __call__(self, share):
+        self._tell(self.part * share)
 
 
 class _NoNumberError(ValueError):
@@ -62,7 +74,7 @@ def _refuse_constant(name):
 DECODER = json.JSONDecoder(object_pairs_hook=_to_object, parse_constant=_refuse_constant)
 
 
-def iterate_json(path, notes):
+def iterate_json(path, notes, tell=untold):
     """Yield each JSON text of a file and the line it begins in.
 
     A file of one text a line is read line by line; of any other the whole text is taken into memory.
@@ -73,6 +85,8 @@ def iterate_json(path, notes):
         Packed with gzip or not; UTF-8, UTF-16 or UTF-32.
     notes : list of str
         Grows where bytes had to be replaced.
+    tell : callable, optional
+        As of `open_input`; of a file of one text it ends at `READ`, and the caller may go on from there.
 
     Yields
     ------
@@ -84,7 +98,8 @@ def iterate_json(path, notes):
     InputError
         No JSON, cut, nested too deeply, NaN in it, or more of it than memory should hold.
     """
-    with open_input(path) as stream:
+    pace = _Pace(tell)
+    with open_input(path, pace) as stream:
         budget = FREE_MEMORY + MOST_GAIN * Path(path).stat().st_size
         first = _read_line(path, stream, budget)
         encoding = json.detect_encoding(first[:4])
@@ -93,6 +108,7 @@ def iterate_json(path, notes):
             yield from _iterate_texts(path, _read_text(path, stream, budget, first, notes))
             return
         yield found, 1
+        pace.part = 1.0  # by lines: what is read is done
         yield from _iterate_lines(path, stream, budget, notes)
 
 

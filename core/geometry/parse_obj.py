@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..errors import InputError
+from ..progress import untold
 from .collect_polygons import LARGEST_COORDINATE
 from .find_families import clean_name
 from .open_input import open_input
@@ -35,13 +36,15 @@ class ObjParts:
     comment_crs: str = ""  # a line of comment that speaks of EPSG
 
 
-def parse_obj(path):
+def parse_obj(path, tell=untold):
     """Read the statements of an OBJ file.
 
     Parameters
     ----------
     path : path-like
         Packed with gzip or not; UTF-8, UTF-16 or any other text.
+    tell : callable, optional
+        As of `open_input`.
 
     Returns
     -------
@@ -54,7 +57,7 @@ def parse_obj(path):
     """
     parts, vertices, faces = ObjParts(np.empty((0, 3)), object_names=[""]), [], []
     number, group, material = 0, "", ""
-    for line, words in _statements(path):
+    for line, words in _statements(path, tell):
         keyword = words[0]
         if keyword == "v":
             vertices.append(_vertex(path, line, words))
@@ -85,9 +88,9 @@ def parse_obj(path):
     return parts
 
 
-def _statements(path):
+def _statements(path, tell):
     """Line number and words of every statement; a backslash at the end of a line goes on in the next."""
-    with open_input(path) as stream:
+    with open_input(path, tell) as stream:
         start = stream.peek(2)[:2] if hasattr(stream, "peek") else b""
         text = io.TextIOWrapper(stream, MARKS.get(start, "utf-8-sig"), errors="replace")
         number, pending, length = 0, [], 0

@@ -7,6 +7,7 @@ import textwrap
 from lxml import etree
 
 from ..errors import InputError
+from ..progress import untold
 from .open_input import open_input
 
 SAFE = {
@@ -81,7 +82,7 @@ def read_root(path, declared=()):
         return root.tag, dict(root.nsmap)
 
 
-def iterate_elements(path, tags, declared=()):
+def iterate_elements(path, tags, declared=(), tell=untold):
     """Yield each element that ends and has one of the tags; what lies before it is forgotten afterwards.
 
     Parameters
@@ -91,13 +92,15 @@ def iterate_elements(path, tags, declared=()):
         Local names in any namespace.
     declared : collection of str
         Prefixes that the file uses without a declaration, and that are given one.
+    tell : callable, optional
+        As of `open_input`.
 
     Raises
     ------
     UndeclaredPrefixError, InputError
     """
     wanted = [f"{{*}}{tag}" for tag in tags]
-    with open_input(path) as opened:
+    with open_input(path, tell) as opened:
         stream = _Counted(path, _declare(opened, declared))
         try:
             for _, element in etree.iterparse(stream, events=("end",), tag=wanted, **SAFE):

@@ -1,8 +1,10 @@
 """One door for every format: files and folders to a City."""
 
+from functools import partial
 from pathlib import Path
 
 from ..errors import InputError
+from ..progress import silent
 from .join_contents import join_contents
 from .parse_json import speaks_of_cityjson
 from .read_citygml import read_content as read_citygml_content
@@ -11,9 +13,11 @@ from .read_obj import read_obj
 
 READERS = {".gml": read_citygml_content, ".citygml": read_citygml_content, ".xml": read_citygml_content}
 READERS |= {".json": read_cityjson, ".jsonl": read_cityjson, ".obj": read_obj}
+READING = "reading files"  # name of the stage
+LAST = 0.99  # share of a file
 
 
-def read_city(paths, lod=None, unit="m", up="z"):
+def read_city(paths, lod=None, unit="m", up="z", progress=silent):
     """Read files and folders of buildings into one City.
 
     Parameters
@@ -26,6 +30,8 @@ def read_city(paths, lod=None, unit="m", up="z"):
         Of coordinates in files that name no coordinate reference system.
     up : {'z', 'y'}
         Axis that points to the sky, for formats that do not say.
+    progress : callable, optional
+        See `core.progress`: bytes of the files, then polygons that are joined. Nothing is left of what is cancelled.
 
     Returns
     -------
@@ -38,8 +44,30 @@ def read_city(paths, lod=None, unit="m", up="z"):
     """
     if up not in ("z", "y"):
         raise InputError("--up", f"{up!r} is no axis", "choose z or y")
-    contents = [_read(path, up) for path in list_files(paths)]
-    return join_contents(contents, lod=lod, unit=unit)
+    contents = read_files(list_files(paths), up, progress)
+    return join_contents(contents, lod=lod, unit=unit, progress=progress)
+
+
+def read_files(files, up, progress=silent):
+    """Contents of files, one after the other.
+
+    Returns
+    -------
+    list of FileContent
+    """
+    sizes = [file.stat().st_size if file.is_file() else 0 for file in files]
+    total, done, contents = max(sum(sizes), 1), 0, []
+    progress(READING, 0, total, "B")
+    for file, size in zip(files, sizes, strict=True):
+        contents.append(_read(file, up, partial(tell_bytes, progress, done, size, total)))
+        done += size
+        progress(READING, done, total, "B")
+    return contents
+
+
+def tell_bytes(progress, before, size, total, share):
+    """Report the files before this one and a share of it, which ends no sooner than all of it is taken apart."""
+    progress(READING, before + min(share, LAST) * size, total, "B")
 
 
 def list_files(paths):
@@ -74,6 +102,6 @@ def _suffix(path):
     return suffixes[-1] if suffixes else ""
 
 
-def _read(path, up):
+def _read(path, up, tell):
     reader = READERS.get(_suffix(path), read_citygml_content)
-    return reader(path, up) if reader is read_obj else reader(path)
+    return reader(path, up, tell) if reader is read_obj else reader(path, tell)

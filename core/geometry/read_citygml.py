@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from ..errors import InputError
+from ..progress import untold
 from .collect_polygons import collect_polygons
 from .join_contents import join_contents
 from .parse_xml import UndeclaredPrefixError, iterate_elements, read_root
@@ -40,11 +41,11 @@ def read_citygml(paths, lod=None, unit="m"):
     return join_contents(contents, lod=lod, unit=unit)
 
 
-def read_content(path):
+def read_content(path, tell=untold):
     """Every polygon of one CityGML file, all levels of detail, before any choice.
 
     A prefix that the file uses without declaring it (as of an extension whose schema was forgotten) is given a
-    declaration, and that is noted.
+    declaration, and that is noted. `tell` is as of `open_input`.
 
     Returns
     -------
@@ -53,7 +54,7 @@ def read_content(path):
     declared = []
     while True:
         try:
-            content = _read_declared(path, declared)
+            content = _read_declared(path, declared, tell)
         except UndeclaredPrefixError as error:
             if error.prefix in declared or len(declared) == MOST_UNDECLARED:
                 raise
@@ -64,13 +65,13 @@ def read_content(path):
             return content
 
 
-def _read_declared(path, declared):
+def _read_declared(path, declared, tell):
     root, namespaces = read_root(path, declared)
     if "opengis.net/citygml" not in " ".join([root, *filter(None, namespaces.values())]):
         name = root.rpartition("}")[2]
         raise InputError(path, f"line 1: <{name}> is not CityGML", "give a CityGML, CityJSON or OBJ file")
     content, kinds, others = FileContent(path), {}, {}
-    for element in iterate_elements(path, ("Building", "Envelope", "appearanceMember", *MEMBERS), declared):
+    for element in iterate_elements(path, ("Building", "Envelope", "appearanceMember", *MEMBERS), declared, tell):
         name = element.tag.rpartition("}")[2]
         if name == "Building":
             collect_polygons(element, content, kinds)

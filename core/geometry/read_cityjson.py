@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
+from ..progress import untold
 from .collect_shapes import Owner, Shapes, collect_shapes
 from .find_families import clean_name, find_families
-from .parse_json import iterate_json
+from .parse_json import READ, iterate_json
 from .place_templates import Templates
 from .polygon import FileContent
 from .read_vertices import read_transform, read_vertices
@@ -21,18 +22,22 @@ OLD = re.compile(r"0\.\d")
 MOST_NAMED = 5  # in a note
 SHORT = 60  # characters of a name in a note
 MOST_TYPES = 30  # each with a note of its own
+DRAWN = 0.8  # share of the time when the last object of one text is drawn
+OBJECTS_AT_ONCE = 64  # between two reports
 TWICE = "building given twice in the file"
 ORPHANS = "parts or installations have no building above them; they stand as buildings"
 AGAIN = "city object whose name comes again later in the file"
 
 
-def read_cityjson(path):
+def read_cityjson(path, tell=untold):
     """Every polygon of the buildings of one CityJSON file, all levels of detail, before any choice.
 
     Parameters
     ----------
     path : path-like
         ``.json`` or ``.jsonl``, whichever of the two it holds; gzip is welcome.
+    tell : callable, optional
+        As of `open_input`, with the share of the work.
 
     Returns
     -------
@@ -46,7 +51,7 @@ def read_cityjson(path):
     path = Path(path)
     content = FileContent(path)
     reading = _Reading(path, content)
-    for value, line in iterate_json(path, content.notes):
+    for value, line in iterate_json(path, content.notes, tell):
         kind = value.get("type") if isinstance(value, dict) else None
         if kind == "CityJSON":
             reading.start(value, line)
@@ -56,7 +61,7 @@ def read_cityjson(path):
         elif reading.templates is None:
             cure = "give the head of the sequence, of type CityJSON, as its first line"
             raise InputError(path, f"line {line}: a CityJSONFeature before any head", cure)
-        reading.add(value, line)
+        reading.add(value, line, tell if kind == "CityJSON" else untold)
     reading.finish()
     return content
 
@@ -91,7 +96,7 @@ class _Reading:
         if self.transform is None and not text.startswith("1.0"):
             self._note(f"{self.path} has no transform; its vertices were read as coordinates.")
 
-    def add(self, text, line):
+    def add(self, text, line, tell=untold):
         """Take the buildings from the objects of one JSON text."""
         _refuse_repeated(self.path, text, line)
         objects = text.get("CityObjects", {})
@@ -106,9 +111,9 @@ class _Reading:
             self._note(f"{self.path} has a transform and yet vertices that are not whole numbers; it was applied.")
         for name in getattr(objects, "names", ()):
             self.content.skip(AGAIN, clean_name(name))
-        self._add_objects(objects, Shapes(self.content, vertices, self.templates, self.remarks), line)
+        self._add_objects(objects, Shapes(self.content, vertices, self.templates, self.remarks), line, tell)
 
-    def _add_objects(self, objects, shapes, line):
+    def _add_objects(self, objects, shapes, line, tell):
         families, content = find_families(objects), self.content
         for reason, name in families.skipped:
             content.skip(reason, clean_name(name))
@@ -122,7 +127,9 @@ class _Reading:
         building = {name: first_building + k for k, name in enumerate(families.buildings)}
         part = {name: first_part + k + 1 for k, name in enumerate(families.parts)} | {None: 0}
         content.part_count += len(families.parts)
-        for name, one in objects.items():
+        for number, (name, one) in enumerate(objects.items()):
+            if number % OBJECTS_AT_ONCE == 0:
+                tell(READ + (DRAWN - READ) * number / len(objects))
             if name in families.owner:
                 kind = one["type"] if one["type"] in ("BuildingInstallation", "BuildingConstructiveElement") else ""
                 place = building[families.owner[name]], part[families.part[name]]

@@ -7,7 +7,9 @@ import pyproj
 
 from ..energy.pick_module import area_of_kwp
 from ..geometry.find_footprints import find_footprints
+from ..progress import silent
 
+STAGE = "writing city.city.json"
 FINEST, COARSEST = 6, 3  # decimals of a metre that vertices keep
 LARGEST = 2**31 - 1  # many readers hold the whole numbers of vertices in 32 bits
 PREFIX = "citypv_"
@@ -27,7 +29,7 @@ OF_ENERGY = (
 )
 
 
-def write_cityjson(path, city, transfer, energy, *, module, label):
+def write_cityjson(path, city, transfer, energy, *, module, label, progress=silent):
     """Write a city with its results.
 
     Every building is a city object with one MultiSurface; each of its polygons has a semantic surface of its own. The
@@ -48,6 +50,8 @@ def write_cityjson(path, city, transfer, energy, *, module, label):
         From `pick_module`.
     label : str
         Of the weather.
+    progress : callable, optional
+        See `core.progress`.
     """
     whole, scale, translate = _whole_numbers(city.points)
     vertices, index = np.unique(whole, axis=0, return_inverse=True)
@@ -58,7 +62,8 @@ def write_cityjson(path, city, transfer, energy, *, module, label):
     tables = _columns(transfer, energy)
     types = _types(city, transfer.surfaces)
     objects = {}
-    for building, polygons in members.items():
+    for number, (building, polygons) in enumerate(members.items()):
+        progress(STAGE, number, len(members), "buildings")
         geometry = [
             _geometry(city, [k for k in polygons if _lod(city, k) == lod], index, (transfer.surfaces, types, tables))
             for lod in sorted({_lod(city, k) for k in polygons})
@@ -87,6 +92,7 @@ def write_cityjson(path, city, transfer, energy, *, module, label):
         "vertices": vertices.tolist(),
     }
     path.write_text(json.dumps(document, ensure_ascii=False, separators=(",", ":")) + "\n", encoding="utf-8")
+    progress(STAGE, len(members), len(members), "buildings")
 
 
 def name_system(crs):

@@ -3,8 +3,12 @@
 import numpy as np
 import pandas as pd
 
+from ..progress import untold
 
-def write_faces(path, transfer, energy):
+WRITTEN = 0.7  # share of the time until all numbers are text
+
+
+def write_faces(path, transfer, energy, tell=untold):
     """Write what was found of each surface.
 
     Parameters
@@ -12,6 +16,8 @@ def write_faces(path, transfer, energy):
     path : path-like
     transfer : Transfer
     energy : Energy
+    tell : callable, optional
+        `tell(share)` is called after each column.
     """
     surfaces = transfer.surfaces
     columns = {
@@ -35,7 +41,8 @@ def write_faces(path, transfer, energy):
     }
     table = pd.DataFrame(columns)
     # Six digits, and not more behind the point than any reader could use.
-    for name in columns:
+    for number, name in enumerate(columns):
+        tell(WRITTEN * number / len(columns))
         if table[name].dtype.kind == "f":
             table[name] = [f"{value:.6g}" if np.isfinite(value) else "" for value in table[name].to_numpy()]
     table.to_csv(path, index=False, lineterminator="\n")

@@ -9,8 +9,10 @@ import struct
 
 import numpy as np
 
+from ..progress import silent
 from .colour_map import GROUND, MAPS, MISSING, choose_range, linear_light, mix_stops, srgb_colour
 
+STAGE = "writing city.glb"
 MOST_NODES = 2000  # buildings that get a node of their own; viewers grow slow with more
 COLOUR_MAP = "viridis"
 FLOAT, UNSIGNED_SHORT, ARRAY_BUFFER, TRIANGLES = 5126, 5123, 34962, 4
@@ -21,7 +23,7 @@ LAYOUT = (  # attribute, type of its numbers, how many, bytes per corner
 )
 
 
-def write_gltf(path, scene, energy, *, label):
+def write_gltf(path, scene, energy, *, label, progress=silent):
     """Write a scene with its full load hours as colours.
 
     Axes are those of glTF: x east, y up, z south; metres from the scene's origin, which `asset.extras` names together
@@ -37,7 +39,10 @@ def write_gltf(path, scene, energy, *, label):
         Of its surfaces.
     label : str
         Of the weather.
+    progress : callable, optional
+        See `core.progress`.
     """
+    progress(STAGE, 0, 3, "steps")
     surface = scene.triangle_surface
     hours = np.append(energy.full_load_hours, np.nan)[surface]  # the generated ground's -1 takes the last
     low, high = choose_range(energy.full_load_hours, scene.surfaces.area)
@@ -52,6 +57,7 @@ def write_gltf(path, scene, energy, *, label):
         np.repeat(_to_gltf_axes(normal), 3, axis=0).astype("<f4"),
         np.repeat(np.round(colours * 65535), 3, axis=0).astype("<u2"),
     )
+    progress(STAGE, 1, 3, "steps")
     document = _document(parts, np.bincount(node, minlength=len(names)), names)
     site = scene.site
     document["asset"]["extras"] = {
@@ -68,7 +74,9 @@ def write_gltf(path, scene, energy, *, label):
         "latitude": site.latitude,
         "longitude": site.longitude,
     }
+    progress(STAGE, 2, 3, "steps")
     _write(path, document, b"".join(part.tobytes() for part in parts))
+    progress(STAGE, 3, 3, "steps")
 
 
 def _nodes(scene):

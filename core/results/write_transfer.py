@@ -7,17 +7,22 @@ import numpy as np
 import xarray
 
 from ..light.kept_matrix import row_blocks
+from ..progress import silent
 from .transfer_fields import ALBEDO, FORMAT, MATERIAL, PER_SUN, PER_SURFACE, PER_SURFACE_AND_SUN, TEXTS, TRACED_AS
 from .write_summary import finite
 
+STAGE = "writing transfer.nc"
 
-def write_transfer(path, transfer):
+
+def write_transfer(path, transfer, progress=silent):
     """Write a Transfer.
 
     Parameters
     ----------
     path : path-like
     transfer : Transfer
+    progress : callable, optional
+        See `core.progress`; in bytes of the matrices, before they are packed.
     """
     surfaces, suns, site = transfer.surfaces, transfer.suns, transfer.site
     variables = {"normal": (("surface", "axis"), surfaces.normal), "direction": (("sun", "axis"), suns.direction)}
@@ -43,13 +48,19 @@ def write_transfer(path, transfer):
     dataset = xarray.Dataset(variables, attrs=attributes)
     dataset.to_netcdf(path, engine="netcdf4")
     with netCDF4.Dataset(path, "a") as file:
-        for name in PER_SURFACE_AND_SUN:
-            append_matrix(file, name, getattr(transfer, name))
+        matrices = {name: getattr(transfer, name) for name in PER_SURFACE_AND_SUN}
+        total, done = sum(4 * matrix.shape[0] * matrix.shape[1] for matrix in matrices.values()), 0
+        progress(STAGE, 0, total, "B")
+        for name, matrix in matrices.items():
+            for size in append_matrix(file, name, matrix):
+                done += size
+                progress(STAGE, done, total, "B")
 
 
 def append_matrix(file, name, matrix):
-    """Add a matrix of surfaces × suns, block by block."""
+    """Add a matrix of surfaces × suns, block by block, and yield the bytes of each."""
     variable = file.createVariable(name, "f4", ("surface", "sun"), compression="zlib", complevel=1)
     variable.setncatts({"units": "1", "long_name": PER_SURFACE_AND_SUN[name]})
     for rows, values in row_blocks(matrix):
         variable[rows] = values
+        yield values.nbytes

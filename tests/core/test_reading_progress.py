@@ -1,0 +1,219 @@
+"""How far reading and writing are: told from nothing to all, forwards only, and a cancelled task leaves nothing."""
+
+import gzip
+import io
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cities import box, make_city
+from test_obj_materials import write_cube
+from transfers import unshaded_transfer
+
+from citypv.core.command_line import main
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.pick_module import pick_module
+from citypv.core.geometry.build_scene import build_scene
+from citypv.core.geometry.join_contents import JOINING
+from citypv.core.geometry.open_input import BUFFER
+from citypv.core.geometry.read_city import READING, read_city
+from citypv.core.light import kept_matrix
+from citypv.core.progress import CancelledError, TerminalProgress
+from citypv.core.results.read_transfer import read_transfer
+from citypv.core.results.write_cityjson import write_cityjson
+from citypv.core.results.write_faces import write_faces
+from citypv.core.results.write_gltf import write_gltf
+from citypv.core.results.write_transfer import write_transfer
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.weather.read_weather import read_weather
+
+DATA = Path(__file__).parents[1] / "data"
+
+
+class Kept:
+    """Keeps all reports, and cancels at a share of a stage."""
+
+    def __init__(self, stage=None, share=2.0):
+        self.stage, self.share, self.reports = stage, share, []
+
+    def __call__(self, stage, done, total, unit):
+        self.reports.append((stage, done, total, unit))
+        if stage == self.stage and done >= self.share * total:
+            raise CancelledError
+
+    def of(self, stage):
+        """Shares done, in their order."""
+        return np.array([done / total for name, done, total, _ in self.reports if name == stage])
+
+
+def assert_whole(shares):
+    """From nothing to all, forwards, and at the end only once."""
+    assert shares[0] == 0
+    assert (np.diff(shares) >= 0).all()
+    assert shares[-1] == 1
+    assert (shares < 1).sum() == len(shares) - 1
+
+
+def large_files(folder):
+    """A file of each format that takes several reads, and one packed."""
+    paths = [folder / name for name in ("city.gml", "city.city.json", "city.city.jsonl", "city.obj", "packed.obj.gz")]
+    with gzip.open(DATA / "obj/nyc_midtown_citicorp_1km.obj.gz") as file:
+        paths[3].write_bytes(file.read())
+    shutil.copy(DATA / "obj/nyc_midtown_citicorp_1km.obj.gz", paths[4])
+    corners = [[x, y, z] for z in (0, 5) for y in (0, 10) for x in (0, 10)]
+    boundaries = [[[0, 2, 3, 1]], [[4, 5, 7, 6]], [[0, 1, 5, 4]], [[1, 3, 7, 5]], [[3, 2, 6, 7]], [[2, 0, 4, 6]]]
+    head = {"type": "CityJSON", "version": "2.0", "transform": {"scale": [1] * 3, "translate": [0] * 3}}
+    objects, vertices, lines = {}, [], [json.dumps(head | {"CityObjects": {}, "vertices": []})]
+    for k in range(2000):
+        drawn = {"type": "MultiSurface", "lod": "2.2"}
+        own = {f"b{k}": {"type": "Building", "geometry": [drawn | {"boundaries": boundaries}]}}
+        places = [[x + 20 * k, y, z] for x, y, z in corners]
+        lines.append(json.dumps({"type": "CityJSONFeature", "id": f"b{k}", "CityObjects": own, "vertices": places}))
+        moved = [[[8 * k + corner for corner in ring] for ring in surface] for surface in boundaries]
+        objects[f"b{k}"] = {"type": "Building", "geometry": [drawn | {"boundaries": moved}]}
+        vertices += places
+    paths[1].write_text(json.dumps(head | {"CityObjects": objects, "vertices": vertices}))
+    paths[2].write_text("\n".join(lines) + "\n")
+    paths[0].write_text(citygml(300))
+    return paths
+
+
+def citygml(count):
+    """So many walls, each a building."""
+    ring = "{0} 0 0 {1} 0 0 {1} 0 5 {0} 0 5 {0} 0 0"
+    wall = (
+        '<cityObjectMember><b:Building g:id="b{0}"><b:lod2MultiSurface><g:MultiSurface><g:surfaceMember><g:Polygon>'
+        "<g:exterior><g:LinearRing><g:posList>{1}</g:posList></g:LinearRing></g:exterior></g:Polygon>"
+        "</g:surfaceMember></g:MultiSurface></b:lod2MultiSurface></b:Building></cityObjectMember>" + "\n" * 2000
+    )
+    walls = "".join(wall.format(k, ring.format(20 * k, 20 * k + 10)) for k in range(count))
+    names = 'xmlns:b="http://www.opengis.net/citygml/building/2.0" xmlns:g="http://www.opengis.net/gml"'
+    return f'<CityModel xmlns="http://www.opengis.net/citygml/2.0" {names}>{walls}</CityModel>'
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    return large_files(tmp_path_factory.mktemp("large"))
+
+
+@pytest.mark.parametrize("number", range(5))
+def test_reading_is_told(files, number):
+    path, kept = files[number], Kept()
+    city = read_city(path, progress=kept)
+    size = path.stat().st_size
+    reading, joining = kept.of(READING), kept.of(JOINING)
+    assert_whole(reading)
+    assert_whole(joining)
+    assert len(reading) > size / BUFFER
+    assert np.diff(reading).max() < 0.7
+    stages = list(dict.fromkeys(report[0] for report in kept.reports))
+    assert stages == [READING, JOINING]
+    assert {(total, unit) for stage, _, total, unit in kept.reports if stage == READING} == {(size, "B")}
+    assert {unit for stage, *_, unit in kept.reports if stage == JOINING} == {"polygons"}
+    assert len(city) == len(read_city(path))
+
+
+def test_several_files_are_one_stage(files):
+    kept = Kept()
+    read_city(files[3:], progress=kept)
+    assert_whole(kept.of(READING))
+    assert kept.reports[0][2] == sum(path.stat().st_size for path in files[3:])
+
+
+@pytest.mark.parametrize("number", range(5))
+@pytest.mark.parametrize("stage", [READING, JOINING])
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_reading_ends_when_it_is_cancelled(files, number, stage, share):
+    """No parser puts its own exception in the place of the cancellation, and no file stays open: that warns."""
+    kept = Kept(stage, share)
+    with pytest.raises(CancelledError):
+        read_city(files[number], progress=kept)
+    assert kept.of(stage)[-1] >= share
+    assert kept.of(READING)[-1] < 1 or stage == JOINING
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self):
+        return True
+
+
+def test_lines_of_a_terminal_and_of_a_log(files):
+    """One line a stage; where none is to last, the terminal is left as it was and a log stays empty."""
+    for stream, lines in ((Terminal(), 2), (io.StringIO(), 2)):
+        read_city(files[1], progress=TerminalProgress(stream))
+        assert stream.getvalue().count("\n") == lines
+        assert "reading files: 100 %" in stream.getvalue()
+        assert "B/s, took" in stream.getvalue()
+    terminal, log = Terminal(), io.StringIO()
+    for stream in (terminal, log):
+        read_city(files[1], progress=TerminalProgress(stream, lasting=False))
+    assert log.getvalue() == ""
+    assert "s left" in terminal.getvalue()
+    assert "\n" not in terminal.getvalue()
+    assert terminal.getvalue().endswith("\r\x1b[2K")
+
+
+def test_inspect_tells_nothing_of_small_files_to_a_log(tmp_path, capsys):
+    path = write_cube(tmp_path, ["grey"], head="")
+    for command in ("inspect", "effects"):
+        assert main([command, str(path), "--latitude", "50", "--longitude", "10"]) == 0
+        assert capsys.readouterr().err == ""
+
+
+@pytest.fixture(scope="module")
+def results():
+    """City, Scene, Transfer and Energy of some boxes."""
+    city = make_city([polygon for k in range(5) for polygon in box(f"b{k}", 20 * k, 0, 10, 10, 0, 5)])
+    scene = build_scene(city, 50, 10, ground="none", patch_size=None)
+    weather = read_weather("clear-sky", 50, 10, 0, year=2021)
+    suns = choose_suns("typical-days:6", weather.data.index, weather.interval, 50, 10, 0)
+    transfer = unshaded_transfer(suns, scene.surfaces.surface_tilt, scene.surfaces.surface_azimuth)
+    transfer.surfaces = scene.surfaces
+    return city, scene, transfer, compute_energy(transfer, weather)
+
+
+def test_writing_is_told(results, tmp_path, monkeypatch):
+    city, scene, transfer, energy = results
+    monkeypatch.setattr(kept_matrix, "LIMIT", 16 * 4 * len(transfer.suns) * 7)  # blocks of 7 surfaces
+    kept, told = Kept(), []
+    write_transfer(tmp_path / "transfer.nc", transfer, kept)
+    shares = kept.of("writing transfer.nc")
+    assert_whole(shares)
+    assert len(shares) == 1 + 2 * -(-len(city) // 7)
+    assert kept.reports[0][1:] == (0, 2 * 4 * len(city) * len(transfer.suns), "B")
+    np.testing.assert_array_equal(read_transfer(tmp_path / "transfer.nc").visible_share, transfer.visible_share)
+    write_cityjson(
+        tmp_path / "c.json",
+        city,
+        transfer,
+        energy,
+        module=pick_module("SunPower_SPR_300_WHT__2007__E__"),
+        label="",
+        progress=kept,
+    )
+    assert_whole(kept.of("writing city.city.json"))
+    assert len(kept.of("writing city.city.json")) == 5 + 1
+    write_gltf(tmp_path / "c.glb", scene, energy, label="", progress=kept)
+    assert_whole(kept.of("writing city.glb"))
+    write_faces(tmp_path / "faces.csv", transfer, energy, told.append)
+    assert told == sorted(told) and told[0] == 0 and 0.5 < told[-1] < 1
+
+
+def test_a_run_tells_each_stage_once(tmp_path, capsys):
+    path = write_cube(tmp_path, [], head="")
+    options = ["--latitude", "50", "--longitude", "10", "--samples", "16", "--suns", "typical-days:1"]
+    assert main(["simulate", str(path), *options, "--cityjson", "--gltf", "--out", str(tmp_path / "out")]) == 0
+    told = capsys.readouterr().err
+    for stage in (
+        READING,
+        JOINING,
+        "writing tables",
+        "writing transfer.nc",
+        "writing city.city.json",
+        "writing city.glb",
+    ):
+        assert told.count(f"  {stage}: 100 %") == 1, stage
