@@ -16,6 +16,7 @@ before the first ray (patches, plan, Embree's tree) is told apart.
 
 import argparse
 import json
+import os
 import statistics
 import subprocess
 import sys
@@ -27,9 +28,10 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
-from citypv.core.light import trace_transfer as tracer
-from citypv.core.light.choose_engine import TREES
-from citypv.core.light.ray_scene import RayScene
+from citypv.core.light import tracing
+from citypv.core.light.choose_engine import TREES, VARIABLE
+from citypv.core.light.facing_scene import FacingScene
+from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.plain_scenes import join_parts
 from citypv.core.progress import silent
 from citypv.core.request import Request
@@ -61,14 +63,14 @@ class Recorder:
 def trace(scene, suns, engine, threads, record=None):
     """One whole task: seconds, seconds before the first ray, and the Transfer."""
 
-    def open_scene(vertices, triangles):
-        ray_scene = RayScene(vertices, triangles, engine)
+    def open_scene(*parts):
+        ray_scene = FacingScene(*parts)
         if record is not None:
             ray_scene._tree = record(ray_scene._tree)
         return ray_scene
 
-    tracer.RayScene = open_scene
-    transfer = tracer.trace_transfer(scene, suns, Request(**SETTINGS, threads=threads), silent)
+    os.environ[VARIABLE], tracing.FacingScene = engine, open_scene
+    transfer = trace_transfer(scene, suns, Request(**SETTINGS, threads=threads), silent)
     seconds = dict(transfer.settings["seconds"])
     before = seconds.pop("plan and tree")
     return sum(seconds.values()), before, transfer
