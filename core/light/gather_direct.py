@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..progress import CancelledError
+from .direct_errors import variance_of_shadow_points
 from .form_factor_products import multiply_cells, multiply_seen
 from .gather_diffuse import change_by_even_patches
 from .kept_matrix import MatrixOnDisk, keep_matrix
@@ -12,7 +13,7 @@ from .reflect import follow_bounces, radiosity_factor, variance_of_replicates
 from .row_slices import work_in_slices
 from .sun_blocks import SunsTeller, count_kept, cut_into_blocks, keep_columns
 from .surface_means import average_surfaces
-from .trace_suns import points_above, projection_in_front, trace_suns, variance_of_cell_pairs
+from .trace_suns import points_above, projection_in_front, trace_suns
 
 
 @dataclass
@@ -88,9 +89,10 @@ def gather_direct(tracing, hemisphere, suns, folder=None):
         found.visible_share, found.reflected = (
             keep_columns(matrix, found.kept) for matrix in (found.visible_share, found.reflected)
         )
-    found.standard_error, found.evened = error_of_direct(tracing, hemisphere, annual)
+    traced = suns.direction[: done[-1].stop].astype(np.float32), suns.weight[: done[-1].stop].astype(np.float32)
+    found.standard_error, found.evened = error_of_direct(tracing, hemisphere, annual, traced)
     if found.kept < len(suns):
-        found.standard_error /= suns.weight[: done[-1].stop].sum() or np.nan  # the sums hold no more than these
+        found.standard_error /= traced[1].sum() or np.nan  # the sums hold no more than these
     return found
 
 
@@ -135,8 +137,13 @@ def keep_block(tracing, matrix, block, values):
         matrix[:, block] = average_surfaces(tracing.merge, values, tracing.threads)
 
 
-def error_of_direct(tracing, hemisphere, annual):
+def error_of_direct(tracing, hemisphere, annual, suns):
     """How sure the surfaces' direct irradiance is, summed over the suns by weight.
+
+    Parameters
+    ----------
+    suns : tuple of (s, 3) float32 and (s,) float32
+        Directions and weights of those that `annual` holds.
 
     Returns
     -------
@@ -145,7 +152,7 @@ def error_of_direct(tracing, hemisphere, annual):
         Of `change_by_even_patches`.
     """
     patches, evened = tracing.patches, 0.0
-    variance = variance_of_cell_pairs(annual.by_point)
+    variance = variance_of_shadow_points(annual.by_point, hemisphere.covered, patches.normal, suns, tracing.threads)
     variance[~send_shadow_rays(tracing, hemisphere)] = 0  # known exactly, even where one point tells no spread
     if tracing.plan.reflections and annual.speakers is not None:
         annual_of_cells = np.take_along_axis(annual.by_point, annual.speakers, axis=1)

@@ -12,7 +12,7 @@ from .find_covered import enclosed_cells
 from .hemisphere_rays import cell_at
 from .random_numbers import mix, uniform
 from .ray_scene import map_in_order
-from .sample_points import cell_corners, cells_inside, neighbouring_order
+from .sample_points import cell_corners, cells_inside
 
 POINTS_PER_TASK = 1 << 14
 MOST_CELLS = 16  # bits that say which cells of a patch see a sun
@@ -281,36 +281,3 @@ def place_points(numbers, corners, places, position, cell):
                     start[patch, axis] + b1 * edges[patch, 0, axis] + b2 * edges[patch, 1, axis]
                 )
             cell[patch, point] = cell_at(b1, b2, divisions)
-
-
-def variance_of_cell_pairs(by_point):
-    """Variance of the mean of stratified points, estimated from neighbouring cells taken together.
-
-    What differs between the two cells of a pair counts as noise, so the estimate is conservative. With an odd number
-    of cells the last three make one group.
-
-    Parameters
-    ----------
-    by_point : (p, m) float32
-
-    Returns
-    -------
-    (p,) float64
-        NaN where there is one cell only.
-
-    References
-    ----------
-    W. G. Cochran (1977), Sampling techniques, 3rd ed., 5A.12 (collapsed strata).
-    """
-    count = by_point.shape[1]
-    if count < 2:
-        return np.full(len(by_point), np.nan)
-    values = by_point[:, neighbouring_order(round(np.sqrt(count)))]
-    pairs = count - 3 if count % 2 else count
-    first, second = values[:, 0:pairs:2], values[:, 1:pairs:2]
-    variance = ((first - second).astype(float) ** 2).sum(axis=1)
-    if count % 2:
-        # Three cells in one group: h/(h - 1) · Σ (x - mean)².
-        last = values[:, pairs:].astype(float)
-        variance += 1.5 * ((last - last.mean(axis=1, keepdims=True)) ** 2).sum(axis=1)
-    return variance / count**2

@@ -5,10 +5,12 @@ from functools import cache
 import numpy as np
 import pytest
 from scenes import join, scene_of_triangles, strip, suns_towards
+from scipy import stats
 from test_closed_forms import SUNS, direct_relative, tilted_square
 from test_tracing import box, three_houses
 
 from citypv.core.geometry.refine import refine_triangles
+from citypv.core.light.direct_errors import variance_of_cover
 from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
 from citypv.core.request import Request
@@ -78,6 +80,35 @@ def test_errors_fall_and_are_reported(name):
     for errors in (reported, actual):
         assert (np.diff(errors) < 0).all()
         assert np.log(errors[0] / errors[-1]) / np.log(16) >= 0.5
+
+
+def test_errors_of_patches_partly_under_a_house_are_not_missed_by_chance():
+    """Few points stand on both sides of a wall's line: where they agree, they must not tell that nothing is unknown."""
+    scene, suns = scene_and_suns(ANYWHERE)
+    steps = []
+    known = trace_transfer(scene, suns, Request(samples=64, shadow_samples=1024, max_bounces=0, seed=9), silent)
+    partly = (known.covered_share > 0) & (known.covered_share < 1)
+    for seed in range(6):
+        transfer = trace_transfer(scene, suns, Request(samples=64, max_bounces=0, seed=seed), silent)
+        difference = (direct_relative(transfer) - direct_relative(known)) @ suns.weight
+        error = transfer.direct_annual_standard_error
+        noisy = partly & (error > 0)
+        assert noisy.sum() >= 0.97 * partly.sum()  # the others are taken to be covered wholly
+        steps.append(difference[noisy] / error[noisy])
+    steps = np.abs(np.concatenate(steps))
+    assert len(steps) > 500
+    assert rms(steps) < TOO_SMALL * stats.t.std(8)
+    assert np.mean(steps > stats.t.ppf(0.995, 8)) < 0.01 * TOO_SMALL
+
+
+def test_variance_along_the_line_of_what_covers():
+    """Of 64 cells one is covered: with 16 points, one stands in four cells of which it is one; with 64, in it alone."""
+    covered = np.zeros((1, 64), bool)
+    covered[0, 0] = True
+    assert variance_of_cover(covered, 16) == pytest.approx(0.25 * 0.75 / 16**2)
+    assert variance_of_cover(covered, 1) == pytest.approx(1 / 64 * 63 / 64)
+    assert variance_of_cover(covered, 64) == 0
+    assert variance_of_cover(~covered, 4) == pytest.approx(1 / 16 * 15 / 16 / 4**2)
 
 
 def test_the_far_ground_s_noise_counts():
