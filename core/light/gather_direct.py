@@ -36,7 +36,7 @@ class Annual:
     by_point: np.ndarray  # (p, m) float32, what each point receives at first hit
     handed_on: np.ndarray  # (p,) float32, as of `follow_bounces`
     lit_ground: float = 0.0  # radiosity of the far ground
-    speakers: np.ndarray | None = None  # (p, cells) int32, the same for every sun; None before the first
+    speakers: np.ndarray | None = None  # (p, cells) uint, the same for every sun; None before the first
 
 
 def gather_direct(tracing, hemisphere, suns, folder=None):

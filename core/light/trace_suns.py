@@ -26,7 +26,7 @@ class SunLight:
     visible_share: np.ndarray  # (p, s) float32; 0 where the sun stands behind the patch
     seen: np.ndarray  # (p, s) uint16, bit c is set where the sun is visible from the point of cell c
     by_point: np.ndarray  # (p, m) float32, sum over the suns of weight times what each point receives
-    speakers: np.ndarray  # (p, cells) int32, which point speaks for each cell
+    speakers: np.ndarray  # (p, cells) uint, which point speaks for each cell
     ray_count: int
 
 
@@ -75,7 +75,7 @@ def trace_suns(ray_scene, patches, traced, closed, covered, *, point_count, suns
         visible_share=np.zeros((count, len(directions)), np.float32),
         seen=np.zeros((count, len(directions)), np.uint16),
         by_point=np.zeros((count, point_count), np.float32),
-        speakers=np.zeros((count, cells_of_light(point_count)), np.int32),
+        speakers=np.zeros((count, cells_of_light(point_count)), np.min_scalar_type(point_count - 1)),
         ray_count=0,
     )
     free = np.flatnonzero(closed)
