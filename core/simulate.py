@@ -4,7 +4,6 @@ import time
 from dataclasses import replace
 from functools import partial
 
-from .choose_patch_size import choose_patch_size
 from .energy.pick_module import pick_module
 from .geometry.grid_cells import split_into_cells
 from .interruption import Interruption
@@ -20,6 +19,7 @@ from .results.write_groups import write_groups
 from .results.write_summary import distance_of_weather, summarise, write_summary
 from .results.write_timeseries import write_timeseries
 from .results.write_transfer import write_transfer
+from .split_uneven_patches import COARSEST, split_uneven_patches
 from .study import (
     check_settings,
     measure_sun_sampling,
@@ -92,9 +92,10 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
     teller.say(f"Reading {', '.join(str(path) for path in paths)}")
     city = read_buildings(paths, request, teller.progress)
     if request.patch_error is not None:
-        request = fit_patches(city, request, teller)
+        request = replace(request, patch_size=COARSEST)
     scene = place_city(city, request)
     teller.lap("read city")
+    scene, patches = fit_patches(scene, request, teller)
     for line in describe_scene(scene):
         teller.say(f"  {line}")
     weather = read_year(scene.site, request)
@@ -106,6 +107,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
     with whole_folder(folder) as work:
         teller.say("Tracing")
         transfer = trace_until_interrupted(scene, weather, request, teller, work.parent)
+        transfer.settings.update(patches)
         teller.lap("trace")
         large = isinstance(transfer.visible_share, MatrixOnDisk)
         keep = not large or "transfer" in exports
@@ -151,11 +153,23 @@ def trace_until_interrupted(scene, weather, request, teller, folder):
     return transfer
 
 
-def fit_patches(city, request, teller):
-    """The request with patches as small as the error that it asks for wants them."""
-    size, expected = choose_patch_size(partial(place_city, city), request, teller.progress)
-    teller.say(f"Patches of {size:.1f} m: they change the reflected light by about {expected:.2f} %")
-    return replace(request, patch_size=size)
+def fit_patches(scene, request, teller):
+    """Split patches where the error that is asked for wants it.
+
+    Returns
+    -------
+    scene : Scene
+    settings : dict
+        What was done to the patches, for the settings of the Transfer; empty where no error is asked for.
+    """
+    if request.patch_error is None:
+        return scene, {}
+    scene, account = split_uneven_patches(scene, request, teller.progress)
+    teller.say("Patches: {split:,} of {given:,} split, {made:,} in all".format(**account))
+    teller.say("  uneven light within them changes the reflected light by about {expected:.2f} %".format(**account))
+    teller.say("  (asked: {asked:g} %, unsplit: {before:.2f} %)".format(**account))
+    teller.lap("split patches")
+    return scene, {"patches_split": account}
 
 
 def reweigh(transfer_path, folder, request, *, overwrite=False, say=None):

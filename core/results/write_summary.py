@@ -111,6 +111,7 @@ def budget_errors(transfer, energy):
     - `bounces`: the most that reflections beyond the last one could add to all light.
     - `patches`: of reflected light, what is uneven within the cells of patches; a third of what is uneven between the
       cells, which is measured.
+    - `patches_asked`, `patches_expected`: the same as `--patch-error` asked for it, and as the pilot foretold it.
     """
     eligible = transfer.surfaces.eligible & np.isfinite(energy.full_load_hours)
     budget = {"unit": "percent", "bounces": bound_of_bounces(transfer)}
@@ -126,6 +127,9 @@ def budget_errors(transfer, energy):
     if "change_by_even_patches" in transfer.settings:
         evened = transfer.settings["change_by_even_patches"].values()
         budget["patches"] = 100 * max(map(abs, evened)) / 3
+    if "patches_split" in transfer.settings:
+        account = transfer.settings["patches_split"]
+        budget["patches_asked"], budget["patches_expected"] = account["asked"], account["expected"]
     if "sun_sampling" in transfer.settings:
         budget["sun_sampling"] = transfer.settings["sun_sampling"]
     return budget
