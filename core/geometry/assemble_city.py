@@ -25,7 +25,7 @@ def assemble_city(contents, crs, lod=None, tell=untold):
     lod : str, optional
         Level of detail; the best of 2.x of each building by default.
     tell : callable, optional
-        `tell(share)` is called after each step with the share of the time, as measured on a million polygons.
+        `tell(share)` is called after each step with the share of the time, as measured on a million polygons and fewer.
 
     Returns
     -------
@@ -43,9 +43,9 @@ def assemble_city(contents, crs, lod=None, tell=untold):
     chosen = _choose(contents, lod, report)
     tell(0.2)
     draft = _flatten(contents, chosen, report)
-    tell(0.4)
+    tell(0.35)
     draft = mend_polygons(draft, report)
-    tell(0.8)
+    tell(0.65)
     if not draft.polygons:
         raise InputError(contents[0].path, "no building has a polygon that can be used", "see `citypv inspect`")
     _orient(draft, report)

@@ -2,9 +2,11 @@
 
 import gzip
 import io
+import itertools
 import json
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from cities import box, make_city
 from test_obj_materials import write_cube
 from transfers import unshaded_transfer
 
+from citypv.core import progress
 from citypv.core.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pick_module import pick_module
@@ -141,16 +144,20 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_lines_of_a_terminal_and_of_a_log(files):
+def test_lines_of_a_terminal_and_of_a_log(files, monkeypatch):
     """One line a stage; where none is to last, the terminal is left as it was and a log stays empty."""
     for stream, lines in ((Terminal(), 2), (io.StringIO(), 2)):
         read_city(files[1], progress=TerminalProgress(stream))
         assert stream.getvalue().count("\n") == lines
         assert "reading files: 100 %" in stream.getvalue()
         assert "B/s, took" in stream.getvalue()
-    terminal, log = Terminal(), io.StringIO()
-    for stream in (terminal, log):
+    terminal, log, slow = Terminal(), io.StringIO(), io.StringIO()
+    for stream, seconds in ((terminal, 0.25), (log, 0.1), (slow, 4.0)):
+        ticks = itertools.count(0.0, seconds)  # as if so much time went by between two reports
+        monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=ticks.__next__))
         read_city(files[1], progress=TerminalProgress(stream, lasting=False))
+    assert "reading files" in slow.getvalue() and "s left" in slow.getvalue()
+    assert "100 %" not in slow.getvalue()
     assert log.getvalue() == ""
     assert "s left" in terminal.getvalue()
     assert "\n" not in terminal.getvalue()
