@@ -81,7 +81,10 @@ def empty_product(form_factors, columns):
 
 def run_rows(form_factors, product, threads, loop, *arrays):
     """Products of all rows, written into `product`, (p, columns) float32, which is returned."""
-    product.fill(0)
+    without = np.ones(len(product), bool)
+    for rows in form_factors.rows:
+        without[rows.chosen] = False
+    product[without] = 0
     share = np.float32(1 / (REPLICATES * form_factors.rays))
     shift = np.int32(REPLICATE_BITS + form_factors.cells.bit_length() - 1)  # takes a key to its patch
 
@@ -159,6 +162,7 @@ def add_patches(rows, scale, product, factor, light):
             weight[place] *= share * factor[met[place]]
         # Four at a time, so that the sums are not taken to the memory and back for each.
         total = product[chosen[row]]
+        total[:] = 0
         for four in range(0, found, 4):
             first, second, third, fourth = met[four], met[four + 1], met[four + 2], met[four + 3]
             a, b, c, d = weight[four], weight[four + 1], weight[four + 2], weight[four + 3]
@@ -173,6 +177,7 @@ def add_cells(rows, scale, product, light):
     (chosen, start, key, count), (shift, share) = rows, scale
     for row in range(len(chosen)):
         total = product[chosen[row]]
+        total[:] = 0
         for entry in range(start[row], start[row + 1]):
             place = key[entry] >> REPLICATE_BITS
             patch = key[entry] >> shift
@@ -195,6 +200,7 @@ def add_seen(rows, scale, product, albedo, suns):
             met[place] >>= bits
             weight[place] *= share * albedo[met[place]]
         total = product[chosen[row]]
+        total[:] = 0
         for four in range(0, found, 4):
             first, second, third, fourth = met[four], met[four + 1], met[four + 2], met[four + 3]
             a, b, c, d = weight[four], weight[four + 1], weight[four + 2], weight[four + 3]

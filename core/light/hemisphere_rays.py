@@ -34,7 +34,7 @@ def hemisphere_rays(patches, chosen, sequence):
     origins, directions = np.empty((2, count, rays, 3), np.float32)
     cells = np.empty((count, rays), np.uint8)
     made = origins, directions, cells
-    frames = np.concatenate([patches.tangents, patches.normal[:, None]], axis=1)[chosen]
+    frames = np.concatenate([patches.tangents[chosen], patches.normal[chosen, None]], axis=1)
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     make_rays((start, patches.edges[chosen], frames), turned.reshape(count, REPLICATES, 4), sequence, made)
     return origins, directions, cells

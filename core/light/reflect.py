@@ -86,7 +86,9 @@ def follow_bounces(
         Share of E_max in all light, to judge what lies beyond the last bounce.
     """
     weight = np.ones(arriving.shape[1], np.float32) if weight is None else weight
-    reflected, handed_on = np.zeros_like(arriving), np.zeros(len(arriving), np.float32)
+    if not max_bounces:
+        return np.zeros_like(arriving), np.zeros(len(arriving), np.float32), 0.0
+    reflected, handed_on = np.empty_like(arriving), np.zeros(len(arriving), np.float32)
     spare = None
     for bounce in range(max_bounces):
         if bounce:
@@ -95,7 +97,7 @@ def follow_bounces(
         def add(rows, light=arriving, bounce=bounce):
             if bounce == 0 and far_first is not None:
                 light[rows] += far_first[rows]
-            reflected[rows] += light[rows]
+            reflected[rows] = light[rows] if bounce == 0 else reflected[rows] + light[rows]
             if bounce + 1 < max_bounces:
                 handed_on[rows] += factor[rows] * (light[rows] @ weight)
             return float(light[rows].sum())
@@ -103,8 +105,6 @@ def follow_bounces(
         last = sum(work_in_slices(add, len(arriving), threads))
         if progress is not None:
             progress(bounce + 1)
-    if not max_bounces:
-        return reflected, handed_on, 0.0
     whole = float(first_light) + sum(work_in_slices(lambda rows: float(reflected[rows].sum()), len(reflected), threads))
     return reflected, handed_on, last / whole if whole > 0 else 0.0
 
