@@ -9,6 +9,7 @@
 import numpy as np
 from numba import njit
 
+from .drop_hidden import drop_hidden
 from .find_coincident import find_coincident
 from .ray_scene import RayScene
 
@@ -30,6 +31,8 @@ class FacingScene(RayScene):
         super().__init__(scene.vertices, scene.triangles)
         corners = np.asarray(scene.vertices, float)[scene.triangles]
         self.coincident = find_coincident(corners, patches.offset, threads)
+        if len(self.coincident):
+            self.coincident = drop_hidden(self, patches, self.coincident, threads)
         self._kinds = patches.facing, patches.receives
 
     def trace_places(self, ray_origins, ray_directions):
@@ -79,7 +82,7 @@ def runs_along(facing, face, direction):
 
 @njit(nogil=True, cache=True)
 def turn_to_fronts(pairs, kinds, directions, hits):
-    """Change hits on backs to hits on fronts that lie there and receive light. Footprints stay what they are.
+    """Change hits on backs, or on footprints, to hits on fronts that lie there and receive light.
 
     Parameters
     ----------
@@ -94,7 +97,7 @@ def turn_to_fronts(pairs, kinds, directions, hits):
     (start, other, places), (facing, receives), (hit, b1, b2) = pairs, kinds, hits
     for ray in range(len(hit)):
         met = hit[ray]
-        if met < 0 or start[met] == start[met + 1] or facing[met, 3] or not runs_along(facing, met, directions[ray]):
+        if met < 0 or start[met] == start[met + 1] or not runs_along(facing, met, directions[ray]):
             continue
         for entry in range(start[met], start[met + 1]):
             if not receives[other[entry]] or runs_along(facing, other[entry], directions[ray]):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scenes import join, strip, suns_towards
 from shapely.geometry import Polygon
+from test_covered import box
 
 from citypv.core.light.facing_scene import FacingScene
 from citypv.core.light.find_coincident import find_coincident
@@ -115,6 +116,35 @@ def test_rays_meet_the_front_of_a_sheet_from_either_side():
         known = RayScene.trace_places(tree, start.astype("f4"), directions.astype("f4"))[0]
         assert (known == plain).all()
         assert not np.isin(plain, fronts).all() or height < 5  # it says something: either may be met
+
+
+def test_party_walls_are_no_sheets():
+    """Three houses in a row and a board drawn from both sides: light reaches the fronts of the board only."""
+    houses = [face for first in (0, 6, 12) for face in box((first, 0, 0), (first + 6, 10, 8 + first))]
+    board = strip([30, 0, 1], [0, 10, 0], [0, 0, 8], 2)
+    plain = strip([-50, -50, 0], [100, 0, 0], [0, 100, 0], 8)
+    scene = join([*houses, board, turned_over(board), plain])
+    scene.footprint[2:4] = True  # the floor of the first house
+    patches = patches_of_scene(scene, np.zeros(len(scene.triangles)), 0)
+    left = in_pairs(FacingScene(scene, patches).coincident)
+    found = in_pairs(find_coincident(scene.vertices[scene.triangles], patches.offset))
+    sheet = set(range(36, 44))
+    assert {(one, other) for one, other in found if {one, other} <= sheet} == left
+    assert len(left) == 8  # both sides are cut in the same way; each pair in both orders
+    assert len({(one, other) for one, other in found if max(one, other) < 36}) >= 16
+
+
+@both
+def test_a_floor_drawn_on_a_roof_leaves_the_roof_lit(estimator):
+    """A floor that is known as a footprint, of a house that has nothing else."""
+    scene = join(
+        [strip([-10, -10, 5], [20, 0, 0], [0, 20, 0], 2), turned_over(strip([-8, -7, 5], [17, 0, 0], [0, 14, 0], 3))]
+    )
+    scene.footprint[4:] = True
+    run, samples = ESTIMATORS[estimator]
+    transfer = run(scene, SUNS, Request(samples=samples, estimator=estimator, max_bounces=0), silent)
+    assert transfer.diffuse_relative[:4] == pytest.approx(1, abs=0.02)
+    assert transfer.visible_share[:4] == pytest.approx(1, abs=0.02)
 
 
 @both
