@@ -1,5 +1,6 @@
 """Patches are split where light that is uneven over them matters, and nowhere else."""
 
+import json
 from dataclasses import replace
 from itertools import pairwise
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 from radiosity import crossed_strings
 from scenes import join, strip, suns_towards
+from small_city import write_small_city
 
 from citypv.core.errors import InputError
 from citypv.core.geometry.refine import refine_triangles
@@ -14,7 +16,9 @@ from citypv.core.light.measure_unevenness import measure_unevenness
 from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
 from citypv.core.request import Request, check_request
+from citypv.core.simulate import simulate
 from citypv.core.split_uneven_patches import (
+    COARSEST,
     FINEST,
     choose_halvings,
     refine_patches,
@@ -226,6 +230,19 @@ def test_where_nothing_is_reflected_nothing_is_split():
         finer, account = split_uneven_patches(scene, Request(patch_error=1e-3, **dark), silent)
         assert len(finer.triangles) == len(scene.triangles)
         assert account["before"] == account["expected"] == 0
+
+
+def test_the_summary_tells_what_was_done(tmp_path):
+    city = write_small_city(tmp_path / "small.gml")
+    request = Request(suns="typical-days:1", patch_error=0.02)
+    simulate([city], tmp_path / "out", request)
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    account, budget = summary["traced"]["patches_split"], summary["error_budget"]
+    assert account["made"] == summary["traced"]["patches"] > account["given"]
+    assert budget["patches_asked"] == account["asked"] == 0.02
+    assert budget["patches_expected"] == account["expected"] < account["before"]
+    assert summary["settings"]["patch_size"] == COARSEST
+    assert request.patch_size == 10.0
 
 
 def test_forward_has_no_such_error():
