@@ -20,7 +20,7 @@ COARSEST = 25.0  # [m] longest edge of patches that are not split
 FINEST = 2.0  # [m] patches with shorter edges stay whole
 SUNS_WORSE = 1.25  # how much more uneven the light of suns is than that of the sky
 NO_HALVINGS = 0, 0
-STEPS = 40  # of halving the range in which the threshold is sought
+STEPS = 20  # of halving the range in which the threshold is sought
 WIDE = 1e-4  # the smallest threshold, as a share of the largest error of a patch
 
 
