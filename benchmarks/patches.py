@@ -4,8 +4,8 @@
 
 The Berlin tile, the middle of the town of tests/data/town.npz and of Midtown Manhattan, 51 suns of four typical days,
 three reflections. Printed for each way: patches, processor time of pilots and run, and what all eligible surfaces and
-facades (north east south west) receive more of reflected light, in percent, than with patches of --finest everywhere: of sky
-and suns. Last the error that the run itself estimates.
+facades (north east south west) receive more of reflected light, in percent, than with --finest everywhere: of
+sky and suns. Last the error that the run itself estimates.
 """
 
 import argparse
