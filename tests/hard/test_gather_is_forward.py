@@ -1,7 +1,7 @@
 """Gather and forward on real cities: facades by orientation and roofs, first light and reflected light apart.
 
-Roofs that share a place with another face are left aside: gather lights both (a ray starts above its own face), a
-photon meets either, and where that is the back of the other, as on many of Manhattan's roofs, its light is lost.
+Roofs that lie alone and those that share a place with another face, as more than half of Manhattan's do, make a group
+each.
 
 With CITYPV_WHOLE_CITIES=1 the cities are not cut to their middle (some minutes each), and the table is printed (-s).
 """
@@ -35,6 +35,8 @@ SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4]])
 PARTS = ("sky", "suns", "reflected sky", "reflected suns")
 ERRORS = 4.0
 BIAS = 0.005  # of the reflected part
+BIAS_ON_ROOFS = 0.015  # what reaches them is little and comes from near by, where light is uneven within cells
+SMALLEST_SHARE = 0.05  # of the area: smaller groups say little
 
 pytestmark = pytest.mark.slow
 
@@ -122,12 +124,15 @@ def depth_of_hits(tree, triangles, vertices, start, towards):
 
 
 def groups_of(surfaces, alone):
-    """Names and members of the groups; of roofs those that lie alone."""
+    """Names and members of the groups; of roofs those that lie alone and those that do not."""
     groups = {
         f"facade {side}": (surfaces.kind == "facade") & (surfaces.orientation == side)
         for side in ("north", "east", "south", "west")
     }
-    return groups | {"roof": np.isin(surfaces.kind, ("flat", "roof", "steep")) & alone}
+    roof = np.isin(surfaces.kind, ("flat", "roof", "steep"))
+    groups |= {"roof": roof & alone, "shared roof": roof & ~alone}
+    whole = sum(surfaces.area[members].sum() for members in groups.values())
+    return {name: members for name, members in groups.items() if surfaces.area[members].sum() > SMALLEST_SHARE * whole}
 
 
 def group_means(scene, groups, estimator, seed, samples):
@@ -191,16 +196,15 @@ def test_gather_is_forward(name):
     file, place, half, photons = CITIES[name]
     city = read_city([ROOT / file])
     scene = build_scene(city if WHOLE else middle_of(city, half), **place)
-    alone = lies_alone(scene)
-    groups, every = groups_of(scene.surfaces, alone), groups_of(scene.surfaces, np.ones(len(alone), bool))
-    area = scene.surfaces.area
-    kept = np.array([area[groups[group]].sum() / area[every[group]].sum() for group in groups])
+    groups = groups_of(scene.surfaces, lies_alone(scene))
     samples = 64 if WHOLE and len(scene.triangles) > 3e5 else 256
     found = compare_estimators(scene, groups, (samples, 2), (photons if WHOLE else 32, 6))
-    print(f"\n{name}, {len(scene.triangles)} patches; kept {np.round(kept, 3)}\n{found.table()}")
+    print(f"\n{name}, {len(scene.triangles)} patches\n{found.table()}")
+    bias = np.where(["roof" in group for group in groups], BIAS_ON_ROOFS, BIAS)
     allowed = ERRORS * found.error
-    allowed[:, 2:] += BIAS * found.mean[:, 2:]
-    assert kept.min() > 0.4
-    # It says something: what light that is even over patches of ten metres changes, 1.0 to 1.8 %, would show.
-    assert (found.error[:, 2:] / found.mean[:, 2:]).min() < 0.003
+    allowed[:, 2:] += bias[:, None] * found.mean[:, 2:]
+    assert "roof" in groups and ("shared roof" in groups or name == "Berlin")
+    # It says something: what light that is even over patches of ten metres changes, 1 to 1.8 %, would show on facades.
+    assert (found.error[:, 2:] / found.mean[:, 2:])[bias == BIAS].max() < 0.006
+    assert (found.error / found.mean).max() < 0.012
     assert (np.abs(found.difference) <= allowed).all(), f"\n{found.table()}"
