@@ -18,6 +18,7 @@ PARALLEL = 0.9  # cosine between normals below which nobody looks closer: normal
 LAYER_GROWTH = 2.0  # in powers of two: cells of one layer are four times as large as those of the next finer one
 TRIANGLES_PER_TASK = 1 << 15
 TINY = np.finfo(np.float32).tiny
+SMALLEST = np.finfo(float).tiny
 
 
 @dataclass
@@ -67,7 +68,8 @@ def find_coincident(corners, offset, threads=1):
         size = 2.0 ** (LAYER_GROWTH * layer)
         first, last = np.searchsorted(sorted_layer, [layer, layer + 1])
         buckets = 1 << int(2 * (last - first)).bit_length()
-        grid = fill_buckets(order[first:last], faces.boxes, size, buckets)
+        start, listed = fill_buckets(order[first:last], faces.boxes, size, buckets)
+        grid = start, listed, faces.normal[listed].astype(np.float32)  # side by side, for most are turned away by these
         tasks = [order[begin : min(begin + TRIANGLES_PER_TASK, last)] for begin in range(0, last, TRIANGLES_PER_TASK)]
         arrays = faces.corners, faces.normal, faces.offset, faces.boxes, faces.layer
         found.extend(map_in_order(partial(pairs_in_grid, grid=grid, size=size, faces=arrays), tasks, threads))
@@ -76,14 +78,35 @@ def find_coincident(corners, offset, threads=1):
 
 def sort_into_layers(corners, offset):
     """Faces, and the largest layer; what has no area lies beyond that."""
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    doubled_area = np.linalg.norm(cross, axis=1)
-    normal = cross / np.maximum(doubled_area, np.finfo(float).tiny)[:, None]
-    low, high = corners.min(axis=1) - offset[:, None], corners.max(axis=1) + offset[:, None]
-    layer = np.ceil(np.log2(np.maximum((high - low).max(axis=1), TINY)) / LAYER_GROWTH).astype(np.int32)
-    largest = int(layer[doubled_area > 0].max(initial=-(1 << 20)))
-    layer[doubled_area == 0] = largest + 1
-    return Faces(corners, normal, offset, np.hstack([low, high]), layer), largest
+    normal, boxes = np.empty((len(corners), 3)), np.empty((len(corners), 6))
+    extent, area = np.empty(len(corners)), np.empty(len(corners), bool)
+    measure_faces(corners, offset, (normal, boxes, extent, area))
+    layer = np.ceil(np.log2(np.maximum(extent, TINY)) / LAYER_GROWTH).astype(np.int32)
+    largest = int(layer[area].max(initial=-(1 << 20)))
+    layer[~area] = largest + 1
+    return Faces(corners, normal, offset, boxes, layer), largest
+
+
+@njit(nogil=True, cache=True)
+def measure_faces(corners, offset, measures):
+    """Write normal, box, extent of the box, and whether there is any area, of each triangle."""
+    normal, boxes, extent, area = measures
+    for face in range(len(corners)):
+        extent[face] = 0
+        for axis in range(3):
+            a, b, c = corners[face, 0, axis], corners[face, 1, axis], corners[face, 2, axis]
+            boxes[face, axis] = min(a, b, c) - offset[face]
+            boxes[face, axis + 3] = max(a, b, c) + offset[face]
+            extent[face] = max(extent[face], boxes[face, axis + 3] - boxes[face, axis])
+            # Along this axis the product of two edges holds what they are along the other two.
+            y, z = (axis + 1) % 3, (axis + 2) % 3
+            product = (corners[face, 1, y] - corners[face, 0, y]) * (corners[face, 2, z] - corners[face, 0, z])
+            product -= (corners[face, 1, z] - corners[face, 0, z]) * (corners[face, 2, y] - corners[face, 0, y])
+            normal[face, axis] = product
+        length = np.sqrt(normal[face, 0] ** 2 + normal[face, 1] ** 2 + normal[face, 2] ** 2)
+        area[face] = length > 0
+        for axis in range(3):
+            normal[face, axis] /= max(length, SMALLEST)
 
 
 def list_pairs(pairs, corners):
@@ -104,7 +127,7 @@ def list_pairs(pairs, corners):
     edges = corners[:, 1:] - corners[:, :1]
     # A point of the one, a + b1·e1 + b2·e2, seen from the other's first corner and in its edges.
     points = np.concatenate([corners[one, :1] - corners[other, :1], edges[one]], axis=1)
-    places = np.einsum("eix,ekx->eik", dual_edges(edges)[other], points)
+    places = np.einsum("eix,ekx->eik", dual_edges(edges[other]), points)
     return Coincident(np.searchsorted(one, np.arange(count + 1)), other.astype(np.int32), places)
 
 
@@ -170,6 +193,7 @@ def fill_buckets(members, boxes, size, buckets):
     Parameters
     ----------
     members : (n,) int
+        Ascending.
     boxes : (t, 6) float64
         Low and high corner of each triangle's box.
     size : float
@@ -182,7 +206,7 @@ def fill_buckets(members, boxes, size, buckets):
     start : (buckets + 1,) int64
         Where the entries of each bucket begin.
     listed : (e,) int64
-        The triangles.
+        The triangles, descending in each bucket.
     """
     mask, touched = np.uint64(buckets - 1), np.empty(27, np.int64)
     start = np.zeros(buckets + 1, np.int64)
@@ -201,16 +225,17 @@ def fill_buckets(members, boxes, size, buckets):
 @njit(nogil=True, cache=True)
 def pairs_in_grid(chosen, grid, size, faces):
     """Pairs of chosen triangles with triangles of a grid: (k, 2) int32, some of them several times."""
-    (start, listed), (corners, normal, offset, boxes, layer) = grid, faces
+    (start, listed, turned), (corners, normal, offset, boxes, layer) = grid, faces
     mask, touched = np.uint64(len(start) - 2), np.empty(27, np.int64)
     pairs, found = np.empty((64, 2), np.int32), 0
     for one in chosen:
         for place in range(touch_cells(boxes[one], size, mask, touched)):
             for entry in range(start[touched[place]], start[touched[place] + 1]):
                 other = listed[entry]
-                if layer[one] == layer[other] and one >= other:
-                    continue
-                if not (parallel(normal, one, other) and boxes_meet(boxes, one, other)):
+                if other <= one and layer[one] == layer[other]:
+                    break  # a bucket lists the last triangle first: the pairs that follow are met from their other side
+                along = normal[one, 0] * turned[entry, 0] + normal[one, 1] * turned[entry, 1]
+                if abs(along + normal[one, 2] * turned[entry, 2]) < PARALLEL or not boxes_meet(boxes, one, other):
                     continue
                 reach = max(offset[one], offset[other])
                 level = lies_in_plane(corners, normal, one, other, reach)
@@ -221,13 +246,6 @@ def pairs_in_grid(chosen, grid, size, faces):
                     pairs[found, 0], pairs[found, 1] = one, other
                     found += 1
     return pairs[:found]
-
-
-@njit(nogil=True, cache=True, inline="always")
-def parallel(normal, one, other):
-    """Whether two faces may lie in one plane."""
-    along = normal[one, 0] * normal[other, 0] + normal[one, 1] * normal[other, 1] + normal[one, 2] * normal[other, 2]
-    return abs(along) >= PARALLEL
 
 
 @njit(nogil=True, cache=True, inline="always")
