@@ -13,6 +13,7 @@ from ..energy.pick_module import area_of_kwp, pick_module
 from ..list_findings import list_findings
 
 LIBRARIES = ("embreex", "numba", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
+LEAST_HOURS = 0.1  # of the mean, for a surface to count among single ones
 
 
 def write_summary(path, summary):
@@ -107,7 +108,8 @@ def budget_errors(transfer, energy):
     """What is known of the error of the full load hours, in percent.
 
     - `sampling_total`: standard error of the area-weighted mean over all eligible surfaces.
-    - `sampling_median`, `sampling_95`: standard error of single eligible surfaces, median and 95th percentile by area.
+    - `sampling_median`, `sampling_95`: standard error of single eligible surfaces, median and 95th percentile by area,
+      among those with a tenth of the mean hours at least: walls hidden by a neighbour have a few hours or none.
     - `bounces`: the most that reflections beyond the last one could add to all light.
     - `patches`: of reflected light, what is uneven within the cells of patches; a third of what is uneven between the
       cells, which is measured.
@@ -119,7 +121,7 @@ def budget_errors(transfer, energy):
     error = energy.full_load_hours_standard_error[eligible]
     if (hours * area).sum() > 0:
         budget["sampling_total"] = 100 * float(np.sqrt(((area * error) ** 2).sum()) / (area * hours).sum())
-        lit = hours > 0
+        lit = hours >= LEAST_HOURS * (area * hours).sum() / area.sum()
         single, order = 100 * error[lit] / hours[lit], np.argsort(error[lit] / hours[lit])
         share = np.cumsum(area[lit][order]) / area[lit].sum()
         budget["sampling_median"] = float(single[order][np.searchsorted(share, 0.5)])

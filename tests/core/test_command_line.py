@@ -114,6 +114,7 @@ def test_summary(results):
     assert summary["input"]["site"]["latitude"] == pytest.approx(52.5, abs=0.02)
     assert {effect["key"] for effect in summary["traced"]["effects"]} >= {"closed-form", "reflections", "far-ground"}
     assert 0 < summary["error_budget"]["sampling_total"] < 1
+    assert 0 < summary["error_budget"]["sampling_median"] < summary["error_budget"]["sampling_95"] < 10
     assert abs(summary["error_budget"]["sun_sampling"]["bias"]) < 1
     assert summary["totals"]["mwh_per_year"] > 0
     assert summary["weather"]["ghi_annual"] == pytest.approx(1070, rel=0.1)
