@@ -17,6 +17,7 @@ from .ray_scene import map_in_order
 PARALLEL = 0.9  # cosine between normals below which nobody looks closer: normals of slivers are rounding for the most
 LAYER_GROWTH = 2.0  # in powers of two: cells of one layer are four times as large as those of the next finer one
 TRIANGLES_PER_TASK = 1 << 15
+MOST_PAIRS = 256  # of one triangle; a pair that shares several cells counts in each
 TINY = np.finfo(np.float32).tiny
 SMALLEST = np.finfo(float).tiny
 
@@ -224,15 +225,20 @@ def fill_buckets(members, boxes, size, buckets):
 
 @njit(nogil=True, cache=True)
 def pairs_in_grid(chosen, grid, size, faces):
-    """Pairs of chosen triangles with triangles of a grid: (k, 2) int32, some of them several times."""
+    """Pairs of chosen triangles with triangles of a grid: (k, 2) int32, some of them several times.
+
+    A triangle is named first in MOST_PAIRS of them at most: more in one place are a fault of the model, and thousands
+    would be millions of pairs.
+    """
     (start, listed, turned), (corners, normal, offset, boxes, layer) = grid, faces
     mask, touched = np.uint64(len(start) - 2), np.empty(27, np.int64)
     pairs, found = np.empty((64, 2), np.int32), 0
     for one in chosen:
+        most = found + MOST_PAIRS
         for place in range(touch_cells(boxes[one], size, mask, touched)):
             for entry in range(start[touched[place]], start[touched[place] + 1]):
                 other = listed[entry]
-                if other <= one and layer[one] == layer[other]:
+                if found == most or (other <= one and layer[one] == layer[other]):
                     break  # a bucket lists the last triangle first: the pairs that follow are met from their other side
                 along = normal[one, 0] * turned[entry, 0] + normal[one, 1] * turned[entry, 1]
                 if abs(along + normal[one, 2] * turned[entry, 2]) < PARALLEL or not boxes_meet(boxes, one, other):

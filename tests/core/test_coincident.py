@@ -7,7 +7,7 @@ from shapely.geometry import Polygon
 from test_covered import box
 
 from citypv.core.light.facing_scene import FacingScene
-from citypv.core.light.find_coincident import find_coincident
+from citypv.core.light.find_coincident import MOST_PAIRS, find_coincident
 from citypv.core.light.patches import patches_of_scene
 from citypv.core.light.ray_scene import RayScene
 from citypv.core.light.trace_forward import trace_forward
@@ -91,6 +91,13 @@ def test_threads_and_order_do_not_matter():
     order = generator.permutation(len(corners))
     again = find_coincident(corners[order], np.full(len(corners), 1e-4))
     assert {(order[a], order[b]) for a, b in in_pairs(again)} == in_pairs(one)
+
+
+def test_thousands_of_faces_in_one_place_are_not_millions_of_pairs():
+    corners = np.tile([[[0.0, 0, 0], [10, 0, 0], [0, 10, 0]]], (1000, 1, 1))
+    found = find_coincident(corners, np.full(1000, 1e-3))
+    assert (np.diff(found.start) > 0).all()
+    assert len(found) <= 2 * MOST_PAIRS * 1000
 
 
 def test_rays_meet_the_front_of_a_sheet_from_either_side():
