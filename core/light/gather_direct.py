@@ -89,7 +89,8 @@ def gather_direct(tracing, hemisphere, suns, folder=None):
         found.visible_share, found.reflected = (
             keep_columns(matrix, found.kept) for matrix in (found.visible_share, found.reflected)
         )
-    traced = suns.direction[: done[-1].stop].astype(np.float32), suns.weight[: done[-1].stop].astype(np.float32)
+    last = done[-1].stop if done else 0
+    traced = suns.direction[:last].astype(np.float32), suns.weight[:last].astype(np.float32)
     found.standard_error, found.evened = error_of_direct(tracing, hemisphere, annual, traced)
     if found.kept < len(suns):
         found.standard_error /= traced[1].sum() or np.nan  # the sums hold no more than these
