@@ -8,11 +8,9 @@ import numpy as np
 from numba import njit
 
 from .find_coincident import Coincident
-from .find_covered import meets_back
-from .hemisphere_rays import rays_from_patches
+from .find_covered import look_around
 from .random_numbers import mix, uniform
 from .ray_scene import map_in_order
-from .sample_points import additive_recurrence, cosine_direction, shifted
 
 RAYS = 16  # the vote that judges
 STRAY_RAYS = 2  # of them that may find a hole to the sky
@@ -40,34 +38,15 @@ def drop_hidden(ray_scene, patches, coincident, threads=1):
     tasks = [doubtful[begin : begin + PAIRS_PER_TASK] for begin in range(0, len(doubtful), PAIRS_PER_TASK)]
 
     def look(entries):
-        return look_inside(ray_scene, patches, other[entries], middle_of_overlap(coincident.places[entries]))
+        faces, middle = other[entries], middle_of_overlap(coincident.places[entries])
+        shifts = uniform(mix(patches.key[faces] ^ np.uint64(0x51DE)), 2)
+        return look_around(ray_scene, patches, faces, tuple(middle.T), shifts, rays=RAYS, stray=STRAY_RAYS)
 
     kept = ~opposite
     for entries, hidden in zip(tasks, map_in_order(look, tasks, threads), strict=True):
         kept[entries] = ~hidden
     start = np.concatenate([[0], np.cumsum(kept)])[coincident.start]
     return Coincident(start, other[kept], coincident.places[kept])
-
-
-def look_inside(ray_scene, patches, chosen, places):
-    """Whether places on patches lie inside or under something, told as for the cells of patches: (e,) bool.
-
-    Parameters
-    ----------
-    chosen : (e,) int
-        The patch of each.
-    places : (e, 2) float32
-        Barycentric weights of its second and third corner.
-    """
-    around, shifts = additive_recurrence(RAYS, 2), uniform(mix(patches.key[chosen] ^ np.uint64(0x51DE)), 2)
-    u, v = (shifted(around[:, axis], shifts[:, axis]) for axis in (0, 1))
-    b1, b2 = (np.repeat(places[:, axis, None], RAYS, axis=1) for axis in (0, 1))
-    origins, directions = rays_from_patches(patches, chosen, b1, b2, cosine_direction(u, v))
-    hit = ray_scene.trace_closest(origins.reshape(-1, 3), directions.reshape(-1, 3)).reshape(u.shape)
-    upwards = directions[..., 2] > 0
-    backs = meets_back(patches, hit, directions).sum(axis=1)
-    sky, below = (((hit < 0) & side).sum(axis=1) for side in (upwards, ~upwards))
-    return (2 * backs > RAYS) & (sky <= STRAY_RAYS) | (4 * backs > RAYS) & (backs + below == RAYS)
 
 
 @njit(nogil=True, cache=True)

@@ -64,7 +64,7 @@ def find_covered_cells(ray_scene, patches, chosen, verdict=None):
     return covered | lie_in_earth(ray_scene, patches, points_of_patches(patches, chosen, b1, b2))
 
 
-def look_around(ray_scene, patches, chosen, places, shifts):
+def look_around(ray_scene, patches, chosen, places, shifts, *, rays=RAYS_PER_CELL, stray=STRAY_RAYS):
     """The vote of the rays around one point of each of some patches, whether it lies inside or under something.
 
     Parameters
@@ -74,22 +74,26 @@ def look_around(ray_scene, patches, chosen, places, shifts):
         Barycentric weights of the points.
     shifts : (k, 2) float32
         Random numbers.
+    rays : int
+        That vote.
+    stray : int
+        Of them that may find a hole to the sky from the inside of an open shell.
 
     Returns
     -------
     (k,) bool
     """
-    around = additive_recurrence(RAYS_PER_CELL, 2)
+    around = additive_recurrence(rays, 2)
     u, v = (shifted(around[:, axis], shifts[:, axis]) for axis in (0, 1))
-    b1, b2 = (np.repeat(weights[:, None], RAYS_PER_CELL, axis=1) for weights in places)
+    b1, b2 = (np.repeat(weights[:, None], rays, axis=1) for weights in places)
     origins, directions = rays_from_patches(patches, chosen, b1, b2, cosine_direction(u, v))
     hit = ray_scene.trace_closest(origins.reshape(-1, 3), directions.reshape(-1, 3)).reshape(u.shape)
     back = meets_back(patches, hit, directions)
     upwards = directions[..., 2] > 0
     met = (back, (hit < 0) & upwards, (hit < 0) & ~upwards)
-    back, sky, below = (rays.sum(axis=1) for rays in met)
-    inside = (2 * back > RAYS_PER_CELL) & (sky <= STRAY_RAYS)
-    under = (4 * back > RAYS_PER_CELL) & (back + below == RAYS_PER_CELL)
+    back, sky, below = (which.sum(axis=1) for which in met)
+    inside = (2 * back > rays) & (sky <= stray)
+    under = (4 * back > rays) & (back + below == rays)
     return inside | under
 
 
