@@ -22,16 +22,16 @@ class RayTree:
 
     def trace_closest(self, origins, directions):
         """First triangle on each ray: (n,) int32, -1 for none."""
-        return self._scene.run(origins, directions)
+        return self._scene.run(np.ascontiguousarray(origins), np.ascontiguousarray(directions))
 
     def trace_places(self, origins, directions):
         """First triangle on each ray and the barycentric weights of the place: (n,) int32, (n,) and (n,) float32."""
-        found = self._scene.run(origins, directions, output=1)
+        found = self._scene.run(np.ascontiguousarray(origins), np.ascontiguousarray(directions), output=1)
         return found["primID"], found["u"], found["v"]
 
     def trace_blocked(self, origins, direction):
         """Whether anything stands on each ray of one direction, (1, 3): (n,) bool."""
-        return self._scene.run(origins, direction, query="OCCLUDED") == 0
+        return self._scene.run(np.ascontiguousarray(origins), direction, query="OCCLUDED") == 0
 
     def look_at_suns(self, position, wanted, directions):
         """Which points of patches, (c, m, 3), see the suns that are wanted, (c, s): (c, s, m) bool."""

@@ -14,7 +14,7 @@ from .sample_points import REPLICATES
 NONE = np.float32(0)
 
 
-def multiply(form_factors, factor, light, threads=1, out=None):
+def multiply(form_factors, factor, light, threads=1, *, out=None, after=None):
     """F · (factor ∘ light), the mean over the replicates.
 
     Parameters
@@ -27,6 +27,8 @@ def multiply(form_factors, factor, light, threads=1, out=None):
     threads : int
     out : (p, s) float32, optional
         Array to write to, other than `light`.
+    after : callable, optional
+        Called with patches that rays meet others from, and the product, as soon as their rows stand in it.
 
     Returns
     -------
@@ -34,8 +36,8 @@ def multiply(form_factors, factor, light, threads=1, out=None):
     """
     out = empty_product(form_factors, light.shape[1]) if out is None else out
     if light.shape[1] == 1:
-        return run_rows(form_factors, out, threads, add_single, factor * light[:, 0])
-    return run_rows(form_factors, out, threads, add_patches, factor, light)
+        return run_rows(form_factors, out, threads, add_single, factor * light[:, 0], after=after)
+    return run_rows(form_factors, out, threads, add_patches, factor, light, after=after)
 
 
 def multiply_cells(form_factors, light, threads=1):
@@ -55,23 +57,25 @@ def multiply_cells(form_factors, light, threads=1):
     return run_rows(form_factors, product, threads, add_cells, light) * np.float32(REPLICATES)
 
 
-def multiply_seen(form_factors, albedo, aoi_projection, seen, threads=1):
+def multiply_seen(form_factors, albedo, normal, suns, threads=1):
     """F · (albedo ∘ visible share · cos(aoi)), where the visible share of a cell is that of its own point.
 
     Parameters
     ----------
     albedo : (p,) float32
-    aoi_projection : (p, s) float32
-        Cosine of the angle of incidence, 0 for suns behind.
-    seen : (p, s) uint16
-        Bit c is set where the sun is visible from the point of cell c.
+    normal : (p, 3) float32
+    suns : tuple of (s, 3) float32 and (p, s) uint16
+        Directions; and bit c is set where the sun is visible from the point of cell c, so none of a sun behind.
+    threads : int
 
     Returns
     -------
     (p, s) float32
     """
+    directions, seen = suns
     product = empty_product(form_factors, seen.shape[1])
-    return run_rows(form_factors, product, threads, add_seen, albedo, (aoi_projection, seen))
+    suns = np.ascontiguousarray(directions.T), seen
+    return run_rows(form_factors, product, threads, add_seen, (albedo, normal), suns)
 
 
 def empty_product(form_factors, columns):
@@ -79,8 +83,8 @@ def empty_product(form_factors, columns):
     return np.empty((form_factors.count, columns), np.float32)
 
 
-def run_rows(form_factors, product, threads, loop, *arrays):
-    """Products of all rows, written into `product`, (p, columns) float32, which is returned."""
+def run_rows(form_factors, product, threads, loop, *arrays, after=None):
+    """Products of all rows, written into `product`, (p, columns) float32, and returned; `after` as of `multiply`."""
     without = np.ones(len(product), bool)
     for rows in form_factors.rows:
         without[rows.chosen] = False
@@ -90,6 +94,8 @@ def run_rows(form_factors, product, threads, loop, *arrays):
 
     def work(rows):
         loop((rows.chosen, rows.start, rows.key, rows.count), (shift, share), product, *arrays)
+        if after is not None:
+            after(rows.chosen, product)  # they still lie near the processor
 
     for _ in map_in_order(work, form_factors.rows, threads):
         pass
@@ -164,11 +170,12 @@ def add_patches(rows, scale, product, factor, light):
         total = product[chosen[row]]
         total[:] = 0
         for four in range(0, found, 4):
-            first, second, third, fourth = met[four], met[four + 1], met[four + 2], met[four + 3]
+            first, second = light[met[four]], light[met[four + 1]]
+            third, fourth = light[met[four + 2]], light[met[four + 3]]
             a, b, c, d = weight[four], weight[four + 1], weight[four + 2], weight[four + 3]
             for column in range(len(total)):
-                pair = a * light[first, column] + b * light[second, column]
-                total[column] += pair + (c * light[third, column] + d * light[fourth, column])
+                pair = a * first[column] + b * second[column]
+                total[column] += pair + (c * third[column] + d * fourth[column])
 
 
 @njit(nogil=True, cache=True)
@@ -186,28 +193,32 @@ def add_cells(rows, scale, product, light):
 
 
 @njit(nogil=True, cache=True)
-def add_seen(rows, scale, product, albedo, suns):
-    """Radiosity of cells under each sun, times the share of rays that meet them."""
-    (chosen, start, key, count), (shift, share), (aoi_projection, seen) = rows, scale, suns
-    entries = start, key, count
+def add_seen(rows, scale, product, patches, suns):
+    """Radiosity of cells under each sun, times the share of rays that meet them.
+
+    To take the cosine of incidence from normals and suns is no slower than to fetch it from a matrix.
+    """
+    (chosen, start, key, count), (shift, share), (albedo, normal) = rows, scale, patches
+    (directions, seen), entries = suns, (start, key, count)
+    east, north, up = directions[0], directions[1], directions[2]
     bits = shift - REPLICATE_BITS
     met, weight = room_for_rows(start)
-    mask = np.empty(len(met), np.uint16)
+    mask, towards = np.empty(len(met), np.uint16), np.empty((len(met), 3), np.float32)
     for row in range(len(chosen)):
         found = merge_row(row, entries, REPLICATE_BITS, met, weight)
         for place in range(found + 3):
             mask[place] = 1 << (met[place] & ((1 << bits) - 1))
             met[place] >>= bits
-            weight[place] *= share * albedo[met[place]]
+            for axis in range(3):
+                towards[place, axis] = share * albedo[met[place]] * weight[place] * normal[met[place], axis]
         total = product[chosen[row]]
         total[:] = 0
-        for four in range(0, found, 4):
-            first, second, third, fourth = met[four], met[four + 1], met[four + 2], met[four + 3]
-            a, b, c, d = weight[four], weight[four + 1], weight[four + 2], weight[four + 3]
-            e, f, g, h = mask[four], mask[four + 1], mask[four + 2], mask[four + 3]
-            for column in range(len(total)):
-                pair = aoi_projection[first, column] * (a if seen[first, column] & e else NONE)
-                pair += aoi_projection[second, column] * (b if seen[second, column] & f else NONE)
-                other = aoi_projection[third, column] * (c if seen[third, column] & g else NONE)
-                other += aoi_projection[fourth, column] * (d if seen[fourth, column] & h else NONE)
-                total[column] += pair + other
+        for place in range(0, found, 2):
+            first, second = seen[met[place]], seen[met[place + 1]]
+            a, b = mask[place], mask[place + 1]
+            c, d, e = towards[place, 0], towards[place, 1], towards[place, 2]
+            f, g, h = towards[place + 1, 0], towards[place + 1, 1], towards[place + 1, 2]
+            for sun in range(len(total)):
+                x, y, z = east[sun], north[sun], up[sun]
+                one, other = c * x + d * y + e * z, f * x + g * y + h * z
+                total[sun] += (one if first[sun] & a else NONE) + (other if second[sun] & b else NONE)

@@ -73,15 +73,15 @@ def check_form_factors(form_factors, count):
         )
 
 
-def count_hits(chosen, hit, b1, b2, cells):
+def count_hits(chosen, hits, places, cells):
     """Rows of the matrix from lists of hits.
 
     Parameters
     ----------
     chosen : (c,) int
-    hit : (c, rays) int32
-        Patch met by each ray, replicate after replicate; -1 for none.
-    b1, b2 : (c, rays) float32
+    hits : tuple of (c, rays) int32 and (c, rays) bool
+        Patch met by each ray, replicate after replicate, and which of them count.
+    places : tuple of two (c · rays,) float32
         Where on it.
     cells : int
         1, 4 or 16.
@@ -90,31 +90,45 @@ def count_hits(chosen, hit, b1, b2, cells):
     -------
     Rows
     """
-    keys = np.empty(hit.shape, np.int32)
-    make_keys((hit, b1.reshape(hit.shape), b2.reshape(hit.shape)), round(np.sqrt(cells)), keys)
+    rays = hits[0].shape[1]
+    keys = np.empty(hits[0].shape, np.int32)
+    start = np.zeros(len(keys) + 1, np.int64)
+    make_keys(hits, tuple(weights.reshape(keys.shape) for weights in places), round(np.sqrt(cells)), keys, start)
     keys.sort(axis=1)
-    start = np.zeros(len(hit) + 1, np.int64)
-    if hit.shape[1] <= MOST_LISTED:
-        np.cumsum((keys >= 0).sum(axis=1), out=start[1:])
-        return Rows(chosen, start, keys[keys >= 0], np.broadcast_to(np.uint32(1), (start[-1],)))
-    key, count = np.empty(hit.size, np.int32), np.empty(hit.size, np.uint32)
+    if rays <= MOST_LISTED:
+        key = np.empty(start[-1], np.int32)
+        list_keys(keys, start, key)
+        return Rows(chosen, start, key, np.broadcast_to(np.uint32(1), (start[-1],)))
+    key, count = np.empty(start[-1], np.int32), np.empty(start[-1], np.uint32)
     merge_keys(keys, start, key, count)
     return Rows(chosen, start, key[: start[-1]].copy(), count[: start[-1]].copy())
 
 
 @njit(nogil=True, cache=True)
-def make_keys(places, divisions, keys):
-    """Write the keys of hits, -1 where nothing is met."""
-    hit, b1, b2 = places
-    rays = hit.shape[1]
-    per_replicate = rays // REPLICATES
+def make_keys(hits, places, divisions, keys, start):
+    """Write the keys of hits, -1 where none counts, and into `start` where the hits of each patch begin."""
+    (hit, counts), (b1, b2) = hits, places
+    per_replicate = hit.shape[1] // REPLICATES
     for patch in range(len(hit)):
-        for ray in range(rays):
-            met = hit[patch, ray]
-            if met >= 0:
-                cell = cell_at(b1[patch, ray], b2[patch, ray], divisions)
-                met = (met * divisions**2 + cell) * REPLICATES + ray // per_replicate
-            keys[patch, ray] = met
+        found = 0
+        for replicate in range(REPLICATES):
+            for ray in range(replicate * per_replicate, (replicate + 1) * per_replicate):
+                key = -1
+                if counts[patch, ray]:
+                    cell = cell_at(b1[patch, ray], b2[patch, ray], divisions)
+                    key = (hit[patch, ray] * divisions**2 + cell) * REPLICATES + replicate
+                    found += 1
+                keys[patch, ray] = key
+        start[patch + 1] = start[patch] + found
+
+
+@njit(nogil=True, cache=True)
+def list_keys(keys, start, key):
+    """Write into `key` the hits of all patches, one after the other; they stand last in the sorted rows of `keys`."""
+    rays = keys.shape[1]
+    for patch in range(len(keys)):
+        found = start[patch + 1] - start[patch]
+        key[start[patch] : start[patch + 1]] = keys[patch, rays - found :]
 
 
 @njit(nogil=True, cache=True)

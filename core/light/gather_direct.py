@@ -13,7 +13,7 @@ from .reflect import follow_bounces, radiosity_factor, variance_of_replicates
 from .row_slices import work_in_slices
 from .sun_blocks import SunsTeller, count_kept, cut_into_blocks, keep_columns
 from .surface_means import average_surfaces
-from .trace_suns import points_above, projection_in_front, trace_suns
+from .trace_suns import points_above, trace_suns
 
 
 @dataclass
@@ -227,21 +227,15 @@ def reflect_block(tracing, hemisphere, light, suns, report):
     if tracing.plan.far_ground:
         lit_ground = np.maximum(directions[:, 2], 0) * np.float32(tracing.request.ground_albedo)
         far_first = np.outer(hemisphere.far_ground.mean(axis=1), lit_ground)
-    aoi_projection = np.empty_like(light.visible_share)
-
-    def project(rows):
-        aoi_projection[rows] = projection_in_front(tracing.patches.normal[rows], directions)
-        return float((aoi_projection[rows] * light.visible_share[rows]).sum())
-
-    first_light = sum(work_in_slices(project, len(aoi_projection), threads))
-    arriving = multiply_seen(form_factors, tracing.patches.albedo, aoi_projection, light.seen, threads)
+    lit = directions, light.seen
+    arriving = multiply_seen(form_factors, tracing.patches.albedo, tracing.patches.normal, lit, threads)
     reflected, handed_on, last = follow_bounces(
         form_factors,
         radiosity_factor(tracing.patches, hemisphere.covered_share),
         arriving,
         tracing.plan.max_bounces,
         far_first=far_first,
-        first_light=first_light,
+        first_light=light.by_point.mean(axis=1).sum(dtype=float),
         weight=weights,
         threads=threads,
         progress=report,

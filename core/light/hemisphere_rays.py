@@ -26,18 +26,20 @@ def hemisphere_rays(patches, chosen, sequence):
     Returns
     -------
     origins, directions : (c, rays, 3) float32
+        Coordinate by coordinate in the memory: all x, then all y, then all z.
     cells : (c, rays) uint8
         Which of the patch's CELL_DIVISIONS² cells each ray starts in.
     """
     count, rays = len(chosen), len(sequence) * REPLICATES
     turned = (uniform(patches.key[chosen], 4 * REPLICATES) * (1 << DIGITS)).astype(np.uint32)
-    origins, directions = np.empty((2, count, rays, 3), np.float32)
+    origins, directions = np.empty((2, 3, count, rays), np.float32)
     cells = np.empty((count, rays), np.uint8)
     made = origins, directions, cells
     frames = np.concatenate([patches.tangents[chosen], patches.normal[chosen, None]], axis=1)
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
-    make_rays((start, patches.edges[chosen], frames), turned.reshape(count, REPLICATES, 4), sequence, made)
-    return origins, directions, cells
+    digits = np.ascontiguousarray(sequence.T)
+    make_rays((start, patches.edges[chosen], frames), turned.reshape(count, REPLICATES, 4), digits, made)
+    return np.moveaxis(origins, 0, -1), np.moveaxis(directions, 0, -1), cells
 
 
 @njit(nogil=True, cache=True)
@@ -50,38 +52,40 @@ def make_rays(places, turned, sequence, made):
         Where the rays start: corner, edges and frame of each patch.
     turned : (c, REPLICATES, 4) uint32
         Digits to turn over.
-    sequence : (rays / REPLICATES, 4) uint32
-    made : tuple of (c, rays, 3), (c, rays, 3) float32 and (c, rays) uint8
+    sequence : (4, rays / REPLICATES) uint32
+    made : tuple of (3, c, rays), (3, c, rays) float32 and (c, rays) uint8
         Written: origins, directions, cells.
     """
     (start, edges, frames), (origins, directions, cells) = places, made
-    cosine, sine, last = table_of_turns(len(sequence))
+    samples = sequence.shape[1]
+    cosine, sine, last = table_of_turns(samples)
+    b1, b2, along, across, height = np.empty((5, samples), np.float32)
     for patch in range(len(start)):
-        ray = 0
         for replicate in range(turned.shape[1]):
+            first = replicate * samples
             turn = turned[patch, replicate]
+            for sample in range(samples):
+                s, t = fraction(sequence[0, sample] ^ turn[0]), fraction(sequence[1, sample] ^ turn[1])
+                b1[sample] = s * HALF if t > s else s - t * HALF
+                b2[sample] = t - s * HALF if t > s else t * HALF
             # The leading digits of the angle choose an entry of the table; the others turn all of them alike.
             rest = TURN * fraction(turn[3] & ((1 << last) - 1))
             cosine_rest, sine_rest = np.cos(rest), np.sin(rest)
-            for sample in range(len(sequence)):
-                s, t = fraction(sequence[sample, 0] ^ turn[0]), fraction(sequence[sample, 1] ^ turn[1])
-                u, entry = fraction(sequence[sample, 2] ^ turn[2]), (sequence[sample, 3] ^ turn[3]) >> last
-                b1 = s * HALF if t > s else s - t * HALF
-                b2 = t - s * HALF if t > s else t * HALF
-                radius, height = np.sqrt(u), np.sqrt(ONE - u)
-                along = radius * (cosine[entry] * cosine_rest - sine[entry] * sine_rest)
-                across = radius * (sine[entry] * cosine_rest + cosine[entry] * sine_rest)
-                for axis in range(3):
-                    origins[patch, ray, axis] = (
-                        start[patch, axis] + b1 * edges[patch, 0, axis] + b2 * edges[patch, 1, axis]
-                    )
-                    directions[patch, ray, axis] = (
-                        along * frames[patch, 0, axis]
-                        + across * frames[patch, 1, axis]
-                        + height * frames[patch, 2, axis]
-                    )
-                cells[patch, ray] = cell_at(b1, b2, CELL_DIVISIONS)
-                ray += 1
+            for sample in range(samples):
+                u, entry = fraction(sequence[2, sample] ^ turn[2]), (sequence[3, sample] ^ turn[3]) >> last
+                radius = np.sqrt(u)
+                along[sample] = radius * (cosine[entry] * cosine_rest - sine[entry] * sine_rest)
+                across[sample] = radius * (sine[entry] * cosine_rest + cosine[entry] * sine_rest)
+                height[sample] = np.sqrt(ONE - u)
+            for axis in range(3):
+                corner, first_edge, second_edge = start[patch, axis], edges[patch, 0, axis], edges[patch, 1, axis]
+                one, other, up = frames[patch, 0, axis], frames[patch, 1, axis], frames[patch, 2, axis]
+                to, towards = origins[axis, patch, first:], directions[axis, patch, first:]
+                for sample in range(samples):
+                    to[sample] = corner + b1[sample] * first_edge + b2[sample] * second_edge
+                    towards[sample] = along[sample] * one + across[sample] * other + height[sample] * up
+            for sample in range(samples):
+                cells[patch, first + sample] = cell_at(b1[sample], b2[sample], CELL_DIVISIONS)
 
 
 @njit(nogil=True, cache=True)

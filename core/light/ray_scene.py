@@ -135,8 +135,9 @@ class RayScene:
 
 
 def usable_rays(name, rays):
-    """Ray origins or directions as Embree takes them: (n, 3) float32, finite."""
-    return np.ascontiguousarray(check_array(name, rays, ("n", 3)), np.float32)
+    """Ray origins or directions as the engines take them: (n, 3) float32, finite, row by row or column by column."""
+    rays = np.asarray(check_array(name, rays, ("n", 3)), np.float32)
+    return rays if rays.flags.c_contiguous or rays.flags.f_contiguous else np.ascontiguousarray(rays)
 
 
 def usable_pairs(ray_origins, ray_directions):

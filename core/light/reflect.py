@@ -6,6 +6,7 @@ E_{n+1} = F (ρ ∘ E_n)
 """
 
 import numpy as np
+from numba import njit
 
 from .check_arrays import check_array
 from .form_factor_products import multiply
@@ -69,9 +70,9 @@ def follow_bounces(
     far_first : (p, s) float32, optional
         What the far ground adds at the first bounce.
     first_light : float
-        Sum of E₀ over all patches and sources, for `last`.
+        Sum of E₀ over all patches and, by weight, the light sources, for `last`.
     weight : (s,) float32, optional
-        Of each light source in `handed_on`; 1 if not given.
+        Of each light source in sums over them; 1 if not given.
     threads : int
     progress : callable, optional
         Called with the number of bounces done.
@@ -85,28 +86,61 @@ def follow_bounces(
     last : float
         Share of E_max in all light, to judge what lies beyond the last bounce.
     """
-    weight = np.ones(arriving.shape[1], np.float32) if weight is None else weight
     if not max_bounces:
         return np.zeros_like(arriving), np.zeros(len(arriving), np.float32), 0.0
-    reflected, handed_on = np.empty_like(arriving), np.zeros(len(arriving), np.float32)
-    spare = None
+    weight = np.ones(arriving.shape[1], np.float32) if weight is None else weight
+    reflected, handed_on = np.zeros_like(arriving), np.zeros(len(arriving), np.float32)
+    whole, spare = float(first_light), None
     for bounce in range(max_bounces):
-        if bounce:
-            arriving, spare = multiply(form_factors, factor, arriving, threads, out=spare), arriving
+        arrived = np.zeros(len(arriving), np.float32)
+        if bounce == 0:
+            add_first_bounce(arriving, far_first, weight, (reflected, arrived), threads)
+        else:
 
-        def add(rows, light=arriving, bounce=bounce):
-            if bounce == 0 and far_first is not None:
-                light[rows] += far_first[rows]
-            reflected[rows] = light[rows] if bounce == 0 else reflected[rows] + light[rows]
-            if bounce + 1 < max_bounces:
-                handed_on[rows] += factor[rows] * (light[rows] @ weight)
-            return float(light[rows].sum())
+            def add(rows, light, arrived=arrived):
+                add_light(rows, light, weight, reflected, arrived)
 
-        last = sum(work_in_slices(add, len(arriving), threads))
+            arriving, spare = multiply(form_factors, factor, arriving, threads, out=spare, after=add), arriving
+        last = arrived.sum(dtype=float)
+        whole += last
+        if bounce + 1 < max_bounces:
+            handed_on += factor * arrived
         if progress is not None:
             progress(bounce + 1)
-    whole = float(first_light) + sum(work_in_slices(lambda rows: float(reflected[rows].sum()), len(reflected), threads))
-    return reflected, handed_on, last / whole if whole > 0 else 0.0
+    return reflected, handed_on, last / whole if max_bounces and whole > 0 else 0.0
+
+
+def add_first_bounce(arriving, far_first, weight, sums, threads):
+    """Add what the far ground reflects to the light of the first bounce, and both to the sums of `add_light`."""
+
+    def add(rows):
+        if far_first is not None:
+            arriving[rows] += far_first[rows]
+        add_light(np.arange(rows.start, rows.stop), arriving, weight, *sums)
+
+    work_in_slices(add, len(arriving), threads)
+
+
+@njit(nogil=True, cache=True, fastmath={"reassoc"})
+def add_light(rows, light, weight, reflected, arrived):
+    """Add the light of one bounce that arrives at some patches.
+
+    Parameters
+    ----------
+    rows : (c,) int
+    light : (p, s) float32
+    weight : (s,) float32
+    reflected : (p, s) float32
+        The light is added to these rows.
+    arrived : (p,) float32
+        Written: the light summed over its sources, by weight.
+    """
+    for row in rows:
+        source, total, weighted = light[row], reflected[row], np.float32(0)
+        for column in range(len(total)):
+            total[column] += source[column]
+            weighted += source[column] * weight[column]
+        arrived[row] = weighted
 
 
 def variance_of_replicates(values):

@@ -124,7 +124,7 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
     hit = hit.reshape(start_cells.shape)
     fate = np.empty(hit.shape, np.uint8)
     suspect = np.zeros(len(chosen), bool)
-    judge_rays(hit, directions, patches.facing, fate, suspect)
+    judge_rays(hit, np.moveaxis(directions, -1, 0), patches.facing, fate, suspect)
 
     # Where a ray met a back, the patch may lie inside something.
     suspect = np.flatnonzero(suspect)
@@ -141,7 +141,7 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
     tally = tally_rays(fate, start_cells, covered, cells_inside(CELL_DIVISIONS, round(np.sqrt(divisions))), divisions)
     if cells is None:
         return tally, covered, None
-    return tally, covered, count_hits(chosen, np.where(fate == FRONT, hit, -1), b1, b2, cells)
+    return tally, covered, count_hits(chosen, (hit, fate == FRONT), (b1, b2), cells)
 
 
 @njit(nogil=True, cache=True)
@@ -161,15 +161,24 @@ def darken_rays(fate, within, start_cells, covered, enclosed):
 
 @njit(nogil=True, cache=True)
 def judge_rays(hit, directions, facing, fate, suspect):
-    """What becomes of each ray, and patches with rays that meet backs, written into the last two."""
+    """What becomes of each ray, and patches with rays that meet backs, written into the last two.
+
+    Parameters
+    ----------
+    hit : (c, rays) int32
+    directions : (3, c, rays) float32
+    facing : (p, 4) float32
+    fate : (c, rays) uint8
+    suspect : (c,) bool
+    """
     for patch in range(len(hit)):
         for ray in range(hit.shape[1]):
-            met, direction = hit[patch, ray], directions[patch, ray]
+            met = hit[patch, ray]
+            x, y, z = directions[0, patch, ray], directions[1, patch, ray], directions[2, patch, ray]
             if met < 0:
-                fate[patch, ray] = SKY if direction[2] > 0 else FAR_GROUND
+                fate[patch, ray] = SKY if z > 0 else FAR_GROUND
                 continue
-            face = facing[met]
-            along = direction[0] * face[0] + direction[1] * face[1] + direction[2] * face[2] + face[3]
+            along = x * facing[met, 0] + y * facing[met, 1] + z * facing[met, 2] + facing[met, 3]
             fate[patch, ray] = BACK if along > 0 else FRONT
             suspect[patch] |= along > 0
 
@@ -228,21 +237,25 @@ def tally_rays(fate, start_cells, covered, cell_of, cells):
         That of the whole patch where too few rays start in it.
     """
     count, rays = fate.shape
-    sky, far_ground = np.zeros((count, REPLICATES), np.float32), np.zeros((count, REPLICATES), np.float32)
-    sky_of_cells = np.zeros((count, cells), np.float32)
-    per_replicate = np.float32(rays // REPLICATES)
+    sky, far_ground = np.empty((2, count, REPLICATES), np.float32)
+    sky_of_cells = np.empty((count, cells), np.float32)
+    per_replicate = rays // REPLICATES
+    free, started = np.empty((2, cells), np.int64)
     for patch in range(count):
-        free, started = np.zeros(cells, np.int64), np.zeros(cells, np.int64)
-        for ray in range(rays):
-            replicate, start = ray * REPLICATES // rays, start_cells[patch, ray]
-            sky[patch, replicate] += fate[patch, ray] == SKY
-            far_ground[patch, replicate] += fate[patch, ray] == FAR_GROUND
-            if not covered[patch, start]:
-                started[cell_of[start]] += 1
-                free[cell_of[start]] += fate[patch, ray] == SKY
+        free[:], started[:] = 0, 0
+        for replicate in range(REPLICATES):
+            upwards, downwards = 0, 0
+            for ray in range(replicate * per_replicate, (replicate + 1) * per_replicate):
+                start, reaches_sky = start_cells[patch, ray], fate[patch, ray] == SKY
+                upwards += reaches_sky
+                downwards += fate[patch, ray] == FAR_GROUND
+                counts = not covered[patch, start]
+                started[cell_of[start]] += counts
+                free[cell_of[start]] += counts & reaches_sky
+            sky[patch, replicate] = np.float32(upwards) / np.float32(per_replicate)
+            far_ground[patch, replicate] = np.float32(downwards) / np.float32(per_replicate)
+        whole = np.float32(free.sum() / max(started.sum(), 1))
         for cell in range(cells):
-            if started[cell] >= FEWEST_RAYS:
-                sky_of_cells[patch, cell] = free[cell] / started[cell]
-            else:
-                sky_of_cells[patch, cell] = free.sum() / max(started.sum(), 1)
-    return sky / per_replicate, far_ground / per_replicate, sky_of_cells
+            enough = started[cell] >= FEWEST_RAYS
+            sky_of_cells[patch, cell] = free[cell] / started[cell] if enough else whole
+    return sky, far_ground, sky_of_cells

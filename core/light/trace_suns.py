@@ -16,7 +16,8 @@ from .sample_points import cell_corners, cells_inside
 
 POINTS_PER_TASK = 1 << 14
 MOST_CELLS = 16  # bits that say which cells of a patch see a sun
-EDGE_ON = 1e-6  # cosine of incidence up to which a patch is seen from its edge and receives nothing
+EDGE_ON = np.float32(1e-6)  # cosine of incidence up to which a patch is seen from its edge and receives nothing
+NOTHING = np.float32(0)
 
 
 @dataclass
@@ -148,10 +149,26 @@ def nearest_cells(divisions):
     return np.argsort(distance, axis=1, kind="stable")
 
 
+@njit(nogil=True, cache=True)
 def projection_in_front(normal, directions):
-    """Cosine of the angle of incidence, 0 where the sun stands behind or exactly at the edge: (c, s) float32."""
-    aoi_projection = normal @ directions.T
-    aoi_projection[aoi_projection < EDGE_ON] = 0
+    """Cosine of the angle of incidence, 0 where the sun stands behind or exactly at the edge.
+
+    Parameters
+    ----------
+    normal : (c, 3) float32
+    directions : (s, 3) float32
+
+    Returns
+    -------
+    (c, s) float32
+    """
+    aoi_projection = np.empty((len(normal), len(directions)), np.float32)
+    east, north, up = directions[:, 0].copy(), directions[:, 1].copy(), directions[:, 2].copy()
+    for patch in range(len(normal)):
+        x, y, z = normal[patch]
+        for sun in range(len(east)):
+            cosine = x * east[sun] + y * north[sun] + z * up[sun]
+            aoi_projection[patch, sun] = cosine if cosine >= EDGE_ON else NOTHING
     return aoi_projection
 
 
@@ -202,7 +219,7 @@ def add_points(free, points, suns, chosen, light):
         Written: as the first three of `SunLight`.
     """
     (open_points, speakers), (aoi_projection, weights), (visible_share, seen, by_point) = points, suns, light
-    point_count = open_points.shape[1]
+    point_count, cells = open_points.shape[1], speakers.shape[1]
     for patch in range(len(free)):
         row = chosen[patch]
         for sun in range(free.shape[1]):
@@ -214,11 +231,16 @@ def add_points(free, points, suns, chosen, light):
             if visible == 0:
                 continue
             weighted = weights[sun] * aoi_projection[patch, sun]
+            if visible == point_count:
+                for point in range(point_count):
+                    by_point[row, point] += weighted
+                visible_share[row, sun], seen[row, sun] = 1, (1 << cells) - 1
+                continue
             for point in range(point_count):
                 if free[patch, sun, point] & open_points[patch, point]:
                     by_point[row, point] += weighted
             bits = 0
-            for cell in range(speakers.shape[1]):
+            for cell in range(cells):
                 point = speakers[patch, cell]
                 bits |= int(free[patch, sun, point] & open_points[patch, point]) << cell
             visible_share[row, sun], seen[row, sun] = np.float32(visible) / np.float32(point_count), bits

@@ -164,7 +164,7 @@ def nothing_covers(ray_scene, patches, chosen, verdict):
 
 def backs_are_fronts(hit, directions, facing, fate, suspect):
     """A tracer that does not know backs."""
-    missed = np.where(directions[..., 2] > 0, trace_hemisphere.SKY, trace_hemisphere.FAR_GROUND)
+    missed = np.where(directions[2] > 0, trace_hemisphere.SKY, trace_hemisphere.FAR_GROUND)
     fate[:] = np.where(hit < 0, missed, trace_hemisphere.FRONT)
 
 
