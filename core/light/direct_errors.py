@@ -10,8 +10,8 @@ from .trace_suns import projection_in_front
 def variance_of_shadow_points(by_point, covered, normal, suns, threads):
     """Variance of the mean light of patches.
 
-    Points of neighbouring cells tell it, and where part of a patch lies under something, the line along which it does.
-    Few cells hold that line; their points may agree by chance, whether they lie on one side or on the other. What these
+    Neighbouring points tell it, and where part of a patch lies under something, the line along which it does. Few of
+    the cells hold that line; their points may agree by chance, whether they lie on one side or on the other. What these
     cells must do is known: a share q of one is covered, so its point is dark with probability q, and the variance is
     q (1 - q). The larger of the two counts.
 
@@ -31,7 +31,7 @@ def variance_of_shadow_points(by_point, covered, normal, suns, threads):
     (p,) float64
         NaN for a single point.
     """
-    variance = variance_of_cell_pairs(by_point)
+    variance = variance_of_neighbours(by_point)
     partly = np.flatnonzero(covered.any(axis=1) & ~covered.all(axis=1))
     brightest = by_point[partly].max(axis=1).astype(float)
 
@@ -46,28 +46,32 @@ def variance_of_shadow_points(by_point, covered, normal, suns, threads):
 
 
 def variance_of_cover(covered, count):
-    """Variance of the share of open points, one in each of `count` cells: (p,) float64; 0 where these are the finer."""
-    inside = cells_inside(round(np.sqrt(covered.shape[1])), round(np.sqrt(count)))
-    members = np.zeros((covered.shape[1], count))
+    """Variance of the share of open points that lie as evenly as one in each of `count` cells: (p,) float64.
+
+    0 where these are the finer; of 4^k cells where `count` is none.
+    """
+    divisions = 1 << (count.bit_length() - 1) // 2
+    inside = cells_inside(round(np.sqrt(covered.shape[1])), divisions)
+    members = np.zeros((covered.shape[1], divisions**2))
     members[np.arange(len(inside)), inside] = 1
-    share = covered @ (members / np.maximum(members.sum(axis=0), 1))  # (p, count)
-    return (share * (1 - share)).sum(axis=1) / count**2
+    share = covered @ (members / np.maximum(members.sum(axis=0), 1))  # (p, divisions²)
+    return (share * (1 - share)).sum(axis=1) / divisions**4
 
 
-def variance_of_cell_pairs(by_point):
-    """Variance of the mean of stratified points, estimated from neighbouring cells taken together.
+def variance_of_neighbours(by_point):
+    """Variance of the mean of points that lie evenly, estimated from neighbours taken by pairs.
 
-    What differs between the two cells of a pair counts as noise, so the estimate is conservative. With an odd number
-    of cells the last three make one group.
+    What differs between the two of a pair counts as noise, so the estimate is conservative.
 
     Parameters
     ----------
     by_point : (p, m) float32
+        Of a power of two of points, in the order of `points_of_grid`.
 
     Returns
     -------
     (p,) float64
-        NaN where there is one cell only.
+        NaN for a single point.
 
     References
     ----------
@@ -76,12 +80,5 @@ def variance_of_cell_pairs(by_point):
     count = by_point.shape[1]
     if count < 2:
         return np.full(len(by_point), np.nan)
-    values = by_point[:, neighbouring_order(round(np.sqrt(count)))]
-    pairs = count - 3 if count % 2 else count
-    first, second = values[:, 0:pairs:2], values[:, 1:pairs:2]
-    variance = ((first - second).astype(float) ** 2).sum(axis=1)
-    if count % 2:
-        # Three cells in one group: h/(h - 1) · Σ (x - mean)².
-        last = values[:, pairs:].astype(float)
-        variance += 1.5 * ((last - last.mean(axis=1, keepdims=True)) ** 2).sum(axis=1)
-    return variance / count**2
+    values = by_point[:, neighbouring_order(count)]
+    return ((values[:, 0::2] - values[:, 1::2]).astype(float) ** 2).sum(axis=1) / count**2

@@ -133,13 +133,6 @@ def cell_places(divisions):
     return row, np.arange(divisions**2) - row * (2 * divisions - row)
 
 
-def neighbouring_order(divisions):
-    """Order of the cells along a path that turns at the end of each row, so that successive cells are neighbours."""
-    row, place = cell_places(divisions)
-    last = 2 * (divisions - row) - 2
-    return row * (2 * divisions - row) + np.where(row % 2, last - place, place)
-
-
 @functools.cache
 def cell_contacts(divisions):
     """Which cells touch each other, in an edge or a corner: (cells, cells) float32 of 0 and 1."""
@@ -176,3 +169,36 @@ def cells_inside(divisions, larger):
     """
     middle = cell_corners(divisions).mean(axis=1)
     return cell_of_point(middle[:, 0], middle[:, 1], larger).astype(int)
+
+
+def grid_of(count):
+    """Rows and columns of a square that is cut into so many rectangles, a power of two: two int."""
+    power = count.bit_length() - 1
+    return 1 << power // 2, 1 << (power - power // 2)
+
+
+def neighbouring_order(count):
+    """Order of the rectangles of `grid_of` along a path that turns at the end of each row: (count,) int."""
+    columns = grid_of(count)[1]
+    row, column = np.divmod(np.arange(count), columns)
+    return row * columns + np.where(row % 2, columns - 1 - column, column)
+
+
+@functools.cache
+def points_of_grid(count):
+    """The first `count` two-dimensional points of Sobol's sequence: one in each rectangle of `grid_of`, in their order.
+
+    Parameters
+    ----------
+    count : int
+        A power of two.
+
+    Returns
+    -------
+    (count, 2) uint32
+        Coordinates along the columns and the rows, multiples of 2^-DIGITS.
+    """
+    digits = sobol_digits(count)[:, :2]
+    rows, columns = grid_of(count)
+    rectangle = (digits[:, 1] * rows >> DIGITS) * columns + (digits[:, 0] * columns >> DIGITS)
+    return digits[np.argsort(rectangle)]

@@ -1,6 +1,5 @@
 """Which share of each patch sees each sun."""
 
-import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,10 +8,10 @@ from numba import njit
 from ..errors import InputError
 from .check_arrays import UNIT, check_array
 from .find_covered import enclosed_cells
-from .hemisphere_rays import cell_at
+from .hemisphere_rays import HALF, fraction
 from .random_numbers import mix, uniform
 from .ray_scene import map_in_order
-from .sample_points import cell_corners, cells_inside
+from .sample_points import DIGITS, cell_corners, cell_of_point, grid_of, points_of_grid
 
 POINTS_PER_TASK = 1 << 14
 MOST_CELLS = 16  # bits that say which cells of a patch see a sun
@@ -45,7 +44,7 @@ def trace_suns(ray_scene, patches, traced, closed, covered, *, point_count, suns
     covered : (p, c) bool
         Cells of each patch that lie inside or under something: points deep in those see no sun.
     point_count : int
-        Points per patch, a square number.
+        Points per patch, a power of two.
     suns : tuple of (s, 3) float32 and (s,) float32
         Unit vectors towards the suns, and the weight of each in `by_point`.
     behind : bool
@@ -69,9 +68,10 @@ def trace_suns(ray_scene, patches, traced, closed, covered, *, point_count, suns
     for name, values in (("traced", traced), ("closed", closed)):
         check_array(name, values, (count,), kind="b")
     cells = check_array("covered", covered, (count, "c"), kind="b").shape[1]
-    for name, number in (("point_count", point_count), ("cells of covered", cells)):
-        if number < 1 or round(np.sqrt(number)) ** 2 != number:
-            raise InputError(name, f"{number} is not a square number", "give 1, 4, 9, 16 …")
+    if point_count < 1 or point_count.bit_count() > 1:
+        raise InputError("point_count", f"{point_count} is not a power of two", "give 1, 2, 4, 8, 16 …")
+    if cells < 1 or round(np.sqrt(cells)) ** 2 != cells:
+        raise InputError("cells of covered", f"{cells} is not a square number", "give 1, 4, 9, 16 …")
     found = SunLight(
         visible_share=np.zeros((count, len(directions)), np.float32),
         seen=np.zeros((count, len(directions)), np.uint16),
@@ -102,51 +102,13 @@ def trace_suns(ray_scene, patches, traced, closed, covered, *, point_count, suns
 
 
 def points_above(count):
-    """The smallest number not below `count` of points that stand in cells of cells: 1, 4, 16, 64, 144, 256 …"""
-    side = int(np.ceil(np.sqrt(count)))
-    return (side if side <= 2 else -(-side // 4) * 4) ** 2
+    """The smallest power of two not below `count`: so many points lie evenly."""
+    return 1 << (count - 1).bit_length()
 
 
 def cells_of_light(point_count):
-    """Into how many cells the light of a patch with so many points is resolved: 16, or as many as there are points."""
-    return min(point_count, MOST_CELLS) if point_count in (1, 4) or point_count % MOST_CELLS == 0 else 1
-
-
-def choose_speakers(key, speaks):
-    """One random point of each cell, to speak for it; where that lies in something, the one of the nearest cell.
-
-    Parameters
-    ----------
-    key : (c,) uint64
-        Random key of each patch.
-    speaks : (c, m) bool
-        False for points that lie inside or under something.
-
-    Returns
-    -------
-    (c, cells_of_light(m)) int32
-    """
-    point_count = speaks.shape[1]
-    cells = cells_of_light(point_count)
-    inside = cells_inside(round(np.sqrt(point_count)), round(np.sqrt(cells)))
-    members = np.argsort(inside, kind="stable").reshape(cells, -1)
-    drawn = (uniform(mix(key ^ np.uint64(0xCE11)), cells) * members.shape[1]).astype(int)
-    speakers = members[np.arange(cells), drawn].astype(np.int32)
-    mute = np.flatnonzero(~speaks.all(axis=1))
-    own = np.take_along_axis(speaks[mute], speakers[mute], axis=1)  # (k, cells)
-    # The nearest cell that speaks: the first in the order of distance.
-    order = nearest_cells(round(np.sqrt(cells)))
-    nearest = order[np.arange(cells), own[:, order].argmax(axis=2)]
-    speakers[mute] = np.take_along_axis(speakers[mute], nearest, axis=1)
-    return speakers
-
-
-@functools.cache
-def nearest_cells(divisions):
-    """The cells of a triangle in the order of their distance from each of them, itself first: (cells, cells) int."""
-    middle = cell_corners(divisions).mean(axis=1)
-    distance = np.linalg.norm(middle[:, None] - middle, axis=2)
-    return np.argsort(distance, axis=1, kind="stable")
+    """Into how many cells the light of a patch with so many points is resolved: 1, 4 or 16, no more than points."""
+    return next(cells for cells in (MOST_CELLS, 4, 1) if cells <= point_count)
 
 
 @njit(nogil=True, cache=True)
@@ -247,7 +209,10 @@ def add_points(free, points, suns, chosen, light):
 
 
 def shadow_points(patches, chosen, covered, point_count):
-    """Stratified points on some patches: one in each of `point_count` congruent cells.
+    """Points that lie evenly on some patches.
+
+    They are the first of Sobol's sequence, whose digits are turned over at random for each patch. So they lie evenly in
+    all bands along its edges too, where shadows like to run.
 
     Parameters
     ----------
@@ -259,47 +224,83 @@ def shadow_points(patches, chosen, covered, point_count):
     position : (c, m, 3) float32 [m]
     open_points : (c, m) bool
         False where the point lies deep inside something.
-    speakers : (c, cells) int
-        Of `choose_speakers`.
+    speakers : (c, cells_of_light(m)) uint
+        The point that speaks for each cell.
     """
-    numbers = uniform(mix(patches.key[chosen] ^ np.uint64(0x5EED)), 2 * point_count)
+    turned = (uniform(mix(patches.key[chosen] ^ np.uint64(0x5EED)), 2) * (1 << DIGITS)).astype(np.uint32)
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
+    places = np.empty((2, len(chosen), point_count), np.float32)
     position = np.empty((len(chosen), point_count, 3), np.float32)
-    cell = np.empty((len(chosen), point_count), np.intp)
-    corners = cell_corners(round(np.sqrt(point_count)))
-    places = start, patches.edges[chosen], round(np.sqrt(covered.shape[1]))
-    place_points(numbers.reshape(len(chosen), point_count, 2), corners, places, position, cell)
-    dark, mute = (np.take_along_axis(cells, cell, axis=1) for cells in (enclosed_cells(covered), covered))
-    return position, ~dark, choose_speakers(patches.key[chosen], ~mute)
+    place_points(turned, (points_of_grid(point_count), grid_of(point_count)), places)
+    lay_points(places, start, patches.edges[chosen], position)
+    cell = cell_of_point(*places, round(np.sqrt(covered.shape[1])))
+    dark, mute = (
+        np.take_along_axis(cells, cell.astype(np.intp), axis=1) for cells in (enclosed_cells(covered), covered)
+    )
+    speakers = np.empty((len(chosen), cells_of_light(point_count)), np.min_scalar_type(point_count - 1))
+    middles = cell_corners(round(np.sqrt(speakers.shape[1]))).mean(axis=1)
+    choose_speakers(places, mute, middles, speakers)
+    return position, ~dark, speakers
 
 
 @njit(nogil=True, cache=True)
-def place_points(numbers, corners, places, position, cell):
-    """Write one point for each cell, as `stratified_points` does, and the cell of another division that it lies in.
+def place_points(turned, net, places):
+    """Barycentric weights of points, one for each rectangle of the square, in their order.
 
     Parameters
     ----------
-    numbers : (c, m, 2) float32
-        In [0, 1).
-    corners : (m, 3, 2) float32
-        Of `cell_corners`.
-    places : tuple of (c, 3), (c, 2, 3) float32 and int
-        Corner and edges of each patch, and the other division.
-    position : (c, m, 3) float32
-    cell : (c, m) int
+    turned : (c, 2) uint32
+        Digits to turn over.
+    net : tuple of (m, 2) uint32 and tuple of int
+        Of `points_of_grid` and `grid_of`.
+    places : (2, c, m) float32
+        Written.
     """
-    start, edges, divisions = places
-    half = np.float32(0.5)
+    digits, (rows, columns) = net
+    for patch in range(len(turned)):
+        turn = turned[patch]
+        # Turned over, the leading digits take each point to the rectangle whose point is sought.
+        column_turn, row_turn = (turn[0] * columns) >> DIGITS, (turn[1] * rows) >> DIGITS
+        for point in range(len(digits)):
+            row, column = point // columns ^ row_turn, point % columns ^ column_turn
+            found = digits[row * columns + column]
+            u, v = fraction(found[0] ^ turn[0]), fraction(found[1] ^ turn[1])
+            places[0, patch, point] = u * HALF if v > u else u - v * HALF
+            places[1, patch, point] = v - u * HALF if v > u else v * HALF
+
+
+@njit(nogil=True, cache=True)
+def lay_points(places, start, edges, position):
+    """Where points given by barycentric weights, (2, c, m), lie: written into (c, m, 3)."""
     for patch in range(len(start)):
-        for point in range(len(corners)):
-            u, v = numbers[patch, point, 0], numbers[patch, point, 1]
-            s = u * half if v > u else u - v * half
-            t = v - u * half if v > u else v * half
-            first, second, third = corners[point, 0], corners[point, 1], corners[point, 2]
-            b1 = first[0] + s * (second[0] - first[0]) + t * (third[0] - first[0])
-            b2 = first[1] + s * (second[1] - first[1]) + t * (third[1] - first[1])
+        for point in range(places.shape[2]):
+            b1, b2 = places[0, patch, point], places[1, patch, point]
             for axis in range(3):
                 position[patch, point, axis] = (
                     start[patch, axis] + b1 * edges[patch, 0, axis] + b2 * edges[patch, 1, axis]
                 )
-            cell[patch, point] = cell_at(b1, b2, divisions)
+
+
+@njit(nogil=True, cache=True)
+def choose_speakers(places, mute, middles, speakers):
+    """The point nearest to the middle of each cell of light, but no point that lies inside or under something.
+
+    Parameters
+    ----------
+    places : (2, c, m) float32
+    mute : (c, m) bool
+        Where all are, it does not matter which one is chosen.
+    middles : (cells, 2) float32
+        Barycentric weights.
+    speakers : (c, cells) uint
+        Written.
+    """
+    for patch in range(len(mute)):
+        for cell in range(len(middles)):
+            nearest, chosen = np.float32(np.inf), 0
+            for point in range(mute.shape[1]):
+                x, y = places[0, patch, point] - middles[cell, 0], places[1, patch, point] - middles[cell, 1]
+                away = x * x + x * y + y * y  # squared, on a triangle of equal sides
+                if away < nearest and not mute[patch, point]:
+                    nearest, chosen = away, point
+            speakers[patch, cell] = chosen

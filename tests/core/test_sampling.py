@@ -8,11 +8,12 @@ from citypv.core.light.random_numbers import key_of_names, uniform
 from citypv.core.light.sample_points import (
     additive_recurrence,
     barycentric_of_square,
-    cell_contacts,
     cell_corners,
     cell_of_point,
     cosine_direction,
+    grid_of,
     neighbouring_order,
+    points_of_grid,
     shifted,
     stratified_points,
 )
@@ -65,12 +66,25 @@ def test_stratified_points_lie_in_their_cells(divisions):
     assert inside.mean() > 0.999  # a point on an edge may round to the neighbour
 
 
-@pytest.mark.parametrize("divisions", [2, 3, 4])
-def test_successive_cells_touch(divisions):
-    order = neighbouring_order(divisions)
-    assert sorted(order) == list(range(divisions**2))
-    contacts = cell_contacts(divisions)
-    assert (contacts[order[:-1], order[1:]] == 1).all()
+@pytest.mark.parametrize("count", [2, 4, 8, 16, 32])
+def test_successive_rectangles_touch(count):
+    order = neighbouring_order(count)
+    assert sorted(order) == list(range(count))
+    row, column = np.divmod(order, grid_of(count)[1])
+    assert (np.abs(np.diff(row)) + np.abs(np.diff(column)) == 1).all()
+
+
+@pytest.mark.parametrize("count", [1, 2, 4, 8, 16, 32, 64, 256])
+def test_shadow_points_lie_evenly_in_all_bands(count):
+    """One of them in each rectangle of area 1/count, whatever its shape, however the digits are turned over."""
+    rows, columns = grid_of(count)
+    points = points_of_grid(count).astype(np.int64)
+    rectangle = (points[:, 1] * rows >> 24) * columns + (points[:, 0] * columns >> 24)
+    assert (rectangle == np.arange(count)).all()
+    turned = points ^ np.array([0xABCDEF, 0x123456])
+    for wide in 2 ** np.arange(count.bit_length()):
+        band = (turned[:, 0] * wide >> 24) * (count // wide) + (turned[:, 1] * (count // wide) >> 24)
+        assert sorted(band) == list(range(count))
 
 
 def test_cells_tile_the_triangle():
