@@ -14,7 +14,7 @@ from .sample_points import REPLICATES
 NONE = np.float32(0)
 
 
-def multiply(form_factors, factor, light, threads=1, *, out=None, after=None):
+def multiply(form_factors, factor, light, threads=1):
     """F · (factor ∘ light), the mean over the replicates.
 
     Parameters
@@ -25,19 +25,42 @@ def multiply(form_factors, factor, light, threads=1, *, out=None, after=None):
     light : (p, s) float32
         Irradiance of the patches by s light sources.
     threads : int
-    out : (p, s) float32, optional
-        Array to write to, other than `light`.
-    after : callable, optional
-        Called with patches that rays meet others from, and the product, as soon as their rows stand in it.
 
     Returns
     -------
     (p, s) float32
     """
-    out = empty_product(form_factors, light.shape[1]) if out is None else out
+    weight, arrived = np.zeros(light.shape[1], np.float32), np.empty(len(light), np.float32)
+    return hand_on(form_factors, factor, light, (weight, arrived), threads)
+
+
+def hand_on(form_factors, factor, light, sums, threads=1, *, out=None, total=None):
+    """F · (factor ∘ light) as of `multiply`, with sums taken on the way, while a row still lies near the processor.
+
+    Parameters
+    ----------
+    sums : tuple of (s,) and (p,) float32
+        Weight of each light source; and written, the weighted sum of each row.
+    out : (p, s) float32, optional
+        Array to write to, other than `light`.
+    total : (p, s) float32, optional
+        The product is added to it, and is not kept otherwise. It may not be `light`.
+
+    Returns
+    -------
+    (p, s) float32
+        The product; `total` where that is given.
+    """
+    weight, arrived = sums
     if light.shape[1] == 1:
-        return run_rows(form_factors, out, threads, add_single, factor * light[:, 0], after=after)
-    return run_rows(form_factors, out, threads, add_patches, factor, light, after=after)
+        product = run_rows(form_factors, empty_product(form_factors, 1), threads, add_single, factor * light[:, 0])
+        np.multiply(product[:, 0], weight[0], out=arrived)
+        return product if total is None else np.add(total, product, out=total)
+    arrived[:] = 0
+    if total is None:
+        out = empty_product(form_factors, light.shape[1]) if out is None else out
+        return run_rows(form_factors, out, threads, add_patches, (factor, light), (weight, arrived, False))
+    return run_rows(form_factors, total, threads, add_patches, (factor, light), (weight, arrived, True), fresh=False)
 
 
 def multiply_cells(form_factors, light, threads=1):
@@ -83,19 +106,18 @@ def empty_product(form_factors, columns):
     return np.empty((form_factors.count, columns), np.float32)
 
 
-def run_rows(form_factors, product, threads, loop, *arrays, after=None):
-    """Products of all rows, written into `product`, (p, columns) float32, and returned; `after` as of `multiply`."""
-    without = np.ones(len(product), bool)
-    for rows in form_factors.rows:
-        without[rows.chosen] = False
-    product[without] = 0
+def run_rows(form_factors, product, threads, loop, *arrays, fresh=True):
+    """Products of all rows, written into `product`, (p, columns) float32, which is returned; added if it is not fresh."""
+    if fresh:
+        without = np.ones(len(product), bool)
+        for rows in form_factors.rows:
+            without[rows.chosen] = False
+        product[without] = 0
     share = np.float32(1 / (REPLICATES * form_factors.rays))
     shift = np.int32(REPLICATE_BITS + form_factors.cells.bit_length() - 1)  # takes a key to its patch
 
     def work(rows):
         loop((rows.chosen, rows.start, rows.key, rows.count), (shift, share), product, *arrays)
-        if after is not None:
-            after(rows.chosen, product)  # they still lie near the processor
 
     for _ in map_in_order(work, form_factors.rows, threads):
         pass
@@ -156,19 +178,22 @@ def add_single(rows, scale, product, light):
         product[chosen[row], 0] = share * total
 
 
-@njit(nogil=True, cache=True)
-def add_patches(rows, scale, product, factor, light):
-    """Radiosity of whole patches, factor (p,) times light (p, s), times the share of rays that meet them."""
-    (chosen, start, key, count), (shift, share) = rows, scale
-    entries = start, key, count
+@njit(nogil=True, cache=True, fastmath={"reassoc"})
+def add_patches(rows, scale, product, radiosity, sums):
+    """Radiosity of whole patches, a factor (p,) times light (p, s), times the share of rays that meet them.
+
+    `sums` is a tuple of (s,) and (p,) float32, as of `hand_on`, and whether to add to the product or to write it.
+    """
+    (chosen, start, key, count), (shift, share), (weights, arrived, add) = rows, scale, sums
+    (factor, light), entries = radiosity, (start, key, count)
     met, weight = room_for_rows(start)
+    total = np.empty(light.shape[1], np.float32)
     for row in range(len(chosen)):
         found = merge_row(row, entries, shift, met, weight)
         for place in range(found):
             weight[place] *= share * factor[met[place]]
-        # Four at a time, so that the sums are not taken to the memory and back for each.
-        total = product[chosen[row]]
         total[:] = 0
+        # Four at a time, so that the sums are not taken to the memory and back for each.
         for four in range(0, found, 4):
             first, second = light[met[four]], light[met[four + 1]]
             third, fourth = light[met[four + 2]], light[met[four + 3]]
@@ -176,6 +201,11 @@ def add_patches(rows, scale, product, factor, light):
             for column in range(len(total)):
                 pair = a * first[column] + b * second[column]
                 total[column] += pair + (c * third[column] + d * fourth[column])
+        to, weighted = product[chosen[row]], np.float32(0)
+        for column in range(len(total)):
+            to[column] = to[column] + total[column] if add else total[column]
+            weighted += total[column] * weights[column]
+        arrived[chosen[row]] = weighted
 
 
 @njit(nogil=True, cache=True)

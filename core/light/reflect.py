@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from .check_arrays import check_array
-from .form_factor_products import multiply
+from .form_factor_products import hand_on, multiply
 from .form_factors import check_form_factors
 from .row_slices import work_in_slices
 
@@ -89,57 +89,56 @@ def follow_bounces(
     if not max_bounces:
         return np.zeros_like(arriving), np.zeros(len(arriving), np.float32), 0.0
     weight = np.ones(arriving.shape[1], np.float32) if weight is None else weight
-    reflected, handed_on = np.zeros_like(arriving), np.zeros(len(arriving), np.float32)
-    whole, spare = float(first_light), None
+    handed_on, whole, last = np.zeros(len(arriving), np.float32), float(first_light), 0.0
+    # The light of the first bounce is not needed any more after the second: its array takes the sum of all.
+    reflected, light, spare = arriving, arriving, None
+    arrived = np.empty(len(arriving), np.float32)
     for bounce in range(max_bounces):
-        arrived = np.zeros(len(arriving), np.float32)
         if bounce == 0:
-            add_first_bounce(arriving, far_first, weight, (reflected, arrived), threads)
+            weigh_light(light, far_first, (weight, arrived), threads)
+        elif bounce > 1 and bounce + 1 == max_bounces:
+            hand_on(form_factors, factor, light, (weight, arrived), threads, total=reflected)
         else:
-
-            def add(rows, light, arrived=arrived):
-                add_light(rows, light, weight, reflected, arrived)
-
-            arriving, spare = multiply(form_factors, factor, arriving, threads, out=spare, after=add), arriving
+            product = hand_on(form_factors, factor, light, (weight, arrived), threads, out=spare)
+            light, spare = product, None if light is reflected else light
+            add_in_slices(reflected, light, threads)
         last = arrived.sum(dtype=float)
         whole += last
         if bounce + 1 < max_bounces:
             handed_on += factor * arrived
         if progress is not None:
             progress(bounce + 1)
-    return reflected, handed_on, last / whole if max_bounces and whole > 0 else 0.0
+    return reflected, handed_on, last / whole if whole > 0 else 0.0
 
 
-def add_first_bounce(arriving, far_first, weight, sums, threads):
-    """Add what the far ground reflects to the light of the first bounce, and both to the sums of `add_light`."""
+def add_in_slices(total, light, threads):
+    """Add one array of light, (p, s) float32, to another."""
 
     def add(rows):
-        if far_first is not None:
-            arriving[rows] += far_first[rows]
-        add_light(np.arange(rows.start, rows.stop), arriving, weight, *sums)
+        total[rows] += light[rows]
 
-    work_in_slices(add, len(arriving), threads)
+    work_in_slices(add, len(total), threads)
+
+
+def weigh_light(light, far_first, sums, threads):
+    """Add what the far ground reflects to the light of the first bounce, and write its sums as of `hand_on`."""
+    weight, arrived = sums
+
+    def weigh(rows):
+        if far_first is not None:
+            light[rows] += far_first[rows]
+        weigh_rows(light[rows], weight, arrived[rows])
+
+    work_in_slices(weigh, len(light), threads)
 
 
 @njit(nogil=True, cache=True, fastmath={"reassoc"})
-def add_light(rows, light, weight, reflected, arrived):
-    """Add the light of one bounce that arrives at some patches.
-
-    Parameters
-    ----------
-    rows : (c,) int
-    light : (p, s) float32
-    weight : (s,) float32
-    reflected : (p, s) float32
-        The light is added to these rows.
-    arrived : (p,) float32
-        Written: the light summed over its sources, by weight.
-    """
-    for row in rows:
-        source, total, weighted = light[row], reflected[row], np.float32(0)
-        for column in range(len(total)):
-            total[column] += source[column]
-            weighted += source[column] * weight[column]
+def weigh_rows(light, weight, arrived):
+    """Weighted sums of rows, written into `arrived`."""
+    for row in range(len(light)):
+        weighted = np.float32(0)
+        for column in range(light.shape[1]):
+            weighted += light[row, column] * weight[column]
         arrived[row] = weighted
 
 

@@ -1,0 +1,54 @@
+"""Reflections against powers of the whole matrix."""
+
+import numpy as np
+import pytest
+
+from citypv.core.light.form_factors import FormFactors, Rows
+from citypv.core.light.reflect import follow_bounces, reflect
+
+PATCHES, CELLS, REPLICATES, RAYS = 300, 16, 4, 50
+
+
+def random_form_factors(generator):
+    """Patches 0 to 199 with rays that meet any patch, in two parts; the others meet nothing."""
+    rows = []
+    for first in (0, 100):
+        keys = np.sort(generator.integers(0, PATCHES * CELLS * REPLICATES, (100, RAYS)).astype(np.int32), axis=1)
+        start = np.arange(101) * RAYS
+        rows.append(Rows(np.arange(first, first + 100), start, keys.ravel(), np.ones(keys.size, np.uint32)))
+    return FormFactors(rows, PATCHES, CELLS, 64)
+
+
+@pytest.mark.parametrize("sources", [1, 7, 33])
+@pytest.mark.parametrize("bounces", range(6))
+def test_any_number_of_bounces(sources, bounces):
+    """E₁ = F (ρ ∘ E₀) + far, E_{n+1} = F (ρ ∘ E_n); their sum, what is handed on of it, and the share of the last."""
+    generator = np.random.default_rng(1000 * sources + bounces)
+    form_factors = random_form_factors(generator)
+    first, far = generator.random((2, PATCHES, sources)).astype(np.float32)
+    factor = generator.random(PATCHES).astype(np.float32)
+    matrix = form_factors.as_matrix().toarray().reshape(PATCHES, REPLICATES, PATCHES).mean(axis=1).astype(float)
+    light = [first.astype(float)]
+    for bounce in range(bounces):
+        light.append(matrix @ (factor[:, None] * light[-1]) + (far if bounce == 0 else 0))
+    whole = np.sum(light[1:], axis=0) if bounces else np.zeros_like(first)
+    handed_on = sum((factor[:, None] * part for part in light[1:-1]), start=np.zeros_like(first)).sum(axis=1)
+
+    reflected, found, last = reflect(form_factors, factor, first, far, bounces)
+    assert reflected == pytest.approx(whole, rel=1e-5, abs=1e-6)
+    assert found == pytest.approx(handed_on, rel=1e-5, abs=1e-6)
+    assert last == pytest.approx(light[-1].sum() / np.sum(light) if bounces else 0, rel=1e-4)
+
+
+def test_sources_count_by_their_weight():
+    """In sums over them, not in the light of each."""
+    generator = np.random.default_rng(2)
+    form_factors = random_form_factors(generator)
+    arriving = generator.random((PATCHES, 5)).astype(np.float32)
+    factor, weight = np.full(PATCHES, 0.5, np.float32), np.float32([0, 1, 0, 2, 0])
+    plain = follow_bounces(form_factors, factor, arriving.copy(), 2)
+    weighed = follow_bounces(form_factors, factor, arriving.copy(), 2, weight=weight, first_light=3.0)
+    assert np.array_equal(plain[0], weighed[0])
+    assert weighed[1] == pytest.approx(0.5 * arriving @ weight, rel=1e-5)
+    second = (plain[0] - arriving) @ weight
+    assert weighed[2] == pytest.approx(second.sum() / (3.0 + (plain[0] @ weight).sum()), rel=1e-4)
