@@ -68,8 +68,8 @@ def multiply_cells(form_factors, light, threads=1):
 
     Parameters
     ----------
-    light : (p, cells) float32
-        Radiosity.
+    light : (p, cells) or (p, 1) float32
+        Radiosity, of cells or of whole patches.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def empty_product(form_factors, columns):
 
 
 def run_rows(form_factors, product, threads, loop, *arrays, fresh=True):
-    """Products of all rows, written into `product`, (p, columns) float32, which is returned; added if it is not fresh."""
+    """Products of all rows, written into `product`, (p, columns) float32, and returned; added to it if not fresh."""
     if fresh:
         without = np.ones(len(product), bool)
         for rows in form_factors.rows:
@@ -210,15 +210,15 @@ def add_patches(rows, scale, product, radiosity, sums):
 
 @njit(nogil=True, cache=True)
 def add_cells(rows, scale, product, light):
-    """Radiosity of cells, (p, cells), times the share of rays that meet them, replicate by replicate."""
+    """Radiosity of cells, (p, cells), or patches, (p, 1), times the share of rays that meet them, by replicates."""
     (chosen, start, key, count), (shift, share) = rows, scale
+    whole = light.shape[1] == 1
     for row in range(len(chosen)):
         total = product[chosen[row]]
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
-            place = key[entry] >> REPLICATE_BITS
             patch = key[entry] >> shift
-            cell = place - (patch << (shift - REPLICATE_BITS))
+            cell = 0 if whole else (key[entry] >> REPLICATE_BITS) - (patch << (shift - REPLICATE_BITS))
             total[key[entry] & (REPLICATES - 1)] += np.float32(count[entry]) * share * light[patch, cell]
 
 

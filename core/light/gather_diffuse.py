@@ -39,19 +39,20 @@ def gather_diffuse(tracing, hemisphere):
         tell_bounces(tracing, 0)
         far_first = tracing.request.ground_albedo * hemisphere.far_ground
         light = tracing.patches.albedo[:, None] * hemisphere.sky_of_cells
-        arriving = multiply_cells(hemisphere.form_factors, light, tracing.threads).mean(axis=1, keepdims=True)
-        celled = arriving.copy()
+        first_bounce = multiply_cells(hemisphere.form_factors, light, tracing.threads)
+        celled = first_bounce.mean(axis=1, keepdims=True)
         _, handed_on, last = follow_bounces(
             hemisphere.form_factors,
             radiosity_factor(tracing.patches, hemisphere.covered_share),
-            arriving,
+            celled.copy(),
             plan.max_bounces,
             far_first=far_first.mean(axis=1, keepdims=True),
             first_light=first.sum(dtype=float),
             threads=tracing.threads,
             progress=partial(tell_bounces, tracing),
         )
-        reflected = far_first + multiply_cells(hemisphere.form_factors, light + handed_on[:, None], tracing.threads)
+        reflected = multiply_cells(hemisphere.form_factors, handed_on[:, None], tracing.threads)
+        reflected += first_bounce + far_first
         by_replicate += reflected
         evened = change_by_even_patches(tracing, hemisphere, first, celled, reflected)
         tell_bounces(tracing, plan.max_bounces + 1)

@@ -157,13 +157,13 @@ def error_of_direct(tracing, hemisphere, annual, suns):
     variance[~send_shadow_rays(tracing, hemisphere)] = 0  # known exactly, even where one point tells no spread
     if tracing.plan.reflections and annual.speakers is not None:
         annual_of_cells = np.take_along_axis(annual.by_point, annual.speakers, axis=1)
-        handed_on = patches.albedo[:, None] * annual_of_cells + annual.handed_on[:, None]
-        by_replicate = multiply_cells(hemisphere.form_factors, handed_on, tracing.threads)
+        lit = patches.albedo[:, None] * annual_of_cells
+        first_bounce = multiply_cells(hemisphere.form_factors, lit, tracing.threads)
+        by_replicate = multiply_cells(hemisphere.form_factors, annual.handed_on[:, None], tracing.threads)
+        by_replicate += first_bounce
         by_replicate += annual.lit_ground * hemisphere.far_ground
         variance = variance + variance_of_replicates(by_replicate)
-        first = annual.by_point.mean(axis=1, keepdims=True)
-        lit = patches.albedo[:, None] * annual_of_cells
-        celled = multiply_cells(hemisphere.form_factors, lit, tracing.threads).mean(axis=1, keepdims=True)
+        first, celled = (light.mean(axis=1, keepdims=True) for light in (annual.by_point, first_bounce))
         evened = change_by_even_patches(tracing, hemisphere, first, celled, by_replicate)
     return np.sqrt(tracing.merge.power(2) @ variance), evened
 
