@@ -1,6 +1,7 @@
 """Which parts of patches lie inside or under something."""
 
 import numpy as np
+from numba import njit
 
 from .hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
 from .random_numbers import mix, uniform
@@ -127,7 +128,20 @@ def enclosed_cells(covered):
     (c, cells) bool
     """
     enclosed = np.zeros(covered.shape, bool)
-    within = covered.any(axis=1)
-    contacts = cell_contacts(round(np.sqrt(covered.shape[1])))
-    enclosed[within] = covered[within] & ((~covered[within]).astype(np.float32) @ contacts == 0)
+    mark_enclosed(covered, cell_contacts(round(np.sqrt(covered.shape[1]))), enclosed)
     return enclosed
+
+
+@njit(nogil=True, cache=True)
+def mark_enclosed(covered, contacts, enclosed):
+    """Set cells in `enclosed`, (c, cells) bool, that are covered as all are that touch them.
+
+    A product of matrices would tell it too, but wake the threads of a library that then compete with the tracer's.
+    """
+    for patch in range(len(covered)):
+        for cell in range(covered.shape[1]):
+            if covered[patch, cell]:
+                alone = False
+                for other in range(covered.shape[1]):
+                    alone |= contacts[cell, other] and not covered[patch, other]
+                enclosed[patch, cell] = not alone

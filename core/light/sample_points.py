@@ -135,11 +135,10 @@ def cell_places(divisions):
 
 @functools.cache
 def cell_contacts(divisions):
-    """Which cells touch each other, in an edge or a corner: (cells, cells) float32 of 0 and 1."""
+    """Which cells touch each other, in an edge or a corner: (cells, cells) bool."""
     corners = np.rint(cell_corners(divisions) * divisions).astype(int)
     names = corners[..., 0] * (divisions + 1) + corners[..., 1]
-    touch = (names[:, None, :, None] == names[None, :, None, :]).any(axis=(2, 3))
-    return touch.astype(np.float32)
+    return (names[:, None, :, None] == names[None, :, None, :]).any(axis=(2, 3))
 
 
 def stratified_points(uniform_numbers, divisions):
