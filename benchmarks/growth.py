@@ -73,12 +73,14 @@ def draw(rows, path):
     )
     for axis, (label, heights) in zip(axes, values, strict=True):
         axis.plot(triangles, heights, "o-")
-        axis.set(xscale="log", xlabel="triangles", title=label, ylim=(0, None))
+        axis.set(xscale="log", xlabel="triangles", title=label)
         axis.grid(alpha=0.3)
     # Time per ray that grows like log n, through the first point.
     logarithm = [values[0][1][0] * math.log(count) / math.log(triangles[0]) for count in triangles]
     axes[0].plot(triangles, logarithm, ":", label="∝ log n")
     axes[0].legend()
+    for axis in axes:
+        axis.set_ylim(bottom=0)
     figure.savefig(path, dpi=110)
 
 
