@@ -20,8 +20,8 @@ def multiply(form_factors, factor, light, threads=1):
     Parameters
     ----------
     form_factors : FormFactors
-    factor : (p,) float32
-        From irradiance to radiosity.
+    factor : (p, cells) float32
+        From irradiance of a patch to radiosity of its cells.
     light : (p, s) float32
         Irradiance of the patches by s light sources.
     threads : int
@@ -53,14 +53,15 @@ def hand_on(form_factors, factor, light, sums, threads=1, *, out=None, total=Non
     """
     weight, arrived = sums
     if light.shape[1] == 1:
-        product = run_rows(form_factors, empty_product(form_factors, 1), threads, add_single, factor * light[:, 0])
+        product = run_rows(form_factors, empty_product(form_factors, 1), threads, add_single, (factor * light).ravel())
         np.multiply(product[:, 0], weight[0], out=arrived)
         return product if total is None else np.add(total, product, out=total)
     arrived[:] = 0
     if total is None:
         out = empty_product(form_factors, light.shape[1]) if out is None else out
-        return run_rows(form_factors, out, threads, add_patches, (factor, light), (weight, arrived, False))
-    return run_rows(form_factors, total, threads, add_patches, (factor, light), (weight, arrived, True), fresh=False)
+        return run_rows(form_factors, out, threads, add_patches, (factor.ravel(), light), (weight, arrived, False))
+    given = (factor.ravel(), light), (weight, arrived, True)
+    return run_rows(form_factors, total, threads, add_patches, *given, fresh=False)
 
 
 def multiply_cells(form_factors, light, threads=1):
@@ -68,8 +69,8 @@ def multiply_cells(form_factors, light, threads=1):
 
     Parameters
     ----------
-    light : (p, cells) or (p, 1) float32
-        Radiosity, of cells or of whole patches.
+    light : (p, cells) float32
+        Radiosity.
 
     Returns
     -------
@@ -78,6 +79,23 @@ def multiply_cells(form_factors, light, threads=1):
     """
     product = empty_product(form_factors, REPLICATES)
     return run_rows(form_factors, product, threads, add_cells, light) * np.float32(REPLICATES)
+
+
+def multiply_starts(form_factors, light, threads=1):
+    """F · light by the cells that rays start in.
+
+    Parameters
+    ----------
+    light : (p, cells) float32
+        Radiosity.
+
+    Returns
+    -------
+    (p, starts) float32
+        The sum is the light of the patch.
+    """
+    product = empty_product(form_factors, form_factors.starts)
+    return run_rows(form_factors, product, threads, add_starts, light.ravel())
 
 
 def multiply_seen(form_factors, albedo, normal, suns, threads=1):
@@ -114,10 +132,11 @@ def run_rows(form_factors, product, threads, loop, *arrays, fresh=True):
             without[rows.chosen] = False
         product[without] = 0
     share = np.float32(1 / (REPLICATES * form_factors.rays))
-    shift = np.int32(REPLICATE_BITS + form_factors.cells.bit_length() - 1)  # takes a key to its patch
+    to_cell = np.int32(form_factors.start_bits)  # takes a key to the cell that was met
+    to_patch = np.int32(to_cell + form_factors.cells.bit_length() - 1)
 
     def work(rows):
-        loop((rows.chosen, rows.start, rows.key, rows.count), (shift, share), product, *arrays)
+        loop((rows.chosen, rows.start, rows.key, rows.count), (to_patch, to_cell, share), product, *arrays)
 
     for _ in map_in_order(work, form_factors.rows, threads):
         pass
@@ -169,29 +188,60 @@ def room_for_rows(start):
 
 @njit(nogil=True, cache=True)
 def add_single(rows, scale, product, light):
-    """Radiosity of whole patches from one light source, (p,), times the share of rays that meet them."""
-    (chosen, start, key, count), (shift, share) = rows, scale
+    """Radiosity of cells from one light source, (p · cells,), times the share of rays that meet them."""
+    (chosen, start, key, count), (_, to_cell, share) = rows, scale
     for row in range(len(chosen)):
         total = 0.0
         for entry in range(start[row], start[row + 1]):
-            total += count[entry] * light[key[entry] >> shift]
+            total += count[entry] * light[key[entry] >> to_cell]
         product[chosen[row], 0] = share * total
+
+
+@njit(nogil=True, cache=True)
+def add_starts(rows, scale, product, light):
+    """Radiosity of cells, (p · cells,), times the share of rays that meet them, by the cells where these start."""
+    (chosen, start, key, count), (_, to_cell, share) = rows, scale
+    for row in range(len(chosen)):
+        total = product[chosen[row]]
+        total[:] = 0
+        for entry in range(start[row], start[row + 1]):
+            begun = (key[entry] >> REPLICATE_BITS) & (len(total) - 1)
+            total[begun] += np.float32(count[entry]) * share * light[key[entry] >> to_cell]
+
+
+@njit(nogil=True, cache=True)
+def weigh_row(row, rows, scale, factor, places):
+    """As `merge_row` for whole patches, where each ray counts by the factor of the cell that it meets, (p · cells,).
+
+    Parameters
+    ----------
+    places : tuple of (m,) int32 and (m,) float32
+        Written.
+    """
+    (start, key, count), (to_patch, to_cell, share), (met, weight) = rows, scale, places
+    found, entry, last = 0, start[row], start[row + 1]
+    while entry < last:
+        patch, total = key[entry] >> to_patch, np.float32(0)
+        while entry < last and key[entry] >> to_patch == patch:
+            total += np.float32(count[entry]) * factor[key[entry] >> to_cell]
+            entry += 1
+        met[found], weight[found] = patch, share * total
+        found += 1
+    met[found : found + 3], weight[found : found + 3] = 0, 0
+    return found
 
 
 @njit(nogil=True, cache=True, fastmath={"reassoc"})
 def add_patches(rows, scale, product, radiosity, sums):
-    """Radiosity of whole patches, a factor (p,) times light (p, s), times the share of rays that meet them.
+    """Radiosity of cells, a factor (p · cells,) times light (p, s), times the share of rays that meet them.
 
     `sums` is a tuple of (s,) and (p,) float32, as of `hand_on`, and whether to add to the product or to write it.
     """
-    (chosen, start, key, count), (shift, share), (weights, arrived, add) = rows, scale, sums
-    (factor, light), entries = radiosity, (start, key, count)
+    (chosen, start, key, count), (weights, arrived, add), (factor, light) = rows, sums, radiosity
     met, weight = room_for_rows(start)
     total = np.empty(light.shape[1], np.float32)
     for row in range(len(chosen)):
-        found = merge_row(row, entries, shift, met, weight)
-        for place in range(found):
-            weight[place] *= share * factor[met[place]]
+        found = weigh_row(row, (start, key, count), scale, factor, (met, weight))
         total[:] = 0
         # Four at a time, so that the sums are not taken to the memory and back for each.
         for four in range(0, found, 4):
@@ -210,15 +260,14 @@ def add_patches(rows, scale, product, radiosity, sums):
 
 @njit(nogil=True, cache=True)
 def add_cells(rows, scale, product, light):
-    """Radiosity of cells, (p, cells), or patches, (p, 1), times the share of rays that meet them, by replicates."""
-    (chosen, start, key, count), (shift, share) = rows, scale
-    whole = light.shape[1] == 1
+    """Radiosity of cells, (p, cells), times the share of rays that meet them, replicate by replicate."""
+    (chosen, start, key, count), (to_patch, to_cell, share) = rows, scale
     for row in range(len(chosen)):
         total = product[chosen[row]]
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
-            patch = key[entry] >> shift
-            cell = 0 if whole else (key[entry] >> REPLICATE_BITS) - (patch << (shift - REPLICATE_BITS))
+            patch = key[entry] >> to_patch
+            cell = (key[entry] >> to_cell) - (patch << (to_patch - to_cell))
             total[key[entry] & (REPLICATES - 1)] += np.float32(count[entry]) * share * light[patch, cell]
 
 
@@ -228,14 +277,14 @@ def add_seen(rows, scale, product, patches, suns):
 
     To take the cosine of incidence from normals and suns is no slower than to fetch it from a matrix.
     """
-    (chosen, start, key, count), (shift, share), (albedo, normal) = rows, scale, patches
+    (chosen, start, key, count), (to_patch, to_cell, share), (albedo, normal) = rows, scale, patches
     (directions, seen), entries = suns, (start, key, count)
     east, north, up = directions[0], directions[1], directions[2]
-    bits = shift - REPLICATE_BITS
+    bits = to_patch - to_cell
     met, weight = room_for_rows(start)
     mask, towards = np.empty(len(met), np.uint16), np.empty((len(met), 3), np.float32)
     for row in range(len(chosen)):
-        found = merge_row(row, entries, REPLICATE_BITS, met, weight)
+        found = merge_row(row, entries, to_cell, met, weight)
         for place in range(found + 3):
             mask[place] = 1 << (met[place] & ((1 << bits) - 1))
             met[place] >>= bits

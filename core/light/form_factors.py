@@ -1,7 +1,8 @@
 """What every patch sees of every other: the matrix F of form factors, kept as the hits of its rays.
 
-A hit remembers the cell of the patch that was met and the replicate of its ray. So light that is uneven over a patch
-is handed on from where it lies, and the spread of the replicates can be carried through the product.
+A hit remembers the cell of the patch that was met, and the cell and the replicate of its ray. So light that is uneven
+over a patch is handed on from where it lies, light that arrives is found again in the cell where it does, and the
+spread of the replicates can be carried through the product.
 """
 
 from dataclasses import dataclass
@@ -16,6 +17,8 @@ from .hemisphere_rays import cell_at
 from .sample_points import REPLICATES
 
 REPLICATE_BITS = REPLICATES.bit_length() - 1  # the last ones of a key
+LARGEST_KEY = 2**31 - 1
+FEWEST_RAYS = 4  # of a cell on the mean, to tell its light apart from that of the others
 MOST_LISTED = 4096  # rays of a patch up to which each is an entry of its own; to merge equal ones would save little
 
 
@@ -25,7 +28,7 @@ class Rows:
 
     chosen: np.ndarray  # (c,) int, the patches
     start: np.ndarray  # (c + 1,) int64, where the entries of each begin
-    key: np.ndarray  # (e,) int32, (patch met · cells + cell) · REPLICATES + replicate, ascending within a patch
+    key: np.ndarray  # (e,) int32, of `make_keys`, ascending within a patch
     count: np.ndarray  # (e,) uint32, rays
 
 
@@ -37,6 +40,12 @@ class FormFactors:
     count: int  # p
     cells: int  # of each patch: 1, 4 or 16
     rays: int  # of each replicate
+    starts: int = 1  # cells of a patch that the starts of its rays are told by: as many as cells, or 1
+
+    @property
+    def start_bits(self):
+        """How many last bits of a key hold replicate and start."""
+        return REPLICATE_BITS + self.starts.bit_length() - 1
 
     @property
     def entries(self):
@@ -48,7 +57,8 @@ class FormFactors:
         parts = [np.zeros((3, 0))]
         for rows in self.rows:
             patch = np.repeat(rows.chosen, np.diff(rows.start))
-            column, replicate = rows.key // (self.cells * REPLICATES), rows.key % REPLICATES
+            column = rows.key // (self.cells * self.starts * REPLICATES)
+            replicate = rows.key % REPLICATES
             parts.append(np.stack([patch * REPLICATES + replicate, column, rows.count / self.rays]))
         row, column, share = np.concatenate(parts, axis=1)
         shape = (self.count * REPLICATES, self.count)
@@ -64,7 +74,7 @@ def check_form_factors(form_factors, count):
     """
     if form_factors.count != count:
         raise InputError("form_factors", f"of {form_factors.count} patches", f"give those of {count}")
-    last = count * form_factors.cells * REPLICATES - 1
+    last = count * form_factors.cells * form_factors.starts * REPLICATES - 1
     for rows in form_factors.rows:
         entries = (len(rows.key),)
         check_array("key of form_factors", rows.key, entries, kind="i", least=0, most=last, row="entry")
@@ -73,7 +83,19 @@ def check_form_factors(form_factors, count):
         )
 
 
-def count_hits(chosen, hits, places, cells):
+def tell_starts(count, cells, samples):
+    """Whether keys of p patches have room for the cell that a ray starts in, and rays enough start in each.
+
+    Returns
+    -------
+    int
+        As many as `cells`, or 1.
+    """
+    room = count * cells * cells * REPLICATES - 1 <= LARGEST_KEY
+    return cells if room and samples >= FEWEST_RAYS * cells else 1
+
+
+def count_hits(chosen, hits, places, cells, starts=None):
     """Rows of the matrix from lists of hits.
 
     Parameters
@@ -85,15 +107,19 @@ def count_hits(chosen, hits, places, cells):
         Where on it.
     cells : int
         1, 4 or 16.
+    starts : tuple of (c, rays) uint8, (m,) int and int, optional
+        The finest cell that each ray starts in, the larger one in which each of these lies, and how many there are.
 
     Returns
     -------
     Rows
     """
     rays = hits[0].shape[1]
+    starts = (np.zeros(hits[0].shape, np.uint8), np.zeros(1, int), 1) if starts is None else starts
     keys = np.empty(hits[0].shape, np.int32)
     start = np.zeros(len(keys) + 1, np.int64)
-    make_keys(hits, tuple(weights.reshape(keys.shape) for weights in places), round(np.sqrt(cells)), keys, start)
+    places = tuple(weights.reshape(keys.shape) for weights in places)
+    make_keys(hits, (*places, round(np.sqrt(cells))), starts, keys, start)
     keys.sort(axis=1)
     if rays <= MOST_LISTED:
         key = np.empty(start[-1], np.int32)
@@ -105,9 +131,12 @@ def count_hits(chosen, hits, places, cells):
 
 
 @njit(nogil=True, cache=True)
-def make_keys(hits, places, divisions, keys, start):
-    """Write the keys of hits, -1 where none counts, and into `start` where the hits of each patch begin."""
-    (hit, counts), (b1, b2) = hits, places
+def make_keys(hits, places, starts, keys, start):
+    """Write the keys of hits, -1 where none counts, and into `start` where the hits of each patch begin.
+
+    A key is ((patch met · cells + cell) · starts + cell where the ray starts) · REPLICATES + replicate.
+    """
+    (hit, counts), (b1, b2, divisions), (start_cells, cell_of, start_count) = hits, places, starts
     per_replicate = hit.shape[1] // REPLICATES
     for patch in range(len(hit)):
         found = 0
@@ -116,7 +145,8 @@ def make_keys(hits, places, divisions, keys, start):
                 key = -1
                 if counts[patch, ray]:
                     cell = cell_at(b1[patch, ray], b2[patch, ray], divisions)
-                    key = (hit[patch, ray] * divisions**2 + cell) * REPLICATES + replicate
+                    place = hit[patch, ray] * divisions**2 + cell
+                    key = (place * start_count + cell_of[start_cells[patch, ray]]) * REPLICATES + replicate
                     found += 1
                 keys[patch, ray] = key
         start[patch + 1] = start[patch] + found

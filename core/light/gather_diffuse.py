@@ -43,7 +43,7 @@ def gather_diffuse(tracing, hemisphere):
         celled = first_bounce.mean(axis=1, keepdims=True)
         _, handed_on, last = follow_bounces(
             hemisphere.form_factors,
-            radiosity_factor(tracing.patches, hemisphere.covered_share),
+            hemisphere.factor,
             celled.copy(),
             plan.max_bounces,
             far_first=far_first.mean(axis=1, keepdims=True),
@@ -51,7 +51,7 @@ def gather_diffuse(tracing, hemisphere):
             threads=tracing.threads,
             progress=partial(tell_bounces, tracing),
         )
-        reflected = multiply_cells(hemisphere.form_factors, handed_on[:, None], tracing.threads)
+        reflected = multiply_cells(hemisphere.form_factors, hemisphere.factor * handed_on[:, None], tracing.threads)
         reflected += first_bounce + far_first
         by_replicate += reflected
         evened = change_by_even_patches(tracing, hemisphere, first, celled, reflected)
@@ -89,7 +89,8 @@ def change_by_even_patches(tracing, hemisphere, first, celled, reflected):
     float
         As a share of their reflected light.
     """
-    factor = radiosity_factor(tracing.patches, hemisphere.covered_share)
+    factor = radiosity_factor(tracing.patches, hemisphere.covered_share)[:, None]
+    factor = np.repeat(factor, hemisphere.form_factors.cells, axis=1)
     even = multiply(hemisphere.form_factors, factor, first, tracing.threads)
     weight = tracing.eligible_area @ tracing.merge  # of the patches
     whole = float(weight @ reflected.mean(axis=1))

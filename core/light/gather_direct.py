@@ -9,7 +9,7 @@ from .direct_errors import variance_of_shadow_points
 from .form_factor_products import multiply_cells, multiply_seen
 from .gather_diffuse import change_by_even_patches
 from .kept_matrix import MatrixOnDisk, keep_matrix
-from .reflect import follow_bounces, radiosity_factor, variance_of_replicates
+from .reflect import follow_bounces, variance_of_replicates
 from .row_slices import work_in_slices
 from .sun_blocks import SunsTeller, count_kept, cut_into_blocks, keep_columns
 from .surface_means import average_surfaces
@@ -159,7 +159,8 @@ def error_of_direct(tracing, hemisphere, annual, suns):
         annual_of_cells = np.take_along_axis(annual.by_point, annual.speakers, axis=1)
         lit = patches.albedo[:, None] * annual_of_cells
         first_bounce = multiply_cells(hemisphere.form_factors, lit, tracing.threads)
-        by_replicate = multiply_cells(hemisphere.form_factors, annual.handed_on[:, None], tracing.threads)
+        again = hemisphere.factor * annual.handed_on[:, None]
+        by_replicate = multiply_cells(hemisphere.form_factors, again, tracing.threads)
         by_replicate += first_bounce
         by_replicate += annual.lit_ground * hemisphere.far_ground
         variance = variance + variance_of_replicates(by_replicate)
@@ -231,7 +232,7 @@ def reflect_block(tracing, hemisphere, light, suns, report):
     arriving = multiply_seen(form_factors, tracing.patches.albedo, tracing.patches.normal, lit, threads)
     reflected, handed_on, last = follow_bounces(
         form_factors,
-        radiosity_factor(tracing.patches, hemisphere.covered_share),
+        hemisphere.factor,
         arriving,
         tracing.plan.max_bounces,
         far_first=far_first,

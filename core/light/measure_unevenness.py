@@ -84,14 +84,15 @@ def weigh_cells(form_factors, weight):
     seen = np.zeros(form_factors.count * form_factors.cells)
     share = 1 / (REPLICATES * form_factors.rays)
     for rows in form_factors.rows:
-        add_weights((rows.chosen, rows.start, rows.key, rows.count), weight * share, seen)
+        entries = rows.chosen, rows.start, rows.key, rows.count
+        add_weights(entries, form_factors.start_bits, weight * share, seen)
     return seen.reshape(form_factors.count, form_factors.cells)
 
 
 @njit(nogil=True, cache=True)
-def add_weights(rows, weight, seen):
+def add_weights(rows, to_cell, weight, seen):
     """Add the weights of some patches to the cells that their rays meet, in the order of the rows."""
     chosen, start, key, count = rows
     for row in range(len(chosen)):
         for entry in range(start[row], start[row + 1]):
-            seen[key[entry] // REPLICATES] += weight[chosen[row]] * count[entry]
+            seen[key[entry] >> to_cell] += weight[chosen[row]] * count[entry]

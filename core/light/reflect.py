@@ -3,13 +3,17 @@
 E₀      first light: visible sky, or visible share of the sun times the cosine of incidence
 E₁      = F (ρ ∘ E₀) + F_far · ρ_ground · (1 for the sky, cos(zenith) for a sun)
 E_{n+1} = F (ρ ∘ E_n)
+
+Light that arrives may be uneven over a patch: where a wall goes on inside its neighbour's house one part is lit and
+the other dark, and rays from the dark part meet the dark parts of others. How the sky's first reflection lies on the
+cells of a patch tells how each hands on what arrives at the patch.
 """
 
 import numpy as np
 from numba import njit
 
 from .check_arrays import check_array
-from .form_factor_products import hand_on, multiply
+from .form_factor_products import hand_on, multiply, multiply_starts
 from .form_factors import check_form_factors
 from .row_slices import work_in_slices
 
@@ -29,8 +33,37 @@ def radiosity_factor(patches, covered_share):
     return (patches.albedo / open_share).astype(np.float32)
 
 
+def factor_of_cells(tracing, hemisphere):
+    """What turns the mean irradiance of a patch into the radiosity of each of its cells.
+
+    Parameters
+    ----------
+    tracing : Tracing
+    hemisphere : Hemisphere
+
+    Returns
+    -------
+    (p, cells) float32
+        That of `radiosity_factor` where no reflected light of the sky arrives, or keys of hits cannot tell from where.
+    """
+    patches, form_factors = tracing.patches, hemisphere.form_factors
+    factor = np.repeat(radiosity_factor(patches, hemisphere.covered_share)[:, None], form_factors.cells, axis=1)
+    if form_factors.starts < form_factors.cells or form_factors.cells == 1:
+        return factor
+    arriving = multiply_starts(form_factors, patches.albedo[:, None] * hemisphere.sky_of_cells, tracing.threads)
+    arriving += tracing.request.ground_albedo * hemisphere.far_of_cells
+    whole = arriving.sum(axis=1)
+    lit = whole > 0
+    # As many rays start in one cell as in another; what is not open of it hands on nothing.
+    scale = form_factors.cells * patches.albedo[lit] / whole[lit]
+    share = hemisphere.open_share[lit]
+    factor[lit] = np.divide(arriving[lit] * scale[:, None], share, out=np.zeros_like(share), where=share > 0)
+    return factor
+
+
 def reflect(form_factors, factor, first, far_first, max_bounces):
-    """Irradiance by reflections: `follow_bounces` for arrays that nobody has looked at yet.
+    """Irradiance by reflections: `follow_bounces` for arrays that nobody has looked at yet, with one `factor`, (p,), of
+    `radiosity_factor` for each patch.
 
     Raises
     ------
@@ -41,6 +74,7 @@ def reflect(form_factors, factor, first, far_first, max_bounces):
     check_array("far_first", far_first, (count, sources), least=0)
     check_array("factor", factor, (count,), least=0, most=1 / MINIMAL_OPEN_SHARE)
     check_form_factors(form_factors, count)
+    factor = np.repeat(factor[:, None], form_factors.cells, axis=1)
     arriving = multiply(form_factors, factor, first)
     return follow_bounces(form_factors, factor, arriving, max_bounces, far_first=far_first, first_light=first.sum())
 
@@ -62,8 +96,8 @@ def follow_bounces(
     Parameters
     ----------
     form_factors : FormFactors
-    factor : (p,) float32
-        Of `radiosity_factor`.
+    factor : (p, cells) float32
+        Of `factor_of_cells`.
     arriving : (p, s) float32
         F (ρ ∘ E₀), one column per light source. It is overwritten.
     max_bounces : int
@@ -82,7 +116,7 @@ def follow_bounces(
     reflected : (p, s) float32
         The sum of E₁ to E_max.
     handed_on : (p,) float32
-        ρ ∘ (E₁ + … + E_{max-1}), the light that F handed on after the first bounce, summed with `weight`.
+        E₁ + … + E_{max-1}, the light that F handed on after the first bounce, summed with `weight`.
     last : float
         Share of E_max in all light, to judge what lies beyond the last bounce.
     """
@@ -105,7 +139,7 @@ def follow_bounces(
         last = arrived.sum(dtype=float)
         whole += last
         if bounce + 1 < max_bounces:
-            handed_on += factor * arrived
+            handed_on += arrived
         if progress is not None:
             progress(bounce + 1)
     return reflected, handed_on, last / whole if whole > 0 else 0.0

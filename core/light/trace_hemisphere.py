@@ -14,14 +14,13 @@ from numba import njit
 from ..errors import InputError
 from .check_arrays import check_array
 from .find_covered import COVERED, OPEN, UNKNOWN, enclosed_cells, find_covered_cells, lie_in_earth
-from .form_factors import FormFactors, count_hits
+from .form_factors import FEWEST_RAYS, FormFactors, count_hits, tell_starts
 from .hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from .ray_scene import map_in_order
 from .sample_points import REPLICATES, cells_inside, sobol_digits
 
 RAYS_PER_TASK = 1 << 17
 SKY, FAR_GROUND, FRONT, BACK, DARK = range(5)  # what becomes of a ray; DARK carries nothing
-FEWEST_RAYS = 8  # of a cell, to tell its share of the sky
 AGREEING_RAYS = 3  # of a cell, that need no vote on whether it lies inside something
 
 
@@ -31,10 +30,13 @@ class Hemisphere:
 
     sky: np.ndarray  # (p, REPLICATES) float32, share of rays that reach the sky
     sky_of_cells: np.ndarray  # (p, cells) float32, the same of the open part of each cell of the patch
+    far_of_cells: np.ndarray  # (p, cells) float32, share of all rays that start in the cell and leave below the horizon
+    open_share: np.ndarray  # (p, cells) float32, of the rays of each cell, those that start in the open
     far_ground: np.ndarray  # (p, REPLICATES) float32, share that leaves below the horizon
     form_factors: FormFactors | None  # the rays that meet another patch's front
     covered: np.ndarray  # (p, CELL_DIVISIONS²) bool, cells that lie inside or under something
     ray_count: int
+    factor: np.ndarray | None = None  # (p, cells) float32, of `factor_of_cells`
 
     @property
     def covered_share(self):
@@ -79,14 +81,18 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     step = max(1, RAYS_PER_TASK // sample_count)
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
 
+    starts = tell_starts(count, cells, sample_count)
+
     def trace_rows(chosen):
-        return trace_patches(ray_scene, patches, chosen, sequence, cells if reflections else None)
+        return trace_patches(ray_scene, patches, chosen, sequence, (cells, starts) if reflections else None)
 
     found = Hemisphere(
         sky=np.zeros((count, REPLICATES), np.float32),
         sky_of_cells=np.zeros((count, cells), np.float32),
+        far_of_cells=np.zeros((count, cells), np.float32),
+        open_share=np.ones((count, cells), np.float32),
         far_ground=np.zeros((count, REPLICATES), np.float32),
-        form_factors=FormFactors([], count, cells, len(sequence)) if reflections else None,
+        form_factors=FormFactors([], count, cells, len(sequence), starts) if reflections else None,
         covered=np.zeros((count, CELL_DIVISIONS**2), bool),
         ray_count=0,
     )
@@ -94,7 +100,8 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
         progress("sky and reflections", 0, len(rows) * sample_count, "rays")
     for chosen, (tally, covered, matrix_rows) in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
         found.covered[chosen] = covered
-        found.sky[chosen], found.far_ground[chosen], found.sky_of_cells[chosen] = tally
+        found.sky[chosen], found.far_ground[chosen] = tally[:2]
+        found.sky_of_cells[chosen], found.far_of_cells[chosen], found.open_share[chosen] = tally[2:]
         if reflections:
             found.form_factors.rows.append(matrix_rows)
         found.ray_count += len(chosen) * sample_count
@@ -109,13 +116,13 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
     ----------
     chosen : (c,) int
     sequence : (rays / REPLICATES, 4) uint32
-    cells : int or None
-        As of `trace_hemisphere`; None where no matrix is wanted.
+    cells : tuple of two int, or None
+        As of `trace_hemisphere`, and `starts` of `FormFactors`; None where no matrix is wanted.
 
     Returns
     -------
-    tally : tuple of (c, REPLICATES), (c, REPLICATES) and (c, cells) float32
-        Shares of sky, of far ground, and of sky for each cell.
+    tally : tuple
+        Of `tally_rays`.
     covered : (c, CELL_DIVISIONS²) bool
     rows : Rows or None
     """
@@ -137,11 +144,28 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
     partly = within[~covered[within].all(axis=1)]
     fate[partly] = np.where(lie_in_earth(ray_scene, patches, origins[partly]), DARK, fate[partly])
 
-    divisions = cells or 1
-    tally = tally_rays(fate, start_cells, covered, cells_inside(CELL_DIVISIONS, round(np.sqrt(divisions))), divisions)
-    if cells is None:
+    cells, starts = cells or (1, 0)
+    cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
+    tally = tally_rays(fate, start_cells, ask_each_ray(covered, within), cell_of, cells)
+    if not starts:
         return tally, covered, None
-    return tally, covered, count_hits(chosen, (hit, fate == FRONT), (b1, b2), cells)
+    told = start_cells, cell_of if starts > 1 else np.zeros_like(cell_of), starts
+    return tally, covered, count_hits(chosen, (hit, fate == FRONT), (b1, b2), cells, told)
+
+
+def ask_each_ray(covered, within):
+    """Cells that are covered or touch one that is: there each ray tells whether it starts in the open, for it meets no
+    back: (c, cells) bool.
+
+    Parameters
+    ----------
+    covered : (c, cells) bool
+    within : (w,) int
+        Patches that have such cells.
+    """
+    asked = np.zeros(covered.shape, bool)
+    asked[within] = ~enclosed_cells(~covered[within])  # but for open cells among open ones
+    return asked
 
 
 @njit(nogil=True, cache=True)
@@ -217,14 +241,15 @@ def judge_cells(fate, start_cells):
 
 
 @njit(nogil=True, cache=True)
-def tally_rays(fate, start_cells, covered, cell_of, cells):
-    """Shares of rays that reach sky and far ground in each replicate, and the sky in the open part of each cell.
+def tally_rays(fate, start_cells, asked, cell_of, cells):
+    """Shares of rays that reach sky and far ground, in each replicate and in each cell.
 
     Parameters
     ----------
     fate : (c, rays) uint8
     start_cells : (c, rays) uint8
-    covered : (c, CELL_DIVISIONS²) bool
+    asked : (c, CELL_DIVISIONS²) bool
+        Of `ask_each_ray`.
     cell_of : (CELL_DIVISIONS²,) int
         The larger cell in which each of these lies.
     cells : int
@@ -234,28 +259,36 @@ def tally_rays(fate, start_cells, covered, cell_of, cells):
     -------
     sky, far_ground : (c, REPLICATES) float32
     sky_of_cells : (c, cells) float32
-        That of the whole patch where too few rays start in it.
+        Of the open part of each; that of the whole patch where too few rays start in its cells.
+    far_of_cells : (c, cells) float32
+        Of all rays of the patch.
+    open_share : (c, cells) float32
+        Of the rays that start in each cell.
     """
     count, rays = fate.shape
     sky, far_ground = np.empty((2, count, REPLICATES), np.float32)
-    sky_of_cells = np.empty((count, cells), np.float32)
-    per_replicate = rays // REPLICATES
-    free, started = np.empty((2, cells), np.int64)
+    sky_of_cells, far_of_cells, open_share = np.empty((3, count, cells), np.float32)
+    per_replicate, enough = rays // REPLICATES, rays >= FEWEST_RAYS * cells
+    free, below, started, all_rays = np.empty((4, cells), np.int64)
     for patch in range(count):
-        free[:], started[:] = 0, 0
+        free[:], below[:], started[:], all_rays[:] = 0, 0, 0, 0
         for replicate in range(REPLICATES):
             upwards, downwards = 0, 0
             for ray in range(replicate * per_replicate, (replicate + 1) * per_replicate):
-                start, reaches_sky = start_cells[patch, ray], fate[patch, ray] == SKY
-                upwards += reaches_sky
-                downwards += fate[patch, ray] == FAR_GROUND
-                counts = not covered[patch, start]
-                started[cell_of[start]] += counts
-                free[cell_of[start]] += counts & reaches_sky
+                start, met = start_cells[patch, ray], fate[patch, ray]
+                cell = cell_of[start]
+                upwards += met == SKY
+                downwards += met == FAR_GROUND
+                free[cell] += met == SKY
+                below[cell] += met == FAR_GROUND
+                all_rays[cell] += 1
+                started[cell] += (not asked[patch, start]) | (met < BACK)
             sky[patch, replicate] = np.float32(upwards) / np.float32(per_replicate)
             far_ground[patch, replicate] = np.float32(downwards) / np.float32(per_replicate)
         whole = np.float32(free.sum() / max(started.sum(), 1))
         for cell in range(cells):
-            enough = started[cell] >= FEWEST_RAYS
-            sky_of_cells[patch, cell] = free[cell] / started[cell] if enough else whole
-    return sky, far_ground, sky_of_cells
+            open_share[patch, cell] = started[cell] / all_rays[cell] if all_rays[cell] else 1
+            far_of_cells[patch, cell] = below[cell] / rays
+            told = enough & (all_rays[cell] > 0)
+            sky_of_cells[patch, cell] = free[cell] / max(started[cell], 1) if told else whole
+    return sky, far_ground, sky_of_cells, far_of_cells, open_share

@@ -11,7 +11,7 @@ from .find_covered import enclosed_cells
 from .hemisphere_rays import HALF, fraction
 from .random_numbers import mix, uniform
 from .ray_scene import map_in_order
-from .sample_points import DIGITS, cell_corners, cell_of_point, grid_of, points_of_grid
+from .sample_points import DIGITS, cell_corners, cell_of_point, cells_inside, grid_of, points_of_grid
 
 POINTS_PER_TASK = 1 << 14
 MOST_CELLS = 16  # bits that say which cells of a patch see a sun
@@ -239,8 +239,19 @@ def shadow_points(patches, chosen, covered, point_count):
     )
     speakers = np.empty((len(chosen), cells_of_light(point_count)), np.min_scalar_type(point_count - 1))
     middles = cell_corners(round(np.sqrt(speakers.shape[1]))).mean(axis=1)
-    choose_speakers(places, mute, middles, speakers)
+    lost = cover_whole_cells(covered, len(middles))
+    choose_speakers(places, (mute, lost), middles, speakers)
     return position, ~dark, speakers
+
+
+def cover_whole_cells(covered, cells):
+    """Which larger cells are covered all over: (c, cells) bool; none where `covered` knows no smaller ones."""
+    finer = covered.shape[1]
+    if finer < cells:
+        return np.zeros((len(covered), cells), bool)
+    inside = cells_inside(round(np.sqrt(finer)), round(np.sqrt(cells)))
+    members = np.argsort(inside, kind="stable").reshape(cells, -1)
+    return covered[:, members].all(axis=2)
 
 
 @njit(nogil=True, cache=True)
@@ -282,25 +293,28 @@ def lay_points(places, start, edges, position):
 
 
 @njit(nogil=True, cache=True)
-def choose_speakers(places, mute, middles, speakers):
+def choose_speakers(places, silent, middles, speakers):
     """The point nearest to the middle of each cell of light, but no point that lies inside or under something.
+
+    Unless the cell lies there all over: who sees it looks around in there, and is to find it dark.
 
     Parameters
     ----------
     places : (2, c, m) float32
-    mute : (c, m) bool
-        Where all are, it does not matter which one is chosen.
+    silent : tuple of (c, m) and (c, cells) bool
+        Points, and whole cells, that lie inside or under something.
     middles : (cells, 2) float32
         Barycentric weights.
     speakers : (c, cells) uint
         Written.
     """
+    mute, lost = silent
     for patch in range(len(mute)):
         for cell in range(len(middles)):
             nearest, chosen = np.float32(np.inf), 0
             for point in range(mute.shape[1]):
                 x, y = places[0, patch, point] - middles[cell, 0], places[1, patch, point] - middles[cell, 1]
                 away = x * x + x * y + y * y  # squared, on a triangle of equal sides
-                if away < nearest and not mute[patch, point]:
+                if away < nearest and (lost[patch, cell] or not mute[patch, point]):
                     nearest, chosen = away, point
             speakers[patch, cell] = chosen

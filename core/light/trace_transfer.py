@@ -13,6 +13,7 @@ from .closed_form import ground_view_of_tilt, sky_view_of_tilt
 from .gather_diffuse import gather_diffuse
 from .gather_direct import gather_direct
 from .read_albedo import finishes_of_surfaces
+from .reflect import factor_of_cells
 from .sample_points import REPLICATES
 from .trace_hemisphere import trace_hemisphere
 from .trace_suns import cells_of_light, points_above
@@ -61,7 +62,7 @@ def trace_transfer(scene, suns, request, progress, folder=None):
     clock.lap("sky and reflections")
 
     diffuse = gather_diffuse(tracing, hemisphere)
-    hemisphere.sky_of_cells = None  # of no more use, and large
+    hemisphere.sky_of_cells = hemisphere.far_of_cells = hemisphere.open_share = None  # of no more use, and large
     clock.lap("diffuse reflections")
     direct = gather_direct(tracing, hemisphere, suns, folder)
     clock.lap("suns")
@@ -143,6 +144,8 @@ def look_around(tracing, cells):
         cells=cells,
     )
     fill_closed_forms(hemisphere, patches, plan)
+    if plan.reflections:
+        hemisphere.factor = factor_of_cells(tracing, hemisphere)
     return hemisphere
 
 
@@ -151,7 +154,8 @@ def fill_closed_forms(hemisphere, patches, plan):
     known = plan.closed & patches.receives
     hemisphere.sky[known] = sky_view_of_tilt(patches.normal[known])[:, None]
     hemisphere.far_ground[known] = ground_view_of_tilt(patches.normal[known])[:, None]
+    hemisphere.far_of_cells[known] = hemisphere.far_ground[known, :1] / hemisphere.far_of_cells.shape[1]
     hemisphere.sky_of_cells[known] = hemisphere.sky[known, :1]
     hemisphere.covered[~patches.receives] = True
     if not plan.far_ground:
-        hemisphere.far_ground[:] = 0
+        hemisphere.far_ground[:] = hemisphere.far_of_cells[:] = 0

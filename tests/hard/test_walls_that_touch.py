@@ -1,0 +1,131 @@
+"""Reflected light of walls that touch other houses, and of roofs, against paths followed one by one.
+
+A wall that goes on inside its neighbour's house is lit in one part and dark in the other. Rays from the dark part of
+one such wall meet the dark parts of others: with light taken for even over a patch, they get 10 to 20 % too much of the
+second reflection on.
+
+Each path starts at a random point and goes on, at random, from the very place that it meets; there suns are looked for.
+Nothing is taken for even, and of the code that is tested only tree, fronts and cover are used.
+"""
+
+import numpy as np
+import pytest
+from test_closed_forms import direct_relative
+from test_gather_is_forward import CITIES, ROOT, SUNS, lies_alone, middle_of
+
+from citypv.core.geometry.build_scene import build_scene
+from citypv.core.geometry.read_city import read_city
+from citypv.core.light.find_covered import lie_in_earth, meets_back
+from citypv.core.light.measure_cover import find_cover
+from citypv.core.light.sample_points import cell_of_point, cosine_direction
+from citypv.core.light.scatter import leave_patches
+from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.light.tracing import begin_tracing
+from citypv.core.progress import silent
+from citypv.core.request import Request
+
+BOUNCES = 3
+PATHS, SETS, SEEDS = 120, 6, 3  # paths from each patch in each set, and runs of gather
+PATCHES_AT_ONCE = 4000
+ERRORS = 4.0
+
+pytestmark = pytest.mark.slow
+
+
+def follow_paths(tracing, covered, chosen, generator):
+    """Irradiance after each reflection, of patches `chosen`: (BOUNCES + 1, c, 2) under the sky and the suns."""
+    light = np.zeros((BOUNCES + 1, len(chosen), 2))
+    for first in range(0, len(chosen), PATCHES_AT_ONCE):
+        part = slice(first, first + PATCHES_AT_ONCE)
+        light[:, part] = follow_some(tracing, covered, chosen[part], generator)
+    return light / PATHS
+
+
+def follow_some(tracing, covered, chosen, generator):
+    """Sums over the paths of a few patches: (BOUNCES + 1, c, 2)."""
+    patches, trees = tracing.patches, tracing.ray_scene
+    count, light = len(chosen), np.zeros((BOUNCES + 1, len(chosen), 2))
+    root = np.repeat(np.arange(count), PATHS)
+    weight = np.ones(len(root))
+    u, v = np.sqrt(generator.random(len(root))), generator.random(len(root))
+    place = chosen[root], (u * (1 - v)).astype(np.float32), (u * v).astype(np.float32)
+    lit_ground = tracing.request.ground_albedo * np.array([1, SUNS.weight @ SUNS.direction[:, 2]])
+    for bounce in range(BOUNCES + 1):
+        local = np.stack(cosine_direction(*generator.random((2, len(root)), dtype=np.float32)))
+        origins, directions = leave_patches(patches, place, local)
+        light[bounce, :, 1] += np.bincount(root, weight * look_at_suns(trees, patches.normal[place[0]], origins), count)
+        hit, b1, b2 = trees.trace_places(origins, directions)
+        sky, far = (hit < 0) & (directions[:, 2] > 0), np.flatnonzero((hit < 0) & (directions[:, 2] <= 0))
+        light[bounce, :, 0] += np.bincount(root[sky], weight[sky], count)
+        # What lies below the ground sees no lit ground.
+        start = tuple(part[far] for part in place)
+        below = covered[start[0], cell_of_point(*start[1:], 8)] | lie_in_earth(trees, patches, origins[far][None])[0]
+        if bounce < BOUNCES:
+            seen = np.bincount(root[far[~below]], weight[far[~below]], count)
+            light[bounce + 1] += seen[:, None] * lit_ground
+        going = (hit >= 0) & ~meets_back(patches, hit, directions) & patches.receives[hit]
+        root, place = root[going], (hit[going], b1[going], b2[going])
+        weight = weight[going] * patches.albedo[place[0]]
+    return light
+
+
+def look_at_suns(trees, normal, origins):
+    """What places receive of the suns, by weight: (m,) float64."""
+    received = np.zeros(len(origins))
+    for direction, weight in zip(SUNS.direction.astype(np.float32), SUNS.weight, strict=True):
+        incidence = normal @ direction
+        front = np.flatnonzero(incidence > 0)
+        free = front[~trees.trace_blocked(origins[front], direction)]
+        received[free] += weight * incidence[free]
+    return received
+
+
+def reflections_by_paths(scene, members):
+    """Means over some surfaces, of all reflections and without the first: two (SETS, 2)."""
+    tracing = begin_tracing(scene, Request(), silent)
+    covered = find_cover(tracing.ray_scene, tracing.patches, tracing.threads)[1]
+    surface = scene.triangle_surface
+    chosen = np.flatnonzero((surface >= 0) & members[surface] & tracing.patches.receives)
+    area = tracing.patches.area[chosen] / scene.surfaces.area[members].sum()
+    generator = np.random.default_rng(5)
+    found = np.array([area @ follow_paths(tracing, covered, chosen, generator) for _ in range(SETS)])
+    return found[:, 1:].sum(axis=1), found[:, 2:].sum(axis=1)
+
+
+def reflections_by_gather(scene, members):
+    """All of them, and without the first, by gather: two (SEEDS, 2)."""
+    found = np.zeros((3, SEEDS, 2))
+    for seed in range(SEEDS):
+        for row, bounces in enumerate((0, 1, BOUNCES)):
+            transfer = trace_transfer(scene, SUNS, Request(max_bounces=bounces, seed=seed), silent)
+            light = np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight], axis=1)
+            found[row, seed] = np.average(light[members], axis=0, weights=scene.surfaces.area[members])
+    return found[2] - found[0], found[2] - found[1]
+
+
+def compare(gather, paths):
+    """Difference and its standard error, as shares of what paths find: two (2,)."""
+    difference = gather.mean(axis=0) - paths.mean(axis=0)
+    variance = sum(runs.var(axis=0, ddof=1) / len(runs) for runs in (gather, paths))
+    return difference / paths.mean(axis=0), np.sqrt(variance) / paths.mean(axis=0)
+
+
+@pytest.mark.parametrize(("name", "group", "bias", "later"), [
+    ("Manhattan", "walls", 0.005, 0.03),
+    ("Berlin", "walls", 0.005, 0.03),
+    ("Berlin", "roofs", 0.01, 0.03),
+])  # fmt: skip
+def test_reflected_light_is_that_of_paths(name, group, bias, later):
+    """All of it, and what comes after the first reflection."""
+    file, place, half, _ = CITIES[name]
+    scene = build_scene(middle_of(read_city([ROOT / file]), half), **place)
+    kinds = {"walls": ["facade"], "roofs": ["flat", "roof", "steep"]}[group]
+    members = np.isin(scene.surfaces.kind, kinds) & (lies_alone(scene) == (group == "roofs"))
+    both = zip(reflections_by_gather(scene, members), reflections_by_paths(scene, members), strict=True)
+    whole, after = (compare(gather, paths) for gather, paths in both)
+    for label, (difference, error) in (("all", whole), ("from the second on", after)):
+        for light, a, b in zip(("sky", "suns"), difference, error, strict=True):
+            print(f"{name} {group} {label} {light} {100 * a:+.2f} ± {100 * b:.2f} %")
+    assert (np.abs(whole[0]) <= bias + ERRORS * whole[1]).all()
+    assert (np.abs(after[0]) <= later + ERRORS * after[1]).all()
+    assert whole[1].max() < bias  # it says something
