@@ -13,7 +13,7 @@ The task, as citypv's estimator gather does it: the town of tests/data/town.npz 
 hemisphere rays per triangle (closest hit), shadow rays from 16 points per triangle to each sun in front of it, the
 sparse matrix of hits F, and three reflections at albedo 0.25 for every sun and the diffuse sky. Rays that leave below
 the horizon carry nothing. town_in_mitsuba.py does it, with the same choices that serve our tracer (one four-dimensional
-sequence for places and directions; one point in each of 16 congruent cells for shadows, here their centroids; light
+sequence for places and directions; 16 points that lie evenly for shadows, here the centroids of congruent cells; light
 divided by the uncovered share of a triangle), but without standard errors, without a search for covered cells (each ray
 that meets a back speaks for itself), and for this one kind of scene.
 

@@ -53,7 +53,9 @@ def hand_on(form_factors, factor, light, sums, threads=1, *, out=None, total=Non
     """
     weight, arrived = sums
     if light.shape[1] == 1:
-        product = run_rows(form_factors, empty_product(form_factors, 1), threads, add_single, (factor * light).ravel())
+        product = run_rows(
+            form_factors, empty_product(form_factors, 1), threads, add_single, factor.ravel(), light[:, 0]
+        )
         np.multiply(product[:, 0], weight[0], out=arrived)
         return product if total is None else np.add(total, product, out=total)
     arrived[:] = 0
@@ -64,13 +66,14 @@ def hand_on(form_factors, factor, light, sums, threads=1, *, out=None, total=Non
     return run_rows(form_factors, total, threads, add_patches, *given, fresh=False)
 
 
-def multiply_cells(form_factors, light, threads=1):
-    """F · light with light that differs over the cells of a patch.
+def multiply_cells(form_factors, factor, light, threads=1):
+    """F · (factor ∘ light) with light, or its reflection, that differs over the cells of a patch.
 
     Parameters
     ----------
-    light : (p, cells) float32
-        Radiosity.
+    factor : (p,) float32
+    light : (p, cells) or (p, 1) float32
+        Of cells or of whole patches. Factor and light together are the radiosity.
 
     Returns
     -------
@@ -78,16 +81,16 @@ def multiply_cells(form_factors, light, threads=1):
         Each replicate by itself.
     """
     product = empty_product(form_factors, REPLICATES)
-    return run_rows(form_factors, product, threads, add_cells, light) * np.float32(REPLICATES)
+    return run_rows(form_factors, product, threads, add_cells, factor, light) * np.float32(REPLICATES)
 
 
-def multiply_starts(form_factors, light, threads=1):
-    """F · light by the cells that rays start in.
+def multiply_starts(form_factors, factor, light, threads=1):
+    """F · (factor ∘ light) by the cells that rays start in.
 
     Parameters
     ----------
-    light : (p, cells) float32
-        Radiosity.
+    factor, light
+        As of `multiply_cells`.
 
     Returns
     -------
@@ -95,7 +98,7 @@ def multiply_starts(form_factors, light, threads=1):
         The sum is the light of the patch.
     """
     product = empty_product(form_factors, form_factors.starts)
-    return run_rows(form_factors, product, threads, add_starts, light.ravel())
+    return run_rows(form_factors, product, threads, add_starts, factor, light)
 
 
 def multiply_seen(form_factors, albedo, normal, suns, threads=1):
@@ -187,26 +190,35 @@ def room_for_rows(start):
 
 
 @njit(nogil=True, cache=True)
-def add_single(rows, scale, product, light):
-    """Radiosity of cells from one light source, (p · cells,), times the share of rays that meet them."""
-    (chosen, start, key, count), (_, to_cell, share) = rows, scale
+def add_single(rows, scale, product, factor, light):
+    """Radiosity of cells, a factor (p · cells,) times light (p,), times the share of rays that meet them."""
+    (chosen, start, key, count), (to_patch, to_cell, share) = rows, scale
     for row in range(len(chosen)):
         total = 0.0
         for entry in range(start[row], start[row + 1]):
-            total += count[entry] * light[key[entry] >> to_cell]
+            total += count[entry] * factor[key[entry] >> to_cell] * light[key[entry] >> to_patch]
         product[chosen[row], 0] = share * total
 
 
+@njit(nogil=True, cache=True, inline="always")
+def radiosity_met(key, scale, factor, light):
+    """Radiosity of the place that a key names, a factor (p,) times light (p, cells) or (p, 1)."""
+    to_patch, to_cell, share = scale
+    patch = key >> to_patch
+    cell = 0 if light.shape[1] == 1 else (key >> to_cell) - (patch << (to_patch - to_cell))
+    return share * factor[patch] * light[patch, cell]
+
+
 @njit(nogil=True, cache=True)
-def add_starts(rows, scale, product, light):
-    """Radiosity of cells, (p · cells,), times the share of rays that meet them, by the cells where these start."""
-    (chosen, start, key, count), (_, to_cell, share) = rows, scale
+def add_starts(rows, scale, product, factor, light):
+    """Radiosity of cells times the share of rays that meet them, by the cells where these start."""
+    chosen, start, key, count = rows
     for row in range(len(chosen)):
         total = product[chosen[row]]
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
             begun = (key[entry] >> REPLICATE_BITS) & (len(total) - 1)
-            total[begun] += np.float32(count[entry]) * share * light[key[entry] >> to_cell]
+            total[begun] += np.float32(count[entry]) * radiosity_met(key[entry], scale, factor, light)
 
 
 @njit(nogil=True, cache=True)
@@ -259,16 +271,15 @@ def add_patches(rows, scale, product, radiosity, sums):
 
 
 @njit(nogil=True, cache=True)
-def add_cells(rows, scale, product, light):
-    """Radiosity of cells, (p, cells), times the share of rays that meet them, replicate by replicate."""
-    (chosen, start, key, count), (to_patch, to_cell, share) = rows, scale
+def add_cells(rows, scale, product, factor, light):
+    """Radiosity of cells times the share of rays that meet them, replicate by replicate."""
+    chosen, start, key, count = rows
     for row in range(len(chosen)):
         total = product[chosen[row]]
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
-            patch = key[entry] >> to_patch
-            cell = (key[entry] >> to_cell) - (patch << (to_patch - to_cell))
-            total[key[entry] & (REPLICATES - 1)] += np.float32(count[entry]) * share * light[patch, cell]
+            met = np.float32(count[entry]) * radiosity_met(key[entry], scale, factor, light)
+            total[key[entry] & (REPLICATES - 1)] += met
 
 
 @njit(nogil=True, cache=True)

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from .form_factor_products import multiply, multiply_cells
+from .form_factor_products import multiply_cells
 from .reflect import follow_bounces, radiosity_factor, variance_of_replicates
 
 
@@ -38,11 +38,11 @@ def gather_diffuse(tracing, hemisphere):
     if plan.reflections:
         tell_bounces(tracing, 0)
         far_first = tracing.request.ground_albedo * hemisphere.far_ground
-        light = tracing.patches.albedo[:, None] * hemisphere.sky_of_cells
-        first_bounce = multiply_cells(hemisphere.form_factors, light, tracing.threads)
+        form_factors, sky_of_cells = hemisphere.form_factors, hemisphere.sky_of_cells
+        first_bounce = multiply_cells(form_factors, tracing.patches.albedo, sky_of_cells, tracing.threads)
         celled = first_bounce.mean(axis=1, keepdims=True)
         _, handed_on, last = follow_bounces(
-            hemisphere.form_factors,
+            form_factors,
             hemisphere.factor,
             celled.copy(),
             plan.max_bounces,
@@ -51,7 +51,7 @@ def gather_diffuse(tracing, hemisphere):
             threads=tracing.threads,
             progress=partial(tell_bounces, tracing),
         )
-        reflected = multiply_cells(hemisphere.form_factors, hemisphere.factor * handed_on[:, None], tracing.threads)
+        reflected = multiply_cells(form_factors, handed_on, hemisphere.factor, tracing.threads)
         reflected += first_bounce + far_first
         by_replicate += reflected
         evened = change_by_even_patches(tracing, hemisphere, first, celled, reflected)
@@ -89,9 +89,8 @@ def change_by_even_patches(tracing, hemisphere, first, celled, reflected):
     float
         As a share of their reflected light.
     """
-    factor = radiosity_factor(tracing.patches, hemisphere.covered_share)[:, None]
-    factor = np.repeat(factor, hemisphere.form_factors.cells, axis=1)
-    even = multiply(hemisphere.form_factors, factor, first, tracing.threads)
+    factor = radiosity_factor(tracing.patches, hemisphere.covered_share)
+    even = multiply_cells(hemisphere.form_factors, factor, first, tracing.threads).mean(axis=1, keepdims=True)
     weight = tracing.eligible_area @ tracing.merge  # of the patches
     whole = float(weight @ reflected.mean(axis=1))
     return float(weight @ (even - celled)[:, 0]) / whole if whole > 0 else 0.0

@@ -157,10 +157,8 @@ def error_of_direct(tracing, hemisphere, annual, suns):
     variance[~send_shadow_rays(tracing, hemisphere)] = 0  # known exactly, even where one point tells no spread
     if tracing.plan.reflections and annual.speakers is not None:
         annual_of_cells = np.take_along_axis(annual.by_point, annual.speakers, axis=1)
-        lit = patches.albedo[:, None] * annual_of_cells
-        first_bounce = multiply_cells(hemisphere.form_factors, lit, tracing.threads)
-        again = hemisphere.factor * annual.handed_on[:, None]
-        by_replicate = multiply_cells(hemisphere.form_factors, again, tracing.threads)
+        first_bounce = multiply_cells(hemisphere.form_factors, patches.albedo, annual_of_cells, tracing.threads)
+        by_replicate = multiply_cells(hemisphere.form_factors, annual.handed_on, hemisphere.factor, tracing.threads)
         by_replicate += first_bounce
         by_replicate += annual.lit_ground * hemisphere.far_ground
         variance = variance + variance_of_replicates(by_replicate)

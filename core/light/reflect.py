@@ -47,18 +47,48 @@ def factor_of_cells(tracing, hemisphere):
         That of `radiosity_factor` where no reflected light of the sky arrives, or keys of hits cannot tell from where.
     """
     patches, form_factors = tracing.patches, hemisphere.form_factors
-    factor = np.repeat(radiosity_factor(patches, hemisphere.covered_share)[:, None], form_factors.cells, axis=1)
+    whole = radiosity_factor(patches, hemisphere.covered_share)
     if form_factors.starts < form_factors.cells or form_factors.cells == 1:
-        return factor
-    arriving = multiply_starts(form_factors, patches.albedo[:, None] * hemisphere.sky_of_cells, tracing.threads)
-    arriving += tracing.request.ground_albedo * hemisphere.far_of_cells
-    whole = arriving.sum(axis=1)
-    lit = whole > 0
-    # As many rays start in one cell as in another; what is not open of it hands on nothing.
-    scale = form_factors.cells * patches.albedo[lit] / whole[lit]
-    share = hemisphere.open_share[lit]
-    factor[lit] = np.divide(arriving[lit] * scale[:, None], share, out=np.zeros_like(share), where=share > 0)
+        return np.repeat(whole[:, None], form_factors.cells, axis=1)
+    factor = multiply_starts(form_factors, patches.albedo, hemisphere.sky_of_cells, tracing.threads)
+    of_ground = np.float32(tracing.request.ground_albedo), hemisphere.far_of_cells
+
+    def share(rows):
+        light = factor[rows], of_ground[0], of_ground[1][rows]
+        share_out(light, hemisphere.open_share[rows], patches.albedo[rows], whole[rows])
+
+    work_in_slices(share, len(factor), tracing.threads)
     return factor
+
+
+@njit(nogil=True, cache=True)
+def share_out(light, open_share, albedo, whole):
+    """From light that arrives at cells to factors of `factor_of_cells`.
+
+    Parameters
+    ----------
+    light : tuple of (p, cells) float32, float32 and (p, cells) float32
+        What patches reflect to each cell, overwritten with the factors; albedo of the far ground, and what each cell
+        sees of it.
+    open_share : (p, cells) float32
+    albedo, whole : (p,) float32
+        The latter of `radiosity_factor`.
+    """
+    arriving, ground_albedo, far_ground = light
+    cells = arriving.shape[1]
+    for patch in range(len(arriving)):
+        total = np.float32(0)
+        for cell in range(cells):
+            arriving[patch, cell] += ground_albedo * far_ground[patch, cell]
+            total += arriving[patch, cell]
+        if total <= 0:
+            arriving[patch] = whole[patch]
+            continue
+        # As many rays start in one cell as in another; what is not open of it hands on nothing.
+        scale = np.float32(cells) * albedo[patch] / total
+        for cell in range(cells):
+            share = open_share[patch, cell]
+            arriving[patch, cell] = scale * arriving[patch, cell] / share if share > 0 else 0
 
 
 def reflect(form_factors, factor, first, far_first, max_bounces):

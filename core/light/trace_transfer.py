@@ -62,7 +62,7 @@ def trace_transfer(scene, suns, request, progress, folder=None):
     clock.lap("sky and reflections")
 
     diffuse = gather_diffuse(tracing, hemisphere)
-    hemisphere.sky_of_cells = hemisphere.far_of_cells = hemisphere.open_share = None  # of no more use, and large
+    hemisphere.sky_of_cells = None  # of no more use, and large
     clock.lap("diffuse reflections")
     direct = gather_direct(tracing, hemisphere, suns, folder)
     clock.lap("suns")
@@ -146,6 +146,7 @@ def look_around(tracing, cells):
     fill_closed_forms(hemisphere, patches, plan)
     if plan.reflections:
         hemisphere.factor = factor_of_cells(tracing, hemisphere)
+    hemisphere.far_of_cells = hemisphere.open_share = None  # of no more use, and large
     return hemisphere
 
 

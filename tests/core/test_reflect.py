@@ -32,7 +32,7 @@ def test_any_number_of_bounces(sources, bounces):
     for bounce in range(bounces):
         light.append(matrix @ (factor[:, None] * light[-1]) + (far if bounce == 0 else 0))
     whole = np.sum(light[1:], axis=0) if bounces else np.zeros_like(first)
-    handed_on = sum((factor[:, None] * part for part in light[1:-1]), start=np.zeros_like(first)).sum(axis=1)
+    handed_on = sum(light[1:-1], start=np.zeros_like(first)).sum(axis=1)
 
     reflected, found, last = reflect(form_factors, factor, first, far, bounces)
     assert reflected == pytest.approx(whole, rel=1e-5, abs=1e-6)
@@ -40,15 +40,31 @@ def test_any_number_of_bounces(sources, bounces):
     assert last == pytest.approx(light[-1].sum() / np.sum(light) if bounces else 0, rel=1e-4)
 
 
+@pytest.mark.parametrize("sources", [1, 5])
+def test_cells_hand_on_each_by_its_own_factor(sources):
+    """What a cell sends is its factor times the light of its patch."""
+    generator = np.random.default_rng(sources)
+    form_factors = random_form_factors(generator)
+    arriving = generator.random((PATCHES, sources)).astype(np.float32)
+    factor = generator.random((PATCHES, CELLS)).astype(np.float32)
+    second = np.zeros((PATCHES, sources))
+    for rows in form_factors.rows:
+        patch, cell = np.divmod(rows.key // REPLICATES, CELLS)
+        sent = factor[patch, cell][:, None] * arriving[patch].astype(float) / (64 * REPLICATES)
+        np.add.at(second, np.repeat(rows.chosen, RAYS), sent)
+    reflected, _, _ = follow_bounces(form_factors, factor, arriving.copy(), 2)
+    assert reflected == pytest.approx(arriving + second, rel=1e-5)
+
+
 def test_sources_count_by_their_weight():
     """In sums over them, not in the light of each."""
     generator = np.random.default_rng(2)
     form_factors = random_form_factors(generator)
     arriving = generator.random((PATCHES, 5)).astype(np.float32)
-    factor, weight = np.full(PATCHES, 0.5, np.float32), np.float32([0, 1, 0, 2, 0])
+    factor, weight = np.full((PATCHES, CELLS), 0.5, np.float32), np.float32([0, 1, 0, 2, 0])
     plain = follow_bounces(form_factors, factor, arriving.copy(), 2)
     weighed = follow_bounces(form_factors, factor, arriving.copy(), 2, weight=weight, first_light=3.0)
     assert np.array_equal(plain[0], weighed[0])
-    assert weighed[1] == pytest.approx(0.5 * arriving @ weight, rel=1e-5)
+    assert weighed[1] == pytest.approx(arriving @ weight, rel=1e-5)
     second = (plain[0] - arriving) @ weight
     assert weighed[2] == pytest.approx(second.sum() / (3.0 + (plain[0] @ weight).sum()), rel=1e-4)
