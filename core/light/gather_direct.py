@@ -11,9 +11,10 @@ from .gather_diffuse import change_by_even_patches
 from .kept_matrix import MatrixOnDisk, keep_matrix
 from .reflect import follow_bounces, variance_of_replicates
 from .row_slices import work_in_slices
+from .shadow_points import points_above
 from .sun_blocks import SunsTeller, count_kept, cut_into_blocks, keep_columns
 from .surface_means import average_surfaces
-from .trace_suns import points_above, trace_suns
+from .trace_suns import trace_suns
 
 
 @dataclass

@@ -11,7 +11,8 @@ from .check_arrays import check_scene
 from .patches import Patches, patches_of_scene
 from .ray_scene import RayScene, usable_threads
 from .read_albedo import albedo_of_triangles
-from .trace_suns import points_above, trace_suns
+from .shadow_points import points_above
+from .trace_suns import trace_suns
 
 PATCHES = 500
 

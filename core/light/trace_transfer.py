@@ -15,8 +15,8 @@ from .gather_direct import gather_direct
 from .read_albedo import finishes_of_surfaces
 from .reflect import factor_of_cells
 from .sample_points import REPLICATES
+from .shadow_points import cells_of_light, points_above
 from .trace_hemisphere import trace_hemisphere
-from .trace_suns import cells_of_light, points_above
 from .tracing import begin_tracing
 from .transfer import Transfer
 
