@@ -199,5 +199,6 @@ def points_of_grid(count):
     """
     digits = sobol_digits(count)[:, :2]
     rows, columns = grid_of(count)
-    rectangle = (digits[:, 1] * rows >> DIGITS) * columns + (digits[:, 0] * columns >> DIGITS)
+    along, across = digits.astype(np.int64).T  # 2^DIGITS times a side does not fit into their own 32 bits
+    rectangle = (across * rows >> DIGITS) * columns + (along * columns >> DIGITS)
     return digits[np.argsort(rectangle)]
