@@ -4,7 +4,14 @@ Blender loads this file as an extension, Python as the package `citypv`. Nothing
 that reading the package costs nothing and `citypv.core` works without Blender.
 """
 
-__version__ = "0.1.0"
+
+def __getattr__(name):
+    """`citypv.__version__`, read when it is asked for."""
+    if name == "__version__":
+        from .core.version import __version__
+
+        return __version__
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def register():

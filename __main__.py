@@ -16,32 +16,16 @@ def main(arguments=None):
     int
         Exit status.
     """
-    from .core.command_line import main as run
+    from .core.commands.command_line import main as run
 
     return run(arguments, draw=draw_results)
 
 
-def draw_results(folder, scene, transfer, energy, note, *, pictures):
-    """Let Blender write `city.blend` and `preview.png` into a folder.
+def draw_results(*results, **options):
+    """Blender's part, see `operators.draw_results`; imported when pictures are asked for."""
+    from .operators.draw_results import draw_results as draw
 
-    Parameters
-    ----------
-    folder : pathlib.Path
-    scene : Scene
-    transfer : Transfer
-    energy : Energy
-    note : str
-        Printed beside the legend.
-    pictures : list of {'blend', 'preview'}
-    """
-    if "blend" in pictures:
-        from .operators.write_blend import write_blend
-
-        write_blend(folder / "city.blend", scene, transfer, energy, note)
-    if "preview" in pictures:
-        from .operators.render_preview import render_preview
-
-        render_preview(folder / "preview.png", scene, transfer, energy, note)
+    draw(*results, **options)
 
 
 if __name__ == "__main__":

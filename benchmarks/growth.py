@@ -38,9 +38,9 @@ def cut_city(count):
 
 def trace_one(count):
     """Trace a city of so many triangles: what it took."""
-    from citypv.core.light.trace_transfer import trace_transfer
-    from citypv.core.plain_scenes import join_parts
+    from citypv.core.commands.plain_scenes import join_parts
     from citypv.core.progress import silent
+    from citypv.core.radiosity.trace_gather import trace_gather
     from citypv.core.request import Request
     from citypv.core.sun.suns import Suns
 
@@ -48,7 +48,7 @@ def trace_one(count):
     suns = Suns("hourly", sun, np.full(len(sun), 1 / len(sun)), np.zeros(len(sun), np.int32), np.arange(len(sun)))
     scene = join_parts([cut_city(count)])
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    settings = trace_transfer(scene, suns, Request(far_ground=False), silent).settings
+    settings = trace_gather(scene, suns, Request(far_ground=False), silent).settings
     rays = settings["hemisphere_rays"] + settings["shadow_rays"]
     return {
         "triangles": len(scene.triangles),

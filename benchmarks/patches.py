@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from citypv.core.geometry.city import City
-from citypv.core.geometry.classify import classify, measure_tilt
-from citypv.core.geometry.read_city import read_city
-from citypv.core.geometry.scene import Scene, Site, Surfaces
-from citypv.core.light.measure_unevenness import measure_unevenness
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.city.city import City
+from citypv.core.files.read_city import read_city
 from citypv.core.progress import silent
+from citypv.core.radiosity.measure_unevenness import measure_unevenness
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
+from citypv.core.scene.classify import classify, measure_tilt
+from citypv.core.scene.scene import Scene, Site, Surfaces
 from citypv.core.split_uneven_patches import (
     COARSEST,
     NO_HALVINGS,
@@ -64,14 +64,14 @@ def main():
 def measure(scene):
     """Reflected light of a scene: patches, seconds, and by surface that of the sky and of the suns."""
     started = time.process_time()
-    transfer = trace_transfer(scene, SUNS, REQUEST, silent)
+    transfer = trace_gather(scene, SUNS, REQUEST, silent)
     return {
         "patches": len(scene.triangles),
         "seconds": time.process_time() - started,
         "sky": transfer.diffuse_relative - transfer.sky_view_factor,
         "suns": transfer.direct_reflected @ SUNS.weight,
         "surfaces": scene.surfaces,
-        "budget": 100 / 3 * max(map(abs, transfer.settings["change_by_even_patches"].values())),
+        "budget": 100 / 3 * max(map(abs, transfer.settings["estimate_discretisation_error"].values())),
     }
 
 

@@ -30,7 +30,7 @@ POLYGON = re.compile(rb"<gml:Polygon.*?</gml:Polygon>", re.DOTALL)
 
 HEAD = """
 import json, resource, sys, time
-from citypv.core.geometry.read_city import read_city
+from citypv.core.files.read_city import read_city
 from lxml import etree
 import numpy as np
 unit = 1 if sys.platform == "darwin" else 1024

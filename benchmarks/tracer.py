@@ -28,12 +28,12 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
-from citypv.core.light import tracing
-from citypv.core.light.choose_engine import TREES, VARIABLE
-from citypv.core.light.facing_scene import FacingScene
-from citypv.core.light.trace_transfer import trace_transfer
-from citypv.core.plain_scenes import join_parts
+from citypv.core.commands.plain_scenes import join_parts
+from citypv.core.patches.facing_scene import FacingScene
 from citypv.core.progress import silent
+from citypv.core.radiosity import gather_context
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.rays.choose_engine import TREES, VARIABLE
 from citypv.core.request import Request
 from citypv.core.sun.suns import Suns
 
@@ -55,9 +55,9 @@ class Recorder:
     def trace_closest(self, origins, directions):
         return self.trace_places(origins, directions)[0]
 
-    def look_at_suns(self, position, wanted, directions):
+    def trace_shadow_rays(self, position, wanted, directions):
         self.points.setdefault(directions.tobytes(), []).append((position, wanted, directions))
-        return self.tree.look_at_suns(position, wanted, directions)
+        return self.tree.trace_shadow_rays(position, wanted, directions)
 
 
 def trace(scene, suns, engine, threads, record=None):
@@ -69,8 +69,8 @@ def trace(scene, suns, engine, threads, record=None):
             ray_scene._tree = record(ray_scene._tree)
         return ray_scene
 
-    os.environ[VARIABLE], tracing.FacingScene = engine, open_scene
-    transfer = trace_transfer(scene, suns, Request(**SETTINGS, threads=threads), silent)
+    os.environ[VARIABLE], gather_context.FacingScene = engine, open_scene
+    transfer = trace_gather(scene, suns, Request(**SETTINGS, threads=threads), silent)
     seconds = dict(transfer.settings["seconds"])
     before = seconds.pop("plan and tree")
     return sum(seconds.values()), before, transfer

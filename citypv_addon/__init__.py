@@ -7,6 +7,7 @@ import bpy
 from ..operators.cancel_step import CancelStep
 from ..operators.classify_city import ClassifyCity
 from ..operators.colour_city import ColourCity, RenderCity
+from ..operators.compute_energy import WeighEnergy
 from ..operators.draw_legend import start_drawing, stop_drawing
 from ..operators.import_city import ChooseCity, ImportCity
 from ..operators.select_group import SelectBuildings, SelectGroup
@@ -14,7 +15,6 @@ from ..operators.session import close_sessions
 from ..operators.show_report import CopyGroup, ShowReport
 from ..operators.take_meshes import TakeMeshes
 from ..operators.trace_city import TraceCity
-from ..operators.weigh_energy import WeighEnergy
 from .command import register_command, unregister_command
 from .panels import PANELS, MaterialPanel, draw_import_menu
 from .properties import Settings, build_material_property

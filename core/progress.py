@@ -66,6 +66,18 @@ class TerminalProgress:
             self.stage = None
 
 
+class Clock:
+    """Seconds per stage."""
+
+    def __init__(self):
+        self.seconds, self.last = {}, time.perf_counter()
+
+    def lap(self, stage):
+        """Note the seconds since the last lap."""
+        now = time.perf_counter()
+        self.seconds[stage], self.last = now - self.last, now
+
+
 def describe_progress(done, total, unit, seconds):
     """Share done, rate and time left (or time taken) in words."""
     rate = done / seconds if seconds > 0 else 0.0

@@ -32,7 +32,7 @@ class Request:
     albedo: float = 0.25
     ground_albedo: float = 0.25
     albedo_file: str | None = None
-    materials: dict = field(default_factory=dict)  # name of a material -> light.materials.Finish
+    materials: dict = field(default_factory=dict)  # name of a material -> light.materials.MaterialSpec
     file_materials: bool = False  # whether materials that the city's files name tell the albedo of their surfaces
     ground_material: str = ""  # name of the generated ground's among them
     far_ground: bool = True

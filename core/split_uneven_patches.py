@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from .geometry.refine import refine_triangles
-from .light.measure_unevenness import measure_unevenness
+from .radiosity.measure_unevenness import measure_unevenness
+from .scene.refine import refine_triangles
 
 COARSEST = 25.0  # [m] longest edge of patches that are not split
 FINEST = 2.0  # [m] patches with shorter edges stay whole

@@ -12,23 +12,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from .energy.compute_energy import compute_energy
+from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pick_module import pick_module
 from .errors import InputError
-from .geometry.build_scene import build_scene
-from .geometry.read_city import read_city
-from .geometry.read_terrain import read_terrain
-from .light.patches import patches_of_scene
-from .light.pilot_suns import trace_pilot
-from .light.plan_effects import plan_effects
-from .light.read_albedo import albedo_of_triangles
-from .light.trace_forward import trace_forward
-from .light.trace_transfer import trace_transfer
+from .files.read_city import read_city
+from .files.read_terrain import read_terrain
+from .materials.read_albedo import albedo_of_triangles
+from .patches.patches import patches_of_scene
+from .photons.trace_forward import trace_forward
 from .progress import silent
+from .radiosity.sun_sampling_error import trace_sun_samples
+from .radiosity.trace_gather import trace_gather
 from .request import check_request
+from .scene.build_scene import build_scene
 from .sun.choose_suns import choose_suns, parse_way
 from .sun.keep_suns import weigh_by_year
 from .sun.spread_suns import spread_suns
+from .transfer.plan_effects import plan_effects
 from .weather.read_weather import read_weather
 
 
@@ -117,7 +117,7 @@ def trace_scene(scene, weather, request, progress=silent, folder=None):
     """
     year = weather.data.index, weather.interval, scene.site.latitude, scene.site.longitude
     suns = spread_suns(choose_suns(request.suns, *year, request.seed))
-    trace = {"gather": trace_transfer, "forward": trace_forward}[request.estimator]
+    trace = {"gather": trace_gather, "forward": trace_forward}[request.estimator]
     transfer = trace(scene, suns, request, progress, folder)
     return weigh_kept_suns(transfer, year) if "interrupted" in transfer.settings else transfer
 
@@ -158,9 +158,10 @@ def measure_sun_sampling(scene, weather, transfer, request, progress=silent):
         return {"bias": 0.0, "rms": 0.0, "patches": 0}
     site = scene.site
     hourly = choose_suns("hourly", weather.data.index, weather.interval, site.latitude, site.longitude, request.seed)
-    clustered, exact = trace_pilot(scene, transfer, hourly, request, progress)
+    clustered, exact = trace_sun_samples(scene, transfer, hourly, request, progress)
     found, true = (
-        compute_energy(one, weather, request.module, request.threads).full_load_hours for one in (clustered, exact)
+        compute_surface_energy(one, weather, request.module, request.threads).full_load_hours
+        for one in (clustered, exact)
     )
     mean = true.mean()
     if not mean > 0:
@@ -172,6 +173,6 @@ def measure_sun_sampling(scene, weather, transfer, request, progress=silent):
     }
 
 
-def weigh_energy(transfer, weather, request, progress=silent):
+def compute_energy(transfer, weather, request, progress=silent):
     """Irradiance and full load hours that a weather makes of a Transfer."""
-    return compute_energy(transfer, weather, request.module, request.threads, progress)
+    return compute_surface_energy(transfer, weather, request.module, request.threads, progress)

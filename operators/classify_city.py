@@ -42,7 +42,7 @@ class ClassifyCity(Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Stand the city on its ground: local axes, triangles, kinds; and look what lies inside."""
-        from ..core.list_findings import list_findings
+        from ..core.results.list_findings import list_findings
         from ..core.study import stand_city
 
         city, meshes, request = task

@@ -41,7 +41,7 @@ class ImportCity(Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Read the files; triangles without ground show what was read."""
-        from ..core.geometry.read_city import read_city
+        from ..core.files.read_city import read_city
 
         paths, request = task
         city = read_city(paths, lod=request.lod, unit=request.unit, up=request.up, progress=progress)
@@ -76,8 +76,8 @@ class ChooseCity(bpy.types.Operator):
 
 def triangulate_import(city, request, progress):
     """Return a city, its scene without ground, and what reading came upon."""
-    from ..core.geometry.build_scene import build_scene
-    from ..core.list_findings import list_findings
+    from ..core.results.list_findings import list_findings
+    from ..core.scene.build_scene import build_scene
 
     progress("triangulating", 0, len(city), "polygons")
     place = {"latitude": request.latitude, "longitude": request.longitude}

@@ -24,7 +24,7 @@ def list_groups(scene, findings):
 
     Parameters
     ----------
-    scene : core.geometry.scene.Scene
+    scene : core.scene.scene.Scene
     findings : list of core.list_findings.Finding
 
     Returns

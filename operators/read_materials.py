@@ -5,14 +5,14 @@ import numpy as np
 from mathutils import Color
 
 from ..core.errors import InputError
-from ..core.light.materials import CLEAR, DULL, Finish, describe_brdf, recognise_material
-from ..core.light.read_albedo import whole_of_cell
-from ..core.light.take_shader import albedo_of_colour, take_material, take_shader
+from ..core.materials.materials import CLEAR, DIFFUSE, MaterialSpec, describe_brdf, recognise_material
+from ..core.materials.read_albedo import whole_of_cell
+from ..core.materials.shader_material import albedo_of_colour, named_material, shader_material
 from .attributes import PREFIX
 from .write_attributes import read_face_attribute
 
 CHOICE = PREFIX + "material"  # property of a material: what it reflects as
-MATERIALS = (*DULL, *CLEAR, "mirror", "glossy:0.1")  # what may be chosen, with an example
+MATERIALS = (*DIFFUSE, *CLEAR, "mirror", "glossy:0.1")  # what may be chosen, with an example
 NODES = {  # type of node -> names of its inputs for colour, metallic, roughness, transmission; or their value
     "BSDF_PRINCIPLED": ("Base Color", "Metallic", "Roughness", "Transmission Weight"),
     "BSDF_DIFFUSE": ("Color", 0.0, 1.0, 0.0),
@@ -95,7 +95,7 @@ def read_finishes(names, colours):
 
     Returns
     -------
-    finishes : dict of str to Finish
+    finishes : dict of str to MaterialSpec
     unread : list of str
         Names of those that tell no albedo.
 
@@ -113,14 +113,14 @@ def read_finishes(names, colours):
             cure = "take the meshes again, or give its faces another"
             raise InputError("Materials", f"{name!r} is gone, or has another name", cure)
     finishes = {
-        name: read_finish(known[name]) if name in known else take_material(name, colours[name]) for name in wanted
+        name: read_finish(known[name]) if name in known else named_material(name, colours[name]) for name in wanted
     }
     unread = [name for name, finish in finishes.items() if finish is None]
     return {name: finish for name, finish in finishes.items() if finish is not None}, unread
 
 
 def read_finish(material):
-    """Read what a material reflects: a Finish, or None where it does not tell.
+    """Read what a material reflects: a MaterialSpec, or None where it does not tell.
 
     The user's choice counts before the name, and that before the shader.
     """
@@ -129,8 +129,8 @@ def read_finish(material):
     word = recognise_material(choice) or choice or recognise_material(material.name)
     colour, *rest = read_shader(material)
     if word != "mirror" and not word.startswith("glossy"):
-        return Finish(material=word) if word else take_shader(colour, *rest)
-    return None if colour is None else Finish(albedo_of_colour(colour), word)
+        return MaterialSpec(material=word) if word else shader_material(colour, *rest)
+    return None if colour is None else MaterialSpec(albedo_of_colour(colour), word)
 
 
 def read_shader(material):

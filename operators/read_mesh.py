@@ -4,8 +4,8 @@ from collections import Counter
 
 import numpy as np
 
+from ..core.city.polygon import FileContent, Polygon
 from ..core.errors import InputError
-from ..core.geometry.polygon import FileContent, Polygon
 from .attributes import PREFIX
 from .read_materials import name_face_materials
 
@@ -76,7 +76,7 @@ def read_meshes(name, items, context):
 
 def join_meshes(content):
     """City of meshes, mended as files are."""
-    from ..core.geometry.join_contents import join_contents
+    from ..core.city.join_contents import join_contents
 
     return join_contents([content])
 

@@ -1,18 +1,21 @@
-"""The command line inside Blender."""
+"""The command line, with Blender's part of it."""
+
+from .draw_results import draw_results
 
 
-def run_command(arguments):
-    """Run the command line with the arguments that follow `blender --command citypv`.
+def run_command(arguments=None):
+    """Run the command line; inside Blender with the arguments that follow `blender --command citypv`.
 
     Parameters
     ----------
-    arguments : list of str
+    arguments : list of str, optional
+        By default those of the process.
 
     Returns
     -------
     int
-        Exit status, see `core.command_line`.
+        Exit status, see `core.commands.command_line`.
     """
-    from ..__main__ import main
+    from ..core.commands.command_line import main
 
-    return main(arguments)
+    return main(arguments, draw=draw_results)

@@ -15,10 +15,10 @@ _sessions = {}
 class Session:
     """The data of the steps that were done; None where a step was not."""
 
-    city: Any = None  # core.geometry.city.City
-    scene: Any = None  # core.geometry.scene.Scene
+    city: Any = None  # core.city.city.City
+    scene: Any = None  # core.scene.scene.Scene
     weather: Any = None  # core.weather.weather.Weather
-    transfer: Any = None  # core.light.transfer.Transfer
+    transfer: Any = None  # core.transfer.transfer.Transfer
     energy: Any = None  # core.energy.energy.Energy
     ground_material: str = ""  # name of the material that the user gave to the generated ground
 

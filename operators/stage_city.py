@@ -20,8 +20,8 @@ def stage_city(scene, transfer, energy, note=""):
 
     Parameters
     ----------
-    scene : core.geometry.scene.Scene
-    transfer : core.light.transfer.Transfer
+    scene : core.scene.scene.Scene
+    transfer : core.transfer.transfer.Transfer
     energy : core.energy.energy.Energy
     note : str
         What has to be read beside the colours, such as the weather.

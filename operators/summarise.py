@@ -29,7 +29,7 @@ def summarise_albedo(item, rows, unread):
     ----------
     item : bpy.types.Object
     rows : list of dict
-        As `core.light.read_albedo.describe_albedo` makes them.
+        As `core.materials.read_albedo.describe_albedo` makes them.
     unread : list of str
         Materials that tell no albedo.
     """

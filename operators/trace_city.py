@@ -45,8 +45,8 @@ class TraceCity(Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Trace; the weather only says which hours there are."""
-        from ..core.light.read_albedo import describe_albedo
-        from ..core.list_findings import list_findings
+        from ..core.materials.read_albedo import describe_albedo
+        from ..core.results.list_findings import list_findings
         from ..core.study import check_settings, read_year, trace_scene
 
         session, request, unread = task

@@ -48,7 +48,7 @@ def write_classes(city, ground, surfaces):
     ----------
     city, ground : bpy.types.Object or None
         Objects as `build_meshes` makes them; the ground may be None.
-    surfaces : core.geometry.scene.Surfaces
+    surfaces : core.scene.scene.Surfaces
         n surfaces.
     """
     faces = _faces_of_surfaces(city, len(surfaces))
@@ -70,7 +70,7 @@ def write_results(city, ground, transfer, energy=None):
     ----------
     city, ground : bpy.types.Object or None
         Objects as `build_meshes` makes them; the ground may be None.
-    transfer : core.light.transfer.Transfer
+    transfer : core.transfer.transfer.Transfer
         Results of n surfaces.
     energy : core.energy.energy.Energy, optional
         Results of the same surfaces; without it, attributes of an earlier energy are removed.

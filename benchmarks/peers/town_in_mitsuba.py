@@ -144,7 +144,7 @@ def cell_centroids(count):
     return (mi.Float(weights) for weights in np.float32(upright + inverted).T / np.float32(3 * k))
 
 
-def trace_suns(town, first, count, points, direct):
+def sun_visibility(town, first, count, points, direct):
     """Shadow rays from some triangles to every sun in front of them; `direct` takes cos aoi · visible share."""
     # Pairs of triangle and sun, triangle by triangle: what stands side by side meets the same things.
     pair = dr.arange(mi.UInt32, count * town.sun_count)
@@ -205,7 +205,7 @@ def light_town(town, options, pool, clock):
         matrix = sparse.csr_matrix((values, columns, ends), shape=(town.count, town.count))
     with clock("suns"):
         direct = dr.zeros(mi.Float, town.count * (town.sun_count + 1))
-        shadow_rays = sum(trace_suns(town, *chunk, options.shadow_samples, direct) for chunk in chunks)
+        shadow_rays = sum(sun_visibility(town, *chunk, options.shadow_samples, direct) for chunk in chunks)
         first = direct.numpy().reshape(town.count, -1)
         first[:, -1] = sky
     with clock("reflections"):

@@ -4,8 +4,8 @@ import numpy as np
 
 from ..check_arrays import UNIT, check_array, check_unit
 from ..errors import InputError
-from ..light.kept_matrix import MatrixOnDisk, row_blocks
 from ..sun.check_suns import check_place, check_suns, check_times
+from ..transfer.kept_matrix import MatrixOnDisk, row_blocks
 from ..weather.check_weather import LIMITS
 
 ANGLES = ("apparent_zenith", "solar_azimuth")

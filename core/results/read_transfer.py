@@ -7,9 +7,9 @@ import numpy as np
 import xarray
 
 from ..errors import InputError
-from ..geometry.scene import Site, Surfaces
-from ..light.transfer import Transfer
+from ..scene.scene import Site, Surfaces
 from ..sun.suns import Suns
+from ..transfer.transfer import Transfer
 from .transfer_fields import ALBEDO, FORMAT, MATERIAL, PER_SUN, PER_SURFACE, PER_SURFACE_AND_SUN, TEXTS, TRACED_AS
 
 CURE = "give the transfer.nc of a run of citypv simulate"
@@ -77,11 +77,11 @@ def transfer_of_dataset(dataset):
         settings=json.loads(dataset.attrs["settings"]),
         **{name: values[name] for name, (owner, *_) in PER_SURFACE.items() if owner == "transfer"},
         **{name: values[name] for name in PER_SURFACE_AND_SUN},
-        **(finishes_of_dataset(dataset) if ALBEDO in dataset else {}),
+        **(materials_of_dataset(dataset) if ALBEDO in dataset else {}),
     )
 
 
-def finishes_of_dataset(dataset):
+def materials_of_dataset(dataset):
     """What the surfaces were traced with; files written before it was kept do not tell."""
     return {
         "albedo": dataset[ALBEDO].values,

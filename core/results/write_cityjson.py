@@ -6,8 +6,8 @@ import numpy as np
 import pyproj
 
 from ..energy.pick_module import area_of_kwp
-from ..geometry.find_footprints import find_footprints
 from ..progress import silent
+from ..scene.find_footprints import find_footprints
 
 STAGE = "writing city.city.json"
 FINEST, COARSEST = 6, 3  # decimals of a metre that vertices keep

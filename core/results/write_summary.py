@@ -10,7 +10,7 @@ import numpy as np
 import pyproj
 
 from ..energy.pick_module import area_of_kwp, pick_module
-from ..list_findings import list_findings
+from .list_findings import list_findings
 
 LIBRARIES = ("embreex", "numba", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
 LEAST_HOURS = 0.1  # of the mean, for a surface to count among single ones
@@ -126,9 +126,9 @@ def budget_errors(transfer, energy):
         share = np.cumsum(area[lit][order]) / area[lit].sum()
         budget["sampling_median"] = float(single[order][np.searchsorted(share, 0.5)])
         budget["sampling_95"] = float(single[order][np.searchsorted(share, 0.95)])
-    if "change_by_even_patches" in transfer.settings:
-        evened = transfer.settings["change_by_even_patches"].values()
-        budget["patches"] = 100 * max(map(abs, evened)) / 3
+    if "estimate_discretisation_error" in transfer.settings:
+        discretisation_error = transfer.settings["estimate_discretisation_error"].values()
+        budget["patches"] = 100 * max(map(abs, discretisation_error)) / 3
     if "patches_split" in transfer.settings:
         account = transfer.settings["patches_split"]
         budget["patches_asked"], budget["patches_expected"] = account["asked"], account["expected"]

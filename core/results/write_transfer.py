@@ -6,8 +6,8 @@ import netCDF4
 import numpy as np
 import xarray
 
-from ..light.kept_matrix import row_blocks
 from ..progress import silent
+from ..transfer.kept_matrix import row_blocks
 from .transfer_fields import ALBEDO, FORMAT, MATERIAL, PER_SUN, PER_SURFACE, PER_SURFACE_AND_SUN, TEXTS, TRACED_AS
 from .write_summary import finite
 

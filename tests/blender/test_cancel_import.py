@@ -3,8 +3,8 @@
 import bpy
 import pytest
 
-from citypv.core.geometry.join_contents import JOINING
-from citypv.core.geometry.read_city import READING
+from citypv.core.city.join_contents import JOINING
+from citypv.core.files.read_city import READING
 from citypv.core.progress import CancelledError
 from citypv.operators import run_step
 from citypv.operators.import_city import ImportCity

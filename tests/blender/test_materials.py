@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 
-from citypv.core.light.materials import Finish
+from citypv.core.materials.materials import MaterialSpec
 from citypv.operators.colour_faces import build_plain_material
 from citypv.operators.keep_report import find_row
 from citypv.operators.read_materials import describe_material, name_face_materials, read_finish
@@ -165,11 +165,11 @@ def test_materials_that_are_not_there_are_told_in_one_line(addon):
 @pytest.mark.parametrize(
     ("inputs", "finish"),
     [
-        ({}, Finish(0.2566)),
-        ({"Metallic": 1.0, "Roughness": 0.0}, Finish(0.2566, "mirror")),
-        ({"Metallic": 1.0, "Roughness": 0.3}, Finish(0.2566, "glossy:0.09")),
-        ({"Metallic": 1.0, "Roughness": 0.9}, Finish(0.2566)),
-        ({"Transmission_Weight": 1.0}, Finish(material="glass")),
+        ({}, MaterialSpec(0.2566)),
+        ({"Metallic": 1.0, "Roughness": 0.0}, MaterialSpec(0.2566, "mirror")),
+        ({"Metallic": 1.0, "Roughness": 0.3}, MaterialSpec(0.2566, "glossy:0.09")),
+        ({"Metallic": 1.0, "Roughness": 0.9}, MaterialSpec(0.2566)),
+        ({"Transmission_Weight": 1.0}, MaterialSpec(material="glass")),
     ],
 )
 def test_the_principled_shader(inputs, finish):
@@ -180,9 +180,9 @@ def test_the_principled_shader(inputs, finish):
 @pytest.mark.parametrize(
     ("kind", "finish"),
     [
-        ("Diffuse", Finish(0.2566)),
-        ("Glossy", Finish(0.2566, "glossy:0.25")),
-        ("Glass", Finish(material="glass")),
+        ("Diffuse", MaterialSpec(0.2566)),
+        ("Glossy", MaterialSpec(0.2566, "glossy:0.25")),
+        ("Glass", MaterialSpec(material="glass")),
         ("Toon", None),
     ],
 )
@@ -210,9 +210,9 @@ def test_a_material_without_nodes():
 
 def test_the_users_choice_counts_before_name_and_shader(addon):
     material = build_material("Brick", RED)
-    assert read_finish(material) == Finish(material="brick")
+    assert read_finish(material) == MaterialSpec(material="brick")
     material.citypv_material = "Slate"
-    assert read_finish(material) == Finish(material="slate")
+    assert read_finish(material) == MaterialSpec(material="slate")
     assert describe_material(material) == "slate: Reflects evenly, albedo 0.100"
     material.citypv_material = "glossy:0.2"
     assert read_finish(material).material == "glossy:0.2"
@@ -223,7 +223,7 @@ def test_the_users_choice_counts_before_name_and_shader(addon):
     assert describe_material(material).startswith("cheese: is no material")
     other = build_material("from a file", RED)
     other["citypv_material"] = "tile"
-    assert read_finish(other) == Finish(material="tile")
+    assert read_finish(other) == MaterialSpec(material="tile")
 
 
 def test_slots_of_the_object_overrule_those_of_the_mesh_and_our_own_colours_are_no_material():

@@ -3,9 +3,9 @@
 import bpy
 import pytest
 
-from citypv.core.geometry.read_city import read_city
-from citypv.core.light.materials import Finish
-from citypv.core.light.take_shader import take_material
+from citypv.core.files.read_city import read_city
+from citypv.core.materials.materials import MaterialSpec
+from citypv.core.materials.shader_material import named_material
 from citypv.operators.keep_report import find_row
 from citypv.operators.read_materials import read_finish
 from citypv.operators.session import find_city, find_session
@@ -38,9 +38,9 @@ def test_names_and_colours_mean_what_they_mean_to_blender(addon, obj_file):
     """Blender takes the diffuse colour for the base colour of a shader, as it stands, as linear light."""
     colours = read_city(obj_file).colours
     bpy.ops.wm.obj_import(filepath=str(obj_file))
-    ours = {name: take_material(name, colours[name]) for name in NAMES[:2]}
+    ours = {name: named_material(name, colours[name]) for name in NAMES[:2]}
     assert ours == {name: read_finish(bpy.data.materials[name]) for name in NAMES[:2]}
-    assert ours["Ziegel rot"] == Finish(0.2566)
+    assert ours["Ziegel rot"] == MaterialSpec(0.2566)
 
 
 def test_they_count_when_asked_for_and_those_of_blender_before(addon, obj_file):

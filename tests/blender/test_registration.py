@@ -70,7 +70,7 @@ def test_a_step_waits_for_the_one_before(addon, step):
 
 def test_the_command_is_the_command_line(addon, monkeypatch):
     from citypv.citypv_addon import command
-    from citypv.core import command_line
+    from citypv.core.commands import command_line
 
     arguments = []
     monkeypatch.setattr(command_line, "main", lambda given, draw: arguments.append(given) or 2)

@@ -4,7 +4,7 @@ import numpy as np
 from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 
-from citypv.core.geometry.city import City
+from citypv.core.city.city import City
 
 
 def make_city(polygons, crs=None):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from citypv.core.geometry.classify import classify
-from citypv.core.geometry.scene import Scene, Site, Surfaces
+from citypv.core.scene.classify import classify
+from citypv.core.scene.scene import Scene, Site, Surfaces
 from citypv.core.sun.suns import Suns
 
 

@@ -6,10 +6,10 @@ import pytest
 from scenes import join, strip, suns_towards
 
 from citypv.core.errors import InputError
-from citypv.core.light.materials import Finish
-from citypv.core.light.read_albedo import albedo_of_triangles, describe_albedo
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.materials.materials import MaterialSpec
+from citypv.core.materials.read_albedo import albedo_of_triangles, describe_albedo
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 
@@ -36,7 +36,7 @@ def test_a_material_stands_between_a_surface_and_its_kind(tmp_path):
     """Own line before material before kind before the rest; a material that nothing is said of counts as none."""
     text = "surface,albedo,material\ns0,0.9,\nfacade,0.5,\nflat,0.2,\n"
     scene = material_street("Backstein", "Backstein", "Backstein", "unknown")
-    materials = {"Backstein": Finish(0.31), "Unused": Finish(material="glass")}
+    materials = {"Backstein": MaterialSpec(0.31), "Unused": MaterialSpec(material="glass")}
     request = Request(albedo_file=finish(tmp_path, text), materials=materials)
     assert albedo_of_triangles(scene, request)[:5] == pytest.approx([0.9, 0.31, 0.31, 0.2, 0.2])
     request = Request(albedo=0.4, materials=materials)
@@ -49,7 +49,7 @@ def test_where_the_albedo_came_from_is_told(tmp_path):
     area = scene.surfaces.area
     scene.triangle_surface[-1] = -1
     text = "surface,albedo,material\nflat,,asphalt\ns2,0.3,mirror\n"
-    materials = {"Backstein": Finish(0.31), "Glas": Finish(material="glass")}
+    materials = {"Backstein": MaterialSpec(0.31), "Glas": MaterialSpec(material="glass")}
     request = Request(estimator="forward", albedo_file=finish(tmp_path, text), materials=materials, ground_albedo=0.1)
     backstein, glas, single, asphalt, ground = describe_albedo(scene, request)
     evenly = {"name": "", "material": "", "reflects": "evenly"}
@@ -79,23 +79,23 @@ def test_materials_that_cannot_be_used():
     suns = suns_towards([[0, 0, 1]])
     for finishes, words in (
         (
-            Finish(material="glass"),
+            MaterialSpec(material="glass"),
             r"Materials: 'Glas' reflects as glass or water, and gather .*; use --estimator forward",
         ),
-        (Finish(0.5, "glossy:0.2"), "Materials: 'Glas' reflects glossily, roughness 0.2, and gather"),
-        (Finish(1.2), "Material 'Glas': albedo: albedo 1.2; give a number from 0 to 1"),
-        (Finish(0.5, "cheese"), "Material 'Glas': cheese: is no material; use alu"),
-        (Finish(material="mirror"), "Material 'Glas': mirror: has no albedo of its own"),
+        (MaterialSpec(0.5, "glossy:0.2"), "Materials: 'Glas' reflects glossily, roughness 0.2, and gather"),
+        (MaterialSpec(1.2), "Material 'Glas': albedo: albedo 1.2; give a number from 0 to 1"),
+        (MaterialSpec(0.5, "cheese"), "Material 'Glas': cheese: is no material; use alu"),
+        (MaterialSpec(material="mirror"), "Material 'Glas': mirror: has no albedo of its own"),
     ):
         with pytest.raises(InputError, match=words) as caught:
-            trace_transfer(material_street("Glas"), suns, Request(materials={"Glas": finishes}), silent)
+            trace_gather(material_street("Glas"), suns, Request(materials={"Glas": finishes}), silent)
         assert "\n" not in str(caught.value)
 
 
 def test_the_generated_ground_may_have_a_material(tmp_path):
     scene = material_street("Backstein")
     scene.triangle_surface[-1] = -1
-    materials = {"Backstein": Finish(0.31), "Wiese": Finish(material="grass")}
+    materials = {"Backstein": MaterialSpec(0.31), "Wiese": MaterialSpec(material="grass")}
     path = finish(tmp_path, "surface,albedo\nground,0.9\n")
     request = Request(materials=materials, ground_material="Wiese", albedo_file=path)
     assert albedo_of_triangles(scene, request)[-1] == pytest.approx(0.21)

@@ -14,19 +14,20 @@ from weathers import ERA5, HOUR, year_of
 from citypv.core import study
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.interruption import Interruption
-from citypv.core.light import kept_matrix, sun_blocks
-from citypv.core.light.trace_forward import trace_forward
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import CancelledError, silent
+from citypv.core.radiosity import sun_blocks
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.keep_suns import end_of_days, keep_suns, weigh_by_year
 from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.spread_suns import spread_suns
+from citypv.core.transfer import kept_matrix
 from citypv.core.weather.read_weather import read_weather
 
 BERLIN = (52.5, 13.4)
-TRACERS = {"gather": trace_transfer, "forward": trace_forward}
+TRACERS = {"gather": trace_gather, "forward": trace_forward}
 PER_SURFACE = ("diffuse_relative", "diffuse_relative_standard_error", "covered_share", "sky_view_factor")
 
 
@@ -226,7 +227,7 @@ def test_kept_suns_are_weighed_by_the_year_they_stand_for():
     match = match_suns(part.suns, weather.data.index, weather.interval, *BERLIN)
     share = np.bincount(match.index[match.weight[:, 0] > 0, 0], minlength=count)
     np.testing.assert_allclose(part.suns.weight, share / share.sum(), atol=1e-9)
-    alone = trace_transfer(scene, keep_suns(part.suns, count), request, silent)
+    alone = trace_gather(scene, keep_suns(part.suns, count), request, silent)
     # Not the same surface by surface: the sums were made with other weights, and four points (two pairs) tell an error
     # roughly. But it is not too small on the whole.
     one, other = part.direct_annual_standard_error, alone.direct_annual_standard_error

@@ -13,8 +13,8 @@ from small_city import write_small_city
 from weathers import ERA5
 
 from citypv.__main__ import main
-from citypv.core import simulate
-from citypv.core.light import sun_blocks
+from citypv.core.commands import simulate
+from citypv.core.radiosity import sun_blocks
 
 TABLES = {"faces.csv", "groups.csv", "timeseries.nc", "transfer.nc", "summary.json"}
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot send SIGINT to one process")
@@ -46,14 +46,14 @@ def run(city, out, *more):
 def interrupt(monkeypatch, moment):
     """Send a signal at the end of a block of suns, or at the beginning of one of the stages of a run."""
     if isinstance(moment, int):
-        end = sun_blocks.SunsTeller.end
+        end = sun_blocks.SunProgress.end
 
         def stop(self):
             if self.block.start <= moment < self.block.stop:
                 signal.raise_signal(signal.SIGINT)
             end(self)
 
-        monkeypatch.setattr(sun_blocks.SunsTeller, "end", stop)
+        monkeypatch.setattr(sun_blocks.SunProgress, "end", stop)
         return
     stage = getattr(simulate, moment)
 
@@ -99,7 +99,7 @@ def column(path, name):
 
 
 @pytest.mark.usefixtures("small_blocks")
-@pytest.mark.parametrize("moment", ["measure_sun_sampling", "weigh_energy", "write_transfer", "summarise"])
+@pytest.mark.parametrize("moment", ["measure_sun_sampling", "compute_energy", "write_transfer", "summarise"])
 def test_second_interrupt_leaves_nothing(city, tmp_path, capfd, monkeypatch, moment):
     interrupt(monkeypatch, 40)
     interrupt(monkeypatch, moment)
@@ -120,14 +120,14 @@ def test_interrupted_error_check_keeps_all_suns(city, tmp_path, capfd, monkeypat
 
 
 def test_interrupt_before_the_first_block_leaves_nothing(city, tmp_path, capfd, monkeypatch):
-    begin = sun_blocks.SunsTeller.begin
+    begin = sun_blocks.SunProgress.begin
 
     def stop(self, block):
         begin(self, block)
         self.progress("suns", 0, 1, "rays")
         signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(sun_blocks.SunsTeller, "begin", stop)
+    monkeypatch.setattr(sun_blocks.SunProgress, "begin", stop)
     assert run(city, tmp_path / "out", "--quiet") == 130
     assert capfd.readouterr().err == "citypv: error: interrupted before the first suns were done; nothing was written\n"
     assert list(tmp_path.iterdir()) == []

@@ -11,7 +11,7 @@ import pytest
 from cityjson_text import CUBE, FACES, SHELL, house, instance, model, read, solid
 
 from citypv.core.errors import InputError
-from citypv.core.geometry.read_city import read_city
+from citypv.core.files.read_city import read_city
 
 GOOD = model({"b": house(solid())})
 TEXT = json.dumps(GOOD)
@@ -179,7 +179,7 @@ def test_bombs_are_refused_with_bounded_memory(tmp_path, name):
             packed.write(piece)
     script = (
         "import resource, sys; from citypv.core.errors import InputError\n"
-        "from citypv.core.geometry.read_city import read_city\n"
+        "from citypv.core.files.read_city import read_city\n"
         "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
         "try: read_city(sys.argv[1])\n"
         "except InputError as error: print(error.problem)\n"

@@ -5,8 +5,8 @@ import pytest
 from radiosity import canyon_after_bounces
 from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 
-from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 ALBEDO = 0.25
@@ -37,7 +37,7 @@ def direct_relative(transfer):
 def test_unshaded_surface(tilt, expected, rays):
     """Eq. 9 and Eq. 11 of the paper, by closed form and by rays."""
     request = Request(samples=16384, shadow_samples=16, effects={"closed-form": not rays})
-    transfer = trace_transfer(tilted_square(tilt), SUNS, request, silent)
+    transfer = trace_gather(tilted_square(tilt), SUNS, request, silent)
     error = transfer.diffuse_relative_standard_error
     if rays:
         assert transfer.settings["hemisphere_rays"] == 2 * 16384
@@ -55,7 +55,7 @@ def test_unshaded_surface(tilt, expected, rays):
 
 
 def test_far_ground_off_leaves_the_sky_only():
-    transfer = trace_transfer(tilted_square(90), SUNS, Request(far_ground=False), silent)
+    transfer = trace_gather(tilted_square(90), SUNS, Request(far_ground=False), silent)
     assert transfer.diffuse_relative == pytest.approx(0.5, abs=1e-7)
     assert transfer.direct_reflected.max() == 0
     assert transfer.ground_albedo == 0
@@ -89,7 +89,7 @@ def test_street_canyon(bounces):
     """Mean over wall and ground of the canyon H/W = 1 after 0 to 3 reflections against numeric radiosity."""
     scene, ground, wall = canyon()
     request = Request(max_bounces=bounces, samples=4096, far_ground=False)
-    transfer = trace_transfer(scene, suns_towards([[0, 0, 1]]), request, silent)
+    transfer = trace_gather(scene, suns_towards([[0, 0, 1]]), request, silent)
     known_wall = (0.292893, 0.353350, 0.362375, 0.363992)[bounces]
     known_ground = (0.414214, 0.451931, 0.461190, 0.462563)[bounces]
     computed = canyon_after_bounces(1, 1, ALBEDO, bounces)

@@ -7,11 +7,11 @@ from test_covered import box
 from test_town import TOWN
 
 from citypv.core.errors import InputError
-from citypv.core.light import choose_engine, embree_library
-from citypv.core.light.embree_library import LibraryError
-from citypv.core.light.ray_scene import RayScene
-from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.rays import choose_engine, embree_library
+from citypv.core.rays.embree_library import LibraryError
+from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
 
 
@@ -39,7 +39,7 @@ def test_a_city_is_the_same_by_either(monkeypatch):
     found = []
     for engine in choose_engine.TREES:
         monkeypatch.setenv(choose_engine.VARIABLE, engine)
-        found.append(trace_transfer(courtyard(), suns, Request(), silent))
+        found.append(trace_gather(courtyard(), suns, Request(), silent))
         assert found[-1].settings["engine"] == engine
     for name in ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error"):
         one, other = (getattr(transfer, name) for transfer in found)
@@ -62,7 +62,7 @@ def test_the_town_is_the_same_by_either():
     assert (hits[0] >= 0).mean() > 0.3
     position, wanted = origins.reshape(-1, 16, 3), np.ones((len(origins) // 16, 1), bool)
     for sun in town["sun"][::40].astype(np.float32):
-        free = [tree.look_at_suns(position, wanted, sun[None]) for tree in trees]
+        free = [tree.trace_shadow_rays(position, wanted, sun[None]) for tree in trees]
         assert (free[0] != free[1]).mean() <= 1e-5
         assert 0.05 < free[0].mean() < 0.95
     places = [tree.trace_places(origins, directions) for tree in trees]
@@ -78,7 +78,7 @@ def test_packets_of_any_number_of_points(points):
     position = generator.uniform([-40, -40, 0.1], [40, 40, 20], (50, points, 3)).astype(np.float32)
     wanted = generator.random((50, 3)) < 0.5
     directions = np.float32([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3]])
-    one, other = (tree.look_at_suns(position, wanted, directions) for tree in trees)
+    one, other = (tree.trace_shadow_rays(position, wanted, directions) for tree in trees)
     assert np.array_equal(one, other)
     assert one.any()
     assert not one[~wanted].any()
@@ -88,9 +88,9 @@ def test_without_a_library_single_rays_stand_in(afresh, monkeypatch):
     def nothing():
         raise LibraryError("embreex carries no Embree 4 library of its own")
 
-    monkeypatch.setattr("citypv.core.light.embree_packets.load_library", nothing)
+    monkeypatch.setattr("citypv.core.rays.embree_packets.load_library", nothing)
     assert choose_engine.choose_engine() == ("rays", "no packets: embreex carries no Embree 4 library of its own")
-    transfer = trace_transfer(courtyard(), suns_towards([[0.2, -0.5, 1]]), Request(), silent)
+    transfer = trace_gather(courtyard(), suns_towards([[0.2, -0.5, 1]]), Request(), silent)
     assert transfer.settings["engine"] == "rays"
     monkeypatch.setenv(choose_engine.VARIABLE, "packets")
     with pytest.raises(InputError, match="packets do not work here"):
@@ -98,8 +98,8 @@ def test_without_a_library_single_rays_stand_in(afresh, monkeypatch):
 
 
 def test_packets_that_answer_wrongly_are_not_used(afresh, monkeypatch):
-    right = choose_engine.PacketTree.look_at_suns
-    monkeypatch.setattr(choose_engine.PacketTree, "look_at_suns", lambda *given: ~right(*given))
+    right = choose_engine.PacketTree.trace_shadow_rays
+    monkeypatch.setattr(choose_engine.PacketTree, "trace_shadow_rays", lambda *given: ~right(*given))
     assert choose_engine.choose_engine() == ("rays", "no packets: shadows differ from those of single rays")
 
 

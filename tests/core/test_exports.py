@@ -9,9 +9,9 @@ import pyproj
 import pytest
 from small_city import write_small_city
 
-from citypv.core.command_line import main
-from citypv.core.geometry.measure_polygons import measure_polygons
-from citypv.core.geometry.read_city import read_city
+from citypv.core.city.measure_polygons import measure_polygons
+from citypv.core.commands.command_line import main
+from citypv.core.files.read_city import read_city
 from citypv.core.results.colour_map import MAPS
 from citypv.core.results.write_cityjson import name_system
 

@@ -8,12 +8,12 @@ from cities import box, make_city
 from small_city import EAST, NORTH, write_small_city
 from test_read_citygml import EXPECTED, find
 
-from citypv.core.geometry.build_scene import build_scene
-from citypv.core.geometry.city import ImportReport
-from citypv.core.geometry.read_city import read_city
-from citypv.core.inspect_city import describe_city, inspect_city
-from citypv.core.list_findings import list_findings
+from citypv.core.city.city import ImportReport
+from citypv.core.commands.inspect_city import describe_city, inspect_city
+from citypv.core.files.read_city import read_city
 from citypv.core.request import Request
+from citypv.core.results.list_findings import list_findings
+from citypv.core.scene.build_scene import build_scene
 
 SHARED = "covered for more than half: shared with a neighbour, inside a building or below the ground"
 FOOT = "lies under its building, on the ground"

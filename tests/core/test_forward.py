@@ -8,20 +8,20 @@ from scipy import stats
 from test_closed_forms import ALBEDO, SUNS, canyon, direct_relative, tilted_square
 from test_tracing import three_houses
 
+from citypv.core.commands.plain_scenes import room
 from citypv.core.errors import InputError
-from citypv.core.light import trace_sources
-from citypv.core.light.brdf_lambertian import Lambertian
-from citypv.core.light.brdf_mirror import Mirror
-from citypv.core.light.emit_photons import box_of_scene, emit_photons, far_ground_source, sky_source, sun_source
-from citypv.core.light.follow_photons import Photons, Tally, Target, meet_fronts, reflect_photons
-from citypv.core.light.patches import patches_of_scene
-from citypv.core.light.plan_effects import KEYS
-from citypv.core.light.ray_scene import RayScene
-from citypv.core.light.scatter import leave_patches
-from citypv.core.light.trace_forward import trace_forward
-from citypv.core.plain_scenes import room
+from citypv.core.materials.brdf_lambertian import Lambertian
+from citypv.core.materials.brdf_mirror import Mirror
+from citypv.core.patches.patches import patches_of_scene
+from citypv.core.photons import trace_sources
+from citypv.core.photons.emit_photons import box_of_scene, emit_photons, far_ground_source, sky_source, sun_source
+from citypv.core.photons.follow_photons import Photons, Tally, Target, meet_fronts, reflect_photons
+from citypv.core.photons.scatter import leave_patches
+from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
+from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
+from citypv.core.transfer.plan_effects import KEYS
 
 FIELDS = ("sky_view_factor", "far_ground_view_factor", "covered_share", "visible_share", "direct_reflected")
 ERRORS = ("diffuse_relative", "diffuse_relative_standard_error", "direct_annual_standard_error")
@@ -215,7 +215,7 @@ def test_standard_error_is_that_of_the_noise():
     for seed in range(150):
         transfer = trace(tilted_square(60), suns_towards([[0, 0, 1]]), samples=1600, seed=seed, threads=1)
         quotients.append((transfer.diffuse_relative - 0.8125) / transfer.diffuse_relative_standard_error)
-    assert stats.kstest(np.concatenate(quotients), "t", args=(trace_sources.REPLICATES - 1,)).pvalue > 0.01
+    assert stats.kstest(np.concatenate(quotients), "t", args=(trace_sources.PHOTON_REPLICATES - 1,)).pvalue > 0.01
     assert 0.7 < np.std(quotients) < 1.4
 
 

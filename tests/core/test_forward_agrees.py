@@ -9,13 +9,13 @@ from scenes import scene_of_triangles, suns_towards
 from test_closed_forms import canyon, direct_relative
 from test_tracing import three_houses
 
-from citypv.core.geometry.build_scene import build_scene
-from citypv.core.geometry.read_city import read_city
-from citypv.core.geometry.refine import refine_triangles
-from citypv.core.light.trace_forward import trace_forward
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.files.read_city import read_city
+from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
+from citypv.core.scene.build_scene import build_scene
+from citypv.core.scene.refine import refine_triangles
 
 ROOT = Path(__file__).parents[2]
 SUNS = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3], [0.3, -0.9, 0.1], [0, 0, 1]])
@@ -59,7 +59,7 @@ def compare(scene, suns, gather, forward):
         Of diffuse and of annual direct light.
     reflected : (g, 2) float
     """
-    one = trace_transfer(scene, suns, Request(**gather), silent)
+    one = trace_gather(scene, suns, Request(**gather), silent)
     other = trace_forward(scene, suns, Request(estimator="forward", **forward), silent)
     dark = group_means(replace(one, direct_reflected=0 * one.direct_reflected, diffuse_relative=one.sky_view_factor))
     one, other = group_means(one), group_means(other)

@@ -14,8 +14,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from citypv.core.errors import InputError
-from citypv.core.geometry.build_scene import build_scene
-from citypv.core.geometry.read_city import READERS, read_city
+from citypv.core.files.read_city import READERS, read_city
+from citypv.core.scene.build_scene import build_scene
 
 DATA = Path(__file__).parents[1] / "data"
 REAL = {
@@ -299,7 +299,7 @@ def test_bombs_are_refused_with_bounded_memory(tmp_path, name):
             packed.write(piece)
     script = (
         "import resource, sys; from citypv.core.errors import InputError\n"
-        "from citypv.core.geometry.read_city import read_city\n"
+        "from citypv.core.files.read_city import read_city\n"
         "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
         "try: read_city(sys.argv[1])\n"
         "except InputError as error: print(error.problem)\n"

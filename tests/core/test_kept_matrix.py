@@ -6,13 +6,13 @@ from scenes import join, strip, suns_towards
 from test_covered import box
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light import kept_matrix
-from citypv.core.light.kept_matrix import MatrixOnDisk, keep_matrix, row_blocks
-from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
+from citypv.core.transfer import kept_matrix
+from citypv.core.transfer.kept_matrix import MatrixOnDisk, keep_matrix, row_blocks
 from citypv.core.weather.read_weather import read_weather
 
 VALUES = np.random.default_rng(3).random((1000, 37), dtype=np.float32)
@@ -65,7 +65,7 @@ def test_a_run_on_disk_is_the_run_in_memory(monkeypatch, tmp_path):
     energies, transfers = [], []
     for limit in (1 << 28, 256):
         monkeypatch.setattr(kept_matrix, "LIMIT", limit)
-        transfers.append(trace_transfer(scene, suns, Request(samples=64), silent, tmp_path))
+        transfers.append(trace_gather(scene, suns, Request(samples=64), silent, tmp_path))
         energies.append(compute_energy(transfers[-1], weather))
     assert isinstance(transfers[1].visible_share, MatrixOnDisk)
     assert np.array_equal(transfers[0].direct_reflected, np.asarray(transfers[1].direct_reflected))

@@ -6,10 +6,10 @@ import numpy as np
 import pyproj
 import pytest
 
+from citypv.core.city.convert_to_metres import convert_to_metres
+from citypv.core.city.name_crs import name_crs
 from citypv.core.errors import InputError
-from citypv.core.geometry.convert_to_metres import convert_to_metres
-from citypv.core.geometry.locate_site import locate_site
-from citypv.core.geometry.name_crs import name_crs
+from citypv.core.scene.locate_site import locate_site
 
 PLACES = [
     ("EPSG:25833", 391490.0, 5817850.0),

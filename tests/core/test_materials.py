@@ -9,16 +9,16 @@ import pytest
 from scenes import assert_mean, join, strip, suns_towards
 
 from citypv.core.errors import InputError
-from citypv.core.light.brdf_glass import Glass, reflect_interfaces
-from citypv.core.light.brdf_glossy import Glossy
-from citypv.core.light.brdf_lambertian import Lambertian
-from citypv.core.light.brdf_mirror import Mirror
-from citypv.core.light.materials import CLEAR, DULL, brdf_of_material, recognise_material
-from citypv.core.light.pilot_suns import trace_pilot
-from citypv.core.light.read_albedo import albedo_of_triangles, finish_of_triangles, read_albedo
-from citypv.core.light.trace_forward import trace_forward
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.materials.brdf_glass import Glass, reflect_interfaces
+from citypv.core.materials.brdf_glossy import Glossy
+from citypv.core.materials.brdf_lambertian import Lambertian
+from citypv.core.materials.brdf_mirror import Mirror
+from citypv.core.materials.materials import CLEAR, DIFFUSE, brdf_of_material, recognise_material
+from citypv.core.materials.read_albedo import albedo_of_triangles, brdfs_of_triangles, read_albedo
+from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
+from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 HEIGHT, HALF = 10.0, 400.0  # [m] of the facade, and half its length
@@ -132,9 +132,9 @@ def test_gather_refuses_what_it_cannot_reflect(tmp_path):
     path = finish(tmp_path, "surface,material\nfacade,glass\n")
     suns = suns_towards([[0, 0, 1]])
     with pytest.raises(InputError, match=r"'facade' reflects as glass or water.*--estimator forward"):
-        trace_transfer(street(), suns, Request(albedo_file=path), silent)
+        trace_gather(street(), suns, Request(albedo_file=path), silent)
     dull = finish(tmp_path, "surface,material\nfacade,brick\n")
-    transfer = trace_transfer(street(), suns, Request(albedo_file=dull), silent)
+    transfer = trace_gather(street(), suns, Request(albedo_file=dull), silent)
     assert transfer.settings["brightest_albedo"] == pytest.approx(0.3)
 
 
@@ -143,7 +143,7 @@ def test_the_pilot_follows_a_forward_run_with_mirrors(tmp_path):
     request = Request(estimator="forward", samples=16, albedo_file=path)
     suns = suns_towards([[0, -1, 1], [0, 0, 1]])
     transfer = trace_forward(street(), suns, request, silent)
-    one, other = trace_pilot(street(), transfer, suns, request, lambda *report: None)
+    one, other = trace_sun_samples(street(), transfer, suns, request, lambda *report: None)
     assert np.array_equal(one.visible_share, other.visible_share)
 
 
@@ -175,8 +175,8 @@ def test_every_material_has_a_source_and_stands_in_the_docs():
         cells = [cell.strip() for cell in line.split("|")[1:-1]]
         if len(cells) == 4 and cells[0].startswith("`"):
             rows[cells[0].strip("`")] = cells[1:]
-    assert set(rows) == {*DULL, *CLEAR}
-    for name, (least, most, source) in DULL.items():
+    assert set(rows) == {*DIFFUSE, *CLEAR}
+    for name, (least, most, source) in DIFFUSE.items():
         assert 0 < least <= most < 1
         stated, middle, cited = rows[name]
         assert stated == (f"{least:.2f} to {most:.2f}" if least < most else f"{least:.2f}")
@@ -203,7 +203,7 @@ def test_the_albedos_of_pvsyst_are_those_of_pvlib():
     for theirs, ours in pairs.items():
         assert brdf_of_material(ours).albedo == albedos[theirs]
     for name in ("asphalt", "concrete", "grass", "snow", "soil", "sand"):
-        least, most, _ = DULL[name]
+        least, most, _ = DIFFUSE[name]
         assert least <= albedos[name] <= most
 
 
@@ -247,7 +247,7 @@ def test_surface_before_kind_before_the_rest(tmp_path):
     request = Request(estimator="forward", albedo=0.3, albedo_file=finish(tmp_path, text))
     scene.triangle_surface[-1] = -1  # generated ground
     assert albedo_of_triangles(scene, request)[[0, 1, 2, -1]] == pytest.approx([0.9, 0.5, 0.3, 0.1])
-    brdfs, chosen = finish_of_triangles(scene, request)
+    brdfs, chosen = brdfs_of_triangles(scene, request)
     assert brdfs == [Mirror(0.5)]
     assert chosen[[0, 1, 2, -1]].tolist() == [-1, 0, -1, -1]
     wrong = Request(albedo_file=finish(tmp_path, "surface,albedo\nattic,0.5\n"))

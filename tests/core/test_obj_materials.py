@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from citypv.core.command_line import main
+from citypv.core.commands.command_line import main
 from citypv.core.errors import InputError
-from citypv.core.geometry.build_scene import build_scene
-from citypv.core.geometry.read_city import read_city
-from citypv.core.geometry.read_mtl import LARGEST, MOST_LIBRARIES, read_mtl
-from citypv.core.light.materials import Finish
-from citypv.core.light.read_albedo import albedo_of_triangles, describe_albedo
-from citypv.core.light.take_shader import take_material
+from citypv.core.files.read_city import read_city
+from citypv.core.files.read_mtl import LARGEST, MOST_LIBRARIES, read_mtl
+from citypv.core.materials.materials import MaterialSpec
+from citypv.core.materials.read_albedo import albedo_of_triangles, describe_albedo
+from citypv.core.materials.shader_material import named_material
 from citypv.core.request import Request
+from citypv.core.scene.build_scene import build_scene
 
 TOWER = Path(__file__).parents[1] / "data/obj/nyc_tower_yup.obj.gz"
 CUBE = "\n".join(f"v {x} {y} {z}" for z in (0, 5) for y in (0, 10) for x in (0, 10)) + "\n"
@@ -102,18 +102,18 @@ def test_what_they_do_to_the_albedo(tmp_path):
     # A file tells of materials without being asked for those of the city.
     assert albedo_of_triangles(scene, Request(albedo_file=str(table)))[rows[:2]] == pytest.approx([0.6, 0.11])
     # From Python a material may be told otherwise.
-    asked = Request(file_materials=True, materials={"Bild": Finish(0.5)})
+    asked = Request(file_materials=True, materials={"Bild": MaterialSpec(0.5)})
     assert albedo_of_triangles(scene, asked)[rows[3]] == pytest.approx(0.5)
     with pytest.raises(InputError, match="--materials: no file of this city names materials"):
         albedo_of_triangles(scene_of(write_cube(tmp_path, name="plain.obj")), asked)
 
 
 def test_names_and_colours_mean_what_they_mean_in_blender():
-    assert take_material("Brick", (0.9, 0.9, 0.9)) == Finish(material="brick")
-    assert take_material("Glass") == Finish(material="glass")
-    assert take_material("Mirror.001", (0.5, 0.5, 0.5)) == Finish(0.5, "mirror")
-    assert take_material("wall", (0.5, 0.2, 0.1)) == Finish(pytest.approx(ZIEGEL, abs=1e-4))
-    assert take_material("mirror") is take_material("wall") is None
+    assert named_material("Brick", (0.9, 0.9, 0.9)) == MaterialSpec(material="brick")
+    assert named_material("Glass") == MaterialSpec(material="glass")
+    assert named_material("Mirror.001", (0.5, 0.5, 0.5)) == MaterialSpec(0.5, "mirror")
+    assert named_material("wall", (0.5, 0.2, 0.1)) == MaterialSpec(pytest.approx(ZIEGEL, abs=1e-4))
+    assert named_material("mirror") is named_material("wall") is None
 
 
 def test_a_name_alone_needs_no_library(tmp_path):

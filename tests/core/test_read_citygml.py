@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from citypv.core.city.measure_polygons import measure_polygons
 from citypv.core.errors import InputError
-from citypv.core.geometry.classify import measure_tilt
-from citypv.core.geometry.measure_polygons import measure_polygons
-from citypv.core.geometry.read_city import read_city
-from citypv.core.geometry.read_citygml import read_citygml
+from citypv.core.files.read_city import read_city
+from citypv.core.files.read_citygml import read_citygml
+from citypv.core.scene.classify import measure_tilt
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "data" / "citygml"

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from citypv.core.light.form_factors import FormFactors, Rows
-from citypv.core.light.reflect import follow_bounces, reflect
+from citypv.core.radiosity.form_factors import FormFactors, Rows
+from citypv.core.radiosity.solve_radiosity import iterate_bounces, solve_radiosity
 
 PATCHES, CELLS, REPLICATES, RAYS = 300, 16, 4, 50
 
@@ -32,11 +32,11 @@ def test_any_number_of_bounces(sources, bounces):
     for bounce in range(bounces):
         light.append(matrix @ (factor[:, None] * light[-1]) + (far if bounce == 0 else 0))
     whole = np.sum(light[1:], axis=0) if bounces else np.zeros_like(first)
-    handed_on = sum(light[1:-1], start=np.zeros_like(first)).sum(axis=1)
+    propagated = sum(light[1:-1], start=np.zeros_like(first)).sum(axis=1)
 
-    reflected, found, last = reflect(form_factors, factor, first, far, bounces)
+    reflected, found, last = solve_radiosity(form_factors, factor, first, far, bounces)
     assert reflected == pytest.approx(whole, rel=1e-5, abs=1e-6)
-    assert found == pytest.approx(handed_on, rel=1e-5, abs=1e-6)
+    assert found == pytest.approx(propagated, rel=1e-5, abs=1e-6)
     assert last == pytest.approx(light[-1].sum() / np.sum(light) if bounces else 0, rel=1e-4)
 
 
@@ -52,7 +52,7 @@ def test_cells_hand_on_each_by_its_own_factor(sources):
         patch, cell = np.divmod(rows.key // REPLICATES, CELLS)
         sent = factor[patch, cell][:, None] * arriving[patch].astype(float) / (64 * REPLICATES)
         np.add.at(second, np.repeat(rows.chosen, RAYS), sent)
-    reflected, _, _ = follow_bounces(form_factors, factor, arriving.copy(), 2)
+    reflected, _, _ = iterate_bounces(form_factors, factor, arriving.copy(), 2)
     assert reflected == pytest.approx(arriving + second, rel=1e-5)
 
 
@@ -62,8 +62,8 @@ def test_sources_count_by_their_weight():
     form_factors = random_form_factors(generator)
     arriving = generator.random((PATCHES, 5)).astype(np.float32)
     factor, weight = np.full((PATCHES, CELLS), 0.5, np.float32), np.float32([0, 1, 0, 2, 0])
-    plain = follow_bounces(form_factors, factor, arriving.copy(), 2)
-    weighed = follow_bounces(form_factors, factor, arriving.copy(), 2, weight=weight, first_light=3.0)
+    plain = iterate_bounces(form_factors, factor, arriving.copy(), 2)
+    weighed = iterate_bounces(form_factors, factor, arriving.copy(), 2, weight=weight, first_light=3.0)
     assert np.array_equal(plain[0], weighed[0])
     assert weighed[1] == pytest.approx(arriving @ weight, rel=1e-5)
     second = (plain[0] - arriving) @ weight

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from citypv.core.light.random_numbers import key_of_names, uniform
-from citypv.core.light.sample_points import (
+from citypv.core.sampling.random_numbers import key_of_names, uniform
+from citypv.core.sampling.sample_points import (
     additive_recurrence,
     barycentric_of_square,
     cell_corners,

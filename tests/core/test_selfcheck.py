@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from citypv.core import closed_form_checks, selfcheck
-from citypv.core.command_line import main
-from citypv.core.light import reflect
+from citypv.core.commands import closed_form_checks, selfcheck
+from citypv.core.commands.command_line import main
+from citypv.core.radiosity import solve_radiosity
 
 
 @pytest.fixture(scope="module")
@@ -80,8 +80,8 @@ def test_a_check_that_breaks_off_fails_and_the_others_go_on(monkeypatch, capsys)
 
 def test_a_fault_in_the_tracer_is_found(monkeypatch):
     """With a tenth of the reflected light lost, the furnace fails."""
-    whole = reflect.multiply
-    monkeypatch.setattr(reflect, "multiply", lambda *given: np.float32(0.9) * whole(*given))
+    whole = solve_radiosity.multiply
+    monkeypatch.setattr(solve_radiosity, "multiply", lambda *given: np.float32(0.9) * whole(*given))
     checks = {name: rest for name, *rest in closed_form_checks.closed_form_checks()}
     name = "closed furnace, albedo 0.25, 3 reflections"
     assert not selfcheck.run_check(name, *checks[name]).passed

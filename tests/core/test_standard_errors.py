@@ -9,11 +9,11 @@ from scipy import stats
 from test_closed_forms import SUNS, direct_relative, tilted_square
 from test_tracing import box, three_houses
 
-from citypv.core.geometry.refine import refine_triangles
-from citypv.core.light.direct_errors import variance_of_cover
-from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
+from citypv.core.radiosity.direct_errors import variance_of_cover
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
+from citypv.core.scene.refine import refine_triangles
 
 SEEDS = (1, 2, 3)
 TOO_SMALL = 1.10  # how far errors may exceed what is reported
@@ -46,7 +46,7 @@ def traced(seed, samples, shadow_samples, bounces, name=ANYWHERE):
     """Of diffuse and annual direct light: (2, n) values and (2, n) standard errors."""
     scene, suns = scene_and_suns(name)
     request = Request(samples=samples, shadow_samples=shadow_samples, max_bounces=bounces, seed=seed)
-    transfer = trace_transfer(scene, suns, request, silent)
+    transfer = trace_gather(scene, suns, request, silent)
     annual = direct_relative(transfer) @ suns.weight
     values = np.stack([transfer.diffuse_relative, annual])
     return values, np.stack([transfer.diffuse_relative_standard_error, transfer.direct_annual_standard_error])
@@ -86,10 +86,10 @@ def test_errors_of_patches_partly_under_a_house_are_not_missed_by_chance():
     """Few points stand on both sides of a wall's line: where they agree, they must not tell that nothing is unknown."""
     scene, suns = scene_and_suns(ANYWHERE)
     steps = []
-    known = trace_transfer(scene, suns, Request(samples=64, shadow_samples=1024, max_bounces=0, seed=9), silent)
+    known = trace_gather(scene, suns, Request(samples=64, shadow_samples=1024, max_bounces=0, seed=9), silent)
     partly = (known.covered_share > 0) & (known.covered_share < 1)
     for seed in range(6):
-        transfer = trace_transfer(scene, suns, Request(samples=64, max_bounces=0, seed=seed), silent)
+        transfer = trace_gather(scene, suns, Request(samples=64, max_bounces=0, seed=seed), silent)
         difference = (direct_relative(transfer) - direct_relative(known)) @ suns.weight
         error = transfer.direct_annual_standard_error
         noisy = partly & (error > 0)
@@ -115,7 +115,7 @@ def test_the_far_ground_s_noise_counts():
     """A slope in the open gets from the far ground what its rays say; its error says how well they know it."""
     suns = suns_towards([[0.1, -0.3, 1], [0.5, -0.2, 0.8]])
     slopes = [
-        trace_transfer(tilted_square(70), suns, Request(samples=64, seed=seed, effects={"closed-form": False}), silent)
+        trace_gather(tilted_square(70), suns, Request(samples=64, seed=seed, effects={"closed-form": False}), silent)
         for seed in range(40)
     ]
     turn = np.radians(70)

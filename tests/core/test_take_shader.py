@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from citypv.core.light.brdf_glass import Glass
-from citypv.core.light.brdf_glossy import Glossy
-from citypv.core.light.brdf_lambertian import Lambertian
-from citypv.core.light.brdf_mirror import Mirror
-from citypv.core.light.take_shader import ROUGH, SMOOTH, luminance, take_shader
+from citypv.core.materials.brdf_glass import Glass
+from citypv.core.materials.brdf_glossy import Glossy
+from citypv.core.materials.brdf_lambertian import Lambertian
+from citypv.core.materials.brdf_mirror import Mirror
+from citypv.core.materials.shader_material import ROUGH, SMOOTH, luminance, shader_material
 
 RED = (0.5, 0.2, 0.1)
 
@@ -37,18 +37,18 @@ def test_the_luminance_is_that_of_rec_709():
     ],
 )
 def test_the_larger_part_of_a_shader_counts(shader, law):
-    assert take_shader(RED, **shader).brdf() == law
+    assert shader_material(RED, **shader).brdf() == law
 
 
 def test_what_a_texture_tells_is_not_known():
     """Where it matters."""
-    assert take_shader(None) is None
-    assert take_shader(RED, metallic=None) is None
-    assert take_shader(RED, transmission=None) is None
-    assert take_shader(RED, metallic=1.0, roughness=None) is None
-    assert take_shader(RED, roughness=None).brdf() == Lambertian(0.2566)
-    assert take_shader(RED, metallic=1.0, roughness=0.9, transmission=None).brdf() == Lambertian(0.2566)
-    assert take_shader(None, transmission=1.0).brdf() == Glass(1.52, 2)
+    assert shader_material(None) is None
+    assert shader_material(RED, metallic=None) is None
+    assert shader_material(RED, transmission=None) is None
+    assert shader_material(RED, metallic=1.0, roughness=None) is None
+    assert shader_material(RED, roughness=None).brdf() == Lambertian(0.2566)
+    assert shader_material(RED, metallic=1.0, roughness=0.9, transmission=None).brdf() == Lambertian(0.2566)
+    assert shader_material(None, transmission=1.0).brdf() == Glass(1.52, 2)
 
 
 def test_a_smooth_metal_blurs_the_sun_by_less_than_its_width():

@@ -9,8 +9,8 @@ from scenes import scene_of_triangles, suns_towards
 from scipy import stats
 from test_closed_forms import direct_relative
 
-from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 ERRORS_KNOWN = 1e-4  # a surface whose error is below it has met no noise yet
@@ -28,7 +28,7 @@ def traced_town():
     town = np.load(TOWN)
     scene = scene_of_triangles(town["vertices"], town["triangles"])
     request = Request(samples=256, shadow_samples=16, far_ground=False)
-    return town, scene, trace_transfer(scene, suns_towards(town["sun"]), request, silent)
+    return town, scene, trace_gather(scene, suns_towards(town["sun"]), request, silent)
 
 
 def diffuse_difference(town, transfer):

@@ -8,12 +8,12 @@ from scenes import join, scene_of_triangles, strip, suns_towards
 from test_covered import box
 
 from citypv.core.errors import InputError
-from citypv.core.light import trace_hemisphere, trace_suns
-from citypv.core.light.plan_effects import KEYS, plan_effects
-from citypv.core.light.ray_scene import RayScene
-from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
+from citypv.core.radiosity import sun_visibility, trace_hemisphere
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
+from citypv.core.transfer.plan_effects import KEYS, plan_effects
 
 SUNS = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3]])
 FIELDS = ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error", "covered_share")
@@ -30,17 +30,17 @@ def same(one, other, chosen=slice(None)):
 
 
 def test_threads_and_chunks_change_nothing(monkeypatch):
-    reference = trace_transfer(three_houses(), SUNS, Request(threads=1), silent)
+    reference = trace_gather(three_houses(), SUNS, Request(threads=1), silent)
     for threads in (2, 7):
-        assert same(trace_transfer(three_houses(), SUNS, Request(threads=threads), silent), reference)
+        assert same(trace_gather(three_houses(), SUNS, Request(threads=threads), silent), reference)
     monkeypatch.setattr(trace_hemisphere, "RAYS_PER_TASK", 1000)
-    monkeypatch.setattr(trace_suns, "POINTS_PER_TASK", 100)
-    assert same(trace_transfer(three_houses(), SUNS, Request(threads=2), silent), reference)
+    monkeypatch.setattr(sun_visibility, "POINTS_PER_TASK", 100)
+    assert same(trace_gather(three_houses(), SUNS, Request(threads=2), silent), reference)
 
 
 def test_seed_changes_the_noise_only():
     scene = three_houses()
-    one, other = (trace_transfer(scene, SUNS, Request(seed=seed), silent) for seed in (0, 1))
+    one, other = (trace_gather(scene, SUNS, Request(seed=seed), silent) for seed in (0, 1))
     difference = one.diffuse_relative - other.diffuse_relative
     error = np.hypot(one.diffuse_relative_standard_error, other.diffuse_relative_standard_error)
     assert np.abs(difference).max() > 0
@@ -54,8 +54,8 @@ def test_turning_city_and_suns_together_changes_nothing_but_noise():
     turn = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
     turned = scene_of_triangles(scene.vertices @ turn.T, scene.triangles)
     request = Request(samples=4096, shadow_samples=256)
-    one = trace_transfer(scene, SUNS, request, silent)
-    other = trace_transfer(turned, suns_towards(SUNS.direction @ turn.T), request, silent)
+    one = trace_gather(scene, SUNS, request, silent)
+    other = trace_gather(turned, suns_towards(SUNS.direction @ turn.T), request, silent)
     assert other.diffuse_relative == pytest.approx(one.diffuse_relative, abs=0.01)
     assert other.visible_share == pytest.approx(one.visible_share, abs=0.01)
 
@@ -63,7 +63,7 @@ def test_turning_city_and_suns_together_changes_nothing_but_noise():
 def test_standard_error_falls_with_samples():
     scene = three_houses()
     error = [
-        np.median(trace_transfer(scene, SUNS, Request(samples=count), silent).diffuse_relative_standard_error)
+        np.median(trace_gather(scene, SUNS, Request(samples=count), silent).diffuse_relative_standard_error)
         for count in (64, 1024, 16384)
     ]
     # Low-discrepancy points gain at least what independent ones do: a half for four times the rays.
@@ -73,16 +73,16 @@ def test_standard_error_falls_with_samples():
 
 def test_a_new_building_never_adds_direct_light():
     before = three_houses()
-    alone = trace_transfer(before, SUNS, Request(max_bounces=0, shadow_samples=64), silent)
+    alone = trace_gather(before, SUNS, Request(max_bounces=0, shadow_samples=64), silent)
     parts = [(before.vertices, before.triangles), *box((14, -30, 0), (24, -20, 35))]
-    after = trace_transfer(join(parts), SUNS, Request(max_bounces=0, shadow_samples=64), silent)
+    after = trace_gather(join(parts), SUNS, Request(max_bounces=0, shadow_samples=64), silent)
     assert (after.visible_share[: len(alone.visible_share)] <= alone.visible_share).all()
     assert after.visible_share[: len(alone.visible_share)].sum() < alone.visible_share.sum() - 1
 
 
 def test_albedo_zero_needs_no_matrix():
     scene = three_houses()
-    transfer = trace_transfer(scene, SUNS, Request(albedo=0, ground_albedo=0), silent)
+    transfer = trace_gather(scene, SUNS, Request(albedo=0, ground_albedo=0), silent)
     assert transfer.settings["max_bounces"] == 0
     assert transfer.direct_reflected.max() == 0
     assert transfer.diffuse_relative == pytest.approx(transfer.sky_view_factor, abs=1e-6)
@@ -90,7 +90,7 @@ def test_albedo_zero_needs_no_matrix():
 
 def test_no_shadow_ray_for_suns_behind():
     scene = three_houses()
-    spared, wasted = (trace_transfer(scene, SUNS, Request(effects={"suns-behind": on}), silent) for on in (False, True))
+    spared, wasted = (trace_gather(scene, SUNS, Request(effects={"suns-behind": on}), silent) for on in (False, True))
     assert spared.settings["shadow_rays"] < 0.75 * wasted.settings["shadow_rays"]
     assert np.array_equal(spared.visible_share, wasted.visible_share)
 
@@ -98,8 +98,8 @@ def test_no_shadow_ray_for_suns_behind():
 def test_plan_counts_what_stands_free():
     """The highest roof has nothing in front of it; with the closed form off its rays find the same."""
     scene = three_houses()
-    on = trace_transfer(scene, SUNS, Request(), silent)
-    off = trace_transfer(scene, SUNS, Request(effects={"closed-form": False}), silent)
+    on = trace_gather(scene, SUNS, Request(), silent)
+    off = trace_gather(scene, SUNS, Request(effects={"closed-form": False}), silent)
     free = on.diffuse_relative_standard_error == 0
     highest = np.flatnonzero(scene.vertices[scene.triangles][:, :, 2].min(axis=1) == 20)
     assert free[highest].all()
@@ -113,14 +113,14 @@ def test_automatic_bounces_follow_the_albedo():
     counts = {}
     for albedo in (0.05, 0.25, 0.6):
         request = Request(max_bounces=None, albedo=albedo, ground_albedo=albedo)
-        counts[albedo] = trace_transfer(scene, SUNS, request, silent).settings["max_bounces"]
+        counts[albedo] = trace_gather(scene, SUNS, request, silent).settings["max_bounces"]
         assert albedo ** (counts[albedo] + 1) / (1 - albedo) <= 0.005 + 1e-4
     assert counts[0.05] < counts[0.25] < counts[0.6]
 
 
 def test_unknown_effect_is_refused():
     with pytest.raises(InputError, match="no effect is called 'fog'") as caught:
-        trace_transfer(three_houses(), SUNS, Request(effects={"fog": True}), silent)
+        trace_gather(three_houses(), SUNS, Request(effects={"fog": True}), silent)
     assert all(key in str(caught.value) for key in KEYS)
 
 
@@ -129,7 +129,7 @@ def test_an_error_in_progress_ends_the_task():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        trace_transfer(three_houses(), SUNS, Request(), stop)
+        trace_gather(three_houses(), SUNS, Request(), stop)
 
 
 @pytest.mark.parametrize(
@@ -149,7 +149,7 @@ def test_embree_never_sees_broken_numbers(vertices, triangles, words):
 
 def test_plan_says_why():
     scene = three_houses()
-    from citypv.core.light.patches import patches_of_scene
+    from citypv.core.patches.patches import patches_of_scene
 
     patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.25), 0)
     plan = plan_effects(scene, patches, Request())

@@ -6,11 +6,11 @@ import xarray as xr
 from scenes import join, strip, suns_towards
 
 from citypv.core.errors import InputError
-from citypv.core.light.materials import Finish
-from citypv.core.light.pilot_suns import take_surfaces
-from citypv.core.light.trace_forward import trace_forward
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.materials.materials import MaterialSpec
+from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
+from citypv.core.radiosity.sun_sampling_error import take_surfaces
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
@@ -29,16 +29,16 @@ def street():
 def trace(tmp_path, text=TEXT, trace=trace_forward, **settings):
     path = tmp_path / "finish.csv"
     path.write_text(text)
-    estimator = {trace_forward: "forward", trace_transfer: "gather"}[trace]
+    estimator = {trace_forward: "forward", trace_gather: "gather"}[trace]
     request = Request(albedo=0.4, samples=16, estimator=estimator, albedo_file=str(path), **settings)
     return trace(street(), SUNS, request, silent)
 
 
 def test_albedo_and_material_of_every_surface(tmp_path):
-    transfer = trace(tmp_path, materials={"Backstein": Finish(0.31)})
+    transfer = trace(tmp_path, materials={"Backstein": MaterialSpec(0.31)})
     assert transfer.albedo == pytest.approx([0.31, 0.7, 0.6, 0.4])
     assert transfer.material == ["Backstein", "", "mirror", ""]
-    dull = trace(tmp_path, "surface,albedo,material\nfacade,,tile\n", trace_transfer)
+    dull = trace(tmp_path, "surface,albedo,material\nfacade,,tile\n", trace_gather)
     assert dull.albedo == pytest.approx([0.225, 0.225, 0.4, 0.4])
     assert dull.material == ["tile", "tile", "", ""]
     rows = {(row["from"], row["material"]): (row["surfaces"], row["area"]) for row in dull.albedos}
@@ -89,6 +89,6 @@ def test_a_file_that_vanishes_while_light_is_traced_does_no_harm(tmp_path):
 
     path = tmp_path / "finish.csv"
     path.write_text("surface,albedo\nfacade,0.5\n")
-    transfer = trace_transfer(street(), SUNS, Request(albedo_file=str(path)), vanish)
+    transfer = trace_gather(street(), SUNS, Request(albedo_file=str(path)), vanish)
     assert not path.exists()
     assert transfer.albedo == pytest.approx([0.5, 0.5, 0.25, 0.25])

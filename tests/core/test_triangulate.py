@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from citypv.core.geometry.build_scene import merge_vertices, turn_to_true_north
-from citypv.core.geometry.measure_polygons import measure_polygons
-from citypv.core.geometry.refine import refine_triangles
-from citypv.core.geometry.triangulate import triangulate
+from citypv.core.city.measure_polygons import measure_polygons
+from citypv.core.scene.build_scene import merge_vertices, turn_to_true_north
+from citypv.core.scene.refine import refine_triangles
+from citypv.core.scene.triangulate import triangulate
 
 
 def stack(*polygons):

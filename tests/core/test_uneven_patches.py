@@ -10,20 +10,14 @@ from radiosity import crossed_strings
 from scenes import join, strip, suns_towards
 from small_city import write_small_city
 
+from citypv.core.commands.simulate import simulate
 from citypv.core.errors import InputError
-from citypv.core.geometry.refine import refine_triangles
-from citypv.core.light.measure_unevenness import measure_unevenness
-from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
+from citypv.core.radiosity.measure_unevenness import measure_unevenness
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request, check_request
-from citypv.core.simulate import simulate
-from citypv.core.split_uneven_patches import (
-    COARSEST,
-    FINEST,
-    choose_halvings,
-    refine_patches,
-    split_uneven_patches,
-)
+from citypv.core.scene.refine import refine_triangles
+from citypv.core.split_uneven_patches import COARSEST, FINEST, choose_halvings, refine_patches, split_uneven_patches
 
 TURNS = 2.4 * np.arange(60)  # [rad] golden steps
 SUNS = suns_towards(np.column_stack([np.cos(TURNS), np.sin(TURNS), np.linspace(0.05, 2.0, 60)]))  # all over the sky
@@ -209,7 +203,7 @@ def test_splitting_meets_the_error_with_fewer_patches():
 
 def reflected_of_walls(scene, samples):
     """Mean reflected light of all eligible surfaces: of the sky and of the suns."""
-    transfer = trace_transfer(scene, SUNS, Request(samples=samples, shadow_samples=max(16, samples // 64)), silent)
+    transfer = trace_gather(scene, SUNS, Request(samples=samples, shadow_samples=max(16, samples // 64)), silent)
     area = np.where(scene.surfaces.eligible, scene.surfaces.area, 0)
     sky = transfer.diffuse_relative - transfer.sky_view_factor
     return np.array([area @ sky, area @ (transfer.direct_reflected @ SUNS.weight)]) / area.sum()

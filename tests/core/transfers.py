@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from citypv.core.geometry.scene import Site, Surfaces
-from citypv.core.light.transfer import Transfer
+from citypv.core.scene.scene import Site, Surfaces
+from citypv.core.transfer.transfer import Transfer
 
 
 def make_surfaces(surface_tilt, surface_azimuth, seed=0):

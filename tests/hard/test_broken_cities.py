@@ -13,19 +13,19 @@ from towns import city_of_polygons, draw_town
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.errors import InputError
-from citypv.core.geometry.build_ground import build_ground
-from citypv.core.geometry.build_scene import build_scene
-from citypv.core.geometry.build_terrain import build_terrain
-from citypv.core.geometry.classify import classify, measure_tilt
-from citypv.core.geometry.find_feet import find_feet
-from citypv.core.geometry.grid_cells import split_into_cells
-from citypv.core.geometry.refine import refine_triangles
-from citypv.core.geometry.terrain import Layer, Terrain, measure_heights
-from citypv.core.geometry.triangulate import triangulate
-from citypv.core.light.pilot_suns import trace_pilot
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.ground.build_ground import build_ground
+from citypv.core.ground.build_terrain import build_terrain
+from citypv.core.ground.find_feet import find_feet
+from citypv.core.ground.terrain import Layer, Terrain, measure_heights
 from citypv.core.progress import silent
+from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
+from citypv.core.scene.build_scene import build_scene
+from citypv.core.scene.classify import classify, measure_tilt
+from citypv.core.scene.grid_cells import split_into_cells
+from citypv.core.scene.refine import refine_triangles
+from citypv.core.scene.triangulate import triangulate
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.solar_position import solar_position, sun_direction
@@ -213,7 +213,7 @@ def test_broken_suns_to_match():
 HOUSE = join([strip([-20, -20, 0], [40, 0, 0], [0, 40, 0], 2), *box((-5, -5, 0), (5, 5, 10))])
 WEATHER = add_sun(clear_sky(52.5, 13.4, 40.0, 2021), HOUR)
 SUNS = suns_towards(np.array([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1], [0.9, 0.1, 0.15], [0.2, 0.2, 0.9]]))
-TRANSFER = trace_transfer(HOUSE, SUNS, Request(samples=16, shadow_samples=1), silent)
+TRANSFER = trace_gather(HOUSE, SUNS, Request(samples=16, shadow_samples=1), silent)
 
 
 @pytest.mark.parametrize("number", NUMBERS)
@@ -269,7 +269,7 @@ def test_a_pilot_with_nothing_to_look_at():
     """No surface is eligible: two empty Transfers, not an error inside numpy."""
     surfaces = replace(HOUSE.surfaces, eligible=np.zeros(16, bool))
     scene, transfer = replace(HOUSE, surfaces=surfaces), replace(TRANSFER, surfaces=surfaces)
-    for one in trace_pilot(scene, transfer, SUNS, Request(), silent):
+    for one in trace_sun_samples(scene, transfer, SUNS, Request(), silent):
         assert len(one.surfaces) == 0
         assert one.visible_share.shape == (0, 5)
         assert len(compute_energy(one, WEATHER).full_load_hours) == 0
@@ -277,10 +277,10 @@ def test_a_pilot_with_nothing_to_look_at():
 
 def test_a_broken_pilot():
     pilot = [HOUSE, TRANSFER, SUNS, Request(), silent]
-    refused("shadow-samples", trace_pilot, *pilot[:3], Request(shadow_samples=0), silent)
+    refused("shadow-samples", trace_sun_samples, *pilot[:3], Request(shadow_samples=0), silent)
     for number in NUMBERS:
         broken = replace(SUNS, direction=spoiled(SUNS.direction, (1, 1), number))
-        refused("direction of the suns: row 1 is", trace_pilot, *pilot[:2], broken, *pilot[3:])
-        refused("direction of the suns: row 1 is", trace_pilot, HOUSE, replace(TRANSFER, suns=broken), *pilot[2:])
-    other = trace_pilot(*pilot)[0]
-    refused("transfer: [0-9]+ surfaces for a scene of 16", trace_pilot, HOUSE, other, *pilot[2:])
+        refused("direction of the suns: row 1 is", trace_sun_samples, *pilot[:2], broken, *pilot[3:])
+        refused("direction of the suns: row 1 is", trace_sun_samples, HOUSE, replace(TRANSFER, suns=broken), *pilot[2:])
+    other = trace_sun_samples(*pilot)[0]
+    refused("transfer: [0-9]+ surfaces for a scene of 16", trace_sun_samples, HOUSE, other, *pilot[2:])

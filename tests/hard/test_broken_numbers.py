@@ -9,18 +9,18 @@ from closed import box
 from scenes import join, strip, suns_towards
 
 from citypv.core.errors import InputError
-from citypv.core.light.closed_form import ground_view_of_tilt, patches_with_empty_front, sky_view_of_tilt
-from citypv.core.light.find_buried import find_buried
-from citypv.core.light.patches import patches_of_scene
-from citypv.core.light.pilot_suns import trace_pilot
-from citypv.core.light.plan_effects import plan_effects
-from citypv.core.light.ray_scene import RayScene
-from citypv.core.light.reflect import radiosity_factor, reflect
-from citypv.core.light.trace_hemisphere import trace_hemisphere
-from citypv.core.light.trace_suns import trace_suns
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.patches.find_buried import find_buried
+from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
+from citypv.core.radiosity.solve_radiosity import radiosity_factor, solve_radiosity
+from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
+from citypv.core.radiosity.sun_visibility import sun_visibility
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.radiosity.trace_hemisphere import trace_hemisphere
+from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request, check_request
+from citypv.core.transfer.closed_form import find_unobstructed, ground_view_of_tilt, sky_view_of_tilt
+from citypv.core.transfer.plan_effects import plan_effects
 
 SCENE = join([strip([-20, -20, 0], [40, 0, 0], [0, 40, 0], 2), *box((-5, -5, 0), (5, 5, 10))])
 COUNT = len(SCENE.triangles)
@@ -65,10 +65,10 @@ def albedo():
 
 
 USERS = {
-    "trace_transfer": lambda scene: trace_transfer(scene, SUNS, Request(), silent),
+    "trace_gather": lambda scene: trace_gather(scene, SUNS, Request(), silent),
     "patches_of_scene": lambda scene: patches_of_scene(scene, albedo(), 0),
     "find_buried": find_buried,
-    "trace_pilot": lambda scene: trace_pilot(scene, None, SUNS, Request(), silent),
+    "trace_sun_samples": lambda scene: trace_sun_samples(scene, None, SUNS, Request(), silent),
 }
 
 
@@ -96,7 +96,7 @@ def broken_suns():
 @pytest.mark.parametrize(("words", "suns"), list(broken_suns()))
 def test_broken_suns(words, suns):
     with pytest.raises(InputError, match=words):
-        trace_transfer(SCENE, suns, Request(), silent)
+        trace_gather(SCENE, suns, Request(), silent)
 
 
 SETTINGS = {"samples": 3, "shadow_samples": 0, "max_bounces": -1, "albedo": 2, "ground_albedo": -1, "threads": 0}
@@ -110,7 +110,7 @@ def test_broken_settings(name, number):
     with pytest.raises(InputError, match=f"--{name.replace('_', '-')}: {value}"):
         check_request(Request(**{name: value}))
     with pytest.raises(InputError):
-        trace_transfer(SCENE, SUNS, Request(**{name: value}), silent)
+        trace_gather(SCENE, SUNS, Request(**{name: value}), silent)
 
 
 @pytest.mark.parametrize("number", NUMBERS)
@@ -199,7 +199,7 @@ def test_broken_shadow_rays():
         rest = {"behind": False, "threads": 1, "progress": lambda share, rays: None}
         arrays = good | changed
         first = [arrays.pop(name) for name in ("traced", "closed", "covered")]
-        return trace_suns(ray_scene, PATCHES, *first, **arrays, **rest)
+        return sun_visibility(ray_scene, PATCHES, *first, **arrays, **rest)
 
     assert np.isfinite(look().visible_share).all()
     for name, value in (
@@ -221,7 +221,7 @@ def test_broken_reflections():
     found = hemisphere()
     factor = radiosity_factor(PATCHES, found.covered_share)
     light = np.ones((COUNT, 2), np.float32)
-    reflected, _, _ = reflect(found.form_factors, factor, light, light, 3)
+    reflected, _, _ = solve_radiosity(found.form_factors, factor, light, light, 3)
     assert np.isfinite(reflected).all()
     few = replace(found.form_factors, count=COUNT - 1)
     rows = found.form_factors.rows[0]
@@ -244,7 +244,7 @@ def test_broken_reflections():
         ("count of form_factors: entry 7 is", (many, factor, light, light)),
     ):
         with pytest.raises(InputError, match=name):
-            reflect(*arrays, 3)
+            solve_radiosity(*arrays, 3)
 
 
 def test_broken_closed_forms():
@@ -254,7 +254,7 @@ def test_broken_closed_forms():
         with pytest.raises(InputError, match="normal: shape"):
             view(np.ones(3))
     with pytest.raises(InputError, match="vertices: vertex 5 is"):
-        patches_with_empty_front(PATCHES, spoiled(SCENE.vertices, (5, 0), np.inf))
+        find_unobstructed(PATCHES, spoiled(SCENE.vertices, (5, 0), np.inf))
     with pytest.raises(InputError, match="vertices: shape"):
         plan_effects(replace(SCENE, vertices=np.zeros((3, 2))), PATCHES, Request())
 

@@ -8,9 +8,9 @@ from closed import box, room
 from scenes import join, scene_of_triangles, strip, suns_towards
 from towns import spun, turned
 
-from citypv.core.light.trace_forward import trace_forward
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
@@ -25,7 +25,7 @@ def trace(parts, suns=SUNS, **settings):
 
 
 def gathered(parts, **settings):
-    return trace_transfer(join(parts), SUNS, Request(**{"samples": 4096, "shadow_samples": 256} | settings), silent)
+    return trace_gather(join(parts), SUNS, Request(**{"samples": 4096, "shadow_samples": 256} | settings), silent)
 
 
 def agree(one, other, chosen=slice(None), z=4.5):

@@ -7,12 +7,12 @@ from hypothesis import example, given
 from scenes import join, scene_of_triangles, suns_towards
 from test_laws import SUNS, law, random_parts, seeds
 
-from citypv.core.geometry.refine import refine_triangles
-from citypv.core.light import trace_sources
-from citypv.core.light.trace_forward import trace_forward
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.photons import trace_sources
+from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
+from citypv.core.scene.refine import refine_triangles
 
 PATCHES = 0.04  # of the reflected part: what gather errs by where light is even over patches of six metres
 FIELDS = ("diffuse_relative", "visible_share", "direct_reflected", "diffuse_relative_standard_error")
@@ -26,7 +26,7 @@ def random_scene(seed):
 
 
 def trace(scene, estimator, **options):
-    way = {"gather": trace_transfer, "forward": trace_forward}[estimator]
+    way = {"gather": trace_gather, "forward": trace_forward}[estimator]
     return way(scene, suns_towards(SUNS), Request(**{"estimator": estimator, "threads": 1} | options), silent)
 
 

@@ -15,14 +15,14 @@ import pytest
 from scenes import suns_towards
 from test_closed_forms import direct_relative
 
-from citypv.core.geometry.build_scene import build_scene
-from citypv.core.geometry.city import City
-from citypv.core.geometry.read_city import read_city
-from citypv.core.light.ray_scene import RayScene
-from citypv.core.light.trace_forward import trace_forward
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.city.city import City
+from citypv.core.files.read_city import read_city
+from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
+from citypv.core.scene.build_scene import build_scene
 
 ROOT = Path(__file__).parents[2]
 PLACE = {"latitude": 40.757, "longitude": -73.97}
@@ -141,7 +141,7 @@ def group_means(scene, groups, estimator, seed, samples):
     The same photons without and with reflections: their difference is the reflected light, and the noise of the
     first hits drops out of it.
     """
-    trace = {"gather": trace_transfer, "forward": trace_forward}[estimator]
+    trace = {"gather": trace_gather, "forward": trace_forward}[estimator]
     found = []
     for bounces in (0, 3):
         transfer = trace(

@@ -10,12 +10,12 @@ from scipy.spatial import Delaunay
 from towns import city_of_polygons, draw_town, moved
 
 from citypv.core.errors import InputError
-from citypv.core.geometry.build_scene import build_scene
-from citypv.core.geometry.terrain import Layer, Terrain
-from citypv.core.light.find_ground import find_ground
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.ground.terrain import Layer, Terrain
+from citypv.core.patches.find_ground import find_ground
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
+from citypv.core.scene.build_scene import build_scene
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.9, 0.1, 0.2], [0, 0, 1]])
 ROOF, FLOOR, SOUTH, NORTH, EAST, WEST = range(-6, 0)  # the house's faces stand last
@@ -28,7 +28,7 @@ def house(low, high):
 
 
 def trace(scene, **settings):
-    return trace_transfer(scene, SUNS, Request(**{"samples": 4096, "shadow_samples": 256} | settings), silent)
+    return trace_gather(scene, SUNS, Request(**{"samples": 4096, "shadow_samples": 256} | settings), silent)
 
 
 # A mesh without a name

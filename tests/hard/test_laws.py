@@ -10,13 +10,13 @@ from hypothesis import strategies as draw
 from scenes import join, strip, suns_towards
 from towns import city_of_polygons, moved, turned
 
-from citypv.core.geometry.build_scene import build_scene
-from citypv.core.light import trace_hemisphere, trace_suns
-from citypv.core.light.patches import patches_of_scene
-from citypv.core.light.ray_scene import RayScene
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
+from citypv.core.radiosity import sun_visibility, trace_hemisphere
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
+from citypv.core.scene.build_scene import build_scene
 
 SCENES = 200
 SUNS = np.array([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.9, 0.1, 0.15], [0, 0, 1]])
@@ -46,7 +46,7 @@ def random_parts(seed, apart=False):
 
 
 def trace(scene, directions=SUNS, **options):
-    return trace_transfer(scene, suns_towards(directions), Request(**{"samples": 64, "threads": 1} | options), silent)
+    return trace_gather(scene, suns_towards(directions), Request(**{"samples": 64, "threads": 1} | options), silent)
 
 
 def hemisphere_of(scene, samples=256):
@@ -104,12 +104,12 @@ def test_reciprocity(seed):
     patches, hemisphere = hemisphere_of(scene)
     group = np.minimum((np.arange(len(patches)) - (len(patches) - 4) % 12) // 12, 3)
     count = len(patches)
-    own = np.repeat(np.arange(count), trace_hemisphere.REPLICATES)
+    own = np.repeat(np.arange(count), trace_hemisphere.HEMISPHERE_REPLICATES)
     member = np.zeros((count, group.max() + 2))
     member[np.arange(count), group + 1] = 1
     exchanged = patches.area[own, None] * (hemisphere.form_factors.as_matrix() @ member)  # (p · replicates, g)
-    exchanged = exchanged.reshape(count, trace_hemisphere.REPLICATES, -1)
-    mean, spread = exchanged.mean(axis=1), exchanged.var(axis=1, ddof=1) / trace_hemisphere.REPLICATES
+    exchanged = exchanged.reshape(count, trace_hemisphere.HEMISPHERE_REPLICATES, -1)
+    mean, spread = exchanged.mean(axis=1), exchanged.var(axis=1, ddof=1) / trace_hemisphere.HEMISPHERE_REPLICATES
     total, variance = member.T @ mean, member.T @ spread
     # Replicates see no spread where all rays of a pair agree: one ray's worth of the smaller face is always allowed.
     one_ray = (member.T @ (patches.area / 256) ** 2)[None, :]
@@ -180,12 +180,12 @@ def test_permuting_the_faces(seed):
 def test_threads_and_chunks(seed, threads, chunk):
     scene = join(random_parts(seed))
     one = trace(scene, threads=1)
-    before = trace_hemisphere.RAYS_PER_TASK, trace_suns.POINTS_PER_TASK
+    before = trace_hemisphere.RAYS_PER_TASK, sun_visibility.POINTS_PER_TASK
     try:
-        trace_hemisphere.RAYS_PER_TASK, trace_suns.POINTS_PER_TASK = chunk, chunk
+        trace_hemisphere.RAYS_PER_TASK, sun_visibility.POINTS_PER_TASK = chunk, chunk
         other = trace(scene, threads=threads)
     finally:
-        trace_hemisphere.RAYS_PER_TASK, trace_suns.POINTS_PER_TASK = before
+        trace_hemisphere.RAYS_PER_TASK, sun_visibility.POINTS_PER_TASK = before
     for name in (*FIELDS, "covered_share", "diffuse_relative_standard_error", "direct_annual_standard_error"):
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
 

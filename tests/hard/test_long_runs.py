@@ -15,8 +15,8 @@ from closed import box
 from scenes import join, strip, suns_towards
 from small_city import write_small_city
 
-from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 SCENE = join([strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 8), *box((-5, -5, 0), (5, 5, 10))])
@@ -28,7 +28,7 @@ POSIX = pytest.mark.skipif(os.name != "posix", reason="signals and limits of POS
 
 
 def trace(**settings):
-    return trace_transfer(SCENE, SUNS, Request(**settings), silent)
+    return trace_gather(SCENE, SUNS, Request(**settings), silent)
 
 
 def same(one, other):
@@ -58,7 +58,7 @@ def test_cancel_leaves_nothing_running(stage):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        trace_transfer(SCENE, SUNS, Request(threads=2), cancel)
+        trace_gather(SCENE, SUNS, Request(threads=2), cancel)
     assert threading.active_count() == before
     assert same(trace(), reference)
 
@@ -100,7 +100,7 @@ def test_twenty_runs_do_not_grow():
 
 @POSIX
 @pytest.mark.slow
-@pytest.mark.parametrize("word", ["Tracing", "Electricity"])
+@pytest.mark.parametrize("word", ["GatherContext", "Electricity"])
 def test_killed_in_the_middle(tmp_path, word):
     """No signal handler can help against SIGKILL: the wanted folder is not there, and the same run goes well then."""
     city, out = write_small_city(tmp_path / "city.gml"), tmp_path / "out"

@@ -7,8 +7,8 @@ import pytest
 from closed import box, room
 from scenes import join, strip, suns_towards
 
-from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.9, 0.1, 0.15]])
@@ -20,7 +20,7 @@ SIDES = ("roof", "floor", "south", "north", "east", "west")
 
 def trace(parts, **settings):
     request = Request(**{"samples": 4096, "shadow_samples": 64, "effects": {"closed-form": False}} | settings)
-    return trace_transfer(join(parts), SUNS, request, silent)
+    return trace_gather(join(parts), SUNS, request, silent)
 
 
 def of_side(transfer, house, side):
@@ -56,7 +56,7 @@ def open_scene(house, neighbour=NEIGHBOUR):
 
 def trace_open(house, neighbour=NEIGHBOUR):
     request = Request(samples=4096, shadow_samples=64, effects={"closed-form": False})
-    return trace_transfer(open_scene(house, neighbour), SUNS, request, silent)
+    return trace_gather(open_scene(house, neighbour), SUNS, request, silent)
 
 
 @pytest.mark.parametrize("missing", ["floor", "roof", "south", "east", "west"])

@@ -9,15 +9,15 @@ import pytest
 from own_rays import BACK, FAR, FRONT, SKY, OwnRays, meets_in_double
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.geometry.build_scene import build_scene
-from citypv.core.geometry.read_city import read_city
-from citypv.core.light import trace_hemisphere
-from citypv.core.light.patches import patches_of_scene
-from citypv.core.light.ray_scene import RayScene
-from citypv.core.light.trace_suns import trace_suns
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.files.read_city import read_city
+from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
+from citypv.core.radiosity import trace_hemisphere
+from citypv.core.radiosity.sun_visibility import sun_visibility
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
+from citypv.core.scene.build_scene import build_scene
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.add_sun import add_sun
 from citypv.core.weather.clear_sky import clear_sky
@@ -193,7 +193,7 @@ def test_no_wall_gets_more_or_less_sun_than_reaches_it(town):
     """Shadow rays of one's own from 1,024 points of each wall to three suns."""
     scene, (patches, rows, own, _, points) = scene_of(town), walls_of(town)
     _, found = look(town)
-    light = trace_suns(
+    light = sun_visibility(
         RayScene(scene.vertices, scene.triangles),
         patches,
         np.isin(np.arange(len(patches)), rows),
@@ -225,7 +225,7 @@ def test_the_whole_chain(town):
     weather = add_sun(clear_sky(scene.site.latitude, scene.site.longitude, 0.0, 2021), pd.Timedelta(hours=1))
     times = weather.data.index
     suns = choose_suns("typical-days:2", times, weather.interval, scene.site.latitude, scene.site.longitude)
-    transfer = trace_transfer(scene, suns, Request(samples=32, shadow_samples=4), silent)
+    transfer = trace_gather(scene, suns, Request(samples=32, shadow_samples=4), silent)
     for name in ("sky_view_factor", "far_ground_view_factor", "covered_share", "visible_share", "diffuse_relative"):
         values = getattr(transfer, name)
         assert np.isfinite(values).all(), name

@@ -13,16 +13,16 @@ import pytest
 from test_closed_forms import direct_relative
 from test_gather_is_forward import CITIES, ROOT, SUNS, lies_alone, middle_of
 
-from citypv.core.geometry.build_scene import build_scene
-from citypv.core.geometry.read_city import read_city
-from citypv.core.light.find_covered import lie_in_earth, meets_back
-from citypv.core.light.measure_cover import find_cover
-from citypv.core.light.sample_points import cell_of_point, cosine_direction
-from citypv.core.light.scatter import leave_patches
-from citypv.core.light.trace_transfer import trace_transfer
-from citypv.core.light.tracing import begin_tracing
+from citypv.core.files.read_city import read_city
+from citypv.core.patches.find_covered import lie_in_earth, meets_back
+from citypv.core.photons.scatter import leave_patches
 from citypv.core.progress import silent
+from citypv.core.radiosity.gather_context import prepare_gather
+from citypv.core.radiosity.measure_cover import find_cover
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
+from citypv.core.sampling.sample_points import cell_of_point, cosine_direction
+from citypv.core.scene.build_scene import build_scene
 
 BOUNCES = 3
 PATHS, SETS, SEEDS = 120, 6, 3  # paths from each patch in each set, and runs of gather
@@ -53,7 +53,9 @@ def follow_some(tracing, covered, chosen, generator):
     for bounce in range(BOUNCES + 1):
         local = np.stack(cosine_direction(*generator.random((2, len(root)), dtype=np.float32)))
         origins, directions = leave_patches(patches, place, local)
-        light[bounce, :, 1] += np.bincount(root, weight * look_at_suns(trees, patches.normal[place[0]], origins), count)
+        light[bounce, :, 1] += np.bincount(
+            root, weight * trace_shadow_rays(trees, patches.normal[place[0]], origins), count
+        )
         hit, b1, b2 = trees.trace_places(origins, directions)
         sky, far = (hit < 0) & (directions[:, 2] > 0), np.flatnonzero((hit < 0) & (directions[:, 2] <= 0))
         light[bounce, :, 0] += np.bincount(root[sky], weight[sky], count)
@@ -69,7 +71,7 @@ def follow_some(tracing, covered, chosen, generator):
     return light
 
 
-def look_at_suns(trees, normal, origins):
+def trace_shadow_rays(trees, normal, origins):
     """What places receive of the suns, by weight: (m,) float64."""
     received = np.zeros(len(origins))
     for direction, weight in zip(SUNS.direction.astype(np.float32), SUNS.weight, strict=True):
@@ -82,7 +84,7 @@ def look_at_suns(trees, normal, origins):
 
 def reflections_by_paths(scene, members):
     """Means over some surfaces, of all reflections and without the first: two (SETS, 2)."""
-    tracing = begin_tracing(scene, Request(), silent)
+    tracing = prepare_gather(scene, Request(), silent)
     covered = find_cover(tracing.ray_scene, tracing.patches, tracing.threads)[1]
     surface = scene.triangle_surface
     chosen = np.flatnonzero((surface >= 0) & members[surface] & tracing.patches.receives)
@@ -97,7 +99,7 @@ def reflections_by_gather(scene, members):
     found = np.zeros((3, SEEDS, 2))
     for seed in range(SEEDS):
         for row, bounces in enumerate((0, 1, BOUNCES)):
-            transfer = trace_transfer(scene, SUNS, Request(max_bounces=bounces, seed=seed), silent)
+            transfer = trace_gather(scene, SUNS, Request(max_bounces=bounces, seed=seed), silent)
             light = np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight], axis=1)
             found[row, seed] = np.average(light[members], axis=0, weights=scene.surfaces.area[members])
     return found[2] - found[0], found[2] - found[1]

@@ -6,8 +6,8 @@ from closed import box, room
 from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 from towns import spun
 
-from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
@@ -18,7 +18,7 @@ RAYS = {"closed-form": False}  # every patch sends rays, also those known in clo
 def trace(parts, suns=SUNS, **settings):
     scene = parts if hasattr(parts, "triangles") else join(parts)
     settings = {"samples": 4096, "shadow_samples": 256, "effects": RAYS} | settings
-    return trace_transfer(scene, suns, Request(**settings), silent)
+    return trace_gather(scene, suns, Request(**settings), silent)
 
 
 def assert_unshaded(transfer, chosen, sample_error=0.01):

@@ -10,14 +10,14 @@ from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.errors import InputError
-from citypv.core.light.patches import patches_of_scene
-from citypv.core.light.plan_effects import plan_effects
-from citypv.core.light.ray_scene import RayScene
-from citypv.core.light.reflect import radiosity_factor, reflect
-from citypv.core.light.trace_hemisphere import trace_hemisphere
-from citypv.core.light.trace_transfer import trace_transfer
+from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
+from citypv.core.radiosity.solve_radiosity import radiosity_factor, solve_radiosity
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.radiosity.trace_hemisphere import trace_hemisphere
+from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request, check_request
+from citypv.core.transfer.plan_effects import plan_effects
 from citypv.core.weather.add_sun import add_sun
 from citypv.core.weather.clear_sky import clear_sky
 
@@ -27,7 +27,7 @@ HOUSE = join([strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 6), *box((-5, -5, 0
 
 
 def trace(scene, **settings):
-    return trace_transfer(scene, SUNS, Request(**settings), silent)
+    return trace_gather(scene, SUNS, Request(**settings), silent)
 
 
 # Albedo
@@ -42,7 +42,7 @@ def furnace(albedo, bounces, samples=1024):
     )
     factor = radiosity_factor(patches, hemisphere.covered_share)
     given, nothing = np.ones((12, 1), np.float32), np.zeros((12, 1), np.float32)
-    reflected, _, last = reflect(hemisphere.form_factors, factor, given, nothing, bounces)
+    reflected, _, last = solve_radiosity(hemisphere.form_factors, factor, given, nothing, bounces)
     return (given + reflected)[:, 0], last
 
 

@@ -7,8 +7,8 @@ from closed import box
 from scenes import join, strip, suns_towards
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.match_suns import match_suns
@@ -26,7 +26,7 @@ WAYS = ("typical-days:4", "sky-grid:64", "hourly")
 
 
 def visible(directions, scene=HOUSE, **settings):
-    return trace_transfer(scene, suns_towards(directions), Request(shadow_samples=64, **settings), silent)
+    return trace_gather(scene, suns_towards(directions), Request(shadow_samples=64, **settings), silent)
 
 
 def test_at_zenith():
@@ -86,7 +86,7 @@ def test_azimuth_0_is_azimuth_360():
 def test_no_sun_above_the_horizon():
     """Polar night: no direct light, no NaN, the sky shines all the same."""
     none = np.zeros(0, np.int32)
-    transfer = trace_transfer(HOUSE, Suns("hourly", np.zeros((0, 3)), np.zeros(0), none, none), Request(), silent)
+    transfer = trace_gather(HOUSE, Suns("hourly", np.zeros((0, 3)), np.zeros(0), none, none), Request(), silent)
     assert transfer.visible_share.shape == transfer.direct_reflected.shape == (len(HOUSE.surfaces), 0)
     assert transfer.direct_annual_standard_error == pytest.approx(0)
     assert transfer.diffuse_relative[ROOF] == pytest.approx(1, abs=1e-6)
@@ -121,7 +121,7 @@ def test_places(place):
         match = match_suns(suns, weather.data.index, HOUR, latitude, longitude)
         assert match.weight.sum(axis=1) == pytest.approx((~down).to_numpy(float), abs=1e-6)
     suns = choose_suns("typical-days:4", weather.data.index, HOUR, latitude, longitude)
-    energy = compute_energy(trace_transfer(HOUSE, suns, Request(), silent), weather)
+    energy = compute_energy(trace_gather(HOUSE, suns, Request(), silent), weather)
     lit = energy.full_load_hours[ROOF]
     assert np.isfinite(energy.poa_global_annual).all()
     assert np.isfinite(lit).all()
@@ -155,7 +155,7 @@ def test_equator_at_equinox_sees_the_sun_at_zenith():
 def test_southern_hemisphere_faces_north():
     weather = add_sun(clear_sky(-33.9, 18.4, 0.0, 2021), HOUR)
     suns = choose_suns("typical-days:4", weather.data.index, HOUR, -33.9, 18.4)
-    poa = compute_energy(trace_transfer(HOUSE, suns, Request(), silent), weather).poa_global_annual
+    poa = compute_energy(trace_gather(HOUSE, suns, Request(), silent), weather).poa_global_annual
     assert poa[NORTH].mean() > 1.5 * poa[SOUTH].mean()
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from citypv.core.geometry.city import City
+from citypv.core.city.city import City
 
 OUTWARDS = {
     "RoofSurface": [[4, 5, 6, 7]],

@@ -1,0 +1,99 @@
+"""Bring the contents of several files to one coordinate reference system in metres, and join them."""
+
+from functools import partial
+
+import numpy as np
+import pyproj
+
+from ..errors import InputError
+from ..progress import silent
+from .assemble_city import assemble_city
+from .convert_to_metres import convert_to_metres
+from .name_crs import name_crs
+
+IN_DEGREES = "implicit geometry in a system of degrees"
+JOINING = "joining polygons"  # name of the stage
+BROUGHT = 0.1  # share of the time until all stand in one coordinate reference system
+
+
+def join_contents(contents, lod=None, unit="m", progress=silent):
+    """One City from the contents of files.
+
+    Parameters
+    ----------
+    contents : list of FileContent
+    lod : str, optional
+    unit : {'m', 'ft', 'us-ft'}
+        Where no file names a coordinate reference system.
+    progress : callable, optional
+        See `core.progress`.
+
+    Returns
+    -------
+    City
+
+    Raises
+    ------
+    InputError
+        The files stand in different coordinate reference systems.
+    """
+    count = sum(len(content.polygons) for content in contents)
+    progress(JOINING, 0, count, "polygons")
+    for content in contents:
+        content.crs = _crs_of(content)
+        if content.crs and pyproj.CRS.from_user_input(content.crs).is_geographic:
+            leave_out_degrees(content)
+    crs = _common_crs(contents)
+    rings = [ring for content in contents for polygon in content.polygons for ring in polygon.rings]
+    points = np.concatenate([np.empty((0, 3)), *rings])
+    points, crs, note = convert_to_metres(points, crs, unit)
+    if note:
+        contents[0].notes.append(note)
+    ends = np.cumsum([len(ring) for ring in rings]) if rings else []
+    pieces = iter(np.split(points, ends[:-1]) if rings else [])
+    for content in contents:
+        for polygon in content.polygons:
+            polygon.rings = [next(pieces) for _ in polygon.rings]
+    progress(JOINING, BROUGHT * count, count, "polygons")
+    return assemble_city(contents, crs, lod, partial(tell_joined, progress, count))
+
+
+def leave_out_degrees(content):
+    """Leave out shapes in metres whose place is in degrees: the two cannot be added."""
+    for polygon in content.polygons:
+        if polygon.implicit:
+            content.skip(IN_DEGREES, polygon.surface_id or f"line {polygon.line}")
+    content.polygons = [polygon for polygon in content.polygons if not polygon.implicit]
+
+
+def tell_joined(progress, count, share):
+    """Report what is done of the polygons' way from the files into the City."""
+    progress(JOINING, (BROUGHT + (1 - BROUGHT) * share) * count, count, "polygons")
+
+
+def _crs_of(content):
+    """The one system that a file names, or None."""
+    easting = next((polygon.rings[0][0, 0] for polygon in content.polygons if len(polygon.rings[0])), None)
+    named = {}
+    for srs_name, line in content.srs_names.items():
+        crs = name_crs(srs_name, easting)
+        if crs is None:
+            content.notes.append(f"{content.path}, line {line}: srsName {srs_name!r} means nothing to PROJ.")
+        else:
+            named.setdefault(crs, (srs_name, line))
+    if len({crs.split("+")[0] for crs in named}) > 1:
+        spellings = " and ".join(f"{name!r} (line {line})" for name, line in list(named.values())[:2])
+        raise InputError(content.path, f"two coordinate reference systems: {spellings}", "convert it to one of them")
+    return max(named, key=len, default=None)
+
+
+def _common_crs(contents):
+    named = {content.crs: content for content in contents if content.crs}
+    if len({crs.split("+")[0] for crs in named}) > 1:
+        first, second = list(named)[:2]
+        problem = f"stands in {second}, but {named[first].path} in {first}"
+        raise InputError(named[second].path, problem, "bring all files to one coordinate reference system")
+    for content in contents:
+        if named and content.crs is None:
+            content.notes.append(f"{content.path} names no coordinate reference system; taken as {max(named)}.")
+    return max(named, key=len, default=None)

@@ -1,0 +1,162 @@
+"""Closed forms against the tracer: tilted faces, a street canyon, a furnace, view factors, a module's temperature."""
+
+from functools import cache
+
+import numpy as np
+import pvlib
+
+from ..energy.hours import MOUNTING
+from ..patches.patches import patches_of_scene
+from ..progress import silent
+from ..radiosity.solve_radiosity import radiosity_factor, solve_radiosity
+from ..radiosity.trace_gather import trace_gather
+from ..radiosity.trace_hemisphere import trace_hemisphere
+from ..rays.ray_scene import RayScene
+from ..request import Request
+from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..sun.suns import Suns
+from .plain_scenes import join_parts, rectangle, room
+
+ALBEDO = 0.25
+SINGLE = 1e-6  # what single precision may leave of a number near 1
+
+# Infinite street canyon, height = width, after 0, 1, 2, 3 reflections: mean of a wall and of the street per isotropic
+# sky. The first is exact (crossed strings), the others come from a numeric radiosity of 80 strips per face.
+CANYON_WALL = (0.2928932, 0.353350, 0.362375, 0.363992)
+CANYON_STREET = (0.4142136, 0.451931, 0.461190, 0.462563)
+
+# Between opposite rectangles (Howell C-11) and squares at a right angle (C-14); Helios names the second in its test.
+VIEW_FACTORS = {
+    "parallel unit squares at distance 1": (
+        0.19982489569838738,
+        [rectangle([0, 0, 0], [1, 0, 0], [0, 1, 0])],
+        [rectangle([0, 0, 1], [0, 1, 0], [1, 0, 0])],
+    ),
+    "parallel rectangles of 1 by 2 at distance 0.5": (
+        0.5089886690414376,
+        [rectangle([0, 0, 0], [1, 0, 0], [0, 2, 0])],
+        [rectangle([0, 0, 0.5], [0, 2, 0], [1, 0, 0])],
+    ),
+    "unit squares with a common edge at a right angle": (
+        0.20004377607540316,
+        [rectangle([0, 0, 0], [1, 0, 0], [0, 1, 0])],
+        [rectangle([0, 0, 0], [0, 1, 0], [0, 0, 1])],
+    ),
+}
+
+
+def closed_form_checks():
+    """Name, expected value, allowance for rounding, and a function that finds value and standard error.
+
+    Returns
+    -------
+    list of tuple
+    """
+    checks = []
+    for tilt in (0, 30, 60, 90, 105):
+        cosine = np.cos(np.radians(tilt))
+        expected = (1 + cosine) / 2 + ALBEDO * (1 - cosine) / 2  # Eq. 9
+        name = f"unshaded face at {tilt}°"
+        checks.append((f"{name}, closed form", expected, SINGLE, lambda tilt=tilt: unshaded(tilt, rays=False)))
+        checks.append((f"{name}, by rays", expected, SINGLE, lambda tilt=tilt: unshaded(tilt, rays=True)))
+    for bounces in range(4):
+        for number, (face, known) in enumerate((("wall", CANYON_WALL), ("street", CANYON_STREET))):
+            name = f"street canyon, {face} after {bounces} reflections"
+            checks.append(
+                (name, known[bounces], SINGLE, lambda bounces=bounces, number=number: canyon(bounces)[number])
+            )
+    for albedo, bounces in ((0.25, 3), (0.999, 50), (1.0, 50)):
+        expected = bounces + 1.0 if albedo == 1 else (1 - albedo ** (bounces + 1)) / (1 - albedo)
+        name = f"closed furnace, albedo {albedo:g}, {bounces} reflections"
+        checks.append((name, expected, SINGLE * expected, lambda a=albedo, n=bounces: furnace(a, n)))
+    for name, (expected, one, other) in VIEW_FACTORS.items():
+        checks.append((f"view factor, {name}", expected, SINGLE, lambda one=one, other=other: view(one, other)))
+    checks.append(("cell temperature at 900 W/m², 20 °C, 5 m/s [°C]", 40.291, 5e-4, cell_temperature))
+    return checks
+
+
+def sun_at(*direction):
+    """One sun in each of some directions."""
+    directions = np.array(direction, float)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    place = np.arange(len(directions), dtype=np.int32)
+    return Suns("hourly", directions, np.full(len(place), 1 / len(place)), np.zeros_like(place), place)
+
+
+def trace(scene, suns=None, **settings):
+    """Transfer of a scene, by default under the sun at zenith."""
+    return trace_gather(scene, suns or sun_at([0, 0, 1]), Request(**settings), silent)
+
+
+def mean_of(transfer, chosen, name="diffuse_relative"):
+    """Area-weighted mean of some surfaces, and its standard error."""
+    share = transfer.surfaces.area[chosen] / transfer.surfaces.area[chosen].sum()
+    error = share * transfer.diffuse_relative_standard_error[chosen]
+    return float(share @ getattr(transfer, name)[chosen]), float(np.sqrt((error**2).sum()))
+
+
+def unshaded(tilt, *, rays):
+    """A square that looks south, with nothing around it."""
+    up = [0, np.cos(np.radians(tilt)), np.sin(np.radians(tilt))]
+    scene = join_parts([rectangle([0, 0, 5], [1, 0, 0], up)])
+    return mean_of(trace(scene, samples=1 << 15, effects={"closed-form": not rays}), np.arange(2))
+
+
+@cache
+def canyon(bounces, samples=8192, strips=40):
+    """Mean of the middle of a long street's walls and of its ground, each with its standard error."""
+    parts = []
+    for start, end in ((-100, -10), (-10, 10), (10, 100)):
+        length = [end - start, 0, 0]
+        parts.append(rectangle([start, 0, 0], length, [0, 1, 0], strips))
+        parts.append(rectangle([start, 1, 0], length, [0, 0, 1], strips))
+        parts.append(rectangle([start, 0, 1], length, [0, 0, -1], strips))
+    transfer = trace(join_parts(parts), max_bounces=bounces, samples=samples, far_ground=False)
+    street = 6 * strips + np.arange(2 * strips)
+    return mean_of(transfer, np.arange(8 * strips, 12 * strips)), mean_of(transfer, street)
+
+
+def hemisphere_of(scene, albedo, samples):
+    """Patches of a scene and what their rays meet."""
+    patches = patches_of_scene(scene, np.full(len(scene.triangles), float(albedo)), 0)
+    every = np.ones(len(patches), bool)
+    ray_scene = RayScene(scene.vertices, scene.triangles)
+    return patches, trace_hemisphere(
+        ray_scene, patches, every, sample_count=samples, reflections=True, threads=1, progress=silent
+    )
+
+
+def furnace(albedo, bounces):
+    """Irradiance inside a closed room whose faces are all given 1 first: (1 - ρⁿ⁺¹)/(1 - ρ) after n reflections.
+
+    Returns
+    -------
+    float
+        Of the face that is furthest from the mean.
+    float
+        0: no chance is left where every ray meets a face.
+    """
+    patches, hemisphere = hemisphere_of(join_parts(room((0, 0, 0), (4, 5, 3))), albedo, 1024)
+    first = np.ones((len(patches), 1), np.float32)
+    factor = radiosity_factor(patches, hemisphere.covered_share)
+    reflected, _, _ = solve_radiosity(hemisphere.form_factors, factor, first, np.zeros_like(first), bounces)
+    irradiance = (first + reflected).astype(float).ravel()
+    return float(irradiance[np.abs(irradiance - irradiance.mean()).argmax()]), 0.0
+
+
+def view(one, other):
+    """View factor from one group of rectangles to another."""
+    scene = join_parts([*one, *other])
+    own = sum(len(triangles) for _, triangles in one)
+    patches, hemisphere = hemisphere_of(scene, 1, 1 << 16)
+    seen = np.asarray(hemisphere.form_factors.as_matrix()[: own * HEMISPHERE_REPLICATES].sum(axis=1)).reshape(
+        own, HEMISPHERE_REPLICATES
+    )
+    share = patches.area[:own] / patches.area[:own].sum()
+    error = share**2 @ seen.var(axis=1, ddof=1) / HEMISPHERE_REPLICATES
+    return float(share @ seen.mean(axis=1)), float(np.sqrt(error))
+
+
+def cell_temperature():
+    """Sandia's model of the cell temperature, with the mounting that the full load hours use."""
+    return float(pvlib.temperature.sapm_cell(900.0, 20.0, 5.0, **MOUNTING)), 0.0

@@ -1,0 +1,278 @@
+"""The command line: `citypv`, `python -m citypv` and `blender --command citypv` are this program.
+
+Exit status: 0 success; 2 wrong arguments or input that cannot be used; 130 interrupted, whether what was traced until
+then could be kept or not; 1 any other failure.
+"""
+
+import argparse
+import importlib.util
+import json
+import signal
+import sys
+import traceback
+from functools import partial
+
+from ..errors import InputError
+from ..progress import CancelledError, TerminalProgress
+from ..request import ESTIMATORS, Request, check_request
+from ..version import __version__
+
+EPILOGUE = "Every option and every file written is described in docs/command_line.md."
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """A parser that says in one line what is wrong."""
+
+    def error(self, message):
+        """Leave with status 2."""
+        self.exit(2, f"{self.prog}: error: {message}; see {self.prog} --help\n")
+
+
+def main(arguments=None, draw=None):
+    """Run the command line.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Without the program's name; by default those of the process.
+    draw : callable, optional
+        `draw(folder, scene, transfer, energy, note, pictures)`: Blender's part, for `--blend` and `--preview`.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    parser = build_parser()
+    try:
+        options = parser.parse_args(arguments)
+    except SystemExit as stop:
+        return stop.code or 0
+    before = hear_termination()
+    try:
+        options.draw = draw
+        return options.run(options) or 0
+    except InputError as error:
+        return complain(str(error), 2)
+    except (KeyboardInterrupt, CancelledError) as stop:
+        moment = " before the first suns were done" if isinstance(stop, CancelledError) else ""
+        return complain(f"interrupted{moment}; nothing was written", 130)
+    except OSError as error:
+        return complain(f"{error.filename or 'system'}: {error.strerror or error}", 1)
+    except Exception:
+        traceback.print_exc()
+        return complain("this should not have happened; please report the lines above", 1)
+    finally:
+        if before is not None:
+            signal.signal(signal.SIGTERM, before)
+
+
+def complain(message, status):
+    """One line on the error stream."""
+    renew = "\r\x1b[2K" if sys.stderr.isatty() else ""  # the line of a stage that did not end
+    print(f"{renew}citypv: error: {' '.join(message.split())}", file=sys.stderr)
+    return status
+
+
+def hear_termination():
+    """Treat a polite request to end like Ctrl-C, so that nothing half-written stays. Only the main thread can."""
+
+    def stop(number, frame):
+        raise KeyboardInterrupt
+
+    try:
+        return signal.signal(signal.SIGTERM, stop)
+    except ValueError:
+        return None
+
+
+def build_parser():
+    """Parser of all commands."""
+    parser = OneLineParser(
+        prog="citypv", description="What the sun gives to the roofs and facades of a city.", epilog=EPILOGUE
+    )
+    parser.add_argument("--version", action="version", version=f"citypv {__version__}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    simulate = commands.add_parser("simulate", help="trace a city and write full load hours of every face")
+    add_city(simulate)
+    add_output(simulate)
+    add_weather(simulate)
+    add_light(simulate)
+    simulate.add_argument("--blend", action="store_true", help="write city.blend (needs bpy)")
+    simulate.add_argument("--preview", action="store_true", help="write preview.png (needs bpy)")
+    simulate.add_argument("--transfer", action="store_true", help="write transfer.nc even where it takes gigabytes")
+    simulate.add_argument("--cityjson", action="store_true", help="write city.city.json: the city with its results")
+    simulate.add_argument("--gltf", action="store_true", help="write city.glb: the city in colours, for any viewer")
+    simulate.set_defaults(run=run_simulate)
+    weigh = commands.add_parser("yield", help="weigh a transfer.nc with another weather or module")
+    weigh.add_argument("transfer", metavar="TRANSFER", help="transfer.nc of an earlier run")
+    add_output(weigh)
+    add_weather(weigh)
+    weigh.add_argument("--threads", type=int, metavar="N", help="default: all processors")
+    weigh.set_defaults(run=run_yield)
+    inspect = commands.add_parser("inspect", help="say what was read, and where it stands on Earth")
+    add_city(inspect)
+    inspect.add_argument("--json", action="store_true", help="print as JSON")
+    inspect.set_defaults(run=run_inspect)
+    effects = commands.add_parser("effects", help="say what tracing this city calls for, and why")
+    add_city(effects)
+    add_light(effects)
+    effects.add_argument("--json", action="store_true", help="print as JSON")
+    effects.set_defaults(run=run_effects)
+    selfcheck = commands.add_parser("selfcheck", help="trace what is known in closed form, and a dozen hard cases")
+    selfcheck.add_argument("--json", action="store_true", help="print as JSON")
+    selfcheck.set_defaults(run=run_selfcheck)
+    return parser
+
+
+def add_city(parser):
+    """Options about what is read."""
+    city = parser.add_argument_group("the city")
+    city.add_argument("city", nargs="+", metavar="CITY", help="files or folders with buildings")
+    city.add_argument("--lod", metavar="L", help="level of detail; default: the best 2.x of each building")
+    city.add_argument("--unit", choices=("m", "ft", "us-ft"), default="m", help="of files that name none")
+    city.add_argument("--up", choices=("z", "y"), default="z", help="upward axis of OBJ files")
+    city.add_argument("--latitude", type=float, metavar="D", help="[°] instead of what the files say")
+    city.add_argument("--longitude", type=float, metavar="D", help="[°] instead of what the files say")
+    city.add_argument("--grid-size", type=float, metavar="M", help="[m] split large polygons into cells id#k")
+    city.add_argument("--terrain", metavar="FILE", help="measured ground: TIN relief, OBJ, GeoTIFF or ASC grid")
+    city.add_argument(
+        "--ground", choices=("auto", "none"), default="auto", help="generate ground through the buildings' feet"
+    )
+
+
+def add_output(parser):
+    """Options about what is written."""
+    output = parser.add_argument_group("the results")
+    output.add_argument("--out", required=True, metavar="DIR", help="folder to write")
+    output.add_argument("--overwrite", action="store_true", help="replace results in a folder that is not empty")
+    output.add_argument("--quiet", action="store_true", help="say nothing but errors")
+
+
+def add_weather(parser):
+    """Options about weather and module."""
+    weather = parser.add_argument_group("the weather and the module")
+    weather.add_argument("--weather", default="clear-sky", metavar="FILE", help="a weather file, or clear-sky")
+    weather.add_argument("--weather-point", choices=("nearest", "bilinear"), default="nearest", help="of a grid")
+    weather.add_argument("--year", type=int, default=2021, metavar="Y", help="of the clear sky (2021)")
+    weather.add_argument("--module", default=Request.module, metavar="NAME", help="of pvlib's Sandia library")
+
+
+def add_light(parser):
+    """Options about tracing."""
+    light = parser.add_argument_group("the light")
+    light.add_argument("--suns", default=Request.suns, metavar="WAY", help="hourly, typical-days:N, sky-grid:N")
+    light.add_argument("--max-bounces", type=bounces, default=3, metavar="N", help="reflections, or auto (3)")
+    light.add_argument("--albedo", type=float, default=0.25, metavar="A", help="of all surfaces (0.25)")
+    light.add_argument("--ground-albedo", type=float, default=0.25, metavar="A", help="of the ground (0.25)")
+    light.add_argument("--albedo-file", metavar="CSV", help="albedo or material by surface id, material or kind")
+    light.add_argument(
+        "--materials", dest="file_materials", action="store_true", help="albedo by the materials of OBJ files"
+    )
+    light.add_argument("--far-ground", choices=("on", "off"), default="on", help="open ground beyond the scene")
+    light.add_argument("--sky", choices=("isotropic",), default="isotropic", help="model of the diffuse sky")
+    light.add_argument("--estimator", choices=ESTIMATORS, default=ESTIMATORS[0], help="how light is followed")
+    light.add_argument("--samples", type=int, default=256, metavar="N", help="rays per patch (256)")
+    light.add_argument("--shadow-samples", type=int, default=16, metavar="M", help="shadow points per patch (16)")
+    light.add_argument("--patch-error", type=float, metavar="P", help="[%%] of reflected light: splits where needed")
+    light.add_argument("--patch-size", type=length, default=10.0, metavar="M", help="[m] of patches, or none (10)")
+    light.add_argument("--effects", nargs="+", type=effect, default=[], metavar="KEY=on|off", help="overrule the plan")
+    light.add_argument("--seed", type=int, default=0, metavar="N", help="of all random numbers (0)")
+    light.add_argument("--threads", type=int, metavar="N", help="default: all processors")
+
+
+def bounces(text):
+    """A number of bounces, None for auto."""
+    return None if text == "auto" else int(text)
+
+
+def length(text):
+    """A length in metres, None for none."""
+    return None if text == "none" else float(text)
+
+
+def effect(text):
+    """An effect of the plan and whether it is on."""
+    key, _, state = text.partition("=")
+    if state not in ("on", "off"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not KEY=on or KEY=off")
+    return key, state == "on"
+
+
+def request_of(options):
+    """Settings from parsed options; those a command does not have keep their defaults."""
+    given = {name: value for name, value in vars(options).items() if name in Request.__dataclass_fields__}
+    if "far_ground" in given:
+        given["far_ground"] = given["far_ground"] == "on"
+    if "effects" in given:
+        given["effects"] = dict(given["effects"])
+    request = Request(**given)
+    check_request(request)
+    return request
+
+
+def run_simulate(options):
+    """`citypv simulate`: status 130 where it was interrupted and what was traced until then is kept."""
+    pictures = [name for name in ("blend", "preview") if getattr(options, name)]
+    for name in pictures:
+        if options.draw is None or importlib.util.find_spec("bpy") is None:
+            raise InputError(f"--{name}", "needs Blender's Python module", "pip install 'citypv[blender]'")
+    from .simulate import EXPORTS, simulate
+
+    interrupted = simulate(
+        options.city,
+        options.out,
+        request_of(options),
+        overwrite=options.overwrite,
+        say=voice(options),
+        draw=partial(options.draw, pictures=pictures) if pictures else None,
+        exports=[name for name in EXPORTS if getattr(options, name)],
+    )
+    if not interrupted:
+        return 0
+    print(interrupted, file=sys.stderr)
+    return 130
+
+
+def run_yield(options):
+    """`citypv yield`."""
+    from .simulate import recompute
+
+    recompute(options.transfer, options.out, request_of(options), overwrite=options.overwrite, say=voice(options))
+
+
+def run_inspect(options):
+    """`citypv inspect`."""
+    from .inspect_city import describe_city, inspect_city
+
+    report = inspect_city(options.city, request_of(options), TerminalProgress(lasting=False))
+    print(json.dumps(report, indent=2, ensure_ascii=False) if options.json else "\n".join(describe_city(report)))
+
+
+def run_effects(options):
+    """`citypv effects`."""
+    from dataclasses import asdict
+
+    from ..study import plan_scene, read_scene
+    from ..transfer.plan_effects import describe_plan
+
+    request = request_of(options)
+    plan = plan_scene(read_scene(options.city, request, TerminalProgress(lasting=False)), request)
+    if options.json:
+        print(json.dumps([asdict(effect) for effect in plan.effects], indent=2))
+    else:
+        print("\n".join(describe_plan(plan)))
+
+
+def run_selfcheck(options):
+    """`citypv selfcheck`: status 1 where a check fails."""
+    from .selfcheck import describe_check, describe_outcome, report_checks, selfcheck
+
+    checks = selfcheck(None if options.json else lambda check: print(describe_check(check), flush=True))
+    print(json.dumps(report_checks(checks), indent=2, ensure_ascii=False) if options.json else describe_outcome(checks))
+    return int(not all(check.passed for check in checks))
+
+
+def voice(options):
+    """Where to say what is being done; None to be quiet."""
+    return None if options.quiet else sys.stderr

@@ -1,0 +1,195 @@
+"""A dozen hard cases against the tracer: positions, shapes, suns and numbers that break ray tracers."""
+
+import numpy as np
+
+from ..city.city import City
+from ..errors import InputError
+from ..progress import silent
+from ..radiosity.trace_gather import trace_gather
+from ..request import Request
+from ..scene.build_scene import build_scene
+from ..sun.suns import Suns
+from .closed_form_checks import SINGLE, mean_of, sun_at, trace
+from .plain_scenes import box, join_parts, rectangle, room
+
+RAYS = {"closed-form": False}
+PLAIN = rectangle([-60, -60, 0], [120, 0, 0], [0, 120, 0], 12)  # 24 triangles
+HOUSE = box((-5, -5, 0), (5, 5, 10))
+ROOF, SOUTH, EAST, WEST = (24 + np.arange(2) + 2 * side for side in (0, 2, 4, 5))
+UTM = (390_000.0, 5_818_000.0, 30.0)
+SIDES = ([4, 5, 6, 7], [0, 3, 2, 1], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7])
+
+
+def hard_checks():
+    """Name, expected value, allowance, and a function that finds value and standard error: list of tuple."""
+    return [
+        ("town at UTM coordinates less the same at the origin", 0.0, SINGLE, moved_town),
+        ("closed room, turned, 3 km from the origin: light inside", 0.0, SINGLE, closed_room),
+        ("face at every incidence down to 0.1°: least share of sun", 1.0, SINGLE, grazing),
+        ("small faces beside one of 1 km in their plane: least light", 1.0, SINGLE, coplanar),
+        ("house in a terrain of 100 km: sky of its walls", 0.5, SINGLE, terrain),
+        ("court 1 m wide and 50 m deep: sky of its floor", 1.2729e-4, 1e-8, shaft),
+        ("wall between touching houses: light", 0.0, SINGLE, party_wall),
+        ("slivers of aspect 1e6: least share of sun", 1.0, SINGLE, slivers),
+        ("face laid 0.1 µm on another: light of the upper one", 1.0, SINGLE, laid),
+        ("house without a roof: sky of its walls", 0.5, SINGLE, open_house),
+        ("sun at zenith: share on walls", 0.0, 0.0, lambda: shares([[0, 0, 1]], SOUTH, np.max)),
+        ("sun in the plane of two walls: share on them", 0.0, 0.0, in_plane),
+        ("sun on the horizon: share on the wall that faces it", 1.0, SINGLE, on_horizon),
+        ("no sun at all: light of the roof", 1.0, SINGLE, no_sun),
+        ("albedo 1, 50 reflections: light of the roof", 1.0, SINGLE, bright),
+        ("one thread less four: largest difference", 0.0, 0.0, threads),
+        ("numbers that are not finite: arrays refused of four", 4.0, 0.0, refused),
+    ]
+
+
+def town(away):
+    """Twelve boxes in the coordinates of a file, moved."""
+    generator = np.random.default_rng(1)
+    points = []
+    for place in range(12):
+        size = np.round(generator.uniform([6, 6, 4], [14, 14, 25]), 3)
+        corner = 20.0 * np.array(divmod(place, 4)) + np.round(generator.uniform(0, 5, 2), 3)
+        base = corner + size[:2] * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+        corners = np.vstack([np.column_stack([base, np.full(4, z)]) for z in (0, size[2])])
+        points.append(corners[list(SIDES)].reshape(-1, 3))
+    points = np.concatenate(points) + away
+    count = len(points) // 4
+    names = [f"side {index}" for index in range(count)]
+    buildings = [f"house {index // 6}" for index in range(count)]
+    rings = np.arange(0, len(points) + 1, 4)
+    return build_scene(City(names, buildings, [""] * count, points, rings, np.arange(count + 1), None), 52.5, 13.4)
+
+
+def moved_town():
+    """Largest difference of any face's light."""
+    suns = sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4])
+    here, there = (trace(town(away), suns, samples=64) for away in (np.zeros(3), np.array(UTM)))
+    names = ("diffuse_relative", "visible_share", "direct_reflected")
+    return max(float(np.abs(getattr(here, name) - getattr(there, name)).max()) for name in names), 0.0
+
+
+def spin():
+    """A rotation about no axis in particular: (3, 3)."""
+    turn, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
+    return turn * np.sign(np.linalg.det(turn))
+
+
+def closed_room():
+    """Light on the brightest face."""
+    scene = join_parts(room((0, 0, 0), (7, 3, 5)), spin(), (2000, -2000, 500))
+    transfer = trace(scene, sun_at([0.3, -0.8, 0.6], [0, 0, 1]), samples=1 << 15, shadow_samples=1024)
+    return float(max(transfer.diffuse_relative.max(), transfer.visible_share.max())), 0.0
+
+
+def grazing():
+    """Suns from straight above a face down to 0.1° above its plane, all around it, 10 km from the origin."""
+    turn = spin()
+    angle, around = (grid.ravel() for grid in np.meshgrid(np.radians([90, 10, 1, 0.1]), np.radians(range(0, 360, 15))))
+    local = np.column_stack([np.cos(angle) * np.cos(around), np.cos(angle) * np.sin(around), np.sin(angle)])
+    directions = local @ turn.T
+    scene = join_parts([rectangle([0, 0, 0], [10, 0, 0], [0, 10, 0], 10)], turn, (7000, -7000, 100))
+    suns = sun_at(*directions[directions[:, 2] > 1e-3])
+    return float(trace(scene, suns, samples=64, shadow_samples=64, effects=RAYS).visible_share.min()), 0.0
+
+
+def coplanar():
+    """Sky and far ground of the small faces together."""
+    parts = [rectangle([0, -500, 0], [1000, 0, 0], [0, 1000, 0])]
+    parts += [rectangle([-0.01, 0.01 * place, 0], [0.01, 0, 0], [0, 0.01, 0]) for place in range(20)]
+    transfer = trace(join_parts(parts, spin()), samples=4096, effects=RAYS)
+    return float((transfer.sky_view_factor + transfer.far_ground_view_factor)[2:].min()), 0.0
+
+
+def terrain():
+    """A box of 10 m on a plain of 100 km, 30 km from its middle."""
+    plain = rectangle([-8e4, -5e4, 0], [1e5, 0, 0], [0, 1e5, 0], 12)
+    scene = join_parts([plain, *HOUSE], away=(3e4, 0, 0))
+    transfer = trace(scene, samples=1 << 14, max_bounces=0)
+    return mean_of(transfer, np.arange(24 + 4, 24 + 12), "sky_view_factor")
+
+
+def shaft():
+    """Floor of a square court without a roof; opposite squares by Howell C-11."""
+    scene = join_parts(room((0, 0, 0), (1, 1, 50))[1:])
+    return mean_of(trace(scene, samples=1 << 20, max_bounces=0), np.arange(2), "sky_view_factor")
+
+
+def party_wall():
+    """Light of the walls two houses share."""
+    transfer = trace(join_parts([*HOUSE, *box((5, -5, 0), (15, 5, 10))]), sun_at([0.5, -0.5, 0.7]), samples=4096)
+    walls = [8, 9, 12 + 10, 12 + 11]
+    return float(max(transfer.diffuse_relative[walls].max(), transfer.visible_share[walls].max())), 0.0
+
+
+def slivers():
+    """A roof 100 m long, cut into strips of 0.1 mm."""
+    scene = join_parts([rectangle([0, 0, 5], [100, 0, 0], [0, 2e-3, 0], 20)])
+    suns = sun_at([0.5, -0.5, 0.7], [0, 0, 1])
+    return float(trace(scene, suns, shadow_samples=64, effects=RAYS).visible_share.min()), 0.0
+
+
+def laid():
+    """Least of sky and sun on the upper of two faces."""
+    faces = [rectangle([0, 0, height], [10, 0, 0], [0, 10, 0]) for height in (5, 5 + 1e-7)]
+    transfer = trace(join_parts(faces), sun_at([0.5, -0.5, 0.7]), samples=4096, effects=RAYS)
+    return float(min(transfer.sky_view_factor[2:].min(), transfer.visible_share[2:].min())), 0.0
+
+
+def open_house():
+    """Walls of a house whose roof is missing see no light through it."""
+    transfer = trace(join_parts([PLAIN, *HOUSE[1:]]), samples=1 << 14, max_bounces=0)
+    return mean_of(transfer, np.arange(24 + 2, 24 + 10), "sky_view_factor")
+
+
+def shares(directions, chosen, extreme):
+    """Extreme share of some faces of the house that sees some suns."""
+    transfer = trace(join_parts([PLAIN, *HOUSE]), sun_at(*directions), samples=64, shadow_samples=64)
+    return float(extreme(transfer.visible_share[chosen])), 0.0
+
+
+def in_plane():
+    """The sun stands in the south: east and west walls are seen from their edges."""
+    return shares([[0, -0.8, 0.6]], np.concatenate([EAST, WEST]), np.max)
+
+
+def on_horizon():
+    """The sun stands at elevation 0 in the south."""
+    return shares([[0, -1, 0]], SOUTH, np.min)
+
+
+def no_sun():
+    """Polar night: an empty list of suns."""
+    none = np.zeros(0, np.int32)
+    transfer = trace(join_parts([PLAIN, *HOUSE]), Suns("hourly", np.zeros((0, 3)), np.zeros(0), none, none))
+    return mean_of(transfer, ROOF)
+
+
+def bright():
+    """No light is made where none is lost."""
+    transfer = trace(join_parts([PLAIN, *HOUSE]), albedo=1.0, ground_albedo=1.0, max_bounces=50)
+    return mean_of(transfer, ROOF)
+
+
+def threads():
+    """Largest difference of any number of a result."""
+    scene, suns = join_parts([PLAIN, *HOUSE]), sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4])
+    one, four = (trace(scene, suns, threads=count) for count in (1, 4))
+    names = ("diffuse_relative", "visible_share", "direct_reflected", "diffuse_relative_standard_error")
+    return max(float(np.abs(getattr(one, name) - getattr(four, name)).max()) for name in names), 0.0
+
+
+def refused():
+    """Scenes with a coordinate that is NaN, infinite or 1e38, and a sun of NaN: how many are refused in words."""
+    count = 0
+    for number in (np.nan, np.inf, 1e38, None):
+        scene, suns = join_parts([PLAIN, *HOUSE]), sun_at([0, 0, 1])
+        if number is None:
+            suns.direction[0, 0] = np.nan
+        else:
+            scene.vertices[3, 1] = number
+        try:
+            trace_gather(scene, suns, Request(), silent)
+        except InputError:
+            count += 1
+    return float(count), 0.0

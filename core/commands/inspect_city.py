@@ -1,0 +1,146 @@
+"""`citypv inspect`: what was read, what was mended or left out, and where it stands on Earth."""
+
+from dataclasses import asdict, replace
+
+import numpy as np
+
+from ..materials.materials import CLEAR, describe_brdf
+from ..materials.shader_material import named_material
+from ..progress import silent
+from ..results.list_findings import list_findings
+from ..study import read_buildings, stand_city
+
+NAMES_SHOWN = 3
+
+
+def inspect_city(paths, request, progress=silent):
+    """Read a city and describe it.
+
+    Parameters
+    ----------
+    paths : list of path-like
+    request : Request
+    progress : callable, optional
+        See `core.progress`.
+
+    Returns
+    -------
+    dict
+        Plain types only.
+
+    Raises
+    ------
+    InputError
+        A file cannot be used.
+    """
+    city = read_buildings(paths, request, progress)
+    scene = stand_city(city, replace(request, patch_size=None))
+    surfaces = scene.surfaces
+    return {
+        "report": asdict(scene.report),
+        "site": asdict(scene.site),
+        "surfaces": len(surfaces),
+        "holes": int((np.diff(city.polygon_start) - 1).sum()),
+        "kinds": group_areas(surfaces.kind, surfaces.area),
+        "thematic": group_areas(np.array(surfaces.thematic, dtype=object), surfaces.area),
+        "eligible": group_areas(
+            np.char.add(np.char.add(surfaces.kind.astype(str), " "), surfaces.orientation.astype(str)),
+            surfaces.area,
+            surfaces.eligible,
+        ),
+        "materials": describe_materials(scene),
+        "findings": describe_findings(list_findings(scene)),
+    }
+
+
+def describe_materials(scene):
+    """What the files say the surfaces are made of: count and area by name, and what `--materials` takes each as."""
+    surfaces = scene.surfaces
+    names = np.array(surfaces.material or [""] * len(surfaces), dtype=object)
+    groups = group_areas(names, surfaces.area, names != "")
+    finishes = {name: named_material(name, scene.colours.get(name)) for name in groups}
+    return {name: group | {"taken_as": describe_spec(finishes[name])} for name, group in groups.items()}
+
+
+def describe_spec(finish):
+    """What a material reflects in words; "" where nothing tells."""
+    if finish is None:
+        return ""
+    brdf = finish.brdf()
+    words = f"reflects {describe_brdf(brdf)}" + ("" if finish.material in CLEAR else f", albedo {brdf.albedo:.3f}")
+    return f"{finish.material}: {words}" if finish.material else words
+
+
+def describe_findings(findings):
+    """Findings in plain types: what, why, how many, which area [m²] and which ids."""
+    return [
+        {
+            "heading": finding.heading,
+            "reason": finding.reason,
+            "count": len(finding.names),
+            "area": None if finding.area is None else round(finding.area, 3),
+            "ids": finding.names,
+        }
+        for finding in findings
+    ]
+
+
+def group_areas(names, area, chosen=None):
+    """Count and area by name: {name: {"count": int, "area": m²}}."""
+    chosen = np.ones(len(area), bool) if chosen is None else chosen
+    return {
+        str(name): {
+            "count": int((chosen & (names == name)).sum()),
+            "area": round(float(area[chosen & (names == name)].sum()), 3),
+        }
+        for name in sorted(set(names[chosen].tolist()))
+    }
+
+
+def describe_city(found):
+    """The description in lines of text."""
+    report, site = found["report"], found["site"]
+    place = "nowhere on Earth: neither the files nor the options say where"
+    if site["latitude"] is not None and site["longitude"] is not None:
+        place = (
+            f"latitude {site['latitude']:.5f}°, longitude {site['longitude']:.5f}°, altitude {site['altitude']:.1f} m"
+        )
+    lines = [
+        *(f"file         {path}" for path in report["files"]),
+        f"buildings    {report['building_count']:,}, parts {report['part_count']:,}",
+        f"surfaces     {found['surfaces']:,}, holes {found['holes']:,}",
+        f"LoDs met     {words_of(report['lods_met'])}",
+        f"LoDs chosen  {words_of(report['lods_chosen'])}",
+        f"CRS          {site['crs'] or 'none'}",
+        f"place        {place}",
+        f"grid north   at {site['convergence']:+.4f}° from true north",
+    ]
+    for title in ("kinds", "thematic", "eligible"):
+        lines.append(f"{title}:")
+        lines += [
+            f"  {name or '(none)':<22} {row['count']:>8,}  {row['area']:>14,.1f} m²"
+            for name, row in found[title].items()
+        ]
+    if found["materials"]:
+        lines.append("materials, and what --materials takes them as:")
+    lines += [
+        f"  {name:<22} {row['count']:>8,}  {row['area']:>14,.1f} m²  {row['taken_as'] or 'unknown: as --albedo'}"
+        for name, row in found["materials"].items()
+    ]
+    return [*lines, *tell_findings(found["findings"]), *report["notes"]]
+
+
+def tell_findings(findings):
+    """A line for each finding: how many, why, area, the first ids."""
+    lines = []
+    for finding in findings:
+        names = ", ".join(map(str, finding["ids"][:NAMES_SHOWN]))
+        more = " …" if finding["count"] > NAMES_SHOWN else ""
+        area = "" if finding["area"] is None else f", {finding['area']:,.1f} m²"
+        lines.append(f"{finding['heading']} {finding['count']:,}: {finding['reason']}{area} ({names}{more})")
+    return lines
+
+
+def words_of(counts):
+    """Counts by name in words: LoD 2: 3,080."""
+    return ", ".join(f"{name or '(none)'}: {count:,}" for name, count in counts.items()) or "none"

@@ -1,0 +1,92 @@
+"""`citypv selfcheck`: closed forms and hard cases on the user's own machine, each with numbers."""
+
+import math
+import time
+from dataclasses import asdict, dataclass
+
+from ..version import __version__
+from .closed_form_checks import closed_form_checks
+from .hard_checks import hard_checks
+
+ERRORS_ALLOWED = 4  # standard errors; seeds are fixed, so that chance never fails a check that passed before
+
+
+@dataclass
+class Check:
+    """What one check expected and found."""
+
+    name: str
+    expected: float
+    found: float | None  # None where it broke off
+    standard_error: float | None
+    allowance: float  # for rounding
+    seconds: float
+    passed: bool
+    problem: str = ""  # why it broke off
+
+
+def selfcheck(say=None):
+    """Run all checks.
+
+    Parameters
+    ----------
+    say : callable, optional
+        Called with each Check when it is done.
+
+    Returns
+    -------
+    list of Check
+    """
+    done = []
+    for name, expected, allowance, find in (*closed_form_checks(), *hard_checks()):
+        done.append(run_check(name, float(expected), float(allowance), find))
+        if say:
+            say(done[-1])
+    return done
+
+
+def run_check(name, expected, allowance, find):
+    """Run one check; one that breaks off has failed, and the others go on.
+
+    Returns
+    -------
+    Check
+    """
+    started = time.perf_counter()
+    try:
+        found, standard_error = find()
+        if not (math.isfinite(found) and math.isfinite(standard_error)):
+            raise ArithmeticError(f"found {found} ± {standard_error}")
+    except Exception as error:
+        problem = f"{type(error).__name__}: {error}"
+        return Check(name, expected, None, None, allowance, time.perf_counter() - started, False, problem)
+    seconds = time.perf_counter() - started
+    passed = abs(found - expected) <= ERRORS_ALLOWED * standard_error + allowance
+    return Check(name, expected, found, standard_error, allowance, seconds, bool(passed))
+
+
+def describe_check(check):
+    """One line of text."""
+    word = "pass" if check.passed else "FAIL"
+    line = f"{word}  {check.name:<65} expected {check.expected:<11.7g}"
+    if check.found is None:
+        return f"{line} broke off: {check.problem}"
+    return f"{line} found {check.found:<11.7g} ± {check.standard_error:<8.1g} {check.seconds:5.2f} s"
+
+
+def describe_outcome(checks):
+    """The last line."""
+    failed = sum(not check.passed for check in checks)
+    seconds = sum(check.seconds for check in checks)
+    words = "all passed" if not failed else f"{failed} FAILED"
+    return f"{len(checks)} checks in {seconds:.1f} s: {words}"
+
+
+def report_checks(checks):
+    """Plain types only, for JSON."""
+    return {
+        "version": __version__,
+        "passed": all(check.passed for check in checks),
+        "seconds": sum(check.seconds for check in checks),
+        "checks": [asdict(check) for check in checks],
+    }

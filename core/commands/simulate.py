@@ -1,0 +1,297 @@
+"""The two commands that write results: trace and weigh a city, or weigh again what was traced."""
+
+import time
+from dataclasses import replace
+from functools import partial
+
+from ..energy.pick_module import pick_module
+from ..interruption import Interruption
+from ..progress import CancelledError, TerminalProgress, silent
+from ..results.output_folder import check_folder, whole_folder
+from ..results.read_transfer import read_transfer
+from ..results.write_cityjson import write_cityjson
+from ..results.write_faces import write_faces
+from ..results.write_gltf import write_gltf
+from ..results.write_groups import write_groups
+from ..results.write_summary import distance_of_weather, summarise, write_summary
+from ..results.write_timeseries import write_timeseries
+from ..results.write_transfer import write_transfer
+from ..scene.grid_cells import split_into_cells
+from ..split_uneven_patches import COARSEST, split_uneven_patches
+from ..study import (
+    check_settings,
+    compute_energy,
+    measure_sun_sampling,
+    place_city,
+    plan_scene,
+    read_buildings,
+    read_year,
+    trace_scene,
+)
+from ..transfer.kept_matrix import MatrixOnDisk
+from ..transfer.plan_effects import describe_plan
+
+
+class Teller:
+    """Says what is being done, and keeps the seconds of each stage."""
+
+    def __init__(self, stream):
+        self.stream = stream
+        self.progress = TerminalProgress(stream) if stream else silent
+        self.seconds, self.last = {}, time.perf_counter()
+
+    def say(self, text):
+        """One line."""
+        if self.stream:
+            print(text, file=self.stream, flush=True)
+
+    def lap(self, stage):
+        """Note the seconds since the last lap."""
+        now = time.perf_counter()
+        self.seconds[stage], self.last = now - self.last, now
+
+
+EXPORTS = ("transfer", "cityjson", "gltf")
+
+
+def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, exports=()):
+    """Trace a city and write its full load hours.
+
+    Parameters
+    ----------
+    paths : list of path-like
+        Files or folders with buildings.
+    folder : path-like
+        Where the results go, all of them or none.
+    request : Request
+    overwrite : bool
+        Replace the results in a folder that is not empty.
+    say : text stream, optional
+        Where to tell the progress.
+    draw : callable, optional
+        `draw(folder, scene, transfer, energy, note)` writes pictures of the results.
+    exports : collection of str
+        Of `EXPORTS`: formats for other programs to write as well. "transfer" writes transfer.nc even where its
+        matrices do not fit into the memory; otherwise it is left out then.
+
+    Returns
+    -------
+    str
+        After Ctrl-C while suns were traced: which of them everything written is made of. Else "".
+
+    Raises
+    ------
+    InputError
+        Before anything is written.
+    KeyboardInterrupt, CancelledError
+        Ctrl-C at any other time: nothing is written.
+    """
+    teller = Teller(say)
+    check_folder(folder, overwrite)
+    check_settings(request)
+    teller.say(f"Reading {', '.join(str(path) for path in paths)}")
+    city = read_buildings(paths, request, teller.progress)
+    if request.patch_error is not None:
+        request = replace(request, patch_size=COARSEST)
+    scene = place_city(city, request)
+    teller.lap("read city")
+    scene, patches = fit_patches(scene, request, teller)
+    for line in describe_scene(scene):
+        teller.say(f"  {line}")
+    weather = read_year(scene.site, request)
+    teller.say(describe_weather(weather, scene.site))
+    teller.lap("read weather")
+    teller.say("What this scene calls for:")
+    for line in describe_plan(plan_scene(scene, request)):
+        teller.say(f"  {line}")
+    with whole_folder(folder) as work:
+        teller.say("GatherContext")
+        transfer = trace_until_interrupted(scene, weather, request, teller, work.parent)
+        transfer.settings.update(patches)
+        teller.lap("trace")
+        large = isinstance(transfer.visible_share, MatrixOnDisk)
+        keep = not large or "transfer" in exports
+        energy = write_results(work, transfer, weather, request, teller, scene=scene, draw=draw, keep=keep)
+        if exports:
+            write_exports(work, (city, scene, transfer, energy, weather), request, exports, teller.progress)
+    tell_outcome(teller, folder, energy)
+    return describe_interruption(transfer.settings)
+
+
+def trace_until_interrupted(scene, weather, request, teller, folder):
+    """Transfer of a scene with its error of sun sampling; after Ctrl-C that of the suns that were traced until then.
+
+    Parameters
+    ----------
+    scene : Scene
+    weather : Weather
+    request : Request
+    teller : Teller
+    folder : path-like
+        As of `trace_scene`.
+
+    Returns
+    -------
+    Transfer
+
+    Raises
+    ------
+    KeyboardInterrupt, CancelledError
+        Before any sun was of use, or after a second Ctrl-C.
+    """
+    with Interruption(teller.progress, teller.stream) as heard:
+        transfer = trace_scene(scene, weather, request, heard, folder)
+        # The check takes seconds: after an interruption it is the only thing that tells what the lack of suns does.
+        progress = teller.progress if heard.asked else heard
+        try:
+            transfer.settings["sun_sampling"] = measure_sun_sampling(scene, weather, transfer, request, progress)
+        except CancelledError:
+            teller.say("The error of sun sampling was not measured")
+    if heard.asked:
+        count = len(transfer.suns)
+        transfer.settings.setdefault("interrupted", {"suns_traced": count, "of": count})
+    return transfer
+
+
+def fit_patches(scene, request, teller):
+    """Split patches where the error that is asked for wants it.
+
+    Returns
+    -------
+    scene : Scene
+    settings : dict
+        What was done to the patches, for the settings of the Transfer; empty where no error is asked for.
+    """
+    if request.patch_error is None:
+        return scene, {}
+    scene, account = split_uneven_patches(scene, request, teller.progress)
+    teller.say("Patches: {split:,} of {given:,} split, {made:,} in all".format(**account))
+    teller.say("  uneven light within them changes the reflected light by about {expected:.2f} %".format(**account))
+    teller.say("  (asked: {asked:g} %, unsplit: {before:.2f} %)".format(**account))
+    teller.lap("split patches")
+    return scene, {"patches_split": account}
+
+
+def recompute(transfer_path, folder, request, *, overwrite=False, say=None):
+    """Weigh a Transfer that was traced before with another weather or module.
+
+    Parameters and errors as of `simulate`.
+    """
+    teller = Teller(say)
+    check_folder(folder, overwrite)
+    check_settings(request)
+    transfer = read_transfer(transfer_path)
+    if "interrupted" in transfer.settings:
+        teller.say(f"{transfer_path} comes from a run that did not end. {describe_interruption(transfer.settings)}")
+    weather = read_year(transfer.site, request)
+    teller.say(describe_weather(weather, transfer.site))
+    teller.lap("read")
+    with whole_folder(folder) as work:
+        energy = write_results(work, transfer, weather, request, teller)
+    tell_outcome(teller, folder, energy)
+
+
+def write_results(work, transfer, weather, request, teller, *, scene=None, draw=None, keep=True):
+    """Weigh a Transfer and write all files into a folder, transfer.nc only where it is to be kept.
+
+    Returns
+    -------
+    Energy
+    """
+    teller.say("Electricity")
+    energy = compute_energy(transfer, weather, request, teller.progress)
+    teller.lap("electricity")
+
+    def tell_faces(share):
+        teller.progress("writing tables", share, len(tables), "files")
+
+    tables = {
+        "faces.csv": partial(write_faces, transfer=transfer, energy=energy, tell=tell_faces),
+        "groups.csv": partial(write_groups, energy=energy),
+        "timeseries.nc": partial(write_timeseries, energy=energy, weather=weather),
+    }
+    tell_faces(0)
+    for number, (name, write) in enumerate(tables.items()):
+        write(work / name)
+        teller.progress("writing tables", number + 1, len(tables), "files")
+    if keep:
+        write_transfer(work / "transfer.nc", transfer, teller.progress)
+    else:
+        teller.say(f"transfer.nc would hold {transfer.visible_share.shape[1]:,} suns for each surface: left out")
+        teller.say("  (--transfer writes it)")
+    teller.lap("write tables")
+    if draw:
+        teller.say("Blender")
+        draw(work, scene, transfer, energy, weather.label)
+        teller.lap("Blender")
+    summary = summarise(transfer, energy, weather, request, scene=scene, seconds=teller.seconds)
+    write_summary(work / "summary.json", summary)
+    return energy
+
+
+def write_exports(work, results, request, exports, progress=silent):
+    """Write what other programs read: `city.city.json`, `city.glb`.
+
+    Parameters
+    ----------
+    work : Path
+    results : tuple
+        City, Scene, Transfer, Energy and Weather of a run.
+    request : Request
+    exports : collection of str
+    progress : callable, optional
+        See `core.progress`.
+    """
+    city, scene, transfer, energy, weather = results
+    if "cityjson" in exports:
+        cells = city if request.grid_size is None else split_into_cells(city, request.grid_size)[0]
+        module = pick_module(request.module)
+        write_cityjson(
+            work / "city.city.json", cells, transfer, energy, module=module, label=weather.label, progress=progress
+        )
+    if "gltf" in exports:
+        write_gltf(work / "city.glb", scene, energy, label=weather.label, progress=progress)
+
+
+def describe_scene(scene):
+    """Counts and place in lines of text."""
+    report, site = scene.report, scene.site
+    kinds = ", ".join(f"{(scene.surfaces.kind == kind).sum():,} {kind}" for kind in sorted(set(scene.surfaces.kind)))
+    lines = [
+        f"{report.building_count:,} buildings, {report.part_count:,} parts, {len(scene.surfaces):,} surfaces: {kinds}",
+        f"{len(scene.triangles):,} triangles, {(scene.triangle_surface < 0).sum():,} of them ground",
+        f"latitude {site.latitude:.4f}°, longitude {site.longitude:.4f}°, grid north at {site.convergence:+.3f}°",
+    ]
+    lines += [f"skipped {len(ids):,} surfaces: {reason}" for reason, ids in report.skipped.items()]
+    lines += [f"repaired {len(ids):,} surfaces: {reason}" for reason, ids in report.repaired.items()]
+    return lines + list(report.notes)
+
+
+def describe_weather(weather, site):
+    """The weather in a line of text, with its distance where it comes from another place."""
+    away = distance_of_weather(weather, site)
+    return f"Weather: {weather.label}" + (f"; its place is {away:,.0f} km away, and so is the sun" if away >= 1 else "")
+
+
+def describe_interruption(settings):
+    """Which suns a Transfer with such settings is made of, and what those lack; "" where it is whole."""
+    if "interrupted" not in settings:
+        return ""
+    line = "Interrupted: kept {suns_traced:,} of {of:,} suns".format(**settings["interrupted"])
+    if "sun_sampling" in settings:
+        line += "; by that full load hours are off by {bias:+.2f} %, single surfaces by {rms:.2f} % (rms)".format(
+            **settings["sun_sampling"]
+        )
+    return line
+
+
+def tell_outcome(teller, folder, energy):
+    """The groups' full load hours, and where everything was written."""
+    hours = energy.interval.total_seconds() / 3600
+    for index, (kind, orientation) in enumerate(energy.groups):
+        full_load_hours = energy.capacity_factor[:, index].sum() * hours / energy.years
+        teller.say(
+            f"  {kind} {orientation}: {full_load_hours:.0f} h, "
+            f"{energy.group_count[index]:,} surfaces, {energy.group_area[index]:,.0f} m²"
+        )
+    teller.say(f"Written to {folder} in {sum(teller.seconds.values()):.1f} s")

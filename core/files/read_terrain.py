@@ -1,0 +1,96 @@
+"""Read terrain of any format into the coordinate reference system of a city."""
+
+from pathlib import Path
+
+import numpy as np
+
+from ..city.bring_places import bring_places, plane_of
+from ..city.convert_to_metres import UNITS
+from ..errors import InputError
+from ..ground.terrain import HORIZON, Layer, Terrain
+from .open_input import open_input
+from .parse_obj import parse_obj
+from .read_raster import Wanted, read_raster
+from .read_relief import read_relief
+
+RASTERS = (".tif", ".tiff", ".asc", ".agr", ".grd")
+RELIEFS = (".gml", ".citygml", ".xml")
+KNOWN = (*RASTERS, *RELIEFS, ".obj")
+
+
+def read_terrain(path, city, unit="m", up="z"):
+    """Read a TIN relief of CityGML, an OBJ mesh, a GeoTIFF or an ASC grid.
+
+    Places are brought to the city's coordinate reference system, heights to metres; heights keep the zero level of
+    their file. A file that names no system is taken to stand in the city's.
+
+    Parameters
+    ----------
+    path : path-like
+        Packed with gzip or not.
+    city : City
+    unit : {'m', 'ft', 'us-ft'}
+        Of files that name no system.
+    up : {'z', 'y'}
+        Of OBJ files.
+
+    Returns
+    -------
+    Terrain
+        Points in the city's system [m].
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or lies elsewhere.
+    """
+    open_input(path).close()
+    suffixes = [suffix.lower() for suffix in Path(path).suffixes if suffix.lower() != ".gz"]
+    suffix = suffixes[-1] if suffixes else ""
+    low, high = city.points.min(axis=0)[:2], city.points.max(axis=0)[:2]
+    terrain = Terrain(str(path))
+    if suffix in RASTERS:
+        terrain.layers = read_raster(Wanted(path, low, high, HORIZON, city.crs, UNITS[unit]), terrain.notes)
+    elif suffix in RELIEFS:
+        terrain.layers = [_place(*read_relief(path), terrain, city.crs, UNITS[unit])]
+    elif suffix == ".obj":
+        terrain.layers = [_read_obj(path, UNITS[unit], up)]
+        terrain.notes.append(f"{path} names no coordinate reference system; taken as the city's.")
+    else:
+        raise InputError(path, "no terrain of a known format", f"give one of {', '.join(KNOWN)}")
+    _check_place(terrain, low, high)
+    return terrain
+
+
+def _read_obj(path, factor, up):
+    parts = parse_obj(path)
+    if not any(len(face) > 2 for face in parts.faces):
+        raise InputError(path, "no faces in it", "give an OBJ file of terrain")
+    points = parts.vertices if up == "z" else parts.vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
+    fans = [np.column_stack([np.full(len(f) - 2, f[0]), f[1:-1], f[2:]]) for f in parts.faces if len(f) > 2]
+    return Layer(points * factor, np.concatenate(fans))
+
+
+def _place(layer, crs, terrain, city_crs, unit):
+    """A relief whose points stand as in the file, brought to the city's system."""
+    if crs is None or city_crs is None:
+        who = f"{terrain.source} names no coordinate reference system; taken as the city's."
+        terrain.notes.append(who if crs is None else f"The city names no coordinate reference system; taken as {crs}.")
+        return Layer(layer.points * unit, layer.triangles)
+    plane, factor = plane_of(crs)
+    x, y = layer.points[:, :2].T
+    if plane.is_geographic and plane.axis_info[0].direction != "east":
+        x, y = y, x
+    places = bring_places(np.column_stack([x, y]), plane, city_crs, terrain.source)
+    return Layer(np.column_stack([places, layer.points[:, 2] * factor]), layer.triangles)
+
+
+def _check_place(terrain, low, high):
+    points = np.concatenate([layer.points for layer in terrain.layers]) if terrain.layers else np.empty((0, 3))
+    if not len(points):
+        raise InputError(terrain.source, "no heights where the city is", "give terrain of the city's place")
+    apart = np.maximum(np.maximum(points.min(axis=0)[:2] - high, low - points.max(axis=0)[:2]), 0)
+    if apart.any():
+        distance = float(np.hypot(*apart))
+        problem = f"lies {distance / 1000:,.1f} km away from the buildings"
+        raise InputError(terrain.source, problem, "give terrain of the city's place, in its system and unit")

@@ -1,0 +1,220 @@
+"""The ground of a city without terrain: a triangulated surface through the feet of its buildings."""
+
+import numpy as np
+import shapely
+from scipy.interpolate import LinearNDInterpolator
+from scipy.spatial import Delaunay
+
+from ..city.check_geometry import check_parts, check_patch_size
+from .find_feet import COINCIDENT, FOOTPRINT_STEP, find_feet
+from .ground_points import spread_points
+
+DEFAULT_PATCH = 10.0  # [m]
+REACH = 3.0  # building heights that the ground goes beyond the city's edge
+SHORTEST_REACH = 30.0  # [m]
+ROUNDS = 6  # of halving foot edges that the triangulation misses
+SHORTEST_EDGE = 0.5  # [m]
+HANG = 0.005  # [m] a foot this far above the ground is worth another point
+ABREAST = 0.25  # [m] feet this close beside each other get the height of the higher one
+CONTROL_COUNT = 32  # points on the rim whose heights are weighted means of the feet's
+
+
+def build_ground(city, points, surfaces, footprint, patch_size=None):
+    """Ground that meets the foot of every wall, with courtyards and passages, growing coarser with distance.
+
+    The feet's edges are cut into pieces of at most half a patch, and again where the triangulation misses them, so
+    that no wall hangs between two of its points. Where feet of different height meet, the ground takes the higher
+    one: it covers a strip of the lower wall rather than leave a gap below the other. Where a footprint lies, it is the
+    floor; the ground keeps courtyards and goes on below what hangs in the air.
+
+    Parameters
+    ----------
+    city : City
+    points : array, (m, 3) float64 [m]
+        Of the city, z up, local origin.
+    surfaces : Surfaces
+    footprint : array, (n,) bool
+    patch_size : float, optional
+        [m] Distance of ground points near the buildings.
+
+    Returns
+    -------
+    vertices : array, (v, 3) float64 [m]
+    triangles : array, (t, 3) int64
+        Facing up.
+    hanging : array, (h,) int64
+        Footprints that hang in the air: passages, bridges, towers on other buildings.
+
+    Raises
+    ------
+    InputError
+        An array or the length cannot be used.
+    """
+    check_patch_size(patch_size)
+    check_parts(city, points, surfaces, footprint)
+    patch_size = patch_size or DEFAULT_PATCH
+    feet = feet_or_corners(city, points, surfaces, footprint)
+    low, high = points.min(axis=0), points.max(axis=0)
+    reach = max(REACH * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
+    foot_points, edges = cut_feet(feet, 0.5 * patch_size)
+    height = _interpolate_heights(foot_points, low[:2] - reach, high[:2] + reach)
+    free = spread_points(foot_points[:, :2], feet.footprints, low[:2] - reach, high[:2] + reach, patch_size)
+    free = np.column_stack([free, height(free)])
+    vertices, triangles = _triangulate(feet, foot_points, edges, free)
+    triangles = triangles[~under_buildings(vertices, triangles, feet.footprints)]
+    used, corners = np.unique(triangles, return_inverse=True)
+    return vertices[used], corners.reshape(-1, 3), feet.hanging
+
+
+def feet_or_corners(city, points, surfaces, footprint):
+    """Feet of a city; where nothing stands on the ground, the corners of its bounds."""
+    feet = find_feet(city, points, surfaces, footprint)
+    if not len(feet.start):
+        low, high = points.min(axis=0), points.max(axis=0)
+        corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
+        feet.start = np.column_stack([corners, np.full(4, low[2])])
+        feet.end, feet.step = np.roll(feet.start, -1, axis=0), np.full(4, FOOTPRINT_STEP)
+        feet.polygon, feet.on_footprint, feet.outward = np.full(4, -1), np.zeros(4, bool), np.zeros((4, 2))
+    return feet
+
+
+def cut_feet(feet, longest):
+    """Points along the feet, one per place, and the edges between them."""
+    length = np.linalg.norm((feet.end - feet.start)[:, :2], axis=1)
+    edges_kept = length > COINCIDENT
+    start, end, length = feet.start[edges_kept], feet.end[edges_kept], length[edges_kept]
+    count = np.maximum(np.ceil(length / longest), 1).astype(np.int64)
+    edge = np.repeat(np.arange(len(start)), count)
+    step = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
+    share = (step / count[edge])[:, None]
+    following = ((step + 1) / count[edge])[:, None]
+    span = end - start
+    pieces = np.stack([start[edge] + share * span[edge], start[edge] + following * span[edge]], axis=1)  # (p, 2, 3)
+    places, index = _merge_places(pieces.reshape(-1, 3))
+    places[:, 2] = _highest_foot(feet, places)
+    edges = np.sort(index.reshape(-1, 2), axis=1)
+    return places, np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0)
+
+
+def _merge_places(points):
+    """Lowest point at each place seen from above, and the place of each point."""
+    _, place = np.unique(np.round(points[:, :2] / COINCIDENT).astype(np.int64), axis=0, return_inverse=True)
+    place = place.reshape(-1)
+    order = np.lexsort([points[:, 2], place])
+    first = np.unique(place[order], return_index=True)[1]
+    return points[order[first]], place
+
+
+def _highest_foot(feet, places):
+    """Height of the highest foot edge through each place, [m], unless it hangs far above the lowest."""
+    lines = shapely.linestrings(np.stack([feet.start[:, :2], feet.end[:, :2]], axis=1))
+    place, edge = shapely.STRtree(lines).query(shapely.points(places[:, :2]), "dwithin", distance=ABREAST)
+    span = feet.end[edge] - feet.start[edge]
+    squared = np.maximum((span[:, :2] ** 2).sum(axis=1), 1e-12)
+    share = ((places[place, :2] - feet.start[edge, :2]) * span[:, :2]).sum(axis=1) / squared
+    height = feet.start[edge, 2] + np.clip(share, 0, 1) * span[:, 2]
+    near = height <= places[place, 2] + feet.step[edge]
+    highest = places[:, 2].copy()
+    np.maximum.at(highest, place[near], height[near])
+    return highest
+
+
+def _interpolate_heights(foot_points, low, high):
+    """Heights between the feet, and from the feet out to a rim that tends to their mean."""
+    angle = 2 * np.pi * np.arange(CONTROL_COUNT) / CONTROL_COUNT
+    rim = 0.5 * (low + high) + np.hypot(*(high - low)) * np.column_stack([np.cos(angle), np.sin(angle)])
+    squared = ((rim[:, None] - foot_points[None, :, :2]) ** 2).sum(axis=2)
+    weight = 1 / squared
+    rim_height = (weight * foot_points[:, 2]).sum(axis=1) / weight.sum(axis=1)
+    places = np.concatenate([foot_points[:, :2], rim])
+    return LinearNDInterpolator(Delaunay(places), np.concatenate([foot_points[:, 2], rim_height]))
+
+
+def _triangulate(feet, foot_points, edges, free):
+    """Delaunay triangles of all points; foot edges that are missing are halved, then those that hang."""
+    for turn in range(ROUNDS):
+        vertices = np.concatenate([foot_points, free])
+        triangulation = Delaunay(vertices[:, :2])
+        missing = edges[~_has_edges(triangulation, edges)]
+        ends = foot_points[missing]
+        missing = missing[np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) > SHORTEST_EDGE]
+        if turn:
+            missing = missing[_hang(vertices[triangulation.simplices], foot_points[missing])]
+        if not len(missing) or turn == ROUNDS - 1:
+            break
+        foot_points, edges = _halve(feet, foot_points, edges, missing)
+    return vertices, faces_up(vertices, triangulation.simplices.astype(np.int64))
+
+
+def _hang(corners, ends):
+    """Edges, given by their ends (k, 2, 3), that are above the ground at a quarter, the middle or three quarters."""
+    if not len(ends):
+        return np.zeros(0, bool)
+    shares = np.array([0.25, 0.5, 0.75])[:, None, None]
+    places = ((1 - shares) * ends[:, 0] + shares * ends[:, 1]).reshape(-1, 3)
+    return (places[:, 2] - drop_on_triangles(corners, places) > HANG).reshape(3, -1).any(axis=0)
+
+
+def drop_on_triangles(corners, places):
+    """Height of the lowest triangle above or below each place, [m]; infinite where there is none.
+
+    Parameters
+    ----------
+    corners : array, (t, 3, 3) float64 [m]
+    places : array, (k, 2) or (k, 3) float64 [m]
+    """
+    tree = shapely.STRtree(shapely.polygons(corners[:, :, :2]))
+    place, triangle = tree.query(shapely.points(places[:, :2]), predicate="intersects")
+    a, b, c = (corners[triangle, k] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    sloped = ((places[place, :2] - a[:, :2]) * normal[:, :2]).sum(axis=1)
+    height = np.full(len(places), np.inf)
+    steep = np.abs(normal[:, 2]) < 1e-9  # slivers without a face seen from above
+    rise = np.divide(sloped, normal[:, 2], out=np.zeros(len(place)), where=~steep)
+    np.minimum.at(height, place[~steep], (a[:, 2] - rise)[~steep])
+    return height
+
+
+def under_buildings(vertices, triangles, footprints):
+    """Triangles that lie wholly under buildings, where the footprints are the floor."""
+    if not len(footprints):
+        return np.zeros(len(triangles), bool)
+    blocks = shapely.get_parts(shapely.buffer(shapely.union_all(footprints), COINCIDENT))
+    shapely.prepare(blocks)
+    corners = vertices[triangles][:, [0, 1, 2, 0], :2]
+    middles = shapely.points(corners[:, :3].mean(axis=1))
+    triangle, block = shapely.STRtree(blocks).query(middles, predicate="intersects")
+    under = np.zeros(len(triangles), bool)
+    under[triangle] = shapely.contains(blocks[block], shapely.polygons(corners[triangle]))
+    return under
+
+
+def _halve(feet, foot_points, edges, missing):
+    middles = foot_points[missing].mean(axis=1)
+    places, index = _merge_places(np.concatenate([foot_points, middles]))
+    new = np.concatenate([index[edges], np.column_stack([index[missing[:, 0]], index[len(foot_points) :]])])
+    new = np.concatenate([new, np.column_stack([index[len(foot_points) :], index[missing[:, 1]]])])
+    places[:, 2] = _highest_foot(feet, places)
+    new = np.sort(new, axis=1)
+    gone = np.sort(index[missing], axis=1)
+    keys, gone_keys = (pair[:, 0] * np.int64(len(places)) + pair[:, 1] for pair in (new, gone))
+    new = new[~np.isin(keys, gone_keys)]
+    return places, np.unique(new[new[:, 0] != new[:, 1]], axis=0)
+
+
+def _has_edges(triangulation, edges):
+    indptr, neighbours = triangulation.vertex_neighbor_vertices
+    owner = np.repeat(np.arange(len(indptr) - 1), np.diff(indptr))
+    size = np.int64(len(indptr))
+    known = np.sort(owner * size + neighbours)
+    wanted = edges[:, 0] * size + edges[:, 1]
+    return known[np.minimum(np.searchsorted(known, wanted), len(known) - 1)] == wanted
+
+
+def faces_up(vertices, triangles):
+    """Triangles turned to face up, without those that are lines seen from above."""
+    a, b, c = (vertices[triangles[:, k], :2] for k in range(3))
+    doubled = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    triangles = np.where(doubled[:, None] < 0, triangles[:, ::-1], triangles)
+    longest = np.maximum(((b - a) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1))
+    return triangles[np.abs(doubled) > 1e-6 * longest]

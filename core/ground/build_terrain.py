@@ -1,0 +1,220 @@
+"""Ground from measured terrain: fine at the buildings, coarse at the horizon, closed below, walls joined to it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.interpolate import LinearNDInterpolator
+from scipy.spatial import Delaunay, cKDTree
+
+from ..check_arrays import check_array
+from ..city.check_geometry import check_patch_size, check_terrain
+from ..errors import InputError
+from .build_ground import DEFAULT_PATCH, REACH, SHORTEST_REACH, cut_feet, drop_on_triangles, faces_up, under_buildings
+from .ground_points import spread_points
+from .terrain import HORIZON, measure_heights
+
+TOLERANCE, SLACK = 0.15, 0.01  # [m], [m/m] the ground may miss the terrain by that much plus more with distance
+ROUNDS = 8  # of adding points where it misses more
+MOST_POINTS = 60_000
+JOINED = 0.01  # [m] a foot this close to the ground stands on it
+SUNK = 0.05  # [m] a wall that is carried down ends that far below the ground
+SUSPICIOUS = 3.0  # [m] more than that between feet and terrain is rather another zero level
+BELOW = 10.0  # [m] under the lowest point of ground and city the earth is closed
+
+
+@dataclass
+class Ground:
+    """Triangles of the ground and what joins the buildings to it."""
+
+    vertices: np.ndarray  # (v, 3) float64 [m]
+    triangles: np.ndarray  # (t, 3) int64: the ground facing up, walls carried down, sides and bottom
+    hidden: np.ndarray  # (t,) bool: sides and bottom, which no light reaches
+    hanging: np.ndarray  # (h,) int64 footprints that hang in the air
+    raised: np.ndarray  # (r,) int64 surfaces whose feet end above the terrain: carried down
+    buried: np.ndarray  # (b,) int64 surfaces whose feet end below the terrain: cut by it
+    notes: list  # sentences for the report
+
+
+def build_terrain(feet, points, terrain, patch_size=None):
+    """Ground of measured heights, with every wall joined to it.
+
+    Parameters
+    ----------
+    feet : Feet
+    points : array, (m, 3) float64 [m]
+        Of the city, z up, local origin.
+    terrain : Terrain
+        In the frame of the points.
+    patch_size : float, optional
+        [m] Distance of ground points near the buildings.
+
+    Returns
+    -------
+    Ground
+
+    Raises
+    ------
+    InputError
+        The terrain has no height under any building, or cannot be used.
+    """
+    check_patch_size(patch_size)
+    check_terrain(terrain)
+    check_array("points", points, ("m", 3), row="point")
+    check_array("start of the feet", feet.start, ("e", 3))
+    check_array("end of the feet", feet.end, (len(feet.start), 3))
+    patch_size = patch_size or DEFAULT_PATCH
+    low, high = points.min(axis=0), points.max(axis=0)
+    reach = max(REACH * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
+    foot_points, _ = cut_feet(feet, 0.5 * patch_size)
+    places, heights, notes = _spread(foot_points[:, :2], feet, terrain, (low, high, reach), patch_size)
+    vertices = _refine(np.column_stack([places, heights]), terrain, foot_points[:, :2])
+    triangles = faces_up(vertices, Delaunay(vertices[:, :2]).simplices.astype(np.int64))
+    skirts, raised, buried, words = _join(feet, vertices[triangles], 0.5 * patch_size)
+    body, body_triangles = _close(vertices, min(low[2], vertices[:, 2].min()) - BELOW)
+    triangles = triangles[~under_buildings(vertices, triangles, feet.footprints)]
+    pieces = [(vertices, triangles), skirts, (body, body_triangles)]
+    starts = np.cumsum([0, *[len(piece[0]) for piece in pieces]])
+    joined = np.concatenate([piece[1] + first for piece, first in zip(pieces, starts[:-1], strict=True)])
+    hidden = np.arange(len(joined)) >= len(joined) - len(body_triangles)
+    used, corners = np.unique(joined, return_inverse=True)
+    whole = np.concatenate([piece[0] for piece in pieces])[used]
+    return Ground(whole, corners.reshape(-1, 3), hidden, feet.hanging, raised, buried, [*terrain.notes, *notes, *words])
+
+
+def _spread(foot_places, feet, terrain, bounds, patch_size):
+    """Places of the ground and their heights; gaps are bridged, and said."""
+    low, high, reach = bounds
+    found = np.concatenate([layer.points for layer in terrain.layers])
+    near = low[:2] - reach, high[:2] + reach
+    far_low = np.minimum(near[0], np.maximum(found.min(axis=0)[:2], low[:2] - HORIZON))
+    far_high = np.maximum(near[1], np.minimum(found.max(axis=0)[:2], high[:2] + HORIZON))
+    free = spread_points(foot_places, feet.footprints, far_low, far_high, patch_size)
+    places = np.concatenate([foot_places, free])
+    heights = measure_heights(terrain, places)
+    gap = np.isnan(heights)
+    if gap[: len(foot_places)].all():
+        problem = "has no height under any building"
+        raise InputError(terrain.source, problem, "give terrain of the city's place, in its system and unit")
+    inside = ((places >= near[0]) & (places <= near[1])).all(axis=1)
+    rim = np.arange(len(places)) >= len(places) - 32  # spread_points ends with them
+    keep = ~gap | inside | rim
+    notes = []
+    if (gap & inside & ~rim).any():
+        count, feet_in = int((gap & inside & ~rim).sum()), int(gap[: len(foot_places)].sum())
+        share = count / max(int((inside & ~rim).sum()), 1)
+        notes.append(
+            f"The terrain has gaps: {100 * share:.1f} % of the ground's points near the buildings, {feet_in:,} of them "
+            "at walls; heights there are those between or of the nearest ones around."
+        )
+    heights[gap] = _bridge(places[~gap], heights[~gap], places[gap])
+    return places[keep], heights[keep], notes
+
+
+def _bridge(places, heights, gaps):
+    """Heights in gaps: linear between what is around them, the nearest beyond the edge."""
+    if not len(gaps):
+        return np.empty(0)
+    nearest = heights[cKDTree(places).query(gaps)[1]]
+    if len(places) < 4:
+        return nearest
+    between = LinearNDInterpolator(Delaunay(places, qhull_options="QJ"), heights)(gaps)
+    return np.where(np.isnan(between), nearest, between)
+
+
+def _refine(vertices, terrain, foot_places):
+    """Add the terrain's own points, in each triangle the one it misses most, until it misses none by too much."""
+    feet = cKDTree(foot_places)
+    low, high = vertices.min(axis=0)[:2], vertices.max(axis=0)[:2]
+    own = np.concatenate([layer.points for layer in terrain.layers])
+    own = own[((own[:, :2] > low) & (own[:, :2] < high)).all(axis=1)]
+    own = own[np.abs(measure_heights(terrain, own[:, :2]) - own[:, 2]) < JOINED]  # not under the finer layer
+    distance = feet.query(own[:, :2])[0]
+    own, distance = own[distance > 1.0], distance[distance > 1.0]
+    allowed = TOLERANCE + SLACK * distance
+    for _ in range(ROUNDS):
+        triangulation = Delaunay(vertices[:, :2])
+        simplex = triangulation.find_simplex(own[:, :2])
+        corners = vertices[triangulation.simplices[simplex], 2]
+        turn = triangulation.transform[simplex]
+        share = np.einsum("kij,kj->ki", turn[:, :2], own[:, :2] - turn[:, 2])
+        height = (corners * np.column_stack([share, 1 - share.sum(axis=1)])).sum(axis=1)
+        missed = np.where(simplex >= 0, np.abs(height - own[:, 2]) / allowed, 0.0)
+        order = np.lexsort([-missed, simplex])
+        worst = order[np.unique(simplex[order], return_index=True)[1]]
+        worst = worst[missed[worst] > 1]
+        if not len(worst) or len(vertices) + len(worst) > MOST_POINTS:
+            break
+        vertices = np.concatenate([vertices, own[worst]])
+        left = np.ones(len(own), bool)
+        left[worst] = False
+        own, allowed = own[left], allowed[left]
+    return vertices
+
+
+def _join(feet, ground, longest):
+    """Walls carried down to the ground: (vertices, triangles), surfaces raised and buried, and what to say of it."""
+    edge, start, end = _pieces(feet, longest)
+    shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])[:, None, None]
+    between = (1 - shares) * start + shares * end
+    height = drop_on_triangles(ground, between.reshape(-1, 3)).reshape(5, -1)
+    height = np.where(np.isfinite(height), height, between[..., 2])
+    above, below = (between[..., 2] - height).max(axis=0), (height - between[..., 2]).max(axis=0)
+    own = feet.polygon[edge] >= 0
+    lifted = own & (above > JOINED)
+    bottom = height.min(axis=0) - SUNK
+    lower = [np.column_stack([place[:, :2], np.minimum(bottom, place[:, 2])])[lifted] for place in (start, end)]
+    outward = feet.outward[edge][lifted]
+    along = (end - start)[lifted]
+    turned = outward[:, 0] * along[:, 1] - outward[:, 1] * along[:, 0] < 0
+    k, n = np.arange(lifted.sum()), int(lifted.sum())
+    vertices = np.concatenate([start[lifted], end[lifted], *lower])  # top left, top right, bottom left, bottom right
+    triangles = np.concatenate([np.column_stack([k, k + 2 * n, k + 3 * n]), np.column_stack([k, k + 3 * n, k + n])])
+    triangles[np.tile(turned, 2)] = triangles[np.tile(turned, 2)][:, ::-1]
+    raised, buried = (np.unique(feet.polygon[edge][mask]) for mask in (lifted, own & (below > JOINED)))
+    words = []
+    apart = float(np.median((between[..., 2] - height)[:, own])) if own.any() else 0.0
+    if abs(apart) > SUSPICIOUS:
+        where = "above" if apart > 0 else "below"
+        words.append(f"The buildings' feet lie {abs(apart):.1f} m {where} the terrain (median): "
+                     "are unit and zero level of both heights the same?")  # fmt: skip
+    if len(raised):
+        area = float((np.linalg.norm(along[:, :2], axis=1) * above[lifted]).sum())
+        words.append(f"{len(raised)} surfaces end above the terrain, by up to {above.max():.1f} m: "
+                     f"walls carried down, about {area:,.0f} m² that belong to no row.")  # fmt: skip
+    if len(buried):
+        words.append(f"{len(buried)} surfaces end below the terrain, by up to {below.max():.1f} m: "
+                     "cut by it, what lies below receives nothing.")  # fmt: skip
+    return (vertices, triangles), raised, buried, words
+
+
+def _pieces(feet, longest):
+    """Foot edges cut into pieces, each place once, that of a wall before that of its floor: edge, start, end."""
+    length = np.linalg.norm((feet.end - feet.start)[:, :2], axis=1)
+    count = np.maximum(np.ceil(length / longest), 1).astype(np.int64)
+    edge = np.repeat(np.arange(len(count)), count)
+    step = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
+    span = feet.end - feet.start
+    start, end = (feet.start[edge] + ((step + k) / count[edge])[:, None] * span[edge] for k in (0, 1))
+    cells = np.round(np.concatenate([start, end]) / JOINED).astype(np.int64)
+    place = np.unique(cells, axis=0, return_inverse=True)[1].reshape(2, -1)
+    order = np.argsort(feet.on_footprint[edge], kind="stable")
+    first = np.unique(np.sort(place, axis=0)[:, order], axis=1, return_index=True)[1]
+    chosen = np.sort(order[first])
+    return edge[chosen], start[chosen], end[chosen]
+
+
+def _close(vertices, depth):
+    """Sides and bottom of the ground, so that what lies in the earth sees only backs: vertices, triangles."""
+    order = np.array(shapely.convex_hull(shapely.multipoints(vertices[:, :2])).exterior.coords)[:-1]
+    nearest = cKDTree(vertices[:, :2]).query(order)[1]
+    top = vertices[nearest]
+    bottom = np.column_stack([top[:, :2], np.full(len(top), depth)])
+    middle = np.append(top[:, :2].mean(axis=0), depth)
+    n = len(top)
+    k, following = np.arange(n), (np.arange(n) + 1) % n
+    sides = [np.column_stack([k, k + n, following + n]), np.column_stack([k, following + n, following])]
+    floor = np.column_stack([np.full(n, 2 * n), following + n, k + n])
+    triangles = np.concatenate([*sides, floor])
+    counter = shapely.LinearRing(top[:, :2]).is_ccw
+    return np.concatenate([top, bottom, [middle]]), triangles if counter else triangles[:, ::-1]

@@ -1,0 +1,129 @@
+"""The feet of buildings: the edges on which footprints and walls meet the ground."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from ..city.measure_polygons import next_in_ring, polygon_bounds
+
+# What is that far above a foot beside it hangs in the air [m]:
+LOWEST_STEP = 6.0  # the lowest footprint of a building; up to there it stands on an embankment
+FOOTPRINT_STEP = 2.5  # a further footprint: a passage, a bridge, a tower on a podium
+WALL_STEP = 0.5  # a wall without a footprint: a bay, a dormer
+SLOPE = 0.5  # [m/m] ground is not steeper between two feet
+NEIGHBOURS = 32
+INSIDE = 0.3  # [m] this deep inside of another, lower footprint it stands on a building; less is a careless outline
+COINCIDENT = 0.01  # [m]
+
+
+@dataclass
+class Feet:
+    """Edges on which a city stands."""
+
+    start: np.ndarray  # (e, 3) float64 [m]
+    end: np.ndarray  # (e, 3) float64 [m]
+    step: np.ndarray  # (e,) float64 [m] how far it may stand above a foot beside it
+    footprints: np.ndarray  # (f,) shapely polygons seen from above, those on the ground
+    hanging: np.ndarray  # (h,) int64 footprints that hang in the air
+    polygon: np.ndarray  # (e,) int64 the footprint or wall that each edge belongs to, -1 where none
+    on_footprint: np.ndarray  # (e,) bool: edge of a footprint, else the lower edge of a wall
+    outward: np.ndarray  # (e, 2) float64 away from the building, of any length
+
+
+def find_feet(city, points, surfaces, footprint):
+    """Edges of footprints and lower edges of walls that stand on the ground.
+
+    Parameters
+    ----------
+    city : City
+    points : array, (m, 3) float64 [m]
+        Of the city, z up.
+    surfaces : Surfaces
+    footprint : array, (n,) bool
+
+    Returns
+    -------
+    Feet
+    """
+    polygon_of_ring = np.repeat(np.arange(len(city)), np.diff(city.polygon_start))
+    polygon_of_point = np.repeat(polygon_of_ring, np.diff(city.ring_start))
+    start, end = points, points[next_in_ring(city.ring_start)]
+    shapes = outline_polygons(city, points, np.flatnonzero(footprint))
+    on_footprint = footprint[polygon_of_point]
+    bare = _is_wall_bottom(start, end, surfaces, polygon_of_point) & ~on_footprint
+    low, _ = polygon_bounds(points[:, 2], city.ring_start, city.polygon_start)
+    edge = np.flatnonzero(on_footprint | bare)
+    middle = 0.5 * (start[edge] + end[edge])
+    own = np.where(on_footprint[edge], polygon_of_point[edge], -1)
+    edge = edge[~_above_another(shapes, low, np.flatnonzero(footprint), middle, own)]
+    step = np.where(_is_lowest(city, low, footprint), LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
+    step[~on_footprint[edge]] = WALL_STEP
+    stands = _stands(start[edge], step) & _stands(end[edge], step, start[edge])
+    edge, step = edge[stands], step[stands]
+    standing = np.isin(np.flatnonzero(footprint), polygon_of_point[edge])
+    hanging = np.flatnonzero(footprint)[~standing]
+    polygon = polygon_of_point[edge]
+    along, normal = (end - start)[edge], surfaces.normal[polygon]
+    # What a footprint covers lies to the left of its edges seen from its front.
+    aside = np.sign(normal[:, 2:]) * np.column_stack([along[:, 1], -along[:, 0]])
+    outward = np.where(footprint[polygon, None], aside, normal[:, :2])
+    return Feet(start[edge], end[edge], step, shapes[standing], hanging, polygon, footprint[polygon], outward)
+
+
+def _is_lowest(city, low, footprint):
+    """Footprints that begin within half a storey of their building's lowest one, (n,) bool."""
+    _, building = np.unique(np.array(city.building_id), return_inverse=True)
+    lowest = np.full(building.max(initial=-1) + 1, np.inf)
+    np.minimum.at(lowest, building[footprint], low[footprint])
+    return footprint & (low <= lowest[building] + 1.5)
+
+
+def outline_polygons(city, points, chosen):
+    """Polygons seen from above, with their holes, (k,) shapely; mended where they cross themselves."""
+    shapes = []
+    for polygon in chosen:
+        first, last = city.polygon_start[polygon], city.polygon_start[polygon + 1]
+        rings = [points[city.ring_start[r] : city.ring_start[r + 1], :2] for r in range(first, last)]
+        rings = [ring for ring in rings if len(ring) > 2]
+        shapes.append(shapely.Polygon(rings[0], rings[1:]) if rings else shapely.Polygon())
+    shapes = np.array(shapes, dtype=object)
+    return shapely.make_valid(shapes) if len(shapes) else shapes
+
+
+def _is_wall_bottom(start, end, surfaces, polygon_of_point):
+    """Edges of walls with the wall above them: normal x direction points up."""
+    normal = surfaces.normal[polygon_of_point]
+    steep = np.abs(surfaces.surface_tilt - 90) < 10
+    steep &= np.array(surfaces.thematic) != "ClosureSurface"
+    direction = end - start
+    upward = normal[:, 0] * direction[:, 1] - normal[:, 1] * direction[:, 0]
+    return steep[polygon_of_point] & (upward > 0.7 * np.linalg.norm(direction, axis=1))
+
+
+def _above_another(shapes, low, footprints, middles, own):
+    """Edges over a lower footprint that is not their own: they stand on a building."""
+    above = np.zeros(len(middles), bool)
+    if not len(shapes) or not len(middles):
+        return above
+    tree = shapely.STRtree(shapely.buffer(shapes, -INSIDE))
+    edge, shape = tree.query(shapely.points(middles[:, :2]), predicate="within")
+    other = footprints[shape]
+    above[edge[(other != own[edge]) & (middles[edge, 2] > low[other] + WALL_STEP)]] = True
+    return above
+
+
+def _stands(points, step, others=None):
+    """Points that no foot nearby lies far below: z - z' <= step + SLOPE * distance (a slope filter, as for LiDAR)."""
+    others = points if others is None else others
+    if not len(points):
+        return np.zeros(0, bool)
+    # Of several feet at one place only the lowest can make the others hang.
+    _, place = np.unique(np.round(others[:, :2] / COINCIDENT).astype(np.int64), axis=0, return_inverse=True)
+    order = np.lexsort([others[:, 2], place.reshape(-1)])
+    lowest = others[order[np.unique(place.reshape(-1)[order], return_index=True)[1]]]
+    count = min(NEIGHBOURS, len(lowest))
+    distance, index = cKDTree(lowest[:, :2]).query(points[:, :2], k=count)
+    rise = points[:, 2, None] - lowest[index.reshape(len(points), count), 2]
+    return (rise <= step[:, None] + SLOPE * distance.reshape(len(points), count)).all(axis=1)

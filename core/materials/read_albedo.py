@@ -1,0 +1,258 @@
+"""How every triangle reflects: by its albedo, or by its material."""
+
+import csv
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import InputError
+from .brdf_lambertian import Lambertian
+from .materials import MaterialSpec, describe_brdf
+from .shader_material import named_material
+
+FILE, MATERIALS = "--albedo-file", "materials"  # where an albedo may come from
+
+
+class Found(NamedTuple):
+    """How a surface reflects, and where that was found."""
+
+    source: str
+    name: str  # it is called by there; "" for a surface's own line, or for all alike
+    material: str  # name of what it is made of, "" where no more than an albedo is given
+    brdf: object  # law of reflection
+
+
+HEADERS = (["surface", "albedo"], ["surface", "material"], ["surface", "albedo", "material"])
+
+
+def albedo_of_triangles(scene, request):
+    """Albedo of the scene's triangles: (t,) float64. Of what is no Lambertian surface the most that it reflects.
+
+    Raises
+    ------
+    InputError
+        If the albedo file or a material cannot be used, or is one that the estimator cannot follow.
+    """
+    return np.array([brdf.albedo for brdf in brdfs_of_surfaces(scene, request)])[scene.triangle_surface]
+
+
+def brdfs_of_triangles(scene, request):
+    """Laws of reflection other than Lambert's, and which triangles follow them.
+
+    Returns
+    -------
+    brdfs : list
+    finish : (t,) int
+        Into `brdfs`; -1 where the triangle is Lambertian.
+    """
+    of_surface = brdfs_of_surfaces(scene, request)
+    brdfs = list(dict.fromkeys(brdf for brdf in of_surface if not isinstance(brdf, Lambertian)))
+    place = {brdf: index for index, brdf in enumerate(brdfs)}
+    return brdfs, np.array([place.get(brdf, -1) for brdf in of_surface])[scene.triangle_surface]
+
+
+def brdfs_of_surfaces(scene, request):
+    """Law of reflection of each surface and, last, of the generated ground.
+
+    Returns
+    -------
+    list
+        Of n + 1 laws.
+
+    Raises
+    ------
+    InputError
+        See `albedo_of_triangles`.
+    """
+    return [one.brdf for one in name_brdfs(scene, request)]
+
+
+def name_brdfs(scene, request):
+    """Law of reflection of each surface and, last, of the generated ground, and where it was found.
+
+    What the albedo file says of a surface counts before what it says of its material, that before the material itself
+    (where `request.materials` has it, or `request.file_materials` asks for those of the city's files), that before what
+    the file says of its kind, and that before `request.albedo`. A cell ``id#k`` is what the file says of ``id``.
+    Generated ground takes the ground's albedo, unless it has a material or the file names the kind `ground`.
+
+    Returns
+    -------
+    list of Found
+        n + 1.
+    """
+    finishes = read_albedo(request.albedo_file) if request.albedo_file else {}
+    of_key = {key: (finish.material, finish.brdf()) for key, finish in finishes.items()}
+    surfaces = scene.surfaces
+    materials = surfaces.material or [""] * len(surfaces)
+    whole = [whole_of_cell(name) if of_key else name for name in surfaces.surface_id]
+    named = {*materials, request.ground_material} - {""}
+    check_keys(of_key, {*surfaces.surface_id, *whole, *named}, {*surfaces.kind.tolist(), "ground"}, request)
+    of_material = brdfs_of_materials(scene, request)
+    of_material |= {name: Found(FILE, name, name, of_key[name][1]) for name in named & set(of_key)}
+    kinds = {*surfaces.kind.tolist(), "ground"} & set(of_key)
+    of_kind = {kind: Found(FILE, kind, *of_key[kind]) for kind in kinds}
+    plain = Found("--albedo", "", "", Lambertian(request.albedo))
+    found = []
+    for name, parent, material, kind in zip(surfaces.surface_id, whole, materials, surfaces.kind.tolist(), strict=True):
+        own = of_key.get(name) or of_key.get(parent)
+        if own:
+            found.append(Found(FILE, "", *own))
+        elif material in of_material:
+            found.append(of_material[material])
+        else:
+            found.append(of_kind.get(kind, plain))
+    if request.ground_material in of_material:
+        found.append(of_material[request.ground_material])
+    else:
+        found.append(of_kind.get("ground", Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))))
+    check_followed(zip([*surfaces.surface_id, "ground"], found, strict=True), request)
+    return found
+
+
+def whole_of_cell(name):
+    """Id of the polygon that a cell ``id#k`` was cut from; else the name itself."""
+    whole, mark, cell = name.rpartition("#")
+    return whole if mark and cell.isdigit() else name
+
+
+def brdfs_of_materials(scene, request):
+    """How each material reflects that the request or, if it asks for them, the city's files tell of: name to Found."""
+    found, finishes = {}, {}
+    if request.file_materials:
+        if not scene.colours:
+            raise InputError(
+                "--materials", "no file of this city names materials", "leave it out, or use --albedo-file"
+            )
+        finishes = {name: named_material(name, colour) for name, colour in scene.colours.items()}
+    for name, finish in (finishes | request.materials).items():
+        if finish is None:
+            continue
+        try:
+            found[name] = Found(MATERIALS, name, name, finish.brdf())
+        except InputError as error:
+            raise InputError(f"Material {name!r}", f"{error.source}: {error.problem}", error.cure) from error
+    return found
+
+
+def check_keys(of_key, names, kinds, request):
+    """Refuse an albedo file that names what is not there."""
+    unused = set(of_key) - names - kinds
+    if unused:
+        raise InputError(
+            request.albedo_file,
+            f"{sorted(unused)[0]!r} is neither a surface nor a kind nor a material of this city",
+            "use surface_id or kind as in faces.csv, or a material as `citypv inspect` lists them",
+        )
+
+
+def check_followed(found, request):
+    """Refuse laws that gather cannot follow.
+
+    To take a mirror for a dull face would send its light everywhere instead of where it goes, and glass has no albedo
+    to be dull with: the user has to choose.
+    """
+    if request.estimator != "gather":
+        return
+    for surface, (source, name, _, brdf) in found:
+        if not isinstance(brdf, Lambertian):
+            place = "Materials" if source == MATERIALS else request.albedo_file
+            problem = f"{name or surface!r} reflects {describe_brdf(brdf)}, and gather spreads all light evenly"
+            cure = "use --estimator forward (Estimator in the panel), or give a material that reflects evenly"
+            raise InputError(place, problem, cure)
+
+
+def describe_albedo(scene, request):
+    """Where the albedo of the surfaces came from.
+
+    Returns
+    -------
+    list of dict
+        One for each source, name in it and law: `from`, `name`, `material` ("" where no more than an albedo is given),
+        `albedo` (of what is not dull, the most that it reflects), `reflects`, and `surfaces` and `area` [m²] of the
+        surfaces that have it. The generated ground comes last, without these.
+    """
+    return materials_of_surfaces(scene, request)["albedos"]
+
+
+def materials_of_surfaces(scene, request):
+    """What a Transfer tells of the surfaces it was traced with.
+
+    Returns
+    -------
+    dict
+        `albedo` (n,) float64, `material` (n,) list of str, and `albedos`, a list as of `describe_albedo`.
+    """
+    *found, ground = name_brdfs(scene, request)
+    rows = {}
+    for one, area in zip(found, scene.surfaces.area.tolist(), strict=True):
+        count, whole = rows.get(one, (0, 0.0))
+        rows[one] = count + 1, whole + area
+    described = [describe_row(one) | {"surfaces": count, "area": area} for one, (count, area) in rows.items()]
+    return {
+        "albedo": np.array([one.brdf.albedo for one in found], float),
+        "material": [one.material for one in found],
+        "albedos": described + ([describe_row(ground)] if (scene.triangle_surface < 0).any() else []),
+    }
+
+
+def describe_row(one):
+    """A source, a name in it and a law in words."""
+    plain = {"from": one.source, "name": one.name, "material": one.material}
+    return plain | {"albedo": one.brdf.albedo, "reflects": describe_brdf(one.brdf)}
+
+
+def read_albedo(path):
+    """Read albedos or materials by surface id, by kind, or by the name of a material in the city's files.
+
+    Parameters
+    ----------
+    path : str or path-like
+        CSV with the header `surface,albedo`, `surface,material` or `surface,albedo,material`. A row may leave albedo or
+        material empty.
+
+    Returns
+    -------
+    dict of str to MaterialSpec
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, has other columns, or holds an albedo that is not a number from 0 to 1 or a
+        material that is not known.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(
+            path, f"cannot be read ({error})", "give a CSV file with the columns surface,albedo"
+        ) from error
+    rows = csv.reader(text.splitlines())
+    header = next(rows, None)
+    if header not in HEADERS:
+        raise InputError(path, "line 1 is not the header surface,albedo", "put it there")
+    finishes = {}
+    for number, row in enumerate(rows, start=2):
+        if len(row) != len(header):
+            problem = f"line {number} is not {'a name and a number' if header == HEADERS[0] else 'as the header'}"
+            raise InputError(path, problem, f"write {','.join(['name', *header[1:]])}")
+        cells = dict(zip(header, row, strict=True))
+        finishes[row[0]] = spec_of_row(path, number, cells.get("albedo", ""), cells.get("material", ""))
+    return finishes
+
+
+def spec_of_row(path, number, albedo, material):
+    """What a line of the file says, once it is known to mean a law of reflection."""
+    if not material or albedo:
+        try:
+            value = float(albedo)
+        except ValueError as error:
+            raise InputError(path, f"line {number} is not a name and a number", "write name,albedo") from error
+        if not 0 <= value <= 1:
+            raise InputError(path, f"line {number}: albedo {albedo}", "give a number from 0 to 1")
+    finish = MaterialSpec(value if albedo or not material else None, material)
+    try:
+        finish.brdf()
+    except InputError as error:
+        raise InputError(path, f"line {number}: {error.source} {error.problem}", error.cure) from error
+    return finish

@@ -1,0 +1,100 @@
+"""Which fronts of coincident faces light can reach: not those of party walls, which look into a neighbour's house.
+
+A roof drawn from both sides and a party wall are the same to a ray that meets them: a back and a front in one place.
+They differ in where the front looks. From the middle of what two faces share some rays look around.
+"""
+
+import numpy as np
+from numba import njit
+
+from ..sampling.random_numbers import mix, uniform
+from ..threads import map_in_order
+from .find_coincident import Coincident
+from .find_covered import vote_covered
+
+RAYS = 16  # the vote that judges
+STRAY_RAYS = 2  # of them that may find a hole to the sky
+PAIRS_PER_TASK = 1 << 13
+
+
+def drop_hidden(ray_scene, patches, coincident, threads=1):
+    """Coincident without the fronts that light does not reach, where the other face looks the opposite way.
+
+    Parameters
+    ----------
+    ray_scene : RayScene
+    patches : Patches
+    coincident : Coincident
+    threads : int
+
+    Returns
+    -------
+    Coincident
+    """
+    one = np.repeat(np.arange(len(patches)), np.diff(coincident.start))
+    other = coincident.other
+    opposite = np.einsum("ex,ex->e", patches.normal[one], patches.normal[other]) < 0
+    doubtful = np.flatnonzero(opposite & patches.receives[other])
+    tasks = [doubtful[begin : begin + PAIRS_PER_TASK] for begin in range(0, len(doubtful), PAIRS_PER_TASK)]
+
+    def look(entries):
+        faces, middle = other[entries], middle_of_overlap(coincident.places[entries])
+        shifts = uniform(mix(patches.key[faces] ^ np.uint64(0x51DE)), 2)
+        return vote_covered(ray_scene, patches, faces, tuple(middle.T), shifts, rays=RAYS, stray=STRAY_RAYS)
+
+    kept = ~opposite
+    for entries, hidden in zip(tasks, map_in_order(look, tasks, threads), strict=True):
+        kept[entries] = ~hidden
+    start = np.concatenate([[0], np.cumsum(kept)])[coincident.start]
+    return Coincident(start, other[kept], coincident.places[kept])
+
+
+@njit(nogil=True, cache=True)
+def middle_of_overlap(places):
+    """A point that lies on both faces of each pair, in barycentric weights of the other: (e, 2) float32.
+
+    The corners of the one are cut off where they lie beyond an edge of the other; what stays is convex, and the mean of
+    its corners lies in it.
+
+    Parameters
+    ----------
+    places : (e, 2, 3) float64
+        Of `Coincident`.
+    """
+    middle = np.zeros((len(places), 2), np.float32)
+    for entry in range(len(places)):
+        corners = np.empty((3, 2))
+        for axis in range(2):
+            corners[:, axis] = places[entry, axis, 0]
+            corners[1, axis] += places[entry, axis, 1]
+            corners[2, axis] += places[entry, axis, 2]
+        for edge in range(3):
+            corners = cut_off(corners, edge)
+        if len(corners):
+            middle[entry, 0], middle[entry, 1] = corners[:, 0].mean(), corners[:, 1].mean()
+        else:
+            middle[entry] = np.float32(1 / 3)
+    return middle
+
+
+@njit(nogil=True, cache=True)
+def cut_off(corners, edge):
+    """What stays of a convex polygon, in barycentric weights, on the inner side of an edge.
+
+    References
+    ----------
+    Sutherland and Hodgman (1974), doi:10.1145/360767.360802.
+    """
+    count, kept = len(corners), 0
+    stays = np.empty((2 * count, 2))
+    for corner in range(count):
+        here, there = corners[corner], corners[(corner + 1) % count]
+        inside_here = here[edge] if edge < 2 else 1 - here[0] - here[1]
+        inside_there = there[edge] if edge < 2 else 1 - there[0] - there[1]
+        if inside_here >= 0:
+            stays[kept] = here
+            kept += 1
+        if inside_here * inside_there < 0:
+            stays[kept] = here + inside_here / (inside_here - inside_there) * (there - here)
+            kept += 1
+    return stays[:kept]

@@ -1,0 +1,124 @@
+"""What a ray meets where faces coincide: the one that looks towards it.
+
+  light                 Models draw thin things, a roof or a canopy, as two faces in one place, and draw
+    ↘                   some faces twice. A ray may meet any of them. It lights, or sees, the one that turns
+═══════↑═  front        its front to it; the one that looks the other way is the same sheet from below.
+═══════↓═  back
+"""
+
+import numpy as np
+from numba import njit
+
+from ..rays.ray_scene import RayScene
+from .drop_hidden import drop_hidden
+from .find_coincident import find_coincident
+
+ROUNDING = 1e-6  # of a face, by which a place may lie beside it
+
+
+class FacingScene(RayScene):
+    """Triangles of a scene that can be asked what light meets.
+
+    Parameters
+    ----------
+    scene : Scene
+    patches : Patches
+        Of it.
+    threads : int
+    """
+
+    def __init__(self, scene, patches, threads=1):
+        super().__init__(scene.vertices, scene.triangles)
+        corners = np.asarray(scene.vertices, float)[scene.triangles]
+        self.coincident = find_coincident(corners, patches.offset, threads)
+        if len(self.coincident):
+            self.coincident = drop_hidden(self, patches, self.coincident, threads)
+        self._kinds = patches.facing, patches.receives
+
+    def trace_places(self, ray_origins, ray_directions):
+        """As of `RayScene`; a ray that meets the back of a face on a front is given to the front."""
+        places = super().trace_places(ray_origins, ray_directions)
+        if len(self.coincident):
+            turn_to_fronts(self._pairs(), self._kinds, np.asarray(ray_directions, np.float32), places)
+        return places
+
+    def find_doubles(self, places):
+        """Other faces that light reaches together with the front that it met: those that lie there and look its way.
+
+        Parameters
+        ----------
+        places : tuple of (m,) int32, (m,) float32 and (m,) float32
+            Face met, and barycentric weights of its second and third corner.
+
+        Returns
+        -------
+        row : (d,) int64
+            Of the m places.
+        other : (d,) int32
+            The face.
+        """
+        if not len(self.coincident):
+            return np.zeros(0, np.int64), np.zeros(0, np.int32)
+        return list_doubles(self._pairs(), self._kinds, places)
+
+    def _pairs(self):
+        return self.coincident.start, self.coincident.other, self.coincident.places
+
+
+@njit(nogil=True, cache=True, inline="always")
+def place_on(places, entry, b1, b2):
+    """Where a point of one face lies on the other of a pair: whether it does, and its barycentric weights there."""
+    c1 = places[entry, 0, 0] + places[entry, 0, 1] * b1 + places[entry, 0, 2] * b2
+    c2 = places[entry, 1, 0] + places[entry, 1, 1] * b1 + places[entry, 1, 2] * b2
+    return min(c1, c2, 1 - c1 - c2) >= -ROUNDING, c1, c2
+
+
+@njit(nogil=True, cache=True, inline="always")
+def runs_along(facing, face, direction):
+    """Whether a ray meets the back of a face, as `meets_back` tells."""
+    along = direction[0] * facing[face, 0] + direction[1] * facing[face, 1] + direction[2] * facing[face, 2]
+    return along + facing[face, 3] > 0
+
+
+@njit(nogil=True, cache=True)
+def turn_to_fronts(pairs, kinds, directions, hits):
+    """Change hits on backs, or on footprints, to hits on fronts that lie there and receive light.
+
+    Parameters
+    ----------
+    pairs : tuple
+        Of `Coincident`.
+    kinds : tuple of (p, 4) float32 and (p,) bool
+        `facing` and `receives` of `Patches`.
+    directions : (m, 3) float32
+    hits : tuple of (m,) int32, (m,) float32 and (m,) float32
+        Changed in place.
+    """
+    (start, other, places), (facing, receives), (hit, b1, b2) = pairs, kinds, hits
+    for ray in range(len(hit)):
+        met = hit[ray]
+        if met < 0 or start[met] == start[met + 1] or not runs_along(facing, met, directions[ray]):
+            continue
+        for entry in range(start[met], start[met + 1]):
+            if not receives[other[entry]] or runs_along(facing, other[entry], directions[ray]):
+                continue
+            lies_there, c1, c2 = place_on(places, entry, b1[ray], b2[ray])
+            if lies_there:
+                hit[ray], b1[ray], b2[ray] = other[entry], c1, c2
+                break
+
+
+@njit(nogil=True, cache=True)
+def list_doubles(pairs, kinds, hits):
+    """Places, by number, and further faces that lie there, receive light and look the same way."""
+    (start, other, places), (facing, receives), (hit, b1, b2) = pairs, kinds, hits
+    row, doubles = [np.int64(0) for _ in range(0)], [np.int32(0) for _ in range(0)]
+    for ray in range(len(hit)):
+        met = hit[ray]
+        for entry in range(start[met], start[met + 1]):
+            face = other[entry]
+            lit = receives[face] and facing[face, 3] == 0 and runs_along(facing, face, facing[met])
+            if lit and place_on(places, entry, b1[ray], b2[ray])[0]:
+                row.append(ray)
+                doubles.append(face)
+    return np.array(row, np.int64), np.array(doubles, np.int32)

@@ -1,0 +1,304 @@
+"""Faces that lie in one place: they overlap in one plane, whichever way each of them looks.
+
+A grid finds them. Triangles are sorted by size into layers; the cells of a layer are as large as its triangles, so that
+each of these, and every smaller one, touches eight cells at most. Every triangle is held against those of its own layer
+and of the coarser ones.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numba import njit
+
+from ..sampling.random_numbers import GOLDEN
+from ..threads import map_in_order
+
+PARALLEL = 0.9  # cosine between normals below which nobody looks closer: normals of slivers are rounding for the most
+LAYER_GROWTH = 2.0  # in powers of two: cells of one layer are four times as large as those of the next finer one
+TRIANGLES_PER_TASK = 1 << 15
+MOST_PAIRS = 256  # of one triangle; a pair that shares several cells counts in each
+TINY = np.finfo(np.float32).tiny
+SMALLEST = np.finfo(float).tiny
+
+
+@dataclass
+class Coincident:
+    """Which of p patches overlap each of them in its plane, no further from it than rays start."""
+
+    start: np.ndarray  # (p + 1,) int64, where the entries of each patch begin
+    other: np.ndarray  # (e,) int32, ascending for each patch
+    places: np.ndarray  # (e, 2, 3) float64, takes (1, b1, b2) of a point on the patch to b1 and b2 on the other
+
+    def __len__(self):
+        return len(self.other)
+
+
+@dataclass
+class Faces:
+    """Triangles as the search takes them."""
+
+    corners: np.ndarray  # (t, 3, 3) float64 [m]
+    normal: np.ndarray  # (t, 3) float64
+    offset: np.ndarray  # (t,) float64 [m]
+    boxes: np.ndarray  # (t, 6) float64 [m], low and high corner of the box around each, one offset larger
+    layer: np.ndarray  # (t,) int32
+
+
+def find_coincident(corners, offset, threads=1):
+    """Pairs of triangles that overlap in one plane.
+
+    Parameters
+    ----------
+    corners : (t, 3, 3) float [m]
+    offset : (t,) float [m]
+        How far from its plane a ray starts: what lies no further from a triangle lies in the same place. Triangles
+        that overlap by less than that, in any direction, do no more than touch.
+    threads : int
+
+    Returns
+    -------
+    Coincident
+        Each pair in both orders.
+    """
+    faces, largest = sort_into_layers(np.ascontiguousarray(corners, float), np.asarray(offset, float))
+    order = np.argsort(faces.layer, kind="stable")
+    sorted_layer = faces.layer[order]
+    found = [np.zeros((0, 2), np.int32)]
+    for layer in np.unique(sorted_layer[sorted_layer <= largest]):
+        size = 2.0 ** (LAYER_GROWTH * layer)
+        first, last = np.searchsorted(sorted_layer, [layer, layer + 1])
+        buckets = 1 << int(2 * (last - first)).bit_length()
+        start, listed = fill_buckets(order[first:last], faces.boxes, size, buckets)
+        grid = start, listed, faces.normal[listed].astype(np.float32)  # side by side, for most are turned away by these
+        tasks = [order[begin : min(begin + TRIANGLES_PER_TASK, last)] for begin in range(0, last, TRIANGLES_PER_TASK)]
+        arrays = faces.corners, faces.normal, faces.offset, faces.boxes, faces.layer
+        found.extend(map_in_order(partial(pairs_in_grid, grid=grid, size=size, faces=arrays), tasks, threads))
+    return list_pairs(np.concatenate(found), faces.corners)
+
+
+def sort_into_layers(corners, offset):
+    """Faces, and the largest layer; what has no area lies beyond that."""
+    normal, boxes = np.empty((len(corners), 3)), np.empty((len(corners), 6))
+    extent, area = np.empty(len(corners)), np.empty(len(corners), bool)
+    measure_faces(corners, offset, (normal, boxes, extent, area))
+    layer = np.ceil(np.log2(np.maximum(extent, TINY)) / LAYER_GROWTH).astype(np.int32)
+    largest = int(layer[area].max(initial=-(1 << 20)))
+    layer[~area] = largest + 1
+    return Faces(corners, normal, offset, boxes, layer), largest
+
+
+@njit(nogil=True, cache=True)
+def measure_faces(corners, offset, measures):
+    """Write normal, box, extent of the box, and whether there is any area, of each triangle."""
+    normal, boxes, extent, area = measures
+    for face in range(len(corners)):
+        extent[face] = 0
+        for axis in range(3):
+            a, b, c = corners[face, 0, axis], corners[face, 1, axis], corners[face, 2, axis]
+            boxes[face, axis] = min(a, b, c) - offset[face]
+            boxes[face, axis + 3] = max(a, b, c) + offset[face]
+            extent[face] = max(extent[face], boxes[face, axis + 3] - boxes[face, axis])
+            # Along this axis the product of two edges holds what they are along the other two.
+            y, z = (axis + 1) % 3, (axis + 2) % 3
+            product = (corners[face, 1, y] - corners[face, 0, y]) * (corners[face, 2, z] - corners[face, 0, z])
+            product -= (corners[face, 1, z] - corners[face, 0, z]) * (corners[face, 2, y] - corners[face, 0, y])
+            normal[face, axis] = product
+        length = np.sqrt(normal[face, 0] ** 2 + normal[face, 1] ** 2 + normal[face, 2] ** 2)
+        area[face] = length > 0
+        for axis in range(3):
+            normal[face, axis] /= max(length, SMALLEST)
+
+
+def list_pairs(pairs, corners):
+    """Coincident from pairs of triangles, each of which may be named several times.
+
+    Parameters
+    ----------
+    pairs : (k, 2) int32
+    corners : (t, 3, 3) float64 [m]
+
+    Returns
+    -------
+    Coincident
+    """
+    count = len(corners)
+    both = np.concatenate([pairs, pairs[:, ::-1]]).astype(np.int64)
+    one, other = np.divmod(np.unique(both[:, 0] * count + both[:, 1]), max(count, 1))
+    edges = corners[:, 1:] - corners[:, :1]
+    # A point of the one, a + b1·e1 + b2·e2, seen from the other's first corner and in its edges.
+    points = np.concatenate([corners[one, :1] - corners[other, :1], edges[one]], axis=1)
+    places = np.einsum("eix,ekx->eik", dual_edges(edges[other]), points)
+    return Coincident(np.searchsorted(one, np.arange(count + 1)), other.astype(np.int32), places)
+
+
+def dual_edges(edges):
+    """Vectors in the planes of triangles that are 1 along one edge and 0 along the other: (t, 2, 3) float64.
+
+    Parameters
+    ----------
+    edges : (t, 2, 3) float64
+    """
+    normal = np.cross(edges[:, 0], edges[:, 1])
+    normal /= np.maximum((normal**2).sum(axis=1, keepdims=True), np.finfo(float).tiny)
+    return np.stack([np.cross(edges[:, 1], normal), np.cross(normal, edges[:, 0])], axis=1)
+
+
+@njit(nogil=True, cache=True)
+def cell_of(place, size):
+    """Which cell along an axis holds a place."""
+    return np.int64(np.floor(place / size))
+
+
+@njit(nogil=True, cache=True)
+def bucket_of_cell(x, y, z, mask):
+    """Bucket in which a cell is kept; cells that share one cost time only."""
+    word = np.uint64(x) * GOLDEN
+    word = (word ^ (word >> np.uint64(29)) ^ np.uint64(y)) * np.uint64(0xBF58476D1CE4E5B9)
+    word = (word ^ (word >> np.uint64(32)) ^ np.uint64(z)) * np.uint64(0x94D049BB133111EB)
+    return np.int64((word ^ (word >> np.uint64(31))) & mask)
+
+
+@njit(nogil=True, cache=True)
+def touch_cells(box, size, mask, touched):
+    """Buckets of the cells that a box touches, each once, written into the last; their number.
+
+    Parameters
+    ----------
+    box : (6,) float64
+        Low and high corner [m].
+    size : float
+        Of the cells, no smaller than the box.
+    mask : uint64
+        One less than the number of buckets.
+    touched : (27,) int64
+    """
+    found = 0
+    for x in range(cell_of(box[0], size), cell_of(box[3], size) + 1):
+        for y in range(cell_of(box[1], size), cell_of(box[4], size) + 1):
+            for z in range(cell_of(box[2], size), cell_of(box[5], size) + 1):
+                bucket = bucket_of_cell(x, y, z, mask)
+                known = False
+                for place in range(found):
+                    known |= touched[place] == bucket
+                if not known:
+                    touched[found] = bucket
+                    found += 1
+    return found
+
+
+@njit(nogil=True, cache=True)
+def fill_buckets(members, boxes, size, buckets):
+    """Triangles by the cells that their boxes touch.
+
+    Parameters
+    ----------
+    members : (n,) int
+        Ascending.
+    boxes : (t, 6) float64
+        Low and high corner of each triangle's box.
+    size : float
+        Of the cells.
+    buckets : int
+        A power of two.
+
+    Returns
+    -------
+    start : (buckets + 1,) int64
+        Where the entries of each bucket begin.
+    listed : (e,) int64
+        The triangles, descending in each bucket.
+    """
+    mask, touched = np.uint64(buckets - 1), np.empty(27, np.int64)
+    start = np.zeros(buckets + 1, np.int64)
+    for member in members:
+        for place in range(touch_cells(boxes[member], size, mask, touched)):
+            start[touched[place]] += 1
+    start = np.cumsum(start)
+    listed = np.empty(start[-1], np.int64)
+    for member in members:
+        for place in range(touch_cells(boxes[member], size, mask, touched)):
+            start[touched[place]] -= 1
+            listed[start[touched[place]]] = member
+    return start, listed
+
+
+@njit(nogil=True, cache=True)
+def pairs_in_grid(chosen, grid, size, faces):
+    """Pairs of chosen triangles with triangles of a grid: (k, 2) int32, some of them several times.
+
+    A triangle is named first in MOST_PAIRS of them at most: more in one place are a fault of the model, and thousands
+    would be millions of pairs.
+    """
+    (start, listed, turned), (corners, normal, offset, boxes, layer) = grid, faces
+    mask, touched = np.uint64(len(start) - 2), np.empty(27, np.int64)
+    pairs, found = np.empty((64, 2), np.int32), 0
+    for one in chosen:
+        most = found + MOST_PAIRS
+        for place in range(touch_cells(boxes[one], size, mask, touched)):
+            for entry in range(start[touched[place]], start[touched[place] + 1]):
+                other = listed[entry]
+                if found == most or (other <= one and layer[one] == layer[other]):
+                    break  # a bucket lists the last triangle first: the pairs that follow are met from their other side
+                along = normal[one, 0] * turned[entry, 0] + normal[one, 1] * turned[entry, 1]
+                if abs(along + normal[one, 2] * turned[entry, 2]) < PARALLEL or not boxes_meet(boxes, one, other):
+                    continue
+                reach = max(offset[one], offset[other])
+                level = lies_in_plane(corners, normal, one, other, reach)
+                level = level or lies_in_plane(corners, normal, other, one, reach)
+                if level and not parted(corners, normal, one, other, reach):
+                    if found == len(pairs):
+                        pairs = np.concatenate((pairs, np.empty_like(pairs)))
+                    pairs[found, 0], pairs[found, 1] = one, other
+                    found += 1
+    return pairs[:found]
+
+
+@njit(nogil=True, cache=True, inline="always")
+def boxes_meet(boxes, one, other):
+    """Whether the boxes around two triangles overlap."""
+    for axis in range(3):
+        if boxes[one, axis] > boxes[other, axis + 3] or boxes[other, axis] > boxes[one, axis + 3]:
+            return False
+    return True
+
+
+@njit(nogil=True, cache=True)
+def lies_in_plane(corners, normal, one, other, reach):
+    """Whether a triangle lies no further from the plane of another than `reach`."""
+    for point in range(3):
+        height = 0.0
+        for axis in range(3):
+            height += (corners[one, point, axis] - corners[other, 0, axis]) * normal[other, axis]
+        if abs(height) > reach:
+            return False
+    return True
+
+
+@njit(nogil=True, cache=True)
+def parted(corners, normal, one, other, reach):
+    """Whether an edge of either of two triangles parts them but for `reach`, seen along the normal of the first."""
+    n0, n1, n2 = normal[one]
+    for owner in (one, other):
+        for corner in range(3):
+            after = (corner + 1) % 3
+            e0 = corners[owner, after, 0] - corners[owner, corner, 0]
+            e1 = corners[owner, after, 1] - corners[owner, corner, 1]
+            e2 = corners[owner, after, 2] - corners[owner, corner, 2]
+            a0, a1, a2 = e1 * n2 - e2 * n1, e2 * n0 - e0 * n2, e0 * n1 - e1 * n0  # aside of the edge
+            one_low, one_high = reach_along(corners, one, a0, a1, a2)
+            other_low, other_high = reach_along(corners, other, a0, a1, a2)
+            common = min(one_high - other_low, other_high - one_low)
+            if common <= reach * np.sqrt(a0 * a0 + a1 * a1 + a2 * a2):
+                return True
+    return False
+
+
+@njit(nogil=True, cache=True, inline="always")
+def reach_along(corners, one, a0, a1, a2):
+    """Least and largest place of a triangle's corners along a direction."""
+    low, high = np.inf, -np.inf
+    for point in range(3):
+        place = corners[one, point, 0] * a0 + corners[one, point, 1] * a1 + corners[one, point, 2] * a2
+        low, high = min(low, place), max(high, place)
+    return low, high

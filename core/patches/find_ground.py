@@ -1,0 +1,109 @@
+"""Which triangles are the ground: what is named so, what was laid, and a nameless mesh that everything stands on."""
+
+import numpy as np
+
+from ..rays.ray_scene import RayScene
+from ..scene.check_scene import check_scene
+
+SPANNED = 0.5  # of the city's bounds, seen from above: a mesh that covers less is no ground
+
+
+def find_ground(scene):
+    """Triangles of the ground.
+
+    Many meshes name nothing. A building that has no face but such that look up, lies under at least half of the
+    city's bounds, and out of which at least half of the other buildings rise, is no building but the ground.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    (t,) bool
+    """
+    check_scene(scene)
+    surface = scene.triangle_surface
+    named = np.append(np.asarray(scene.surfaces.kind) == "ground", True)  # the generated ground's -1 takes the last
+    ground = named[surface] & ~scene.footprint
+    _, building = np.unique(np.append(np.asarray(scene.surfaces.building_id, str), "\x00"), return_inverse=True)
+    building = np.append(building[:-1], -1)[surface]
+    corners = np.asarray(scene.vertices, float)[scene.triangles]
+    edges = corners[:, 1:] - corners[:, :1]
+    upward = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]  # twice the area seen from above
+    own = building >= 0
+    if not own.any():
+        return ground
+    whole = np.ptp(corners[own][..., :2].reshape(-1, 2), axis=0).prod()
+    lowest = np.full(building.max() + 1, np.inf)
+    np.minimum.at(lowest, building[own], upward[own])
+    spanned = np.bincount(building[own], upward[own] / 2)
+    for sheet in np.flatnonzero((lowest > 0) & (lowest < np.inf) & (spanned >= max(SPANNED * whole, 1e-12))):
+        if carries_most(scene.vertices, scene.triangles[building == sheet], corners[own], building[own] - sheet):
+            ground |= building == sheet
+    return ground
+
+
+def carries_most(vertices, sheet, corners, other):
+    """Whether at least half of the other buildings rise above a mesh.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float64 [m]
+    sheet : (k, 3) int
+        Triangles of the mesh.
+    corners : (t, 3, 3) float64 [m]
+        Of all buildings.
+    other : (t,) int
+        Number of the building of each triangle, 0 for the mesh itself.
+    """
+    corners, other = corners[other != 0], other[other != 0]
+    if not len(other):
+        return False
+    # The highest corner of each building.
+    points, owner = corners.reshape(-1, 3), np.repeat(other, 3)
+    order = np.lexsort([-points[:, 2], owner])
+    tops = points[order[np.unique(owner[order], return_index=True)[1]]]
+    above = height_below(vertices, sheet, tops, tops[:, 2]) > -np.inf
+    return 2 * above.sum() >= len(above)
+
+
+def height_below(vertices, triangles, points, start):
+    """Height of the first of some triangles below a starting height at the place of each point.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float64 [m]
+    triangles : (k, 3) int
+    points : (n, 3) float64 [m]
+    start : (n,) float64 [m]
+
+    Returns
+    -------
+    (n,) float64 [m]
+        -inf where there is none.
+    """
+    origins = np.column_stack([points[:, :2], start]).astype(np.float32)
+    down = np.tile(np.float32([0, 0, -1]), (len(points), 1))
+    hit = RayScene(vertices, triangles).trace_closest(origins, down)
+    height = np.full(len(points), -np.inf)
+    met = hit >= 0
+    height[met] = height_on_triangles(np.asarray(vertices, float)[triangles[hit[met]]], points[met])
+    return height
+
+
+def height_on_triangles(corners, points):
+    """Height of each triangle's plane at the place of a point.
+
+    Parameters
+    ----------
+    corners : (n, 3, 3) float64 [m]
+    points : (n, 3) float64 [m]
+
+    Returns
+    -------
+    (n,) float64 [m]
+    """
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    away = points[:, :2] - corners[:, 0, :2]
+    return corners[:, 0, 2] - (normal[:, :2] * away).sum(axis=1) / normal[:, 2]

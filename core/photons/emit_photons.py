@@ -1,0 +1,191 @@
+"""Where the light of sun, sky and far ground enters the scene.
+
+       sky                      All light that can meet the scene passes through the box around it. It carries
+    ↘   ↓   ↙                   the same density of rays as the paper's sun-facing disk (Eq. 3) and sky
+  ┌───────────┐ lid             hemisphere (Eq. 1), but no ray passes the scene by, rays that would rise from
+↘ │   ▟▙      │ ↙  sky, sun     the sky are never made, and nothing hangs on the radius of a hemisphere or on
+↗ │▂▂▂██▂▂▂▂▂▂│ ↖  far ground   the axes of a disk. All photons of a source carry the same power.
+  └───────────┘ bottom
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..sampling.random_numbers import GOLDEN, key_of_names, mix
+
+MARGIN = 64 * np.finfo(np.float32).eps  # of the largest coordinate: how far the box stands off
+INWARDS = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)  # lid, bottom, sides
+
+
+@dataclass
+class Source:
+    """Light that enters the box around a scene: parallel from a sun, or isotropic from above or below the horizon."""
+
+    name: str
+    low: np.ndarray  # (3,) float64 [m], corner of the box
+    size: np.ndarray  # (3,) float64 [m]
+    travel: np.ndarray | None  # (3,) float64, the way of a sun's rays; None where the light is isotropic
+    rising: bool  # from below the horizon
+    power: np.ndarray  # (6,) float64 [m²], what enters through each side of the box, per irradiance
+    key: np.uint64  # of its random numbers
+
+    @property
+    def dimensions(self):
+        """Random numbers per photon."""
+        return 2 if self.travel is not None else 4
+
+
+def box_of_scene(scene):
+    """Box around all triangles, standing a little off: low corner and size, (3,) float64 [m] each."""
+    if not len(scene.triangles):
+        return np.zeros(3), np.zeros(3)
+    points = np.asarray(scene.vertices, float)[scene.triangles.ravel()]
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = MARGIN * float(np.abs(points).max())
+    return low - margin, high - low + 2 * margin
+
+
+def sky_source(low, size, seed):
+    """The isotropic sky of irradiance 1: all of it enters through the lid, half of it through each side.
+
+    Parameters
+    ----------
+    low, size : (3,) float64 [m]
+        Of the box.
+    seed : int
+
+    Returns
+    -------
+    Source
+    """
+    share = np.array([1, 0, 0.5, 0.5, 0.5, 0.5])
+    return Source("sky", low, size, None, False, share * side_areas(size), key_of_names(["sky"], seed)[0])
+
+
+def far_ground_source(low, size, seed):
+    """Open ground beyond the scene of radiosity 1, isotropic from below the horizon.
+
+    A surface receives of it the share of its hemisphere that misses everything below the horizon.
+    """
+    share = np.array([0, 1, 0.5, 0.5, 0.5, 0.5])
+    return Source("far ground", low, size, None, True, share * side_areas(size), key_of_names(["far ground"], seed)[0])
+
+
+def sun_source(box, direction, number, seed):
+    """A sun of irradiance 1 on what faces it.
+
+    Parameters
+    ----------
+    box : tuple of low and size, (3,) float64 [m]
+    direction : (3,) float64
+        Towards the sun.
+    number : int
+        Its place among the suns.
+    seed : int
+
+    Returns
+    -------
+    Source
+    """
+    travel = -np.asarray(direction, float)
+    power = np.maximum(INWARDS @ travel, 0) * side_areas(box[1])
+    return Source(f"sun {number}", *box, travel, False, power, key_of_names([f"sun {number}"], seed)[0])
+
+
+def side_areas(size):
+    """Areas of lid, bottom and four sides of a box: (6,) float64 [m²]."""
+    x, y, z = size
+    return np.array([x * y, x * y, y * z, y * z, x * z, x * z])
+
+
+def emit_photons(source, replicate, place):
+    """Origins and directions of photons.
+
+    Parameters
+    ----------
+    source : Source
+    replicate, place : (m,) int64
+        Which set of photons, and the place in it.
+
+    Returns
+    -------
+    origins, directions : (m, 3) float32
+    """
+    numbers = low_discrepancy(source.key, replicate, place, source.dimensions)
+    # The first number chooses the side in proportion to what enters there; what is left of it is uniform again.
+    bounds = np.cumsum(source.power) / source.power.sum()
+    lit = np.flatnonzero(source.power)
+    side = lit[np.searchsorted(bounds[lit][:-1], numbers[:, 0], side="right")]
+    width = source.power[side] / source.power.sum()
+    along = np.clip((numbers[:, 0] - (bounds[side] - width)) / width, 0, 1)
+
+    normal = INWARDS[side]
+    axis = np.abs(normal).argmax(axis=1)
+    row = np.arange(len(side))
+    share = np.empty((len(side), 3))
+    share[row, axis] = normal[row, axis] < 0  # the far side of the box where the light travels backwards
+    share[row, (axis + 1) % 3] = along
+    share[row, (axis + 2) % 3] = numbers[:, 1]
+    origins = source.low + share * source.size
+    if source.travel is not None:
+        directions = np.broadcast_to(source.travel, origins.shape)
+    else:
+        directions = diffuse_directions(axis, normal[row, axis], numbers[:, 2:], source.rising)
+    return origins.astype(np.float32), directions.astype(np.float32)
+
+
+def diffuse_directions(axis, sign, numbers, rising):
+    """Cosine-distributed directions inwards from the sides of the box, mirrored at the horizon where they fall (or
+    rise): the light is as dense above the horizon whichever way it comes.
+
+    Parameters
+    ----------
+    axis, sign : (m,)
+        The inward normal: its axis, and which way along it.
+    numbers : (m, 2) float64
+    rising : bool
+
+    Returns
+    -------
+    (m, 3) float64
+    """
+    radius, angle = np.sqrt(numbers[:, 0]), 2 * np.pi * numbers[:, 1]
+    row = np.arange(len(axis))
+    directions = np.empty((len(axis), 3))
+    directions[row, axis] = sign * np.sqrt(1 - numbers[:, 0])
+    directions[row, (axis + 1) % 3] = radius * np.cos(angle)
+    directions[row, (axis + 2) % 3] = radius * np.sin(angle)
+    height = np.abs(directions[:, 2])
+    directions[:, 2] = height if rising else -height
+    return directions
+
+
+def low_discrepancy(key, replicate, place, dimensions):
+    """Points of independent low-discrepancy sets: an additive recurrence, shifted at random for each set.
+
+    It is counted in integers modulo 2⁶⁴, so the ten-millionth point is as exact as the first.
+
+    Parameters
+    ----------
+    key : uint64
+    replicate, place : (m,) int64
+    dimensions : int
+
+    Returns
+    -------
+    (m, dimensions) float64 in [0, 1)
+
+    References
+    ----------
+    M. Roberts (2018), The unreasonable effectiveness of quasirandom sequences: the R-sequences.
+    Cranley and Patterson (1976), doi:10.1137/0713071.
+    """
+    ratio = 2.0
+    for _ in range(64):
+        ratio = (1 + ratio) ** (1 / (dimensions + 1))
+    steps = np.array([int(2.0**64 * ratio**-power) for power in range(1, dimensions + 1)], np.uint64)
+    stream = mix(key ^ mix((replicate + 1).astype(np.uint64)))
+    shifts = mix(stream[:, None] + np.arange(1, dimensions + 1, dtype=np.uint64) * GOLDEN)
+    words = shifts + place.astype(np.uint64)[:, None] * steps
+    return (words >> np.uint64(11)) * 2.0**-53

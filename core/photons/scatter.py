@@ -1,0 +1,93 @@
+"""How faces send light on."""
+
+import numpy as np
+
+from ..sampling.random_numbers import GOLDEN, mix, uniform
+from ..sampling.sample_points import cosine_direction
+
+NUMBERS = 3  # random numbers per reflection: two for the direction, one to choose by
+STREAM = np.uint64(0x5CA77E4)
+FLATTEST = 1e-7  # cosine that rounding may leave to light that just meets a front
+
+
+def leave_patches(patches, places, local):
+    """Rays from places on patches into directions of the patches' own frames.
+
+    They start where gathering rays may start: a little above the face, an offset inside its edges.
+
+    Parameters
+    ----------
+    patches : Patches
+    places : tuple of (m,) int, (m,) float32 and (m,) float32
+        The patch, and barycentric weights of its second and third corner.
+    local : tuple of three (m,) float
+        Along the two tangents and the normal.
+
+    Returns
+    -------
+    origins, directions : (m, 3) float32
+    """
+    hit, b1, b2 = places
+    b1 = np.clip(b1, 0, 1)
+    b2 = np.clip(b2, 0, 1 - b1)
+    edges, tangents, normal = patches.edges[hit], patches.tangents[hit], patches.normal[hit]
+    origins = patches.corner[hit] + patches.offset[hit, None] * normal
+    origins += b1[:, None] * edges[:, 0] + b2[:, None] * edges[:, 1]
+    x, y, z = (np.asarray(part, np.float32)[:, None] for part in local)
+    return origins, x * tangents[:, 0] + y * tangents[:, 1] + z * normal
+
+
+def scatter(patches, places, directions, draws, finishes):
+    """Reflect photons by the law of the face that each meets.
+
+    Parameters
+    ----------
+    patches : Patches
+    places : tuple
+        As of `leave_patches`.
+    directions : (m, 3) float32
+        In which the photons arrived.
+    draws : (m, NUMBERS) float32
+        Uniform random numbers.
+    finishes : tuple of list and (p,) int
+        Laws of reflection other than Lambert's, and which of them each patch follows; -1 for Lambert's.
+
+    Returns
+    -------
+    origins, directions : (m, 3) float32
+    share : (m,) float64
+        Of the light that is reflected.
+    """
+    hit = places[0]
+    share = patches.albedo[hit].astype(float)
+    local = np.stack(cosine_direction(draws[:, 0], draws[:, 1]))
+    brdfs, finish = finishes
+    for index, brdf in enumerate(brdfs):
+        chosen = np.flatnonzero(finish[hit] == index)
+        arriving = arrive_on_patches(patches, hit[chosen], directions[chosen])
+        leaving, share[chosen] = brdf.sample(arriving, draws[chosen])
+        local[:, chosen] = leaving.T
+    return *leave_patches(patches, places, local), share
+
+
+def arrive_on_patches(patches, hit, directions):
+    """Where light comes from, in the frames of the patches it falls on: (m, 3) float64, of unit length."""
+    axes = np.concatenate([patches.tangents[hit], patches.normal[hit, None]], axis=1).astype(float)
+    arriving = -np.einsum("mij,mj->mi", axes, directions.astype(float))
+    arriving[:, 2] = np.maximum(arriving[:, 2], FLATTEST)
+    return arriving / np.linalg.norm(arriving, axis=1, keepdims=True)
+
+
+def draw_for_photons(key, number, bounce):
+    """Random numbers of photons at a bounce: (m, NUMBERS) float32.
+
+    Parameters
+    ----------
+    key : uint64
+        Of the source.
+    number : (m,) int64
+        Of the photon among all of its source.
+    bounce : int
+    """
+    own = mix(key + mix(number.astype(np.uint64) ^ STREAM))
+    return uniform(own + np.uint64(bounce * NUMBERS * int(GOLDEN) % 2**64), NUMBERS)

@@ -1,0 +1,116 @@
+"""Photons of one source after the other, on several threads, added up to the irradiance of surfaces."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import islice
+
+import numpy as np
+
+from ..threads import map_in_order
+from .follow_photons import Tally, Target, follow_photons
+
+PHOTON_REPLICATES = 16  # independent sets of photons of each source; their spread is the standard error
+PHOTONS_PER_TASK = 1 << 16
+
+
+@dataclass
+class Run:
+    """What the passes of all sources share."""
+
+    target: Target
+    area: np.ndarray  # (n,) float64 [m²], of what is traced of each surface
+    per_replicate: int  # photons
+    threads: int
+    progress: Callable
+    stage: str = "sky and far ground"
+    total: int = 0  # photons of all sources of the stage
+    done: int = 0
+
+    def begin(self, stage, sources):
+        """The next stage has so many sources."""
+        self.stage, self.total, self.done = stage, sources * self.per_replicate * PHOTON_REPLICATES, 0
+        if self.total:
+            self.progress(self.stage, 0, self.total, "photons")
+
+
+@dataclass
+class Light:
+    """Irradiance of n surfaces by one source."""
+
+    first: np.ndarray  # (PHOTON_REPLICATES, n) float64
+    reflected: np.ndarray  # (PHOTON_REPLICATES, n) float64
+    photon: np.ndarray  # (n,) float64, what a single photon brings
+    last: float = 0.0  # share of the last bounce in all light
+    ray_count: int = 0
+    tally: Tally = field(default_factory=Tally)
+
+    @property
+    def whole(self):
+        """First hits and reflections together: (PHOTON_REPLICATES, n) float64."""
+        return self.first + self.reflected
+
+
+def trace_sources(run, sources, max_bounces):
+    """Trace sources, each with as many photons.
+
+    Parameters
+    ----------
+    run : Run
+    sources : list of Source
+    max_bounces : int
+
+    Yields
+    ------
+    Light
+        Of each source, in their order.
+    """
+    count = run.per_replicate * PHOTON_REPLICATES
+    ranges = [range(first, min(first + PHOTONS_PER_TASK, count)) for first in range(0, count, PHOTONS_PER_TASK)]
+    tasks = ((source, numbers) for source in sources if source.power.any() for numbers in ranges)
+
+    def follow(task):
+        return follow_photons(run.target, *task, run.per_replicate, max_bounces)
+
+    found = map_in_order(follow, tasks, run.threads)
+    for source in sources:
+        yield add_deposits(run, source, islice(found, len(ranges) if source.power.any() else 0), max_bounces)
+
+
+def no_light(count):
+    """Light of a source that does not shine on any of some surfaces."""
+    return Light(*np.zeros((2, PHOTON_REPLICATES, count)), np.zeros(count))
+
+
+def add_deposits(run, source, found, max_bounces):
+    """Irradiance by one source from the deposits of its photons.
+
+    Parameters
+    ----------
+    run : Run
+    source : Source
+    found : iterable of Deposits
+    max_bounces : int
+
+    Returns
+    -------
+    Light
+    """
+    light = no_light(len(run.area))
+    arrived = last = 0.0
+    for part in found:
+        rows = slice(part.first_replicate, part.first_replicate + len(part.first))
+        light.first[rows] += part.first
+        light.reflected[rows] += part.reflected
+        light.ray_count += part.ray_count
+        light.tally.add(part.tally)
+        arrived += part.arrived
+        last += part.last
+        run.done += int(part.tally.emitted)
+        run.progress(run.stage, run.done, run.total, "photons")
+    light.last = last / arrived if max_bounces and arrived else 0.0
+    # Hits per area over the density of photons on what faces them unshaded (Eq. 1 to 4).
+    per_photon = source.power.sum() / max(run.per_replicate, 1) / np.where(run.area > 0, run.area, np.inf)
+    light.first *= per_photon
+    light.reflected *= per_photon
+    light.photon = per_photon / PHOTON_REPLICATES
+    return light

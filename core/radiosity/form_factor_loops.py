@@ -1,0 +1,182 @@
+"""Loops over the rows of the matrix of form factors (compiled by numba).
+
+Rays of one patch that meet the same place are taken together before they are multiplied; for a single light source that
+would cost more than it saves. Each loop takes `rows`, the arrays of `Rows`; `scale`, by how many bits a key is shifted
+to become the patch or the cell that was met, and the share of one ray; and `product`, to which it writes.
+"""
+
+import numpy as np
+from numba import njit
+
+from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from .form_factors import REPLICATE_BITS
+
+NONE = np.float32(0)
+
+
+@njit(nogil=True, cache=True)
+def merge_row(row, rows, shift, met, weight):
+    """Count the rays of one patch that meet the same place, a place being what keys share above their last bits.
+
+    Parameters
+    ----------
+    row : int
+    rows : tuple of (c + 1,) int64, (e,) int32 and (e,) int
+        Start, key and count, as of `Rows`.
+    shift : int
+        Number of last bits.
+    met : (m,) int32
+        Written: the places, and three times 0 after them, so that they can be taken by fours.
+    weight : (m,) float32
+        Written: rays that meet each.
+
+    Returns
+    -------
+    int
+        Number of places.
+    """
+    start, key, count = rows
+    found, entry, last = 0, start[row], start[row + 1]
+    while entry < last:
+        place, rays = key[entry] >> shift, 0
+        while entry < last and key[entry] >> shift == place:
+            rays += count[entry]
+            entry += 1
+        met[found], weight[found] = place, rays
+        found += 1
+    met[found : found + 3], weight[found : found + 3] = 0, 0
+    return found
+
+
+@njit(nogil=True, cache=True)
+def room_for_rows(start):
+    """Arrays that hold the merged places of the longest row."""
+    longest = 0
+    for row in range(len(start) - 1):
+        longest = max(longest, start[row + 1] - start[row])
+    return np.empty(longest + 3, np.int32), np.empty(longest + 3, np.float32)
+
+
+@njit(nogil=True, cache=True)
+def add_single(rows, scale, product, factor, light):
+    """Radiosity of cells, a factor (p · cells,) times light (p,), times the share of rays that meet them."""
+    (chosen, start, key, count), (to_patch, to_cell, share) = rows, scale
+    for row in range(len(chosen)):
+        total = 0.0
+        for entry in range(start[row], start[row + 1]):
+            total += count[entry] * factor[key[entry] >> to_cell] * light[key[entry] >> to_patch]
+        product[chosen[row], 0] = share * total
+
+
+@njit(nogil=True, cache=True, inline="always")
+def radiosity_met(key, scale, factor, light):
+    """Radiosity of the place that a key names, a factor (p,) times light (p, cells) or (p, 1)."""
+    to_patch, to_cell, share = scale
+    patch = key >> to_patch
+    cell = 0 if light.shape[1] == 1 else (key >> to_cell) - (patch << (to_patch - to_cell))
+    return share * factor[patch] * light[patch, cell]
+
+
+@njit(nogil=True, cache=True)
+def add_starts(rows, scale, product, factor, light):
+    """Radiosity of cells times the share of rays that meet them, by the cells where these start."""
+    chosen, start, key, count = rows
+    for row in range(len(chosen)):
+        total = product[chosen[row]]
+        total[:] = 0
+        for entry in range(start[row], start[row + 1]):
+            begun = (key[entry] >> REPLICATE_BITS) & (len(total) - 1)
+            total[begun] += np.float32(count[entry]) * radiosity_met(key[entry], scale, factor, light)
+
+
+@njit(nogil=True, cache=True)
+def weigh_row(row, rows, scale, factor, places):
+    """As `merge_row` for whole patches, where each ray counts by the factor of the cell that it meets, (p · cells,).
+
+    Parameters
+    ----------
+    places : tuple of (m,) int32 and (m,) float32
+        Written.
+    """
+    (start, key, count), (to_patch, to_cell, share), (met, weight) = rows, scale, places
+    found, entry, last = 0, start[row], start[row + 1]
+    while entry < last:
+        patch, total = key[entry] >> to_patch, np.float32(0)
+        while entry < last and key[entry] >> to_patch == patch:
+            total += np.float32(count[entry]) * factor[key[entry] >> to_cell]
+            entry += 1
+        met[found], weight[found] = patch, share * total
+        found += 1
+    met[found : found + 3], weight[found : found + 3] = 0, 0
+    return found
+
+
+@njit(nogil=True, cache=True, fastmath={"reassoc"})
+def add_patches(rows, scale, product, radiosity, sums):
+    """Radiosity of cells, a factor (p · cells,) times light (p, s), times the share of rays that meet them.
+
+    `sums` is a tuple of (s,) and (p,) float32, as of `propagate`, and whether to add to the product or to write it.
+    """
+    (chosen, start, key, count), (weights, arrived, add), (factor, light) = rows, sums, radiosity
+    met, weight = room_for_rows(start)
+    total = np.empty(light.shape[1], np.float32)
+    for row in range(len(chosen)):
+        found = weigh_row(row, (start, key, count), scale, factor, (met, weight))
+        total[:] = 0
+        # Four at a time, so that the sums are not taken to the memory and back for each.
+        for four in range(0, found, 4):
+            first, second = light[met[four]], light[met[four + 1]]
+            third, fourth = light[met[four + 2]], light[met[four + 3]]
+            a, b, c, d = weight[four], weight[four + 1], weight[four + 2], weight[four + 3]
+            for column in range(len(total)):
+                pair = a * first[column] + b * second[column]
+                total[column] += pair + (c * third[column] + d * fourth[column])
+        to, weighted = product[chosen[row]], np.float32(0)
+        for column in range(len(total)):
+            to[column] = to[column] + total[column] if add else total[column]
+            weighted += total[column] * weights[column]
+        arrived[chosen[row]] = weighted
+
+
+@njit(nogil=True, cache=True)
+def add_elements(rows, scale, product, factor, light):
+    """Radiosity of cells times the share of rays that meet them, replicate by replicate."""
+    chosen, start, key, count = rows
+    for row in range(len(chosen)):
+        total = product[chosen[row]]
+        total[:] = 0
+        for entry in range(start[row], start[row + 1]):
+            met = np.float32(count[entry]) * radiosity_met(key[entry], scale, factor, light)
+            total[key[entry] & (HEMISPHERE_REPLICATES - 1)] += met
+
+
+@njit(nogil=True, cache=True)
+def add_seen(rows, scale, product, patches, suns):
+    """Radiosity of cells under each sun, times the share of rays that meet them.
+
+    To take the cosine of incidence from normals and suns is no slower than to fetch it from a matrix.
+    """
+    (chosen, start, key, count), (to_patch, to_cell, share), (albedo, normal) = rows, scale, patches
+    (directions, seen), entries = suns, (start, key, count)
+    east, north, up = directions[0], directions[1], directions[2]
+    bits = to_patch - to_cell
+    met, weight = room_for_rows(start)
+    mask, towards = np.empty(len(met), np.uint16), np.empty((len(met), 3), np.float32)
+    for row in range(len(chosen)):
+        found = merge_row(row, entries, to_cell, met, weight)
+        for place in range(found + 3):
+            mask[place] = 1 << (met[place] & ((1 << bits) - 1))
+            met[place] >>= bits
+            for axis in range(3):
+                towards[place, axis] = share * albedo[met[place]] * weight[place] * normal[met[place], axis]
+        total = product[chosen[row]]
+        total[:] = 0
+        for place in range(0, found, 2):
+            first, second = seen[met[place]], seen[met[place + 1]]
+            a, b = mask[place], mask[place + 1]
+            c, d, e = towards[place, 0], towards[place, 1], towards[place, 2]
+            f, g, h = towards[place + 1, 0], towards[place + 1, 1], towards[place + 1, 2]
+            for sun in range(len(total)):
+                x, y, z = east[sun], north[sun], up[sun]
+                one, other = c * x + d * y + e * z, f * x + g * y + h * z
+                total[sun] += (one if first[sun] & a else NONE) + (other if second[sun] & b else NONE)

@@ -1,0 +1,139 @@
+"""Products of the matrix of form factors with light."""
+
+import numpy as np
+
+from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..threads import map_in_order
+from .form_factor_loops import add_elements, add_patches, add_seen, add_single, add_starts
+
+
+def multiply(form_factors, factor, light, threads=1):
+    """F · (factor ∘ light), the mean over the replicates.
+
+    Parameters
+    ----------
+    form_factors : FormFactors
+    factor : (p, cells) float32
+        From irradiance of a patch to radiosity of its cells.
+    light : (p, s) float32
+        Irradiance of the patches by s light sources.
+    threads : int
+
+    Returns
+    -------
+    (p, s) float32
+    """
+    weight, arrived = np.zeros(light.shape[1], np.float32), np.empty(len(light), np.float32)
+    return propagate(form_factors, factor, light, (weight, arrived), threads)
+
+
+def propagate(form_factors, factor, light, sums, threads=1, *, out=None, total=None):
+    """F · (factor ∘ light) as of `multiply`, with sums taken on the way, while a row still lies near the processor.
+
+    Parameters
+    ----------
+    sums : tuple of (s,) and (p,) float32
+        Weight of each light source; and written, the weighted sum of each row.
+    out : (p, s) float32, optional
+        Array to write to, other than `light`.
+    total : (p, s) float32, optional
+        The product is added to it, and is not kept otherwise. It may not be `light`.
+
+    Returns
+    -------
+    (p, s) float32
+        The product; `total` where that is given.
+    """
+    weight, arrived = sums
+    if light.shape[1] == 1:
+        product = run_rows(
+            form_factors, empty_product(form_factors, 1), threads, add_single, factor.ravel(), light[:, 0]
+        )
+        np.multiply(product[:, 0], weight[0], out=arrived)
+        return product if total is None else np.add(total, product, out=total)
+    arrived[:] = 0
+    if total is None:
+        out = empty_product(form_factors, light.shape[1]) if out is None else out
+        return run_rows(form_factors, out, threads, add_patches, (factor.ravel(), light), (weight, arrived, False))
+    given = (factor.ravel(), light), (weight, arrived, True)
+    return run_rows(form_factors, total, threads, add_patches, *given, fresh=False)
+
+
+def multiply_elements(form_factors, factor, light, threads=1):
+    """F · (factor ∘ light) with light, or its reflection, that differs over the cells of a patch.
+
+    Parameters
+    ----------
+    factor : (p,) float32
+    light : (p, cells) or (p, 1) float32
+        Of cells or of whole patches. Factor and light together are the radiosity.
+
+    Returns
+    -------
+    (p, HEMISPHERE_REPLICATES) float32
+        Each replicate by itself.
+    """
+    product = empty_product(form_factors, HEMISPHERE_REPLICATES)
+    return run_rows(form_factors, product, threads, add_elements, factor, light) * np.float32(HEMISPHERE_REPLICATES)
+
+
+def multiply_starts(form_factors, factor, light, threads=1):
+    """F · (factor ∘ light) by the cells that rays start in.
+
+    Parameters
+    ----------
+    factor, light
+        As of `multiply_elements`.
+
+    Returns
+    -------
+    (p, starts) float32
+        The sum is the light of the patch.
+    """
+    product = empty_product(form_factors, form_factors.starts)
+    return run_rows(form_factors, product, threads, add_starts, factor, light)
+
+
+def multiply_seen(form_factors, albedo, normal, suns, threads=1):
+    """F · (albedo ∘ visible share · cos(aoi)), where the visible share of a cell is that of its own point.
+
+    Parameters
+    ----------
+    albedo : (p,) float32
+    normal : (p, 3) float32
+    suns : tuple of (s, 3) float32 and (p, s) uint16
+        Directions; and bit c is set where the sun is visible from the point of cell c, so none of a sun behind.
+    threads : int
+
+    Returns
+    -------
+    (p, s) float32
+    """
+    directions, seen = suns
+    product = empty_product(form_factors, seen.shape[1])
+    suns = np.ascontiguousarray(directions.T), seen
+    return run_rows(form_factors, product, threads, add_seen, (albedo, normal), suns)
+
+
+def empty_product(form_factors, columns):
+    """Array for a product, not written to yet: (p, columns) float32."""
+    return np.empty((form_factors.count, columns), np.float32)
+
+
+def run_rows(form_factors, product, threads, loop, *arrays, fresh=True):
+    """Products of all rows, written into `product`, (p, columns) float32, and returned; added to it if not fresh."""
+    if fresh:
+        without = np.ones(len(product), bool)
+        for rows in form_factors.rows:
+            without[rows.chosen] = False
+        product[without] = 0
+    share = np.float32(1 / (HEMISPHERE_REPLICATES * form_factors.rays))
+    to_cell = np.int32(form_factors.start_bits)  # takes a key to the cell that was met
+    to_patch = np.int32(to_cell + form_factors.cells.bit_length() - 1)
+
+    def work(rows):
+        loop((rows.chosen, rows.start, rows.key, rows.count), (to_patch, to_cell, share), product, *arrays)
+
+    for _ in map_in_order(work, form_factors.rows, threads):
+        pass
+    return product

@@ -1,0 +1,179 @@
+"""What every patch sees of every other: the matrix F of form factors, kept as the hits of its rays.
+
+A hit remembers the cell of the patch that was met, and the cell and the replicate of its ray. So light that is uneven
+over a patch is handed on from where it lies, light that arrives is found again in the cell where it does, and the
+spread of the replicates can be carried through the product.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy import sparse
+
+from ..check_arrays import check_array
+from ..errors import InputError
+from ..sampling.hemisphere_rays import cell_at
+from ..sampling.sample_points import HEMISPHERE_REPLICATES
+
+REPLICATE_BITS = HEMISPHERE_REPLICATES.bit_length() - 1  # the last ones of a key
+LARGEST_KEY = 2**31 - 1
+FEWEST_RAYS = 4  # of a cell on the mean, to tell its light apart from that of the others
+MOST_LISTED = 4096  # rays of a patch up to which each is an entry of its own; to merge equal ones would save little
+
+
+@dataclass
+class Rows:
+    """Hits of the rays of c patches."""
+
+    chosen: np.ndarray  # (c,) int, the patches
+    start: np.ndarray  # (c + 1,) int64, where the entries of each begin
+    key: np.ndarray  # (e,) int32, of `make_keys`, ascending within a patch
+    count: np.ndarray  # (e,) uint32, rays
+
+
+@dataclass
+class FormFactors:
+    """Hits of the rays of p patches; patches without rows meet nothing."""
+
+    rows: list  # of Rows
+    count: int  # p
+    cells: int  # of each patch: 1, 4 or 16
+    rays: int  # of each replicate
+    starts: int = 1  # cells of a patch that the starts of its rays are told by: as many as cells, or 1
+
+    @property
+    def start_bits(self):
+        """How many last bits of a key hold replicate and start."""
+        return REPLICATE_BITS + self.starts.bit_length() - 1
+
+    @property
+    def entries(self):
+        """Number of entries."""
+        return sum(len(rows.key) for rows in self.rows)
+
+    def as_matrix(self):
+        """Share of the rays of each replicate that meet each patch: (p · HEMISPHERE_REPLICATES, p) sparse float32."""
+        parts = [np.zeros((3, 0))]
+        for rows in self.rows:
+            patch = np.repeat(rows.chosen, np.diff(rows.start))
+            column = rows.key // (self.cells * self.starts * HEMISPHERE_REPLICATES)
+            replicate = rows.key % HEMISPHERE_REPLICATES
+            parts.append(np.stack([patch * HEMISPHERE_REPLICATES + replicate, column, rows.count / self.rays]))
+        row, column, share = np.concatenate(parts, axis=1)
+        shape = (self.count * HEMISPHERE_REPLICATES, self.count)
+        return sparse.csr_matrix((share.astype(np.float32), (row.astype(int), column.astype(int))), shape=shape)
+
+
+def check_form_factors(form_factors, count):
+    """Refuse form factors that name patches which do not exist: the compiled loops would read beyond the arrays.
+
+    Raises
+    ------
+    InputError
+    """
+    if form_factors.count != count:
+        raise InputError("form_factors", f"of {form_factors.count} patches", f"give those of {count}")
+    last = count * form_factors.cells * form_factors.starts * HEMISPHERE_REPLICATES - 1
+    for rows in form_factors.rows:
+        entries = (len(rows.key),)
+        check_array("key of form_factors", rows.key, entries, kind="i", least=0, most=last, row="entry")
+        check_array(
+            "count of form_factors", rows.count, entries, kind="i", least=1, most=form_factors.rays, row="entry"
+        )
+
+
+def tell_starts(count, cells, samples):
+    """Whether keys of p patches have room for the cell that a ray starts in, and rays enough start in each.
+
+    Returns
+    -------
+    int
+        As many as `cells`, or 1.
+    """
+    room = count * cells * cells * HEMISPHERE_REPLICATES - 1 <= LARGEST_KEY
+    return cells if room and samples >= FEWEST_RAYS * cells else 1
+
+
+def count_hits(chosen, hits, places, cells, starts=None):
+    """Rows of the matrix from lists of hits.
+
+    Parameters
+    ----------
+    chosen : (c,) int
+    hits : tuple of (c, rays) int32 and (c, rays) bool
+        Patch met by each ray, replicate after replicate, and which of them count.
+    places : tuple of two (c · rays,) float32
+        Where on it.
+    cells : int
+        1, 4 or 16.
+    starts : tuple of (c, rays) uint8, (m,) int and int, optional
+        The finest cell that each ray starts in, the larger one in which each of these lies, and how many there are.
+
+    Returns
+    -------
+    Rows
+    """
+    rays = hits[0].shape[1]
+    starts = (np.zeros(hits[0].shape, np.uint8), np.zeros(1, int), 1) if starts is None else starts
+    keys = np.empty(hits[0].shape, np.int32)
+    start = np.zeros(len(keys) + 1, np.int64)
+    places = tuple(weights.reshape(keys.shape) for weights in places)
+    make_keys(hits, (*places, round(np.sqrt(cells))), starts, keys, start)
+    keys.sort(axis=1)
+    if rays <= MOST_LISTED:
+        key = np.empty(start[-1], np.int32)
+        list_keys(keys, start, key)
+        return Rows(chosen, start, key, np.broadcast_to(np.uint32(1), (start[-1],)))
+    key, count = np.empty(start[-1], np.int32), np.empty(start[-1], np.uint32)
+    merge_keys(keys, start, key, count)
+    return Rows(chosen, start, key[: start[-1]].copy(), count[: start[-1]].copy())
+
+
+@njit(nogil=True, cache=True)
+def make_keys(hits, places, starts, keys, start):
+    """Write the keys of hits, -1 where none counts, and into `start` where the hits of each patch begin.
+
+    A key is ((patch met · cells + cell) · starts + cell where the ray starts) · HEMISPHERE_REPLICATES + replicate.
+    """
+    (hit, counts), (b1, b2, divisions), (start_cells, cell_of, start_count) = hits, places, starts
+    per_replicate = hit.shape[1] // HEMISPHERE_REPLICATES
+    for patch in range(len(hit)):
+        found = 0
+        for replicate in range(HEMISPHERE_REPLICATES):
+            for ray in range(replicate * per_replicate, (replicate + 1) * per_replicate):
+                key = -1
+                if counts[patch, ray]:
+                    cell = cell_at(b1[patch, ray], b2[patch, ray], divisions)
+                    place = hit[patch, ray] * divisions**2 + cell
+                    key = (place * start_count + cell_of[start_cells[patch, ray]]) * HEMISPHERE_REPLICATES + replicate
+                    found += 1
+                keys[patch, ray] = key
+        start[patch + 1] = start[patch] + found
+
+
+@njit(nogil=True, cache=True)
+def list_keys(keys, start, key):
+    """Write into `key` the hits of all patches, one after the other; they stand last in the sorted rows of `keys`."""
+    rays = keys.shape[1]
+    for patch in range(len(keys)):
+        found = start[patch + 1] - start[patch]
+        key[start[patch] : start[patch + 1]] = keys[patch, rays - found :]
+
+
+@njit(nogil=True, cache=True)
+def merge_keys(keys, start, key, count):
+    """Write the last three from the sorted keys of each patch's hits, equal ones counted together."""
+    entry = 0
+    for patch in range(len(keys)):
+        previous = -1
+        for found in keys[patch]:
+            if found < 0:
+                continue
+            if found == previous:
+                count[entry - 1] += 1
+            else:
+                key[entry], count[entry] = found, 1
+                entry += 1
+                previous = found
+        start[patch + 1] = entry

@@ -1,0 +1,57 @@
+"""What all stages of the gather estimator share."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from ..materials.read_albedo import albedo_of_triangles
+from ..patches.facing_scene import FacingScene
+from ..patches.patches import Patches, patches_of_scene
+from ..request import Request
+from ..threads import usable_threads
+from ..transfer.plan_effects import EffectPlan, plan_effects
+from ..transfer.surface_means import area_means
+
+
+@dataclass
+class GatherContext:
+    """What all stages of one run share."""
+
+    ray_scene: FacingScene
+    patches: Patches
+    plan: EffectPlan
+    request: Request
+    merge: sparse.csr_matrix  # (n, p), averages patches over their surface
+    eligible_area: np.ndarray  # (n,) float64 [m²], 0 for surfaces that are not eligible
+    threads: int
+    progress: Callable
+
+
+def prepare_gather(scene, request, progress):
+    """Patches, plan and tree of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    request : Request
+    progress : callable
+        See `core.progress`.
+
+    Returns
+    -------
+    GatherContext
+    """
+    patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
+    threads = usable_threads(request.threads)
+    return GatherContext(
+        ray_scene=FacingScene(scene, patches, threads),
+        patches=patches,
+        plan=plan_effects(scene, patches, request),
+        request=request,
+        merge=area_means(scene.triangle_surface, patches.area, len(scene.surfaces)),
+        eligible_area=np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0),
+        threads=threads,
+        progress=progress,
+    )

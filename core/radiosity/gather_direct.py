@@ -1,0 +1,255 @@
+"""The gather estimator under the suns: from shadow rays and matrix to the direct irradiance of surfaces."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..progress import CancelledError
+from ..threads import work_in_slices
+from ..transfer.kept_matrix import MatrixOnDisk, keep_columns, keep_matrix
+from ..transfer.surface_means import average_surfaces
+from .direct_errors import variance_of_shadow_points
+from .form_factor_products import multiply_elements, multiply_seen
+from .gather_diffuse import estimate_discretisation_error
+from .shadow_points import points_above
+from .solve_radiosity import iterate_bounces, variance_of_replicates
+from .sun_blocks import SunProgress, count_kept, cut_into_blocks
+from .sun_visibility import sun_visibility
+
+
+@dataclass
+class Direct:
+    """Under each sun, per DNI."""
+
+    visible_share: np.ndarray | MatrixOnDisk  # (n, s) float32
+    reflected: np.ndarray | MatrixOnDisk  # (n, s) float32, without what the far ground reflects at first bounce
+    standard_error: np.ndarray  # (n,) of the mean weighted with the suns' weights; NaN where one point tells no spread
+    last: float  # share of the last bounce in all light
+    ray_count: int
+    kept: int  # of the suns; fewer than all where somebody interrupted
+    discretisation_error: float = 0.0  # of `estimate_discretisation_error`
+
+
+@dataclass
+class Annual:
+    """Sums over the suns, by weight."""
+
+    by_point: np.ndarray  # (p, m) float32, what each point receives at first hit
+    propagated: np.ndarray  # (p,) float32, as of `iterate_bounces`
+    lit_ground: float = 0.0  # radiosity of the far ground
+    representative_points: np.ndarray | None = None  # (p, cells) uint, the same for every sun; None before the first
+
+
+def gather_direct(context, hemisphere, suns, folder=None):
+    """Visible share and reflected irradiance of the surfaces for every sun, block by block of suns.
+
+    Whoever cancels keeps the blocks that are done.
+
+    Parameters
+    ----------
+    context : GatherContext
+    hemisphere : Hemisphere
+    suns : Suns
+    folder : path-like, optional
+        As of `keep_matrix`.
+
+    Returns
+    -------
+    Direct
+
+    Raises
+    ------
+    CancelledError
+        Before any sun was of use.
+    """
+    merge = context.merge
+    found = Direct(
+        visible_share=keep_matrix((merge.shape[0], len(suns)), folder),
+        reflected=keep_matrix((merge.shape[0], len(suns)), folder),
+        standard_error=np.zeros(merge.shape[0]),
+        last=0.0,
+        ray_count=0,
+        kept=len(suns),
+    )
+    annual = Annual(
+        by_point=np.zeros((len(context.patches), points_above(context.request.shadow_samples)), np.float32),
+        propagated=np.zeros(len(context.patches), np.float32),
+    )
+    teller = SunProgress(context.progress, len(suns), context.plan.max_bounces if context.plan.reflections else 0)
+    blocks = cut_into_blocks(suns, len(context.patches))
+    done = []
+    try:
+        for block in blocks:
+            gather_block(context, hemisphere, (suns, block), teller, found=found, annual=annual)
+            done.append(block)
+            teller.end()
+    except CancelledError:
+        found.kept = count_kept(suns, done)
+        if not found.kept:
+            raise
+        found.visible_share, found.reflected = (
+            keep_columns(matrix, found.kept) for matrix in (found.visible_share, found.reflected)
+        )
+    last = done[-1].stop if done else 0
+    traced = suns.direction[:last].astype(np.float32), suns.weight[:last].astype(np.float32)
+    found.standard_error, found.discretisation_error = error_of_direct(context, hemisphere, annual, traced)
+    if found.kept < len(suns):
+        found.standard_error /= traced[1].sum() or np.nan  # the sums hold no more than these
+    return found
+
+
+def gather_block(context, hemisphere, lit, teller, *, found, annual):
+    """Add one block of suns to what was found.
+
+    Parameters
+    ----------
+    context : GatherContext
+    hemisphere : Hemisphere
+    lit : tuple of Suns and slice
+        All suns, and which of them make the block.
+    teller : SunProgress
+    found : Direct
+        Written.
+    annual : Annual
+        Written.
+    """
+    suns, block = lit
+    part = suns.direction[block].astype(np.float32), suns.weight[block].astype(np.float32)
+    teller.begin(block)
+    light = first_light_of_block(context, hemisphere, part, teller.tell_rays)
+    if context.plan.reflections:
+        reflected, propagated, last = reflect_block(context, hemisphere, light, part, teller.tell_bounce)
+        # From here on nobody interrupts: the block is kept as a whole.
+        keep_block(context, found.reflected, block, reflected)
+        found.last = max(found.last, last)
+        annual.propagated += propagated
+        if context.plan.far_ground:
+            annual.lit_ground += context.request.ground_albedo * float(part[1] @ np.maximum(part[0][:, 2], 0))
+    keep_block(context, found.visible_share, block, light.visible_share)
+    found.ray_count += light.ray_count
+    annual.by_point += light.by_point
+    annual.representative_points = light.representative_points
+
+
+def keep_block(context, matrix, block, values):
+    """Means of patches over their surfaces, (p, b) float32, into columns of a matrix of `keep_matrix`."""
+    if isinstance(matrix, np.ndarray):
+        average_surfaces(context.merge, values, context.threads, out=matrix[:, block])
+    else:
+        matrix[:, block] = average_surfaces(context.merge, values, context.threads)
+
+
+def error_of_direct(context, hemisphere, annual, suns):
+    """How sure the surfaces' direct irradiance is, summed over the suns by weight.
+
+    Parameters
+    ----------
+    suns : tuple of (s, 3) float32 and (s,) float32
+        Directions and weights of those that `annual` holds.
+
+    Returns
+    -------
+    standard_error : (n,) float64
+    discretisation_error : float
+        Of `estimate_discretisation_error`.
+    """
+    patches, discretisation_error = context.patches, 0.0
+    variance = variance_of_shadow_points(annual.by_point, hemisphere.covered, patches.normal, suns, context.threads)
+    variance[~send_shadow_rays(context, hemisphere)] = 0  # known exactly, even where one point tells no spread
+    if context.plan.reflections and annual.representative_points is not None:
+        element_annual = np.take_along_axis(annual.by_point, annual.representative_points, axis=1)
+        first_bounce = multiply_elements(hemisphere.form_factors, patches.albedo, element_annual, context.threads)
+        by_replicate = multiply_elements(hemisphere.form_factors, annual.propagated, hemisphere.factor, context.threads)
+        by_replicate += first_bounce
+        by_replicate += annual.lit_ground * hemisphere.far_ground
+        variance = variance + variance_of_replicates(by_replicate)
+        first, celled = (light.mean(axis=1, keepdims=True) for light in (annual.by_point, first_bounce))
+        discretisation_error = estimate_discretisation_error(context, hemisphere, first, celled, by_replicate)
+    return np.sqrt(context.merge.power(2) @ variance), discretisation_error
+
+
+def send_shadow_rays(context, hemisphere):
+    """Patches whose visible share of a sun is found by shadow rays: (p,) bool."""
+    return ~context.plan.unobstructed & context.patches.receives & ~hemisphere.covered.all(axis=1)
+
+
+def first_light_of_block(context, hemisphere, suns, report):
+    """First light of one block of suns.
+
+    Parameters
+    ----------
+    suns : tuple of (b, 3) float32 and (b,) float32
+        Directions and weights.
+    report : callable
+        Called with the share done and the rays traced.
+
+    Returns
+    -------
+    SunLight
+    """
+    patches, plan = context.patches, context.plan
+    return sun_visibility(
+        context.ray_scene,
+        patches,
+        send_shadow_rays(context, hemisphere),
+        plan.unobstructed & patches.receives,
+        hemisphere.covered,
+        point_count=points_above(context.request.shadow_samples),
+        suns=suns,
+        behind=plan.suns_behind,
+        threads=context.threads,
+        progress=report,
+    )
+
+
+def reflect_block(context, hemisphere, light, suns, report):
+    """Reflections of one block of suns, without what the far ground reflects at first bounce.
+
+    Parameters
+    ----------
+    light : SunLight
+        Of the b suns of the block.
+    suns : tuple of (b, 3) float32 and (b,) float32
+        Directions and weights.
+    report : callable
+        Called with the number of bounces done.
+
+    Returns
+    -------
+    reflected : (p, b) float32
+    propagated : (p,) float32
+        As of `iterate_bounces`, with the suns' weights.
+    last : float
+    """
+    directions, weights = suns
+    form_factors, threads = hemisphere.form_factors, context.threads
+    far_first = None
+    if context.plan.far_ground:
+        lit_ground = np.maximum(directions[:, 2], 0) * np.float32(context.request.ground_albedo)
+        far_first = np.outer(hemisphere.far_ground.mean(axis=1), lit_ground)
+    lit = directions, light.seen
+    arriving = multiply_seen(form_factors, context.patches.albedo, context.patches.normal, lit, threads)
+    reflected, propagated, last = iterate_bounces(
+        form_factors,
+        hemisphere.factor,
+        arriving,
+        context.plan.max_bounces,
+        far_first=far_first,
+        first_light=light.by_point.mean(axis=1).sum(dtype=float),
+        weight=weights,
+        threads=threads,
+        progress=report,
+    )
+    if far_first is not None:
+        take_out(reflected, far_first, threads)
+    return reflected, propagated, last
+
+
+def take_out(reflected, far_first, threads):
+    """Take from all reflected light, (p, s), what the far ground adds at first bounce."""
+
+    def subtract(rows):
+        reflected[rows] -= far_first[rows]
+        np.maximum(reflected[rows], 0, out=reflected[rows])
+
+    work_in_slices(subtract, len(reflected), threads)

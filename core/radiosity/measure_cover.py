@@ -1,0 +1,65 @@
+"""Which share of each surface lies inside or under something, without tracing anything else."""
+
+import numpy as np
+
+from ..patches.facing_scene import FacingScene
+from ..patches.find_covered import RAYS_PER_CELL, find_covered_cells
+from ..patches.patches import patches_of_scene
+from ..progress import silent
+from ..sampling.hemisphere_rays import CELL_DIVISIONS
+from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..threads import map_in_order, usable_threads
+from ..transfer.surface_means import area_means
+from .trace_hemisphere import RAYS_PER_TASK, trace_hemisphere
+
+RAYS = 8 * HEMISPHERE_REPLICATES  # per patch; one that meets a back has the patch looked at in cells
+
+
+def measure_cover(scene, threads=None):
+    """Covered share of each surface.
+
+    Parameters
+    ----------
+    scene : Scene
+    threads : int, optional
+
+    Returns
+    -------
+    (n,) float64
+    """
+    patches = patches_of_scene(scene, np.zeros(len(scene.triangles)), seed=0)
+    threads = usable_threads(threads)
+    ray_scene = FacingScene(scene, patches, threads)
+    chosen = patches.receives & (scene.triangle_surface >= 0)
+    covered_share = measure_patches(ray_scene, patches, chosen, threads)
+    return area_means(scene.triangle_surface, patches.area, len(scene.surfaces)) @ covered_share
+
+
+def measure_patches(ray_scene, patches, chosen, threads):
+    """Covered share of some patches; the others get 0, those that receive nothing 1: (p,) float32."""
+    hemisphere = trace_hemisphere(
+        ray_scene, patches, chosen, sample_count=RAYS, reflections=False, threads=threads, progress=silent
+    )
+    return np.where(patches.receives, hemisphere.covered_share, np.float32(1))
+
+
+def find_cover(ray_scene, patches, threads):
+    """Covered share of each patch, and which of its cells are covered.
+
+    Returns
+    -------
+    covered_share : (p,) float32
+    covered : (p, CELL_DIVISIONS²) bool
+    """
+    covered_share = measure_patches(ray_scene, patches, patches.receives, threads)
+    covered = np.zeros((len(patches), CELL_DIVISIONS**2), bool)
+    rows = np.flatnonzero((covered_share > 0) & patches.receives)
+    step = max(1, RAYS_PER_TASK // (RAYS_PER_CELL * CELL_DIVISIONS**2))
+    tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
+
+    def look(chosen):
+        return find_covered_cells(ray_scene, patches, chosen)
+
+    for chosen, cells in zip(tasks, map_in_order(look, tasks, threads), strict=True):
+        covered[chosen] = cells
+    return covered_share, covered

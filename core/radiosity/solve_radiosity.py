@@ -1,0 +1,220 @@
+"""Reflections: light that patches hand to each other through the matrix F of form factors.
+
+E₀      first light: visible sky, or visible share of the sun times the cosine of incidence
+E₁      = F (ρ ∘ E₀) + F_far · ρ_ground · (1 for the sky, cos(zenith) for a sun)
+E_{n+1} = F (ρ ∘ E_n)
+
+Light that arrives may be uneven over a patch: where a wall goes on inside its neighbour's house one part is lit and
+the other dark, and rays from the dark part meet the dark parts of others. How the sky's first reflection lies on the
+cells of a patch tells how each hands on what arrives at the patch.
+"""
+
+import numpy as np
+from numba import njit
+
+from ..check_arrays import check_array
+from ..threads import work_in_slices
+from .form_factor_products import multiply, multiply_starts, propagate
+from .form_factors import check_form_factors
+
+MINIMAL_OPEN_SHARE = 1 / 64  # below it the light of a patch is too uncertain to be spread over its open part
+
+
+def radiosity_factor(patches, covered_share):
+    """What turns the mean irradiance of a patch into the radiosity of its open part.
+
+    Patches that lie partly under buildings average zeros into their irradiance, but only their open part is seen.
+
+    Returns
+    -------
+    (p,) float32
+    """
+    open_share = np.maximum(1 - covered_share, MINIMAL_OPEN_SHARE)
+    return (patches.albedo / open_share).astype(np.float32)
+
+
+def element_factors(context, hemisphere):
+    """What turns the mean irradiance of a patch into the radiosity of each of its cells.
+
+    Parameters
+    ----------
+    context : GatherContext
+    hemisphere : Hemisphere
+
+    Returns
+    -------
+    (p, cells) float32
+        That of `radiosity_factor` where no reflected light of the sky arrives, or keys of hits cannot tell from where.
+    """
+    patches, form_factors = context.patches, hemisphere.form_factors
+    whole = radiosity_factor(patches, hemisphere.covered_share)
+    if form_factors.starts < form_factors.cells or form_factors.cells == 1:
+        return np.repeat(whole[:, None], form_factors.cells, axis=1)
+    factor = multiply_starts(form_factors, patches.albedo, hemisphere.element_sky, context.threads)
+    of_ground = np.float32(context.request.ground_albedo), hemisphere.element_far_ground
+
+    def share(rows):
+        light = factor[rows], of_ground[0], of_ground[1][rows]
+        share_out(light, hemisphere.open_share[rows], patches.albedo[rows], whole[rows])
+
+    work_in_slices(share, len(factor), context.threads)
+    return factor
+
+
+@njit(nogil=True, cache=True)
+def share_out(light, open_share, albedo, whole):
+    """From light that arrives at cells to factors of `element_factors`.
+
+    Parameters
+    ----------
+    light : tuple of (p, cells) float32, float32 and (p, cells) float32
+        What patches reflect to each cell, overwritten with the factors; albedo of the far ground, and what each cell
+        sees of it.
+    open_share : (p, cells) float32
+    albedo, whole : (p,) float32
+        The latter of `radiosity_factor`.
+    """
+    arriving, ground_albedo, far_ground = light
+    cells = arriving.shape[1]
+    for patch in range(len(arriving)):
+        total = np.float32(0)
+        for cell in range(cells):
+            arriving[patch, cell] += ground_albedo * far_ground[patch, cell]
+            total += arriving[patch, cell]
+        if total <= 0:
+            arriving[patch] = whole[patch]
+            continue
+        # As many rays start in one cell as in another; what is not open of it hands on nothing.
+        scale = np.float32(cells) * albedo[patch] / total
+        for cell in range(cells):
+            share = open_share[patch, cell]
+            arriving[patch, cell] = scale * arriving[patch, cell] / share if share > 0 else 0
+
+
+def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
+    """Irradiance by reflections: `iterate_bounces` for unchecked arrays and one `factor`, (p,), of
+    `radiosity_factor` for each patch.
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit, or light is negative or not finite.
+    """
+    count, sources = check_array("first", first, ("p", "s"), least=0).shape
+    check_array("far_first", far_first, (count, sources), least=0)
+    check_array("factor", factor, (count,), least=0, most=1 / MINIMAL_OPEN_SHARE)
+    check_form_factors(form_factors, count)
+    factor = np.repeat(factor[:, None], form_factors.cells, axis=1)
+    arriving = multiply(form_factors, factor, first)
+    return iterate_bounces(form_factors, factor, arriving, max_bounces, far_first=far_first, first_light=first.sum())
+
+
+def iterate_bounces(
+    form_factors,
+    factor,
+    arriving,
+    max_bounces,
+    *,
+    far_first=None,
+    first_light=0.0,
+    weight=None,
+    threads=1,
+    progress=None,
+):
+    """Irradiance by reflections.
+
+    Parameters
+    ----------
+    form_factors : FormFactors
+    factor : (p, cells) float32
+        Of `element_factors`.
+    arriving : (p, s) float32
+        F (ρ ∘ E₀), one column per light source. It is overwritten.
+    max_bounces : int
+    far_first : (p, s) float32, optional
+        What the far ground adds at the first bounce.
+    first_light : float
+        Sum of E₀ over all patches and, by weight, the light sources, for `last`.
+    weight : (s,) float32, optional
+        Of each light source in sums over them; 1 if not given.
+    threads : int
+    progress : callable, optional
+        Called with the number of bounces done.
+
+    Returns
+    -------
+    reflected : (p, s) float32
+        The sum of E₁ to E_max.
+    propagated : (p,) float32
+        E₁ + … + E_{max-1}, the light that F handed on after the first bounce, summed with `weight`.
+    last : float
+        Share of E_max in all light, to judge what lies beyond the last bounce.
+    """
+    if not max_bounces:
+        return np.zeros_like(arriving), np.zeros(len(arriving), np.float32), 0.0
+    weight = np.ones(arriving.shape[1], np.float32) if weight is None else weight
+    propagated, whole, last = np.zeros(len(arriving), np.float32), float(first_light), 0.0
+    # The light of the first bounce is not needed any more after the second: its array takes the sum of all.
+    reflected, light, spare = arriving, arriving, None
+    arrived = np.empty(len(arriving), np.float32)
+    for bounce in range(max_bounces):
+        if bounce == 0:
+            weigh_light(light, far_first, (weight, arrived), threads)
+        elif bounce > 1 and bounce + 1 == max_bounces:
+            propagate(form_factors, factor, light, (weight, arrived), threads, total=reflected)
+        else:
+            product = propagate(form_factors, factor, light, (weight, arrived), threads, out=spare)
+            light, spare = product, None if light is reflected else light
+            add_in_slices(reflected, light, threads)
+        last = arrived.sum(dtype=float)
+        whole += last
+        if bounce + 1 < max_bounces:
+            propagated += arrived
+        if progress is not None:
+            progress(bounce + 1)
+    return reflected, propagated, last / whole if whole > 0 else 0.0
+
+
+def add_in_slices(total, light, threads):
+    """Add one array of light, (p, s) float32, to another."""
+
+    def add(rows):
+        total[rows] += light[rows]
+
+    work_in_slices(add, len(total), threads)
+
+
+def weigh_light(light, far_first, sums, threads):
+    """Add what the far ground reflects to the light of the first bounce, and write its sums as of `propagate`."""
+    weight, arrived = sums
+
+    def weigh(rows):
+        if far_first is not None:
+            light[rows] += far_first[rows]
+        weigh_rows(light[rows], weight, arrived[rows])
+
+    work_in_slices(weigh, len(light), threads)
+
+
+@njit(nogil=True, cache=True, fastmath={"reassoc"})
+def weigh_rows(light, weight, arrived):
+    """Weighted sums of rows, written into `arrived`."""
+    for row in range(len(light)):
+        weighted = np.float32(0)
+        for column in range(light.shape[1]):
+            weighted += light[row, column] * weight[column]
+        arrived[row] = weighted
+
+
+def variance_of_replicates(values):
+    """Variance of the mean of independent replicates.
+
+    Parameters
+    ----------
+    values : (p, replicates) float
+
+    Returns
+    -------
+    (p,) float64
+    """
+    return values.astype(float).var(axis=1, ddof=1) / values.shape[1]

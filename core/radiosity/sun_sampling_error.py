@@ -1,0 +1,120 @@
+"""What clustering the suns costs: some patches looked at with the clustered suns and with every hour's sun."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+from ..errors import InputError
+from ..materials.read_albedo import albedo_of_triangles
+from ..patches.patches import Patches, patches_of_scene
+from ..rays.ray_scene import RayScene
+from ..request import check_request
+from ..scene.check_scene import check_scene
+from ..sun.check_suns import check_suns
+from ..threads import usable_threads
+from .shadow_points import points_above
+from .sun_visibility import sun_visibility
+
+PATCHES = 500
+
+
+def trace_sun_samples(scene, transfer, hourly, request, progress):
+    """First light of patches of eligible surfaces under the suns of a Transfer and under hourly ones.
+
+    Parameters
+    ----------
+    scene : Scene
+    transfer : Transfer
+        Traced from that scene.
+    hourly : Suns
+        One for every interval.
+    request : Request
+    progress : callable
+
+    Returns
+    -------
+    clustered, exact : Transfer
+        Each patch as a surface, looked at from the same points, without reflections; the diffuse part is that of the
+        surface in `transfer`. Without rows where no surface is eligible.
+
+    Raises
+    ------
+    InputError
+        The scene, the suns or a setting cannot be used, or the Transfer is that of another scene.
+    """
+    check_scene(scene)
+    check_request(request)
+    for suns in (transfer.suns, hourly):
+        check_suns(suns)
+    if len(transfer.surfaces) != len(scene.surfaces):
+        problem = f"{len(transfer.surfaces)} surfaces for a scene of {len(scene.surfaces)}"
+        raise InputError("transfer", problem, "give that of the same scene")
+    patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
+    chosen = draw_patches(scene, patches.area, request.seed)
+    few = take_patches(patches, chosen)
+    ray_scene = RayScene(scene.vertices, scene.triangles)
+    pair = []
+    for suns in (transfer.suns, hourly):
+        if len(few):
+            progress(f"error check, {suns.way}", 0, 1, "rays")
+        light = sun_visibility(
+            ray_scene,
+            few,
+            few.receives,
+            np.zeros(len(few), bool),
+            np.zeros((len(few), 1), bool),
+            point_count=points_above(request.shadow_samples),
+            suns=(suns.direction.astype(np.float32), suns.weight.astype(np.float32)),
+            behind=False,
+            threads=usable_threads(request.threads),
+            progress=lambda share, rays, way=suns.way: progress(f"error check, {way}", rays, rays / share, "rays"),
+        )
+        pair.append(take_surfaces(transfer, scene.triangle_surface[chosen], suns, light.visible_share))
+    return pair
+
+
+def draw_patches(scene, area, seed):
+    """Patches of eligible surfaces, drawn by area: (k,) int, ascending."""
+    own = scene.triangle_surface
+    eligible = np.append(scene.surfaces.eligible, False)  # the generated ground's -1 takes the last
+    weight = np.where(eligible[own], area, 0)
+    if not weight.any():
+        return np.zeros(0, int)
+    count = min(PATCHES, np.count_nonzero(weight))
+    return np.sort(np.random.default_rng(seed).choice(len(own), count, replace=False, p=weight / weight.sum()))
+
+
+def take_patches(patches, chosen):
+    """Some rows of the patches."""
+    return Patches(**{field.name: getattr(patches, field.name)[chosen] for field in fields(Patches)})
+
+
+def take_surfaces(transfer, chosen, suns, visible_share):
+    """Some surfaces of a Transfer under other suns, without reflections."""
+    surfaces = transfer.surfaces
+    rows = {field.name: take_rows(getattr(surfaces, field.name), chosen) for field in fields(surfaces)}
+    per_surface = (
+        "covered_share",
+        "sky_view_factor",
+        "far_ground_view_factor",
+        "diffuse_relative",
+        "diffuse_relative_standard_error",
+        "direct_annual_standard_error",
+        "albedo",
+        "material",
+    )
+    return replace(
+        transfer,
+        surfaces=type(surfaces)(**rows),
+        suns=suns,
+        visible_share=visible_share,
+        direct_reflected=np.zeros_like(visible_share),
+        **{name: take_rows(getattr(transfer, name), chosen) for name in per_surface},
+    )
+
+
+def take_rows(column, chosen):
+    """Some rows of a list or an array; None of None."""
+    if column is None:
+        return None
+    return [column[index] for index in chosen] if isinstance(column, list) else column[chosen]

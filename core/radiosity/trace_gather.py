@@ -1,0 +1,148 @@
+"""From a scene and its suns to the Transfer: the gather estimator."""
+
+from dataclasses import asdict
+
+import numpy as np
+
+from ..materials.read_albedo import materials_of_surfaces
+from ..progress import Clock
+from ..request import check_request
+from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..scene.check_scene import check_scene
+from ..sun.check_suns import check_suns
+from ..sun.keep_suns import keep_suns
+from ..transfer.closed_form import ground_view_of_tilt, sky_view_of_tilt
+from ..transfer.transfer import Transfer, tell_interruption
+from .gather_context import prepare_gather
+from .gather_diffuse import gather_diffuse
+from .gather_direct import gather_direct
+from .shadow_points import count_elements, points_above
+from .solve_radiosity import element_factors
+from .trace_hemisphere import trace_hemisphere
+
+ONE_POINT = "of direct light: one shadow point per patch tells no spread; ask for --shadow-samples 2 or more"
+
+
+def trace_gather(scene, suns, request, progress, folder=None):
+    """Trace a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    suns : Suns
+    request : Request
+    progress : callable
+        See `core.progress`.
+    folder : path-like, optional
+        Where matrices of surfaces × suns lie that are too large for the memory.
+
+    Returns
+    -------
+    Transfer
+        Its `settings` say what was decided, how many rays were traced and how long each stage took. Whoever cancels
+        after some suns (see `core.progress`) gets those that were traced as `suns`, and is told so by `interrupted`.
+
+    Raises
+    ------
+    CancelledError
+        It was cancelled before any sun was of use.
+    InputError
+        If a number, an array or a setting cannot be used: no ray is traced with it.
+    """
+    check_scene(scene)
+    check_suns(suns)
+    check_request(request)
+    clock = Clock()
+    finishes = materials_of_surfaces(scene, request)
+    context = prepare_gather(scene, request, progress)
+    patches, plan, merge, ray_scene = context.patches, context.plan, context.merge, context.ray_scene
+    clock.lap("plan and tree")
+
+    hemisphere = view_hemispheres(context, count_elements(points_above(request.shadow_samples)))
+    clock.lap("sky and reflections")
+
+    diffuse = gather_diffuse(context, hemisphere)
+    hemisphere.element_sky = None  # of no more use, and large
+    clock.lap("diffuse reflections")
+    direct = gather_direct(context, hemisphere, suns, folder)
+    clock.lap("suns")
+    return Transfer(
+        surfaces=scene.surfaces,
+        site=scene.site,
+        suns=suns if direct.kept == len(suns) else keep_suns(suns, direct.kept),
+        covered_share=merge @ hemisphere.covered_share,
+        sky_view_factor=merge @ hemisphere.sky.mean(axis=1),
+        far_ground_view_factor=merge @ hemisphere.far_ground.mean(axis=1),
+        ground_albedo=request.ground_albedo if plan.far_ground else 0.0,
+        diffuse_relative=diffuse.mean,
+        diffuse_relative_standard_error=diffuse.standard_error,
+        visible_share=direct.visible_share,
+        direct_reflected=direct.reflected,
+        direct_annual_standard_error=direct.standard_error,
+        settings={
+            "request": request.as_dict(),
+            "effects": [asdict(effect) for effect in plan.effects],
+            "max_bounces": plan.max_bounces,
+            "brightest_albedo": max(float(patches.albedo.max(initial=0)), request.ground_albedo),
+            "patches": len(patches),
+            "threads": context.threads,
+            "engine": ray_scene.engine,
+            "hemisphere_rays": hemisphere.ray_count,
+            "shadow_rays": direct.ray_count,
+            "seconds": clock.seconds,
+            "embree_thread_seconds": ray_scene.thread_seconds,
+            "last_bounce_share_diffuse": diffuse.last,
+            "last_bounce_share_direct": direct.last,
+            "estimate_discretisation_error": {
+                "diffuse": diffuse.discretisation_error,
+                "direct": direct.discretisation_error,
+            },
+            "degrees_of_freedom": {"diffuse": HEMISPHERE_REPLICATES - 1, "direct_reflected": HEMISPHERE_REPLICATES - 1},
+            **tell_interruption(direct.kept, len(suns)),
+            **({"standard_error_unknown": ONE_POINT} if np.isnan(direct.standard_error).any() else {}),
+        },
+        **finishes,
+    )
+
+
+def view_hemispheres(context, cells):
+    """What all patches see of sky, far ground and each other.
+
+    Parameters
+    ----------
+    context : GatherContext
+    cells : int
+        1, 4 or 16: into how many cells the light of a patch is resolved.
+
+    Returns
+    -------
+    Hemisphere
+    """
+    patches, plan = context.patches, context.plan
+    hemisphere = trace_hemisphere(
+        context.ray_scene,
+        patches,
+        ~plan.unobstructed & patches.receives,
+        sample_count=-(-context.request.samples // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES,
+        reflections=plan.reflections,
+        threads=context.threads,
+        progress=context.progress,
+        cells=cells,
+    )
+    fill_closed_forms(hemisphere, patches, plan)
+    if plan.reflections:
+        hemisphere.factor = element_factors(context, hemisphere)
+    hemisphere.element_far_ground = hemisphere.open_share = None  # of no more use, and large
+    return hemisphere
+
+
+def fill_closed_forms(hemisphere, patches, plan):
+    """Put in what is known without rays, and take out what the plan leaves out."""
+    known = plan.unobstructed & patches.receives
+    hemisphere.sky[known] = sky_view_of_tilt(patches.normal[known])[:, None]
+    hemisphere.far_ground[known] = ground_view_of_tilt(patches.normal[known])[:, None]
+    hemisphere.element_far_ground[known] = hemisphere.far_ground[known, :1] / hemisphere.element_far_ground.shape[1]
+    hemisphere.element_sky[known] = hemisphere.sky[known, :1]
+    hemisphere.covered[~patches.receives] = True
+    if not plan.far_ground:
+        hemisphere.far_ground[:] = hemisphere.element_far_ground[:] = 0

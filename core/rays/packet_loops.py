@@ -1,0 +1,129 @@
+"""Loops that fill packets of rays, hand them to Embree and read the answers (compiled by numba).
+
+A packet is Embree's RTCRayHit of `width` rays: 12 rows of what a ray is, 9 of what it met, each as wide as the packet.
+"""
+
+import numpy as np
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+
+ORIGIN, NEAR, DIRECTION, TIME, FAR, MASK, NUMBER, FLAGS = 0, 3, 4, 7, 8, 9, 10, 11  # rows of a packet
+B1, B2, TRIANGLE, MESH, INSTANCE, ROWS = 15, 16, 17, 18, 19, 24
+NONE = -1
+
+
+@intrinsic
+def call_embree(_, function, valid, scene, packet, arguments):
+    """Call `function(valid, scene, packet, arguments)`, all given as addresses."""
+
+    def generate(context, builder, _, values):
+        word = ir.IntType(64)
+        pointer = builder.inttoptr(values[0], ir.FunctionType(ir.VoidType(), [word] * 4).as_pointer())
+        builder.call(pointer, values[1:])
+        return context.get_dummy_value()
+
+    return types.void(*[types.intp] * 5), generate
+
+
+@njit(nogil=True, cache=True)
+def aligned(count):
+    """Float32 zeros at an address that is a multiple of 64."""
+    whole = np.zeros(count + 16, np.float32)
+    skipped = (-(whole.ctypes.data // 4)) % 16
+    return whole[skipped : skipped + count]
+
+
+@njit(nogil=True, cache=True)
+def trace_closest(tree, rays, found):
+    """What rays meet first.
+
+    Parameters
+    ----------
+    tree : tuple of int
+        Addresses of Embree's function, of the scene and of the arguments, and the width of a packet.
+    rays : tuple of (n, 3) and (n, 3) float32
+        Origins and directions.
+    found : tuple of (n,) int32, (n,) and (n,) float32
+        Written: the triangle, -1 for none, and the barycentric weights of the place.
+    """
+    function, scene, arguments, width = tree
+    (origins, directions), (hit, b1, b2) = rays, found
+    packet, valid = aligned(ROWS * width), aligned(width).view(np.int32)
+    words = packet.view(np.int32)
+    words[MASK * width : (MASK + 1) * width] = -1
+    count = len(hit)
+    for first in range(0, count, width):
+        lanes = min(width, count - first)
+        for lane in range(width):
+            valid[lane] = -1 if lane < lanes else 0
+            ray = first + min(lane, lanes - 1)
+            for axis in range(3):
+                packet[(ORIGIN + axis) * width + lane] = origins[ray, axis]
+                packet[(DIRECTION + axis) * width + lane] = directions[ray, axis]
+            packet[FAR * width + lane] = np.inf
+            words[MESH * width + lane] = NONE
+            words[INSTANCE * width + lane] = NONE
+        call_embree(function, valid.ctypes.data, scene, packet.ctypes.data, arguments)
+        for lane in range(lanes):
+            met = words[MESH * width + lane] != NONE
+            hit[first + lane] = words[TRIANGLE * width + lane] if met else NONE
+            b1[first + lane] = packet[B1 * width + lane]
+            b2[first + lane] = packet[B2 * width + lane]
+
+
+@njit(nogil=True, cache=True)
+def trace_blocked(tree, origins, direction, blocked):
+    """Whether anything stands on each ray of one direction, written into `blocked`, (n,) bool."""
+    function, scene, arguments, width = tree
+    packet, valid = aligned(ROWS * width), aligned(width).view(np.int32)
+    packet.view(np.int32)[MASK * width : (MASK + 1) * width] = -1
+    count = len(origins)
+    for first in range(0, count, width):
+        lanes = min(width, count - first)
+        for lane in range(width):
+            valid[lane] = -1 if lane < lanes else 0
+            for axis in range(3):
+                packet[(ORIGIN + axis) * width + lane] = origins[first + min(lane, lanes - 1), axis]
+                packet[(DIRECTION + axis) * width + lane] = direction[axis]
+            packet[FAR * width + lane] = np.inf
+        call_embree(function, valid.ctypes.data, scene, packet.ctypes.data, arguments)
+        for lane in range(lanes):
+            blocked[first + lane] = packet[FAR * width + lane] < 0
+
+
+@njit(nogil=True, cache=True)
+def trace_shadow_rays(tree, position, wanted, directions, free):
+    """Which points of each patch see each sun that is wanted.
+
+    Parameters
+    ----------
+    position : (c, m, 3) float32
+    wanted : (c, s) bool
+    directions : (s, 3) float32
+    free : (c, s, m) bool
+        Written where wanted.
+    """
+    function, scene, arguments, width = tree
+    packet, valid = aligned(ROWS * width), aligned(width).view(np.int32)
+    packet.view(np.int32)[MASK * width : (MASK + 1) * width] = -1
+    point_count = position.shape[1]
+    for patch in range(len(position)):
+        for first in range(0, point_count, width):
+            # The points stay in the packet; one sun after the other gives it its direction.
+            lanes = min(width, point_count - first)
+            for lane in range(width):
+                valid[lane] = -1 if lane < lanes else 0
+                for axis in range(3):
+                    packet[(ORIGIN + axis) * width + lane] = position[patch, first + min(lane, lanes - 1), axis]
+            for sun in range(len(directions)):
+                if not wanted[patch, sun]:
+                    continue
+                for lane in range(width):
+                    packet[DIRECTION * width + lane] = directions[sun, 0]
+                    packet[(DIRECTION + 1) * width + lane] = directions[sun, 1]
+                    packet[(DIRECTION + 2) * width + lane] = directions[sun, 2]
+                    packet[FAR * width + lane] = np.inf
+                call_embree(function, valid.ctypes.data, scene, packet.ctypes.data, arguments)
+                for lane in range(lanes):
+                    free[patch, sun, first + lane] = packet[FAR * width + lane] > 0

@@ -1,0 +1,87 @@
+"""What reading a city came upon: repairs, what was left out, what lies inside and is switched off; with areas."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..radiosity.measure_cover import measure_cover
+
+HALF = 0.5  # of a surface: covered by more than this, it is named among what lies inside
+
+
+@dataclass
+class Finding:
+    """Surfaces, or what was left out, that share a reason."""
+
+    heading: str  # repaired, skipped or inside
+    reason: str
+    names: list  # ids: of surfaces, or of buildings and polygons that are not among them
+    surfaces: np.ndarray  # (k,) int64 rows of the scene's surfaces; empty for what was left out
+    area: float | None  # [m²]; None where what was left out has no shape
+
+
+def list_findings(scene, covered_share=None):
+    """Findings of a scene, in the order repaired, skipped, inside.
+
+    Parameters
+    ----------
+    scene : Scene
+    covered_share : (n,) float, optional
+        Of each surface, where it was traced; else a few rays are.
+
+    Returns
+    -------
+    list of Finding
+    """
+    surfaces, report = scene.surfaces, scene.report
+    rows = rows_of_names(surfaces.surface_id)
+    findings = []
+    for reason, names in report.repaired.items():
+        chosen = np.unique(np.array([row for name in names for row in rows.get(name, ())], np.int64))
+        findings.append(Finding("repaired", reason, list(names), chosen, float(surfaces.area[chosen].sum())))
+    for reason, names in report.skipped.items():
+        area = report.skipped_area.get(reason)
+        findings.append(Finding("skipped", reason, list(names), np.zeros(0, np.int64), area))
+    for reason, inside in find_inside(scene, covered_share).items():
+        chosen = np.flatnonzero(inside)
+        if len(chosen):
+            names = [surfaces.surface_id[k] for k in chosen]
+            findings.append(Finding("inside", reason, names, chosen, float(surfaces.area[chosen].sum())))
+    return findings
+
+
+def find_inside(scene, covered_share=None):
+    """Surfaces that lie inside or under something, and receive nothing there.
+
+    Returns
+    -------
+    dict of str to (n,) bool
+        Reason -> surfaces; a surface has one reason at most.
+    """
+    if covered_share is None:
+        covered_share = measure_cover(scene)
+    count = len(scene.surfaces)
+    own = scene.triangle_surface >= 0
+    closure = np.zeros(count, bool)
+    closure[scene.triangle_surface[own & scene.closure]] = True
+    footprint = np.zeros(count, bool)
+    footprint[scene.triangle_surface[own & scene.footprint]] = True
+    covered = np.asarray(covered_share) > HALF
+    return {
+        "closes a building towards its neighbour (ClosureSurface)": closure,
+        "lies under its building, on the ground": footprint & ~closure,
+        "covered for more than half: shared with a neighbour, inside a building or below the ground": (
+            covered & ~closure & ~footprint
+        ),
+    }
+
+
+def rows_of_names(names):
+    """Rows of each surface id; those of cells ``id#k`` also under the id they were cut from."""
+    rows = {}
+    for row, name in enumerate(names):
+        rows.setdefault(name, []).append(row)
+        parent, mark, cell = name.rpartition("#")
+        if mark and cell.isdigit():
+            rows.setdefault(parent, []).append(row)
+    return rows

@@ -1,0 +1,150 @@
+"""Cosine-distributed rays from random points of patches."""
+
+import numpy as np
+from numba import njit
+
+from .random_numbers import uniform
+from .sample_points import DIGITS, HEMISPHERE_REPLICATES
+
+CELL_DIVISIONS = 8  # each patch is judged in 64 cells, whether they lie inside or under something
+HALF, ONE, TURN, UNIT = np.float32(0.5), np.float32(1), np.float32(2 * np.pi), np.float32(2.0**-DIGITS)
+
+
+def hemisphere_rays(patches, chosen, sequence):
+    """Origins, directions and cells of the hemisphere rays of some patches.
+
+    Position and direction come from one four-dimensional sequence, whose digits are turned over at random for each
+    patch and replicate: pairs from two-dimensional ones would be correlated.
+
+    Parameters
+    ----------
+    patches : Patches
+    chosen : (c,) int
+    sequence : (rays / HEMISPHERE_REPLICATES, 4) uint32
+        Of `sobol_digits`.
+
+    Returns
+    -------
+    origins, directions : (c, rays, 3) float32
+        Coordinate by coordinate in the memory: all x, then all y, then all z.
+    cells : (c, rays) uint8
+        Which of the patch's CELL_DIVISIONS² cells each ray starts in.
+    """
+    count, rays = len(chosen), len(sequence) * HEMISPHERE_REPLICATES
+    turned = (uniform(patches.key[chosen], 4 * HEMISPHERE_REPLICATES) * (1 << DIGITS)).astype(np.uint32)
+    origins, directions = np.empty((2, 3, count, rays), np.float32)
+    cells = np.empty((count, rays), np.uint8)
+    made = origins, directions, cells
+    frames = np.concatenate([patches.tangents[chosen], patches.normal[chosen, None]], axis=1)
+    start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
+    digits = np.ascontiguousarray(sequence.T)
+    make_rays((start, patches.edges[chosen], frames), turned.reshape(count, HEMISPHERE_REPLICATES, 4), digits, made)
+    return np.moveaxis(origins, 0, -1), np.moveaxis(directions, 0, -1), cells
+
+
+@njit(nogil=True, cache=True)
+def make_rays(places, turned, sequence, made):
+    """Make the rays of c patches.
+
+    Parameters
+    ----------
+    places : tuple of (c, 3), (c, 2, 3) and (c, 3, 3) float32
+        Where the rays start: corner, edges and frame of each patch.
+    turned : (c, HEMISPHERE_REPLICATES, 4) uint32
+        Digits to turn over.
+    sequence : (4, rays / HEMISPHERE_REPLICATES) uint32
+    made : tuple of (3, c, rays), (3, c, rays) float32 and (c, rays) uint8
+        Written: origins, directions, cells.
+    """
+    (start, edges, frames), (origins, directions, cells) = places, made
+    samples = sequence.shape[1]
+    cosine, sine, last = table_of_turns(samples)
+    b1, b2, along, across, height = np.empty((5, samples), np.float32)
+    for patch in range(len(start)):
+        for replicate in range(turned.shape[1]):
+            first = replicate * samples
+            turn = turned[patch, replicate]
+            for sample in range(samples):
+                s, t = fraction(sequence[0, sample] ^ turn[0]), fraction(sequence[1, sample] ^ turn[1])
+                b1[sample] = s * HALF if t > s else s - t * HALF
+                b2[sample] = t - s * HALF if t > s else t * HALF
+            # The leading digits of the angle choose an entry of the table; the others turn all of them alike.
+            rest = TURN * fraction(turn[3] & ((1 << last) - 1))
+            cosine_rest, sine_rest = np.cos(rest), np.sin(rest)
+            for sample in range(samples):
+                u, entry = fraction(sequence[2, sample] ^ turn[2]), (sequence[3, sample] ^ turn[3]) >> last
+                radius = np.sqrt(u)
+                along[sample] = radius * (cosine[entry] * cosine_rest - sine[entry] * sine_rest)
+                across[sample] = radius * (sine[entry] * cosine_rest + cosine[entry] * sine_rest)
+                height[sample] = np.sqrt(ONE - u)
+            for axis in range(3):
+                corner, first_edge, second_edge = start[patch, axis], edges[patch, 0, axis], edges[patch, 1, axis]
+                one, other, up = frames[patch, 0, axis], frames[patch, 1, axis], frames[patch, 2, axis]
+                to, towards = origins[axis, patch, first:], directions[axis, patch, first:]
+                for sample in range(samples):
+                    to[sample] = corner + b1[sample] * first_edge + b2[sample] * second_edge
+                    towards[sample] = along[sample] * one + across[sample] * other + height[sample] * up
+            for sample in range(samples):
+                cells[patch, first + sample] = cell_at(b1[sample], b2[sample], CELL_DIVISIONS)
+
+
+@njit(nogil=True, cache=True)
+def table_of_turns(count):
+    """Cosine and sine of the angles that the leading digits of so many points stand for, and how many digits follow."""
+    leading = 0
+    while (1 << leading) < count:
+        leading += 1
+    angles = np.empty(1 << leading, np.float32)
+    for entry in range(len(angles)):
+        angles[entry] = TURN * np.float32(entry) / np.float32(len(angles))
+    return np.cos(angles), np.sin(angles), DIGITS - leading
+
+
+@njit(nogil=True, cache=True, inline="always")
+def fraction(digits):
+    """Number in [0, 1) from its binary digits."""
+    return np.float32(digits) * UNIT
+
+
+@njit(nogil=True, cache=True)
+def cell_at(b1, b2, divisions):
+    """Which of the `divisions`² congruent sub-triangles holds a point: `cell_of_point` for one point."""
+    row = int(min(b2 * np.float32(divisions), np.float32(divisions - 1)))
+    along = int(min(b1 * np.float32(divisions), np.float32(divisions - 1)))
+    inverted = (b1 + b2) * np.float32(divisions) - np.float32(row) - np.float32(along) >= ONE
+    return row * (2 * divisions - row) + min(2 * along + int(inverted), 2 * (divisions - 1 - row))
+
+
+def rays_from_patches(patches, chosen, b1, b2, local):
+    """Rays from points of patches, given by barycentric weights, into directions of their own frames.
+
+    Parameters
+    ----------
+    chosen : (c,) int
+    b1, b2 : (c, rays) float32
+    local : tuple of three (c, rays) float32
+        Along the two tangents and the normal.
+
+    Returns
+    -------
+    origins, directions : (c, rays, 3) float32
+    """
+    tangents, normal = patches.tangents[chosen], patches.normal[chosen]
+    directions = np.empty((*b1.shape, 3), np.float32)
+    for axis in range(3):
+        directions[..., axis] = (
+            local[0] * tangents[:, 0, axis, None]
+            + local[1] * tangents[:, 1, axis, None]
+            + local[2] * normal[:, axis, None]
+        )
+    return points_of_patches(patches, chosen, b1, b2), directions
+
+
+def points_of_patches(patches, chosen, b1, b2):
+    """Points in front of patches, from where rays start: (c, m, 3) float32. Parameters as above."""
+    edges = patches.edges[chosen]
+    start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
+    points = np.empty((*b1.shape, 3), np.float32)
+    for axis in range(3):
+        points[..., axis] = start[:, axis, None] + b1 * edges[:, 0, axis, None] + b2 * edges[:, 1, axis, None]
+    return points

@@ -1,0 +1,204 @@
+"""Where on a triangle rays start, and into which direction of its hemisphere they go."""
+
+import functools
+
+import numpy as np
+from scipy.stats.qmc import Sobol
+
+DIGITS = 24  # binary ones of float32 numbers below 1
+HEMISPHERE_REPLICATES = 4  # independent sets of hemisphere rays per patch; their spread is the standard error
+
+
+def additive_recurrence(count, dimensions):
+    """Low-discrepancy points: multiples of the powers of the generalised golden ratio, modulo 1.
+
+    Returns
+    -------
+    (count, dimensions) float32 in [0, 1)
+
+    References
+    ----------
+    M. Roberts (2018), The unreasonable effectiveness of quasirandom sequences: the R-sequences.
+    """
+    ratio = 2.0
+    for _ in range(64):
+        ratio = (1 + ratio) ** (1 / (dimensions + 1))
+    steps = ratio ** -np.arange(1.0, dimensions + 1)
+    return np.mod(np.arange(1.0, count + 1)[:, None] * steps, 1).astype(np.float32)
+
+
+def sobol_digits(count):
+    """The first four-dimensional points of Sobol's sequence, as binary fractions.
+
+    Of 2^k of them, every slice of the square that should hold one holds one; so it stays when all digits of a
+    coordinate are turned over where those of a random number are 1.
+
+    Returns
+    -------
+    (count, 4) uint32
+        Multiples of 2^-DIGITS.
+
+    References
+    ----------
+    I. M. Sobol (1967), doi:10.1016/0041-5553(67)90144-9. Direction numbers: S. Joe and F. Y. Kuo (2008),
+    doi:10.1137/070709359, as in `scipy.stats.qmc`.
+    """
+    points = Sobol(4, scramble=False).random_base2((count - 1).bit_length())[:count]
+    return np.round(points * (1 << DIGITS)).astype(np.uint32)
+
+
+def shifted(points, shifts):
+    """One coordinate of a point set, moved by random shifts on the torus.
+
+    Parameters
+    ----------
+    points : (m,) float32
+    shifts : (...) float32
+
+    Returns
+    -------
+    (..., m) float32 in [0, 1)
+
+    References
+    ----------
+    Cranley and Patterson (1976), doi:10.1137/0713071.
+    """
+    moved = points + shifts[..., None]
+    moved -= moved >= 1
+    return moved
+
+
+def barycentric_of_square(u, v):
+    """Uniform points of a triangle from uniform points of the square.
+
+    The map is area-preserving and continuous (Heitz 2019, A low-distortion map between triangle and square).
+
+    Returns
+    -------
+    b1, b2 : (...) float32
+        Weights of the second and third vertex.
+    """
+    below = v > u
+    b1 = np.where(below, u * np.float32(0.5), u - v * np.float32(0.5))
+    b2 = np.where(below, v - u * np.float32(0.5), v * np.float32(0.5))
+    return b1, b2
+
+
+def cosine_direction(u, v):
+    """Directions of the upper hemisphere with density cos(zenith)/π.
+
+    Returns
+    -------
+    x, y, z : (...) float32
+    """
+    radius, angle = np.sqrt(u), np.float32(2 * np.pi) * v
+    return radius * np.cos(angle), radius * np.sin(angle), np.sqrt(np.maximum(np.float32(0), 1 - u))
+
+
+def cell_of_point(b1, b2, divisions):
+    """Which of the `divisions`² congruent sub-triangles holds a point.
+
+    A row of cells runs along b2 = const; within it upright and inverted cells take turns.
+
+    Returns
+    -------
+    (...) unsigned int, as short as holds them
+    """
+    dtype = np.min_scalar_type(divisions**2 - 1)
+    row = np.minimum(b2 * divisions, divisions - 1).astype(np.int32)
+    along = np.minimum(b1 * divisions, divisions - 1).astype(np.int32)
+    inverted = (b1 + b2) * divisions - row - along >= 1
+    place = np.minimum(2 * along + inverted, 2 * (divisions - 1 - row))
+    return (row * (2 * divisions - row) + place).astype(dtype)
+
+
+def cell_corners(divisions):
+    """Barycentric corners of the congruent sub-triangles, in the order of `cell_of_point`.
+
+    Returns
+    -------
+    (divisions², 3, 2) float32
+        For each cell three corners, each with the weights of the second and third vertex.
+    """
+    row, place = cell_places(divisions)
+    along, inverted = np.divmod(place, 2)
+    steps = np.array([[(0, 0), (1, 0), (0, 1)], [(1, 1), (0, 1), (1, 0)]])[inverted]
+    corners = np.stack([along, row], axis=1)[:, None] + steps
+    return corners.astype(np.float32) / np.float32(divisions)
+
+
+def cell_places(divisions):
+    """Row and place in the row of each cell, in the order of `cell_of_point`: two (cells,) int."""
+    row = np.repeat(np.arange(divisions), 2 * (divisions - np.arange(divisions)) - 1)
+    return row, np.arange(divisions**2) - row * (2 * divisions - row)
+
+
+@functools.cache
+def cell_contacts(divisions):
+    """Which cells touch each other, in an edge or a corner: (cells, cells) bool."""
+    corners = np.rint(cell_corners(divisions) * divisions).astype(int)
+    names = corners[..., 0] * (divisions + 1) + corners[..., 1]
+    return (names[:, None, :, None] == names[None, :, None, :]).any(axis=(2, 3))
+
+
+def stratified_points(uniform_numbers, divisions):
+    """One uniform point in each of the `divisions`² congruent sub-triangles.
+
+    Parameters
+    ----------
+    uniform_numbers : (n, divisions², 2) float32
+
+    Returns
+    -------
+    b1, b2 : (n, divisions²) float32
+    """
+    corners = cell_corners(divisions)
+    b1, b2 = barycentric_of_square(uniform_numbers[..., 0], uniform_numbers[..., 1])
+    first, second, third = corners[:, 0], corners[:, 1], corners[:, 2]
+    points = first + b1[..., None] * (second - first) + b2[..., None] * (third - first)
+    return points[..., 0], points[..., 1]
+
+
+def cells_inside(divisions, larger):
+    """In which of the `larger`² cells each of the `divisions`² lies (its middle, where it lies in several).
+
+    Returns
+    -------
+    (divisions²,) int
+    """
+    middle = cell_corners(divisions).mean(axis=1)
+    return cell_of_point(middle[:, 0], middle[:, 1], larger).astype(int)
+
+
+def grid_of(count):
+    """Rows and columns of a square that is cut into so many rectangles, a power of two: two int."""
+    power = count.bit_length() - 1
+    return 1 << power // 2, 1 << (power - power // 2)
+
+
+def neighbouring_order(count):
+    """Order of the rectangles of `grid_of` along a path that turns at the end of each row: (count,) int."""
+    columns = grid_of(count)[1]
+    row, column = np.divmod(np.arange(count), columns)
+    return row * columns + np.where(row % 2, columns - 1 - column, column)
+
+
+@functools.cache
+def points_of_grid(count):
+    """The first `count` two-dimensional points of Sobol's sequence: one in each rectangle of `grid_of`, in their order.
+
+    Parameters
+    ----------
+    count : int
+        A power of two.
+
+    Returns
+    -------
+    (count, 2) uint32
+        Coordinates along the columns and the rows, multiples of 2^-DIGITS.
+    """
+    digits = sobol_digits(count)[:, :2]
+    rows, columns = grid_of(count)
+    along, across = digits.astype(np.int64).T  # 2^DIGITS times a side does not fit into their own 32 bits
+    rectangle = (across * rows >> DIGITS) * columns + (along * columns >> DIGITS)
+    return digits[np.argsort(rectangle)]

@@ -1,0 +1,204 @@
+"""From a City to the scene that rays meet: local origin, true north, triangles, kinds, ground."""
+
+import copy
+import math
+
+import numpy as np
+
+from ..city.check_geometry import check_city, check_extent
+from ..city.measure_polygons import measure_polygons
+from ..errors import InputError
+from ..ground.build_ground import build_ground, feet_or_corners
+from ..ground.build_terrain import build_terrain
+from .classify import classify, measure_tilt
+from .find_footprints import find_footprints
+from .grid_cells import split_into_cells
+from .locate_site import locate_site
+from .refine import refine_triangles
+from .scene import Scene, Site, Surfaces
+from .triangulate import triangulate
+
+GROUNDS = ("auto", "none")
+MICROMETRE = 6  # decimals of a metre
+LOST_SHARE = 0.01  # triangles that cover less or more than a polygon by this share are worth a word
+
+
+def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=None, patch_size=10.0, grid_size=None):
+    """Triangulated and classified scene of a city.
+
+    Parameters
+    ----------
+    city : City
+    latitude, longitude : float, optional
+        [°] Override what the coordinate reference system says.
+    ground : {'auto', 'none'}
+        A surface through the buildings' feet, or nothing.
+    terrain : Terrain, optional
+        In the city's coordinate reference system; takes the place of the generated ground.
+    patch_size : float or None
+        [m] Longest edge of a triangle; None leaves the triangles of the polygons as they are.
+    grid_size : float, optional
+        [m] Side of the cells that large polygons are split into, rows ``id#k``.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    InputError
+        A number, an array or a setting cannot be used.
+    """
+    if ground not in GROUNDS:
+        raise InputError("--ground", f"{ground!r} is unknown", f"give {' or '.join(GROUNDS)}")
+    check_city(city)
+    check_extent(city)
+    whole_area = _areas(city)
+    if grid_size is not None:
+        city, parent = split_into_cells(city, grid_size)
+        whole_area = whole_area[parent]
+    site = _place(city, latitude, longitude)
+    points = bring_to_origin(city.points, site)
+    surfaces = _describe(city, points, whole_area)
+    triangles, triangle_surface = triangulate(points, city.ring_start, city.polygon_start)
+    report = copy.deepcopy(city.report)
+    _note_lost_area(points, triangles, triangle_surface, surfaces, report)
+    vertices, triangles = merge_vertices(points, triangles)
+    if patch_size is not None:
+        vertices, triangles, origin_triangle = refine_triangles(vertices, triangles, patch_size)
+        triangle_surface = triangle_surface[origin_triangle]
+    under = find_footprints(surfaces, city, points)
+    footprint = under[triangle_surface]
+    closure = (np.array(surfaces.thematic) == "ClosureSurface")[triangle_surface]
+    carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
+    scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
+    if terrain is not None:
+        return _stand_on_terrain(scene, feet_or_corners(city, points, surfaces, under), points, terrain, patch_size)
+    if ground == "none":
+        return scene
+    vertices, triangles, hanging = build_ground(city, points, surfaces, under, patch_size)
+    if len(hanging):
+        names = [surfaces.surface_id[i] for i in hanging[:5]]
+        report.notes.append(
+            f"{len(hanging)} footprints hang in the air, the ground goes on below: {', '.join(names)} …"
+        )
+    return _stand_on_ground(scene, vertices, triangles)
+
+
+def bring_to_origin(points, site):
+    """Points of the files in the scene's frame.
+
+    What large coordinates leave behind the micrometre is rounding: the same city is the same scene anywhere.
+
+    Parameters
+    ----------
+    points : array, (m, 3) float64 [m]
+    site : Site
+
+    Returns
+    -------
+    array, (m, 3) float64 [m]
+    """
+    return np.round(turn_to_true_north(points - np.array(site.origin), site.convergence), MICROMETRE)
+
+
+def turn_to_true_north(points, convergence):
+    """Turn grid coordinates so that y points to true north.
+
+    A direction of grid azimuth a has true azimuth a + convergence.
+
+    Parameters
+    ----------
+    points : array, (m, 3) float64 [m]
+    convergence : float [°]
+    """
+    sine, cosine = math.sin(math.radians(convergence)), math.cos(math.radians(convergence))
+    x, y = points[:, 0], points[:, 1]
+    return np.column_stack([cosine * x + sine * y, cosine * y - sine * x, points[:, 2]])
+
+
+def merge_vertices(points, triangles):
+    """One vertex per place: identical points (to 0.01 mm) become one, unused ones none.
+
+    Returns
+    -------
+    vertices : array, (v, 3) float64 [m]
+    triangles : array, (t, 3) int64
+    """
+    used, corners = np.unique(triangles, return_inverse=True)
+    keys = np.round(points[used] * 1e5).astype(np.int64)
+    _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    return points[used[first]], inverse.reshape(-1)[corners].reshape(-1, 3)
+
+
+def _place(city, latitude, longitude):
+    low, high = city.points.min(axis=0), city.points.max(axis=0)
+    origin = (float(0.5 * (low[0] + high[0])), float(0.5 * (low[1] + high[1])), float(low[2]))
+    latitude, longitude, convergence = locate_site(city.crs, origin, latitude, longitude)
+    return Site(latitude, longitude, origin[2], convergence, city.crs, origin)
+
+
+def _areas(city):
+    return measure_polygons(city.points, city.ring_start, city.polygon_start)[0]
+
+
+def _describe(city, points, whole_area):
+    area, normal = measure_polygons(points, city.ring_start, city.polygon_start)
+    surface_tilt, surface_azimuth = measure_tilt(normal)
+    # A cell is eligible where the polygon it was cut from is.
+    kind, orientation, eligible = classify(whole_area, surface_tilt, surface_azimuth, city.thematic)
+    return Surfaces(
+        surface_id=city.surface_id,
+        building_id=city.building_id,
+        thematic=city.thematic,
+        kind=kind,
+        orientation=orientation,
+        eligible=eligible,
+        area=area,
+        surface_tilt=surface_tilt,
+        surface_azimuth=surface_azimuth,
+        normal=normal,
+        material=city.material,
+    )
+
+
+def _note_lost_area(points, triangles, triangle_surface, surfaces, report):
+    """Say which polygons their triangles do not cover, as where an outline crosses itself."""
+    corners = points[triangles]
+    size = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    covered = np.bincount(triangle_surface, size, minlength=len(surfaces))
+    lost = np.abs(covered - surfaces.area) > np.maximum(LOST_SHARE * surfaces.area, 1e-3)
+    if lost.any():
+        reason = "triangles do not match the area (crossing or strongly bent outline)"
+        report.repair(reason, [surfaces.surface_id[i] for i in np.flatnonzero(lost)])
+
+
+def _stand_on_terrain(scene, feet, points, terrain, patch_size):
+    """The scene on measured ground; what was done at the feet of walls goes into the report."""
+    site, names = scene.site, scene.surfaces.surface_id
+    moved = terrain.moved(lambda places: bring_to_origin(places, site))
+    ground = build_terrain(feet, points, moved, patch_size)
+    for reason, polygons in (
+        ("ends above the terrain, carried down", ground.raised),
+        ("ends below the terrain, cut by it", ground.buried),
+        ("footprint hangs in the air, the ground goes on below", ground.hanging),
+    ):
+        scene.report.repair(reason, [names[k] for k in polygons])
+    scene.report.notes += ground.notes
+    return _stand_on_ground(scene, ground.vertices, ground.triangles, ground.hidden)
+
+
+def _stand_on_ground(scene, vertices, triangles, hidden=None):
+    count = len(triangles)
+    hidden = np.zeros(count, bool) if hidden is None else hidden  # sides and bottom: only backs are seen
+    return Scene(
+        vertices=np.concatenate([scene.vertices, vertices]),
+        triangles=np.concatenate([scene.triangles, (triangles + len(scene.vertices)).astype(np.int32)]),
+        triangle_surface=np.concatenate([scene.triangle_surface, np.full(count, -1, np.int32)]),
+        footprint=np.concatenate([scene.footprint, hidden]),
+        closure=np.concatenate([scene.closure, np.zeros(count, bool)]),
+        surfaces=scene.surfaces,
+        site=scene.site,
+        report=scene.report,
+        colours=scene.colours,
+    )

@@ -1,0 +1,21 @@
+"""Refuse scenes that cannot be traced, before any ray."""
+
+from ..check_arrays import check_array, check_triangles
+
+
+def check_scene(scene):
+    """Refuse a scene that cannot be traced.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    InputError
+    """
+    check_triangles(scene.vertices, scene.triangles)
+    count, own = len(scene.triangles), len(scene.surfaces)
+    check_array("triangle_surface", scene.triangle_surface, (count,), kind="i", least=-1, most=own - 1)
+    check_array("footprint", scene.footprint, (count,), kind="b")
+    check_array("closure", scene.closure, (count,), kind="b")

@@ -1,0 +1,31 @@
+"""Which surfaces lie under a building, on the ground."""
+
+import numpy as np
+
+from ..city.measure_polygons import polygon_bounds
+
+LEVEL = 0.5  # [m] a downward surface this close to its building's lowest point lies on the ground
+
+
+def find_footprints(surfaces, city, points):
+    """Surfaces under buildings: GroundSurfaces, and where a building has none, downward ones at its lowest height.
+
+    Parameters
+    ----------
+    surfaces : Surfaces
+    city : City
+    points : array, (m, 3) float64 [m]
+        Of the city, in any frame with z up.
+
+    Returns
+    -------
+    footprint : array, (n,) bool
+    """
+    named = np.array(surfaces.thematic) == "GroundSurface"
+    _, building = np.unique(np.array(surfaces.building_id), return_inverse=True)
+    has_ground = np.bincount(building, weights=named) > 0
+    low, high = polygon_bounds(points[:, 2], city.ring_start, city.polygon_start)
+    lowest = np.full(building.max(initial=-1) + 1, np.inf)
+    np.minimum.at(lowest, building, low)
+    at_bottom = (surfaces.kind == "downward") & (high <= lowest[building] + LEVEL)
+    return named | (at_bottom & ~has_ground[building])

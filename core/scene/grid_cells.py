@@ -1,0 +1,94 @@
+"""Split large polygons into the cells of a grid on their own plane."""
+
+import numpy as np
+import shapely
+
+from ..city.check_geometry import check_city
+from ..city.city import City
+from ..city.measure_polygons import measure_polygons
+from ..errors import InputError
+from .triangulate import plane_axes
+
+MOST_ELEMENTS = 1e6  # of one polygon
+SLIVER = 1e-6  # [m²] pieces below it are rounding
+
+
+def split_into_cells(city, grid_size):
+    """City whose polygons larger than a cell are cut along a grid.
+
+    Parameters
+    ----------
+    city : City
+    grid_size : float [m]
+        Side of a cell; its rows run level, its columns up the slope.
+
+    Returns
+    -------
+    city : City
+        Cells are named ``id#1``, ``id#2``, …; polygons that fit into one cell keep their name.
+    parent : array, (n,) int64
+        Polygon of the given city that each one belongs to.
+
+    Raises
+    ------
+    InputError
+        grid_size is not positive, would make too many cells, or the city cannot be used.
+    """
+    if not grid_size > 0:
+        raise InputError("--grid-size", f"{grid_size} is not positive", "give the side of a cell in metres")
+    check_city(city)
+    _, normal = measure_polygons(city.points, city.ring_start, city.polygon_start)
+    axes = np.stack([*plane_axes(normal), normal], axis=1)  # (n, 3, 3), rows right, upward, outward
+    pieces, parent, names = [], [], []
+    for polygon in range(len(city)):
+        rings = city.rings(polygon)
+        cells = _cut(rings, axes[polygon], grid_size)
+        pieces += cells
+        parent += [polygon] * len(cells)
+        own = city.surface_id[polygon]
+        names += [own] if len(cells) == 1 else [f"{own}#{k + 1}" for k in range(len(cells))]
+    rings = [ring for piece in pieces for ring in piece]
+    split = City(
+        surface_id=names,
+        building_id=[city.building_id[p] for p in parent],
+        thematic=[city.thematic[p] for p in parent],
+        points=np.concatenate(rings),
+        ring_start=np.cumsum([0] + [len(ring) for ring in rings]),
+        polygon_start=np.cumsum([0] + [len(piece) for piece in pieces]),
+        crs=city.crs,
+        report=city.report,
+        lod=None if city.lod is None else [city.lod[p] for p in parent],
+        material=None if city.material is None else [city.material[p] for p in parent],
+        colours=city.colours,
+    )
+    return split, np.array(parent, np.int64)
+
+
+def _cut(rings, axes, grid_size):
+    """Pieces of one polygon, each a list of rings (k, 3)."""
+    origin = rings[0][0]
+    flat = [(ring - origin) @ axes.T for ring in rings]
+    low, high = flat[0][:, :2].min(axis=0), flat[0][:, :2].max(axis=0)
+    columns, rows = np.maximum(np.ceil((high - low) / grid_size - 1e-9), 1)
+    if columns * rows > MOST_ELEMENTS:
+        problem = f"{grid_size:g} m would make {columns * rows:.0e} cells of one polygon"
+        raise InputError("--grid-size", problem, "give a larger one")
+    columns, rows = int(columns), int(rows)
+    if columns * rows == 1:
+        return [rings]
+    shape = shapely.Polygon(flat[0][:, :2], [ring[:, :2] for ring in flat[1:]])
+    if not shape.is_valid:
+        return [rings]
+    height = np.concatenate(flat)[:, 2].mean()
+    x, y = (low[k] + grid_size * np.arange(n) for k, n in ((0, columns), (1, rows)))
+    x, y = (grid.ravel() for grid in np.meshgrid(x, y))
+    parts = shapely.intersection(shape, shapely.box(x, y, x + grid_size, y + grid_size))
+    parts = shapely.get_parts(parts)
+    parts = parts[(shapely.get_type_id(parts) == 3) & (shapely.area(parts) > SLIVER)]
+    return [_back(part, height, origin, axes) for part in parts]
+
+
+def _back(part, height, origin, axes):
+    part = shapely.geometry.polygon.orient(part)
+    rings = [np.asarray(ring.coords)[:-1, :2] for ring in (part.exterior, *part.interiors)]
+    return [np.column_stack([ring, np.full(len(ring), height)]) @ axes + origin for ring in rings]

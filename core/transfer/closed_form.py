@@ -1,0 +1,86 @@
+"""Surfaces with nothing in front of them: their irradiance is known without a ray.
+
+             sky: (1 + cos tilt)/2      (Eq. 6)
+    \\      /
+     \\    /
+──────╲──────  far ground: (1 - cos tilt)/2      (Eq. 7)
+"""
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from ..check_arrays import UNIT, check_array
+
+
+def find_unobstructed(patches, vertices):
+    """Patches in front of whose plane no part of the scene stands.
+
+    Parameters
+    ----------
+    patches : Patches
+    vertices : (v, 3) float64 [m]
+        All vertices of the scene.
+
+    Returns
+    -------
+    (p,) bool
+    """
+    vertices = check_array("vertices", vertices, ("v", 3), row="vertex")
+    if not len(patches):
+        return np.zeros(0, bool)
+    outermost = outermost_points(vertices)
+    normals, which = np.unique(np.round(patches.normal.astype(float), 6) + 0.0, axis=0, return_inverse=True)
+    which = which.ravel()
+    # How far the scene reaches along each normal, from the origin; in slices, to bound the memory.
+    reach = np.empty(len(normals))
+    step = max(1, 10_000_000 // len(outermost))
+    for first in range(0, len(normals), step):
+        reach[first : first + step] = (normals[first : first + step] @ outermost.T).max(axis=1)
+    own = np.einsum("ij,ij->i", normals[which], patches.corner.astype(float))
+    slack = 2 * patches.offset + 1e-6 * np.abs(own)
+    return (reach[which] - own <= slack) & (own - opposite_reach(normals, which, own)[which] > slack)
+
+
+def opposite_reach(normals, which, own):
+    """How far, along each normal, the patches reach that look the opposite way: a floor lies on such ground.
+
+    Parameters
+    ----------
+    normals : (k, 3) float64
+    which : (p,) int into normals
+    own : (p,) float64 [m]
+        Distance of each patch's plane from the origin.
+
+    Returns
+    -------
+    (k,) float64 [m]
+        -inf where no patch looks the opposite way.
+    """
+    nearest = np.full(len(normals), np.inf)
+    np.minimum.at(nearest, which, own)
+    place = {tuple(normal): index for index, normal in enumerate(normals)}
+    opposite = [place.get(tuple(-normal + 0.0), -1) for normal in normals]
+    return np.where(np.array(opposite) >= 0, -nearest[opposite], -np.inf)
+
+
+def outermost_points(vertices):
+    """Corners of the convex hull; all points where they lie in one plane."""
+    try:
+        return vertices[ConvexHull(vertices).vertices]
+    except QhullError:
+        return vertices
+
+
+def sky_view_of_tilt(normal):
+    """Sky view factor of an unobstructed surface: (1 + cos tilt)/2.   # Eq 6
+
+    Parameters
+    ----------
+    normal : (n, 3) float
+    """
+    return (1 + check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)[:, 2]) / 2
+
+
+def ground_view_of_tilt(normal):
+    """Ground view factor of an unobstructed surface: (1 - cos tilt)/2.   # Eq 7"""
+    return (1 - check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)[:, 2]) / 2

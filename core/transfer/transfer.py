@@ -1,0 +1,43 @@
+"""What tracing finds out, free of weather: relative irradiance of every surface."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..scene.scene import Site, Surfaces
+from ..sun.suns import Suns
+from .kept_matrix import MatrixOnDisk
+
+
+@dataclass
+class Transfer:
+    """Relative irradiance of n surfaces: diffuse per DHI, direct per DNI for each of s suns.
+
+    The direct irradiance at a moment is kept in three parts, because two of them are known exactly at any hour:
+    `aoi_projection · visible_share` (first hit), `far_ground_view_factor · ground_albedo · cos(zenith)` (from the
+    open ground beyond the scene), and `direct_reflected` (all other reflections, as traced for the nearest suns).
+    """
+
+    surfaces: Surfaces
+    site: Site
+    suns: Suns
+    covered_share: np.ndarray  # (n,) share of the surface that lies inside or under buildings
+    sky_view_factor: np.ndarray  # (n,) cosine-weighted free share of the sky
+    far_ground_view_factor: np.ndarray  # (n,) share of the hemisphere that meets the open ground; 0 without far ground
+    ground_albedo: float
+    diffuse_relative: np.ndarray  # (n,) per DHI, reflections included
+    diffuse_relative_standard_error: np.ndarray  # (n,)
+    visible_share: np.ndarray | MatrixOnDisk  # (n, s) float32, share of the surface that sees the sun
+    direct_reflected: np.ndarray | MatrixOnDisk  # (n, s) float32, per DNI
+    direct_annual_standard_error: np.ndarray  # (n,) of direct_relative weighted with suns.weight; NaN: unknown
+    settings: dict = field(default_factory=dict)  # whatever makes the run repeatable
+    albedo: np.ndarray | None = (
+        None  # (n,) it was traced with; where not dull, the most that it reflects; None: unknown
+    )
+    material: list | None = None  # (n,) str, name of what it was traced as, "" where no more than an albedo was given
+    albedos: list | None = None  # of dict: every albedo and material met, as of `read_albedo.describe_albedo`
+
+
+def tell_interruption(kept, count):
+    """What the settings say where fewer suns were kept than asked for."""
+    return {"interrupted": {"suns_traced": kept, "of": count}} if kept < count else {}

@@ -1,0 +1,52 @@
+"""Energy: Transfer × weather → irradiation and full load hours on every face."""
+
+import bpy
+
+from .colour_faces import colour_faces
+from .read_settings import read_settings
+from .run_step import Step
+from .session import find_city, find_own_city, find_session
+from .summarise import summarise_energy
+from .write_attributes import write_results
+
+
+class WeighEnergy(Step, bpy.types.Operator):
+    """Weigh the traced light with a year's weather: irradiation and full load hours of every surface"""
+
+    bl_idname = "citypv.energy"
+    bl_label = "Compute energy"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        """The city was traced in this session."""
+        cls.poll_message_set("Trace the light first")
+        session = find_session(find_city(context.scene)[0])
+        return session is not None and session.transfer is not None
+
+    def prepare(self, context):
+        """Take the transfer and the settings."""
+        session = find_session(find_city(context.scene)[0])
+        return session, read_settings(context.scene.citypv)
+
+    @staticmethod
+    def work(task, progress):
+        """Read the weather and weigh the light with it."""
+        from ..core.study import check_settings, compute_energy, read_year
+
+        session, request = task
+        check_settings(request)
+        progress("reading weather", 0, 1, "years")
+        weather = read_year(session.transfer.site, request)
+        return session, weather, compute_energy(session.transfer, weather, request, progress)
+
+    def finish(self, context, result):
+        """Write the results onto the faces and colour them by full load hours."""
+        session, weather, energy = result
+        city, ground = find_own_city(context.scene, session)
+        write_results(city, ground, session.transfer, energy)
+        session.weather, session.energy = weather, energy
+        text = summarise_energy(city, weather, energy)
+        context.scene.citypv.attribute = "full_load_hours"
+        colour_faces(city, ground, "full_load_hours")
+        return text
