@@ -19,7 +19,6 @@ class Request:
     longitude: float | None = None  # [°]
     grid_size: float | None = None  # [m], splits large polygons into cells
     patch_size: float | None = 10.0  # [m], longest edge of a patch of light; None keeps the triangles as they are
-    patch_error: float | None = None  # [% of reflected light], splits patches where pilots find that it matters
     ground: str = "auto"  # auto, none
     terrain: str | None = None  # file of measured ground, takes the place of the generated one
     # the weather
@@ -78,16 +77,7 @@ def check_request(request):
     for option, value in (("--grid-size", request.grid_size), ("--patch-size", request.patch_size)):
         if value is not None and not value > 0:
             raise InputError(option, f"{value} is not a length", "give metres above 0")
-    check_patch_error(request.patch_error, request.estimator)
     if request.latitude is not None and not -90 <= request.latitude <= 90:
         raise InputError("--latitude", f"{request.latitude} is beyond the poles", "give degrees from -90 to 90")
     if request.longitude is not None and not -180 <= request.longitude <= 180:
         raise InputError("--longitude", f"{request.longitude} is off the map", "give degrees from -180 to 180")
-
-
-def check_patch_error(error, estimator):
-    """Refuse an error that no patches can have."""
-    if error is not None and not error > 0:
-        raise InputError("--patch-error", f"{error} is no error", "give percent of the reflected light above 0")
-    if error is not None and estimator == "forward":
-        raise InputError("--patch-error", "photons need no patches", "leave it out or use --estimator gather")

@@ -19,6 +19,14 @@ ALLOWED = {
     "citypv_addon": BLENDER | {"operators", "citypv_addon"},
 }
 
+# The rooms of core in the order in which they build on each other: each imports from those before it, never from those
+# after it. Files of core itself stand between the rooms.
+LAYERS = (
+    *("version", "errors", "progress", "threads", "check_arrays", "request", "interruption"),
+    *("rays", "sampling", "city", "ground", "files", "scene", "materials", "patches"),
+    *("sun", "transfer", "radiosity", "photons", "weather", "energy", "results", "study", "commands"),
+)
+
 
 def read_imports(path):
     """Yield (level, dotted target seen from the root) of each import anywhere in the file."""
@@ -44,6 +52,26 @@ def test_a_room_imports_only_what_it_may(room):
             assert first not in FORBIDDEN.get(room, set()), f"{path} imports {target}"
             if room in ALLOWED:
                 assert first in ALLOWED[room] | sys.stdlib_module_names, f"{path} imports {target}"
+
+
+def test_imports_inside_core_run_one_way():
+    for path in sorted((ROOT / "core").rglob("*.py")):
+        own = path.relative_to(ROOT / "core").with_suffix("").parts[0]
+        if own == "__init__":
+            continue
+        for level, target in read_imports(path):
+            room = target.split(".")[1] if level and target.startswith("core.") else own
+            assert LAYERS.index(room) <= LAYERS.index(own), f"{path}: {own} imports {target}"
+            loose = (ROOT / "core" / f"{own}.py").exists()
+            assert room != own or not loose or not level, f"{path} imports itself"
+
+
+def test_a_room_says_what_it_is_for_and_can_be_taken_in():
+    for folder in sorted({path.parent for path in (ROOT / "core").rglob("*.py")}):
+        text = ast.get_docstring(ast.parse((folder / "__init__.py").read_text("utf-8")))
+        assert folder.name == "core" or ("In:" in text and "Out:" in text and "Read first:" in text), folder
+        if folder.name != "files":
+            assert len(list(folder.glob("*.py"))) <= 21, f"{folder}: more than 20 files beside __init__.py"
 
 
 def test_reading_the_package_imports_nothing():

@@ -174,7 +174,6 @@ def add_light(parser):
     light.add_argument("--estimator", choices=ESTIMATORS, default=ESTIMATORS[0], help="how light is followed")
     light.add_argument("--samples", type=int, default=256, metavar="N", help="rays per patch (256)")
     light.add_argument("--shadow-samples", type=int, default=16, metavar="M", help="shadow points per patch (16)")
-    light.add_argument("--patch-error", type=float, metavar="P", help="[%%] of reflected light: splits where needed")
     light.add_argument("--patch-size", type=length, default=10.0, metavar="M", help="[m] of patches, or none (10)")
     light.add_argument("--effects", nargs="+", type=effect, default=[], metavar="KEY=on|off", help="overrule the plan")
     light.add_argument("--seed", type=int, default=0, metavar="N", help="of all random numbers (0)")

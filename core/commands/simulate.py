@@ -1,7 +1,6 @@
 """The two commands that write results: trace and weigh a city, or weigh again what was traced."""
 
 import time
-from dataclasses import replace
 from functools import partial
 
 from ..energy.pick_module import pick_module
@@ -17,7 +16,6 @@ from ..results.write_summary import distance_of_weather, summarise, write_summar
 from ..results.write_timeseries import write_timeseries
 from ..results.write_transfer import write_transfer
 from ..scene.grid_cells import split_into_cells
-from ..split_uneven_patches import COARSEST, split_uneven_patches
 from ..study import (
     check_settings,
     compute_energy,
@@ -91,11 +89,8 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
     check_settings(request)
     teller.say(f"Reading {', '.join(str(path) for path in paths)}")
     city = read_buildings(paths, request, teller.progress)
-    if request.patch_error is not None:
-        request = replace(request, patch_size=COARSEST)
     scene = place_city(city, request)
     teller.lap("read city")
-    scene, patches = fit_patches(scene, request, teller)
     for line in describe_scene(scene):
         teller.say(f"  {line}")
     weather = read_year(scene.site, request)
@@ -107,7 +102,6 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
     with whole_folder(folder) as work:
         teller.say("GatherContext")
         transfer = trace_until_interrupted(scene, weather, request, teller, work.parent)
-        transfer.settings.update(patches)
         teller.lap("trace")
         large = isinstance(transfer.visible_share, MatrixOnDisk)
         keep = not large or "transfer" in exports
@@ -151,25 +145,6 @@ def trace_until_interrupted(scene, weather, request, teller, folder):
         count = len(transfer.suns)
         transfer.settings.setdefault("interrupted", {"suns_traced": count, "of": count})
     return transfer
-
-
-def fit_patches(scene, request, teller):
-    """Split patches where the error that is asked for wants it.
-
-    Returns
-    -------
-    scene : Scene
-    settings : dict
-        What was done to the patches, for the settings of the Transfer; empty where no error is asked for.
-    """
-    if request.patch_error is None:
-        return scene, {}
-    scene, account = split_uneven_patches(scene, request, teller.progress)
-    teller.say("Patches: {split:,} of {given:,} split, {made:,} in all".format(**account))
-    teller.say("  uneven light within them changes the reflected light by about {expected:.2f} %".format(**account))
-    teller.say("  (asked: {asked:g} %, unsplit: {before:.2f} %)".format(**account))
-    teller.lap("split patches")
-    return scene, {"patches_split": account}
 
 
 def recompute(transfer_path, folder, request, *, overwrite=False, say=None):

@@ -113,7 +113,6 @@ def budget_errors(transfer, energy):
     - `bounces`: the most that reflections beyond the last one could add to all light.
     - `patches`: of reflected light, what is uneven within the cells of patches; a third of what is uneven between the
       cells, which is measured.
-    - `patches_asked`, `patches_expected`: the same as `--patch-error` asked for it, and as the pilot foretold it.
     """
     eligible = transfer.surfaces.eligible & np.isfinite(energy.full_load_hours)
     budget = {"unit": "percent", "bounces": bound_of_bounces(transfer)}
@@ -129,9 +128,6 @@ def budget_errors(transfer, energy):
     if "estimate_discretisation_error" in transfer.settings:
         discretisation_error = transfer.settings["estimate_discretisation_error"].values()
         budget["patches"] = 100 * max(map(abs, discretisation_error)) / 3
-    if "patches_split" in transfer.settings:
-        account = transfer.settings["patches_split"]
-        budget["patches_asked"], budget["patches_expected"] = account["asked"], account["expected"]
     if "sun_sampling" in transfer.settings:
         budget["sun_sampling"] = transfer.settings["sun_sampling"]
     return budget
