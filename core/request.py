@@ -1,52 +1,174 @@
-"""What the user asks for: all settings of a run, with their defaults."""
+"""What the user asks for: every setting of a run, declared once.
 
-from dataclasses import asdict, dataclass, field
+A field of `Request` states a setting's default, unit, range and meaning. The options of the command line
+(`commands.add_options`), the properties of Blender's panel (`operators.build_properties`) and the checks below are made
+from these declarations: a new setting is one entry here.
+"""
+
+from dataclasses import asdict, dataclass, fields
 
 from .errors import InputError
+from .settings import check_number, setting
 
-ESTIMATORS = ("gather", "forward")
+ESTIMATORS = {
+    "gather": "Rays from the surfaces: fast; every surface reflects by Lambert's law",
+    "forward": "Photons from sun, sky and far ground: slow; mirrors, glossy surfaces and glass too",
+}
 
 
 @dataclass
 class Request:
     """Settings of a run; the command line and the panel fill them in."""
 
-    # what is read
-    lod: str | None = None  # None: the best 2.x of each building
-    unit: str = "m"  # of OBJ files: m, ft, us-ft
-    up: str = "z"  # of OBJ files: z, y
-    latitude: float | None = None  # [°], overrides the coordinate reference system
-    longitude: float | None = None  # [°]
-    grid_size: float | None = None  # [m], splits large polygons into cells
-    patch_size: float | None = 10.0  # [m], longest edge of a patch of light; None keeps the triangles as they are
-    ground: str = "auto"  # auto, none
-    terrain: str | None = None  # file of measured ground, takes the place of the generated one
-    # the weather
-    weather: str = "clear-sky"  # or a file
-    weather_point: str = "nearest"  # or bilinear
-    year: int = 2021  # of the clear sky
+    # the city
+    lod: str | None = setting(None, "city", "level of detail; default: the best 2.x of each building", metavar="L")
+    unit: str = setting(
+        "m",
+        "city",
+        "of files that name no reference system",
+        kind="choice",
+        title="Unit",
+        choices={"m": "Metres", "ft": "International feet", "us-ft": "US survey feet"},
+    )
+    up: str = setting(
+        "z",
+        "city",
+        "upward axis of files that do not say (OBJ)",
+        kind="choice",
+        title="Up",
+        choices={"z": "The file's z axis points up", "y": "The file's y axis points up"},
+    )
+    latitude: float | None = setting(
+        None, "city", "instead of what the files say", kind="number", unit="°", metavar="D", least=-90, most=90
+    )
+    longitude: float | None = setting(
+        None, "city", "instead of what the files say", kind="number", unit="°", metavar="D", least=-180, most=180
+    )
+    grid_size: float | None = setting(
+        None, "city", "split large polygons into cells id#k", kind="number", unit="m", metavar="M", above=0
+    )
+    terrain: str | None = setting(None, "city", "measured ground: TIN relief, OBJ, GeoTIFF or ASC grid", metavar="FILE")
+    ground: str = setting(
+        "auto",
+        "city",
+        "generate ground through the buildings' feet",
+        kind="choice",
+        choices={"auto": "A surface through the buildings' feet", "none": "Exactly the surfaces that were read"},
+    )
+    # the weather and the module
+    weather: str = setting("clear-sky", "weather", "a weather file, or clear-sky", metavar="FILE")
+    weather_point: str = setting(
+        "nearest",
+        "weather",
+        "how a place is taken from gridded weather",
+        kind="choice",
+        title="Grid point",
+        choices={"nearest": "The nearest point of the grid", "bilinear": "Between the four points around"},
+    )
+    year: int = setting(2021, "weather", "of the clear sky", kind="integer", title="Year", metavar="Y", least=1)
+    module: str = setting(
+        "SunPower_SPR_300_WHT__2007__E__", "weather", "of pvlib's Sandia library", title="Module", metavar="NAME"
+    )
     # the light
-    suns: str = "typical-days:12"  # or hourly, sky-grid:N
-    max_bounces: int | None = 3  # None: chosen by the plan
-    albedo: float = 0.25
-    ground_albedo: float = 0.25
-    albedo_file: str | None = None
-    materials: dict = field(default_factory=dict)  # name of a material -> light.materials.MaterialSpec
-    file_materials: bool = False  # whether materials that the city's files name tell the albedo of their surfaces
-    ground_material: str = ""  # name of the generated ground's among them
-    far_ground: bool = True
-    estimator: str = ESTIMATORS[0]  # how light is followed
-    samples: int = 256  # hemisphere rays per patch; forward: photons per patch from each source
-    shadow_samples: int = 16  # points per patch from which each sun is looked for
-    effects: dict = field(default_factory=dict)  # key -> bool, overrules the plan
-    seed: int = 0
-    threads: int | None = None  # None: all processors
-    # the electricity
-    module: str = "SunPower_SPR_300_WHT__2007__E__"
+    suns: str = setting(
+        "typical-days:12", "light", "sun positions to trace: hourly, typical-days:N, sky-grid:N", metavar="WAY"
+    )
+    max_bounces: int | None = setting(
+        3, "light", "number of reflections", kind="integer", title="Reflections", metavar="N", least=0, none="auto"
+    )
+    albedo: float = setting(
+        0.25,
+        "light",
+        "share of light that buildings reflect",
+        kind="number",
+        title="Albedo",
+        metavar="A",
+        least=0,
+        most=1,
+    )
+    ground_albedo: float = setting(
+        0.25,
+        "light",
+        "share of light that the ground reflects",
+        kind="number",
+        title="Ground albedo",
+        metavar="A",
+        least=0,
+        most=1,
+    )
+    albedo_file: str | None = setting(
+        None, "light", "albedo or material by surface id, material or kind", metavar="CSV"
+    )
+    materials: dict = setting({}, "light", "name of a material -> materials.materials.MaterialSpec", option="")
+    file_materials: bool = setting(
+        False, "light", "albedo by the materials of OBJ files", kind="flag", option="--materials"
+    )
+    ground_material: str = setting("", "light", "name of the generated ground's material", option="")
+    far_ground: bool = setting(
+        True, "light", "open, lit ground beyond the city up to the horizon", kind="switch", title="Far ground"
+    )
+    sky: str = setting(
+        "isotropic",
+        "light",
+        "model of the diffuse sky",
+        kind="choice",
+        choices={"isotropic": "Equally bright all over"},
+    )
+    estimator: str = setting(
+        "gather", "light", "how light is followed", kind="choice", title="Estimator", choices=ESTIMATORS
+    )
+    samples: int = setting(
+        256,
+        "light",
+        "hemisphere rays per patch; forward: photons per patch from each source",
+        kind="integer",
+        title="Sky rays",
+        metavar="N",
+        least=4,
+    )
+    shadow_samples: int = setting(
+        16, "light", "shadow rays per patch and sun", kind="integer", title="Sun rays", metavar="M", least=1
+    )
+    patch_size: float | None = setting(
+        10.0,
+        "light",
+        "longest edge of a patch of light; smaller is more exact and slower",
+        kind="number",
+        title="Patch",
+        unit="m",
+        metavar="M",
+        above=0,
+        none="none",
+        subtype="DISTANCE",
+    )
+    effects: dict = setting({}, "light", "overrule the plan of effects", kind="pairs", metavar="KEY=on|off")
+    seed: int = setting(
+        0, "light", "of all random numbers; the same seed gives the same result", kind="integer", title="Seed",
+        metavar="N", least=0,
+    )  # fmt: skip
+    # the run
+    threads: int | None = setting(None, "run", "default: all processors", kind="integer", metavar="N", least=1)
 
     def as_dict(self):
         """All settings by name."""
         return asdict(self)
+
+
+def declared_settings(*groups):
+    """Name, default and Setting of each field of Request, those of some groups or all: list of tuple."""
+    found = []
+    for one in fields(Request):
+        details = one.metadata["setting"]
+        if not groups or details.group in groups:
+            default = getattr(Request, one.name, {})  # a dict has no default of the class
+            found.append((one.name, default, details))
+    return found
+
+
+def option_of(name):
+    """How a setting is written on the command line: `--max-bounces`."""
+    details = next(details for found, _, details in declared_settings() if found == name)
+    return details.option or "--" + name.replace("_", "-")
 
 
 def check_request(request):
@@ -57,27 +179,9 @@ def check_request(request):
     InputError
         Names the option and its allowed values.
     """
-    for option, value in (("--albedo", request.albedo), ("--ground-albedo", request.ground_albedo)):
-        if not 0 <= value <= 1:
-            raise InputError(option, f"{value} is not a share of light", "give a number from 0 to 1")
-    if request.estimator not in ESTIMATORS:
-        raise InputError("--estimator", f"{request.estimator!r} is not known", f"give {' or '.join(ESTIMATORS)}")
-    bounces = request.max_bounces
-    if bounces is not None and not (bounces >= 0 and float(bounces).is_integer()):
-        problem = f"{bounces} is {'negative' if bounces < 0 else 'not a whole number'}"
-        raise InputError("--max-bounces", problem, "give auto, 0 or more")
-    for option, value, least in (("--samples", request.samples, 4), ("--shadow-samples", request.shadow_samples, 1)):
-        if not (value >= least and float(value).is_integer()):
-            problem = f"{value} is {'too few' if value < least else 'not a whole number'}"
-            raise InputError(option, problem, f"give {least} or more")
-    threads = request.threads
-    if threads is not None and not (threads >= 1 and float(threads).is_integer()):
-        problem = f"{threads} is {'too few' if threads < 1 else 'not a whole number'}"
-        raise InputError("--threads", problem, "give 1 or more")
-    for option, value in (("--grid-size", request.grid_size), ("--patch-size", request.patch_size)):
-        if value is not None and not value > 0:
-            raise InputError(option, f"{value} is not a length", "give metres above 0")
-    if request.latitude is not None and not -90 <= request.latitude <= 90:
-        raise InputError("--latitude", f"{request.latitude} is beyond the poles", "give degrees from -90 to 90")
-    if request.longitude is not None and not -180 <= request.longitude <= 180:
-        raise InputError("--longitude", f"{request.longitude} is off the map", "give degrees from -180 to 180")
+    for name, _, details in declared_settings():
+        value = getattr(request, name)
+        if details.kind in ("number", "integer") and value is not None:
+            check_number(option_of(name), value, details)
+        elif details.kind == "choice" and value not in details.choices:
+            raise InputError(option_of(name), f"{value!r} is not known", f"give {' or '.join(details.choices)}")

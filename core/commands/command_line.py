@@ -14,8 +14,8 @@ from functools import partial
 
 from ..errors import InputError
 from ..progress import CancelledError, TerminalProgress
-from ..request import ESTIMATORS, Request, check_request
 from ..version import __version__
+from .add_options import add_options, request_of_options
 
 EPILOGUE = "Every option and every file written is described in docs/command_line.md."
 
@@ -96,27 +96,25 @@ def build_parser():
     simulate = commands.add_parser("simulate", help="trace a city and write full load hours of every face")
     add_city(simulate)
     add_output(simulate)
-    add_weather(simulate)
-    add_light(simulate)
+    add_options(simulate, "weather", "light", "run")
     simulate.add_argument("--blend", action="store_true", help="write city.blend (needs bpy)")
     simulate.add_argument("--preview", action="store_true", help="write preview.png (needs bpy)")
     simulate.add_argument("--transfer", action="store_true", help="write transfer.nc even where it takes gigabytes")
     simulate.add_argument("--cityjson", action="store_true", help="write city.city.json: the city with its results")
     simulate.add_argument("--gltf", action="store_true", help="write city.glb: the city in colours, for any viewer")
     simulate.set_defaults(run=run_simulate)
-    weigh = commands.add_parser("yield", help="weigh a transfer.nc with another weather or module")
-    weigh.add_argument("transfer", metavar="TRANSFER", help="transfer.nc of an earlier run")
-    add_output(weigh)
-    add_weather(weigh)
-    weigh.add_argument("--threads", type=int, metavar="N", help="default: all processors")
-    weigh.set_defaults(run=run_yield)
+    again = commands.add_parser("yield", help="full load hours of a transfer.nc with other weather or another module")
+    again.add_argument("transfer", metavar="TRANSFER", help="transfer.nc of an earlier run")
+    add_output(again)
+    add_options(again, "weather", "run")
+    again.set_defaults(run=run_yield)
     inspect = commands.add_parser("inspect", help="say what was read, and where it stands on Earth")
     add_city(inspect)
     inspect.add_argument("--json", action="store_true", help="print as JSON")
     inspect.set_defaults(run=run_inspect)
     effects = commands.add_parser("effects", help="say what tracing this city calls for, and why")
     add_city(effects)
-    add_light(effects)
+    add_options(effects, "light", "run")
     effects.add_argument("--json", action="store_true", help="print as JSON")
     effects.set_defaults(run=run_effects)
     selfcheck = commands.add_parser("selfcheck", help="trace what is known in closed form, and a dozen hard cases")
@@ -126,19 +124,9 @@ def build_parser():
 
 
 def add_city(parser):
-    """Options about what is read."""
-    city = parser.add_argument_group("the city")
-    city.add_argument("city", nargs="+", metavar="CITY", help="files or folders with buildings")
-    city.add_argument("--lod", metavar="L", help="level of detail; default: the best 2.x of each building")
-    city.add_argument("--unit", choices=("m", "ft", "us-ft"), default="m", help="of files that name none")
-    city.add_argument("--up", choices=("z", "y"), default="z", help="upward axis of OBJ files")
-    city.add_argument("--latitude", type=float, metavar="D", help="[°] instead of what the files say")
-    city.add_argument("--longitude", type=float, metavar="D", help="[°] instead of what the files say")
-    city.add_argument("--grid-size", type=float, metavar="M", help="[m] split large polygons into cells id#k")
-    city.add_argument("--terrain", metavar="FILE", help="measured ground: TIN relief, OBJ, GeoTIFF or ASC grid")
-    city.add_argument(
-        "--ground", choices=("auto", "none"), default="auto", help="generate ground through the buildings' feet"
-    )
+    """The files that are read, and options about reading them."""
+    parser.add_argument("city", nargs="+", metavar="CITY", help="files or folders with buildings")
+    add_options(parser, "city")
 
 
 def add_output(parser):
@@ -147,67 +135,6 @@ def add_output(parser):
     output.add_argument("--out", required=True, metavar="DIR", help="folder to write")
     output.add_argument("--overwrite", action="store_true", help="replace results in a folder that is not empty")
     output.add_argument("--quiet", action="store_true", help="say nothing but errors")
-
-
-def add_weather(parser):
-    """Options about weather and module."""
-    weather = parser.add_argument_group("the weather and the module")
-    weather.add_argument("--weather", default="clear-sky", metavar="FILE", help="a weather file, or clear-sky")
-    weather.add_argument("--weather-point", choices=("nearest", "bilinear"), default="nearest", help="of a grid")
-    weather.add_argument("--year", type=int, default=2021, metavar="Y", help="of the clear sky (2021)")
-    weather.add_argument("--module", default=Request.module, metavar="NAME", help="of pvlib's Sandia library")
-
-
-def add_light(parser):
-    """Options about tracing."""
-    light = parser.add_argument_group("the light")
-    light.add_argument("--suns", default=Request.suns, metavar="WAY", help="hourly, typical-days:N, sky-grid:N")
-    light.add_argument("--max-bounces", type=bounces, default=3, metavar="N", help="reflections, or auto (3)")
-    light.add_argument("--albedo", type=float, default=0.25, metavar="A", help="of all surfaces (0.25)")
-    light.add_argument("--ground-albedo", type=float, default=0.25, metavar="A", help="of the ground (0.25)")
-    light.add_argument("--albedo-file", metavar="CSV", help="albedo or material by surface id, material or kind")
-    light.add_argument(
-        "--materials", dest="file_materials", action="store_true", help="albedo by the materials of OBJ files"
-    )
-    light.add_argument("--far-ground", choices=("on", "off"), default="on", help="open ground beyond the scene")
-    light.add_argument("--sky", choices=("isotropic",), default="isotropic", help="model of the diffuse sky")
-    light.add_argument("--estimator", choices=ESTIMATORS, default=ESTIMATORS[0], help="how light is followed")
-    light.add_argument("--samples", type=int, default=256, metavar="N", help="rays per patch (256)")
-    light.add_argument("--shadow-samples", type=int, default=16, metavar="M", help="shadow points per patch (16)")
-    light.add_argument("--patch-size", type=length, default=10.0, metavar="M", help="[m] of patches, or none (10)")
-    light.add_argument("--effects", nargs="+", type=effect, default=[], metavar="KEY=on|off", help="overrule the plan")
-    light.add_argument("--seed", type=int, default=0, metavar="N", help="of all random numbers (0)")
-    light.add_argument("--threads", type=int, metavar="N", help="default: all processors")
-
-
-def bounces(text):
-    """A number of bounces, None for auto."""
-    return None if text == "auto" else int(text)
-
-
-def length(text):
-    """A length in metres, None for none."""
-    return None if text == "none" else float(text)
-
-
-def effect(text):
-    """An effect of the plan and whether it is on."""
-    key, _, state = text.partition("=")
-    if state not in ("on", "off"):
-        raise argparse.ArgumentTypeError(f"{text!r} is not KEY=on or KEY=off")
-    return key, state == "on"
-
-
-def request_of(options):
-    """Settings from parsed options; those a command does not have keep their defaults."""
-    given = {name: value for name, value in vars(options).items() if name in Request.__dataclass_fields__}
-    if "far_ground" in given:
-        given["far_ground"] = given["far_ground"] == "on"
-    if "effects" in given:
-        given["effects"] = dict(given["effects"])
-    request = Request(**given)
-    check_request(request)
-    return request
 
 
 def run_simulate(options):
@@ -221,7 +148,7 @@ def run_simulate(options):
     interrupted = simulate(
         options.city,
         options.out,
-        request_of(options),
+        request_of_options(options),
         overwrite=options.overwrite,
         say=voice(options),
         draw=partial(options.draw, pictures=pictures) if pictures else None,
@@ -237,14 +164,16 @@ def run_yield(options):
     """`citypv yield`."""
     from .simulate import recompute
 
-    recompute(options.transfer, options.out, request_of(options), overwrite=options.overwrite, say=voice(options))
+    recompute(
+        options.transfer, options.out, request_of_options(options), overwrite=options.overwrite, say=voice(options)
+    )
 
 
 def run_inspect(options):
     """`citypv inspect`."""
     from .inspect_city import describe_city, inspect_city
 
-    report = inspect_city(options.city, request_of(options), TerminalProgress(lasting=False))
+    report = inspect_city(options.city, request_of_options(options), TerminalProgress(lasting=False))
     print(json.dumps(report, indent=2, ensure_ascii=False) if options.json else "\n".join(describe_city(report)))
 
 
@@ -255,7 +184,7 @@ def run_effects(options):
     from ..study import plan_scene, read_scene
     from ..transfer.plan_effects import describe_plan
 
-    request = request_of(options)
+    request = request_of_options(options)
     plan = plan_scene(read_scene(options.city, request, TerminalProgress(lasting=False)), request)
     if options.json:
         print(json.dumps([asdict(effect) for effect in plan.effects], indent=2))

@@ -1,0 +1,95 @@
+"""Options of the command line from the settings that `Request` declares."""
+
+import argparse
+
+from ..request import Request, check_request, declared_settings
+
+TITLES = {"city": "the city", "weather": "the weather and the module", "light": "the light", "run": "the run"}
+
+
+def add_options(parser, *groups):
+    """Add the options of some groups of settings to a parser.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+    *groups : str
+        As settings name them: city, weather, light, run.
+    """
+    for group in groups:
+        place = parser.add_argument_group(TITLES[group])
+        for name, default, details in declared_settings(group):
+            if details.option != "":
+                place.add_argument(
+                    details.option or "--" + name.replace("_", "-"),
+                    dest=name,
+                    help=describe_setting(default, details),
+                    **argument_of_setting(default, details),
+                )
+
+
+def argument_of_setting(default, details):
+    """Keywords of `add_argument` for a setting: dict."""
+    if details.kind == "flag":
+        return {"action": "store_true"}
+    if details.kind == "switch":
+        return {"type": switch, "default": default, "metavar": "on|off"}
+    if details.kind == "choice":
+        return {"choices": tuple(details.choices), "default": default}
+    if details.kind == "pairs":
+        return {"nargs": "+", "type": pair, "default": [], "metavar": details.metavar}
+    kinds = {"number": float, "integer": int, "text": str}
+    return {
+        "type": or_none(kinds[details.kind], details.none) if details.none else kinds[details.kind],
+        "default": default,
+        "metavar": details.metavar,
+    }
+
+
+def describe_setting(default, details):
+    """Help of an option: unit, meaning, default."""
+    unit = f"[{details.unit}] " if details.unit else ""
+    shown = {True: "on", False: "off"}.get(default, default) if details.kind == "switch" else default
+    stated = details.kind not in ("flag", "pairs") and default is not None
+    return (unit + details.words + (f" ({shown})" if stated else "")).replace("%", "%%")
+
+
+def or_none(kind, word):
+    """A type for `add_argument` that takes a word for None."""
+
+    def parse(text):
+        return None if text == word else kind(text)
+
+    parse.__name__ = kind.__name__  # argparse names it: "invalid float value"
+    return parse
+
+
+def switch(text):
+    """True for on, False for off."""
+    if text not in ("on", "off"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not on or off")
+    return text == "on"
+
+
+def pair(text):
+    """A key and whether it is on."""
+    key, _, state = text.partition("=")
+    if state not in ("on", "off"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not KEY=on or KEY=off")
+    return key, state == "on"
+
+
+def request_of_options(options):
+    """Settings from parsed options, checked; those that a command does not have keep their defaults.
+
+    Raises
+    ------
+    InputError
+        A value is out of its range.
+    """
+    known = {name: details for name, _, details in declared_settings()}
+    given = {name: value for name, value in vars(options).items() if name in known}
+    given |= {name: dict(value) for name, value in given.items() if known[name].kind == "pairs"}
+    request = Request(**given)
+    check_request(request)
+    return request

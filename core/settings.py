@@ -1,0 +1,55 @@
+"""How a setting is declared: default, unit, range and meaning in one place."""
+
+from dataclasses import dataclass, field
+
+from .errors import InputError
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How one setting is written, what it means, and which values it takes."""
+
+    group: str  # city, weather, light or run: which commands have it
+    words: str  # what it is, for --help and tooltips
+    kind: str = "text"  # text, number, integer, choice, switch (on|off), flag, pairs (KEY=on|off …)
+    title: str = ""  # in Blender's panel; "" where a property of another shape stands for it there
+    unit: str = ""
+    option: str | None = None  # on the command line; None: as the field is called; "": it has none
+    metavar: str | None = None
+    choices: dict | None = None  # value -> what it means
+    least: float | None = None  # smallest value
+    most: float | None = None  # largest value
+    above: float | None = None  # every value is larger than this
+    none: str = ""  # word for None on the command line, where a user may ask for it
+    subtype: str = "NONE"  # of Blender's property
+
+
+def setting(default, group, words, **details):
+    """A field of Request: its default, and the further fields of `Setting`."""
+    metadata = {"setting": Setting(group, words, **details)}
+    if isinstance(default, dict):
+        return field(default_factory=default.copy, metadata=metadata)
+    return field(default=default, metadata=metadata)
+
+
+def check_number(option, value, details):
+    """Refuse a number out of its range, or a fraction where a whole number is wanted."""
+    whole = details.kind == "integer"
+    noun = "a whole number" if whole else "a number"
+    words = f"{noun} {describe_range(details)}".strip()
+    cure = f"give {words}{f' [{details.unit}]' if details.unit else ''}{f', or {details.none}' if details.none else ''}"
+    if whole and not float(value).is_integer():
+        raise InputError(option, f"{value} is not a whole number", cure)
+    # Compared so that a NaN, which lies in no range, fails too.
+    inside = (details.least is None or value >= details.least) and (details.most is None or value <= details.most)
+    if not (inside and (details.above is None or value > details.above)):
+        raise InputError(option, f"{value} is out of range", cure)
+
+
+def describe_range(details):
+    """The range of a number in words."""
+    if details.above is not None:
+        return f"above {details.above:g}"
+    if details.least is None:
+        return ""
+    return f"of at least {details.least:g}" if details.most is None else f"from {details.least:g} to {details.most:g}"
