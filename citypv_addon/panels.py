@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..operators.build_properties import settings_of_panel
 from ..operators.read_materials import describe_material
 from ..operators.run_step import Step
 from ..operators.session import find_city
@@ -46,7 +47,7 @@ class ImportPanel(_Step, bpy.types.Panel):
     def draw(self, context):
         """Show the settings of the step."""
         column, settings = self.start(context)
-        for name in ("city_path", "lod", "unit", "up"):
+        for name in ("city_path", "lod", *settings_of_panel("import")):
             column.prop(settings, name)
         draw_step(self.layout, column, "citypv.import_city", "IMPORT")
         head, meshes = column.panel("citypv_meshes", default_closed=True)
@@ -72,7 +73,8 @@ class ClassifyPanel(_Step, bpy.types.Panel):
         column.prop(settings, "ground")
         if settings.ground == "terrain":
             column.prop(settings, "terrain")
-        column.prop(settings, "patch_size")
+        for name in settings_of_panel("classify"):
+            column.prop(settings, name)
         column.prop(settings, "split")
         if settings.split:
             column.prop(settings, "grid_size")
@@ -93,18 +95,13 @@ class TracePanel(_Step, bpy.types.Panel):
             column.prop(settings, "typical_days")
         if settings.suns == "sky-grid":
             column.prop(settings, "sky_grid")
-        forward = settings.estimator == "forward"
-        for name in ("estimator", "max_bounces", "albedo_source"):
+        for name in (*settings_of_panel("trace"), "albedo_source"):
             column.prop(settings, name)
         if settings.albedo_source == "file":
             column.prop(settings, "albedo_file")
-        for name in ("albedo", "ground_albedo", "far_ground"):
-            column.prop(settings, name)
         head, sampling = column.panel("citypv_sampling", default_closed=True)
         head.label(text="Sampling")
-        if sampling:
-            sampling.prop(settings, "samples", text="Photons" if forward else "Sky rays")
-        for name in (("shadow_samples",) * (not forward) + ("seed", "threads")) if sampling else ():
+        for name in (*settings_of_panel("sampling"), "threads") if sampling else ():
             sampling.prop(settings, name)
         draw_step(self.layout, column, "citypv.trace", "LIGHT_SUN")
         draw_lines(self.layout, context, "citypv_interrupted")
@@ -126,7 +123,8 @@ class EnergyPanel(_Step, bpy.types.Panel):
             column.prop(settings, "weather_point")
         else:
             column.prop(settings, "year")
-        column.prop(settings, "module")
+        for name in settings_of_panel("energy"):
+            column.prop(settings, name)
         draw_step(self.layout, column, "citypv.energy", "OUTLINER_OB_LIGHTPROBE")
         draw_table(self.layout, context, "citypv_groups", ("Group", "Count", "Hours"))
         draw_lines(self.layout, context, "citypv_weather")

@@ -4,6 +4,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..operators.attributes import TITLES
+from ..operators.build_properties import build_properties
 from ..operators.read_materials import MATERIALS
 
 LODS = [
@@ -12,12 +13,6 @@ LODS = [
     ("2", "2", "Roof shapes"),
     ("3", "3", "Windows and details"),
 ]
-UNITS = [
-    ("m", "Metres", "Metres"),
-    ("ft", "Feet", "International feet"),
-    ("us-ft", "US survey feet", "Feet of the United States' surveys"),
-]
-UP = [("z", "Z", "The file's z axis points up"), ("y", "Y", "The file's y axis points up")]
 GROUNDS = [
     ("auto", "Through the feet", "A surface through the buildings' feet"),
     ("terrain", "Terrain file", "Measured ground: TIN relief (CityGML), OBJ, GeoTIFF or ASC grid"),
@@ -28,10 +23,6 @@ SUNS = [
     ("hourly", "Every hour", "Every hour of the year: the reference, slow"),
     ("sky-grid", "Sky grid", "Directions all over the sky: good for every latitude and year"),
 ]
-ESTIMATORS = [
-    ("gather", "Gather", "Rays from the faces: quick; all faces reflect evenly"),
-    ("forward", "Forward", "Photons from sun, sky and far ground: slow; mirrors, glossy faces and glass"),
-]
 ALBEDOS = [
     ("one", "One value", "All surfaces reflect the same share"),
     ("materials", "Materials", "From the materials of the faces; faces without one have the albedo below"),
@@ -40,10 +31,6 @@ ALBEDOS = [
 WEATHERS = [
     ("clear-sky", "Clear sky", "A year without clouds: an upper bound"),
     ("file", "File", "ERA5 (NetCDF), EPW, TMY3, PVGIS or a csv"),
-]
-POINTS = [
-    ("nearest", "Nearest", "The nearest point of the weather's grid"),
-    ("bilinear", "Bilinear", "Between the four points around"),
 ]
 MAPS = [
     ("viridis", "Viridis", "Violet to yellow"),
@@ -64,15 +51,13 @@ def build_material_property():
 
 
 class Settings(bpy.types.PropertyGroup):
-    """What the user can set, in the order of the steps."""
+    """What the user can set: the settings that core declares, and those that take another shape in the panel."""
 
     # Import
     city_path: StringProperty(
         name="City", description="File of buildings (CityGML, CityJSON, OBJ), or a folder", subtype="FILE_PATH"
     )
     lod: EnumProperty(name="Detail", description="Level of detail that is read", items=LODS)
-    unit: EnumProperty(name="Unit", description="Of files that name no coordinate reference system", items=UNITS)
-    up: EnumProperty(name="Up", description="Axis that points to the sky, in files that do not say", items=UP)
     collection: PointerProperty(
         name="Collection",
         description="Its meshes are taken as buildings, with those of collections in it; empty: the selected meshes",
@@ -90,35 +75,14 @@ class Settings(bpy.types.PropertyGroup):
     )
     split: BoolProperty(name="Split large surfaces", description="Split large surfaces into cells with own results")
     grid_size: FloatProperty(name="Cell", description="Side of the cells", default=5, min=0.1, subtype="DISTANCE")
-    patch_size: FloatProperty(
-        name="Patch",
-        description="Longest edge of a patch of light; smaller is more exact and slower",
-        default=10,
-        min=0.1,
-        subtype="DISTANCE",
-    )
     # Trace
     suns: EnumProperty(name="Suns", description="Which positions of the sun are traced", items=SUNS)
     typical_days: IntProperty(name="Days", description="Number of typical days", default=12, min=1, max=365)
     sky_grid: IntProperty(name="Directions", description="Number of directions", default=1654, min=10)
-    max_bounces: IntProperty(name="Reflections", description="Number of reflections", default=3, min=0, max=50)
-    estimator: EnumProperty(name="Estimator", description="How light is followed", items=ESTIMATORS)
     albedo_source: EnumProperty(name="Albedo from", description="What the surfaces reflect", items=ALBEDOS)
     albedo_file: StringProperty(
         name="File", description="csv with the columns surface,albedo or surface,albedo,material", subtype="FILE_PATH"
     )
-    albedo: FloatProperty(
-        name="Albedo", description="Share of light that buildings reflect", default=0.25, min=0, max=1
-    )
-    ground_albedo: FloatProperty(
-        name="Ground albedo", description="Share of light that the ground reflects", default=0.25, min=0, max=1
-    )
-    far_ground: BoolProperty(
-        name="Far ground", description="Open, lit ground beyond the city up to the horizon", default=True
-    )
-    samples: IntProperty(name="Sky rays", description="Hemisphere rays per patch", default=256, min=4)
-    shadow_samples: IntProperty(name="Sun rays", description="Shadow rays per patch and sun", default=16, min=1)
-    seed: IntProperty(name="Seed", description="Of the random numbers; the same seed gives the same result", min=0)
     threads: IntProperty(name="Threads", description="0 takes all processors", min=0)
     # Energy
     weather: EnumProperty(
@@ -126,11 +90,6 @@ class Settings(bpy.types.PropertyGroup):
     )
     weather_file: StringProperty(
         name="File", description="ERA5 (NetCDF), EPW, TMY3, PVGIS or a csv with tz-aware times", subtype="FILE_PATH"
-    )
-    weather_point: EnumProperty(name="Grid point", description="Which point of gridded weather is taken", items=POINTS)
-    year: IntProperty(name="Year", description="Year of the clear sky", default=2021, min=1900, max=2100)
-    module: StringProperty(
-        name="Module", description="Name in pvlib's Sandia library", default="SunPower_SPR_300_WHT__2007__E__"
     )
     # Colour
     attribute: EnumProperty(name="Show", description="What the colours mean", items=ATTRIBUTES, default="kind")
@@ -141,3 +100,6 @@ class Settings(bpy.types.PropertyGroup):
     low: FloatProperty(name="Low", description="Value of the first colour, in the unit of the legend")
     high: FloatProperty(name="High", description="Value of the last colour, in the unit of the legend", default=1)
     show_legend: BoolProperty(name="Legend", description="Draw the legend into the 3D view", default=True)
+
+
+Settings.__annotations__.update(build_properties())

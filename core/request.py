@@ -28,6 +28,7 @@ class Request:
         "of files that name no reference system",
         kind="choice",
         title="Unit",
+        panel="import",
         choices={"m": "Metres", "ft": "International feet", "us-ft": "US survey feet"},
     )
     up: str = setting(
@@ -36,6 +37,7 @@ class Request:
         "upward axis of files that do not say (OBJ)",
         kind="choice",
         title="Up",
+        panel="import",
         choices={"z": "The file's z axis points up", "y": "The file's y axis points up"},
     )
     latitude: float | None = setting(
@@ -67,14 +69,27 @@ class Request:
     )
     year: int = setting(2021, "weather", "of the clear sky", kind="integer", title="Year", metavar="Y", least=1)
     module: str = setting(
-        "SunPower_SPR_300_WHT__2007__E__", "weather", "of pvlib's Sandia library", title="Module", metavar="NAME"
+        "SunPower_SPR_300_WHT__2007__E__",
+        "weather",
+        "of pvlib's Sandia library",
+        title="Module",
+        panel="energy",
+        metavar="NAME",
     )
     # the light
     suns: str = setting(
         "typical-days:12", "light", "sun positions to trace: hourly, typical-days:N, sky-grid:N", metavar="WAY"
     )
     max_bounces: int | None = setting(
-        3, "light", "number of reflections", kind="integer", title="Reflections", metavar="N", least=0, none="auto"
+        3,
+        "light",
+        "number of reflections",
+        kind="integer",
+        title="Reflections",
+        panel="trace",
+        metavar="N",
+        least=0,
+        none="auto",
     )
     albedo: float = setting(
         0.25,
@@ -82,6 +97,7 @@ class Request:
         "share of light that buildings reflect",
         kind="number",
         title="Albedo",
+        panel="trace",
         metavar="A",
         least=0,
         most=1,
@@ -92,6 +108,7 @@ class Request:
         "share of light that the ground reflects",
         kind="number",
         title="Ground albedo",
+        panel="trace",
         metavar="A",
         least=0,
         most=1,
@@ -105,7 +122,12 @@ class Request:
     )
     ground_material: str = setting("", "light", "name of the generated ground's material", option="")
     far_ground: bool = setting(
-        True, "light", "open, lit ground beyond the city up to the horizon", kind="switch", title="Far ground"
+        True,
+        "light",
+        "open, lit ground beyond the city up to the horizon",
+        kind="switch",
+        title="Far ground",
+        panel="trace",
     )
     sky: str = setting(
         "isotropic",
@@ -115,7 +137,7 @@ class Request:
         choices={"isotropic": "Equally bright all over"},
     )
     estimator: str = setting(
-        "gather", "light", "how light is followed", kind="choice", title="Estimator", choices=ESTIMATORS
+        "gather", "light", "how light is followed", kind="choice", title="Estimator", panel="trace", choices=ESTIMATORS
     )
     samples: int = setting(
         256,
@@ -123,11 +145,19 @@ class Request:
         "hemisphere rays per patch; forward: photons per patch from each source",
         kind="integer",
         title="Sky rays",
+        panel="sampling",
         metavar="N",
         least=4,
     )
     shadow_samples: int = setting(
-        16, "light", "shadow rays per patch and sun", kind="integer", title="Sun rays", metavar="M", least=1
+        16,
+        "light",
+        "shadow rays per patch and sun",
+        kind="integer",
+        title="Sun rays",
+        panel="sampling",
+        metavar="M",
+        least=1,
     )
     patch_size: float | None = setting(
         10.0,
@@ -135,6 +165,7 @@ class Request:
         "longest edge of a patch of light; smaller is more exact and slower",
         kind="number",
         title="Patch",
+        panel="classify",
         unit="m",
         metavar="M",
         above=0,
@@ -143,9 +174,15 @@ class Request:
     )
     effects: dict = setting({}, "light", "overrule the plan of effects", kind="pairs", metavar="KEY=on|off")
     seed: int = setting(
-        0, "light", "of all random numbers; the same seed gives the same result", kind="integer", title="Seed",
-        metavar="N", least=0,
-    )  # fmt: skip
+        0,
+        "light",
+        "of all random numbers; the same seed gives the same result",
+        kind="integer",
+        title="Seed",
+        panel="sampling",
+        metavar="N",
+        least=0,
+    )
     # the run
     threads: int | None = setting(None, "run", "default: all processors", kind="integer", metavar="N", least=1)
 

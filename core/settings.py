@@ -21,6 +21,7 @@ class Setting:
     most: float | None = None  # largest value
     above: float | None = None  # every value is larger than this
     none: str = ""  # word for None on the command line, where a user may ask for it
+    panel: str = ""  # of Blender's sidebar that shows it: import, classify, trace, sampling, energy; "": none by itself
     subtype: str = "NONE"  # of Blender's property
 
 

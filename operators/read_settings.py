@@ -3,6 +3,7 @@
 import bpy
 
 from ..core.errors import InputError
+from .build_properties import read_properties
 
 
 def read_settings(settings):
@@ -20,30 +21,17 @@ def read_settings(settings):
     from ..core.request import Request
 
     return Request(
+        **read_properties(settings),
         lod=None if settings.lod == "BEST" else settings.lod,
-        unit=settings.unit,
-        up=settings.up,
         latitude=settings.latitude if settings.own_place else None,
         longitude=settings.longitude if settings.own_place else None,
         grid_size=settings.grid_size if settings.split else None,
-        patch_size=settings.patch_size,
         ground="auto" if settings.ground == "terrain" else settings.ground,
         terrain=read_terrain_path(settings) if settings.ground == "terrain" else None,
         weather=read_weather_source(settings),
-        weather_point=settings.weather_point,
-        year=settings.year,
         suns=read_suns(settings),
-        max_bounces=settings.max_bounces,
-        albedo=settings.albedo,
-        ground_albedo=settings.ground_albedo,
         albedo_file=read_albedo_path(settings) if settings.albedo_source == "file" else None,
-        far_ground=settings.far_ground,
-        estimator=settings.estimator,
-        samples=settings.samples,
-        shadow_samples=settings.shadow_samples,
-        seed=settings.seed,
         threads=settings.threads or None,
-        module=settings.module,
     )
 
 

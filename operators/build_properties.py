@@ -1,0 +1,51 @@
+"""Properties of Blender's panel from the settings that `core.request.Request` declares."""
+
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+
+from ..core.request import declared_settings
+
+LARGEST = 2**31 - 1  # Blender keeps whole numbers in 32 bits
+
+
+def build_properties():
+    """Properties of all settings that have a title, by the names of the settings: dict."""
+    return {name: build_property(default, details) for name, default, details in declared_settings() if details.title}
+
+
+def build_property(default, details):
+    """Property of one setting.
+
+    Parameters
+    ----------
+    default : object
+    details : core.settings.Setting
+
+    Returns
+    -------
+    bpy.props._PropertyDeferred
+    """
+    unit = f" [{details.unit}]" if details.unit and details.subtype == "NONE" else ""
+    named = {"name": details.title, "description": details.words[0].upper() + details.words[1:] + unit}
+    if details.kind == "choice":
+        items = [(value, value.replace("-", " ").capitalize(), words) for value, words in details.choices.items()]
+        return EnumProperty(**named, items=items, default=default)
+    if details.kind in ("switch", "flag"):
+        return BoolProperty(**named, default=default)
+    if details.kind == "text":
+        return StringProperty(**named, default=default or "")
+    named |= {"default": default} | ({"min": details.least} if details.least is not None else {})
+    named |= {"max": details.most} if details.most is not None else {}
+    if details.kind == "integer":
+        return IntProperty(**{**named, "max": int(named.get("max", LARGEST)), "min": int(named.get("min", -LARGEST))})
+    lowest = {"min": details.above + 10**-3} if details.above is not None else {}
+    return FloatProperty(**named, **lowest, subtype=details.subtype, precision=3)
+
+
+def read_properties(settings):
+    """Values of these properties, by the names of the settings: dict."""
+    return {name: getattr(settings, name) for name, _, details in declared_settings() if details.title}
+
+
+def settings_of_panel(panel):
+    """Names of the settings that a panel shows as they are: list of str."""
+    return [name for name, _, details in declared_settings() if details.panel == panel]
