@@ -59,7 +59,7 @@ def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
     step = tick_step(low, high)
     # Ticks are the multiples of the step that lie on the bar.
     ticks = np.arange(np.ceil(low / step - 1e-6), np.floor(high / step + 1e-6) + 1) * step
-    return ColourScale(attribute, TITLES[attribute], RESULTS[attribute].unit, low, high, stops, ticks)
+    return ColourScale(attribute, TITLES[attribute], RESULTS[attribute].legend_unit, low, high, stops, ticks)
 
 
 def format_tick(value, scale):

@@ -11,7 +11,7 @@ from .colour_scale import format_tick
 from .session import find_city
 
 PAPER = (0.95, 0.95, 0.94, 0.94)  # behind the legend, as all colours here sRGB with alpha
-ENERGY = {name for name, quantity in RESULTS.items() if quantity.source == "energy"}  # depend on the weather
+ENERGY = {name for name, quantity in RESULTS.items() if quantity.owner == "energy"}  # depend on the weather
 
 _handlers = []
 

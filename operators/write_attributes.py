@@ -78,11 +78,11 @@ def write_results(city, ground, transfer, energy=None):
     faces = _faces_of_surfaces(city, len(transfer.surfaces))
     carriers = {"transfer": transfer, "energy": energy}
     for quantity in QUANTITIES:
-        if carriers[quantity.source] is None:
+        if carriers[quantity.owner] is None:
             remove_face_attribute(city, quantity.name)
             remove_face_attribute(ground, quantity.name)
             continue
-        values = np.asarray(getattr(carriers[quantity.source], quantity.name), dtype=np.float64)
+        values = np.asarray(getattr(carriers[quantity.owner], quantity.name), dtype=np.float64)
         write_face_attribute(city.data, quantity.name, values[faces])
         if ground is not None:
             write_face_attribute(ground.data, quantity.name, np.full(len(ground.data.polygons), np.nan))

@@ -1,20 +1,14 @@
 """The fields of transfer.nc."""
 
+from .columns import COLUMNS
+
 FORMAT = "CityPV transfer 1"
 
-TEXTS = ("surface_id", "building_id", "thematic", "kind", "orientation")
-
+TEXTS = tuple(column.name for column in COLUMNS if column.stored and column.kind == "text")
 PER_SURFACE = {  # name -> owner, unit, long name
-    "eligible": ("surfaces", "1", "facade or roof that modules may stand on"),
-    "area": ("surfaces", "m2", "area without holes"),
-    "surface_tilt": ("surfaces", "degree", "tilt from the horizontal"),
-    "surface_azimuth": ("surfaces", "degree", "azimuth clockwise from true north"),
-    "covered_share": ("transfer", "1", "share that lies inside or under buildings"),
-    "sky_view_factor": ("transfer", "1", "cosine-weighted free share of the sky"),
-    "far_ground_view_factor": ("transfer", "1", "share of the hemisphere that meets open ground beyond the scene"),
-    "diffuse_relative": ("transfer", "1", "irradiance per DHI, reflections included"),
-    "diffuse_relative_standard_error": ("transfer", "1", "standard error of diffuse_relative"),
-    "direct_annual_standard_error": ("transfer", "1", "standard error of the annual mean irradiance per DNI"),
+    column.name: (column.owner, column.unit, column.meaning)
+    for column in COLUMNS
+    if column.stored and column.kind != "text"
 }
 
 ALBEDO, MATERIAL = "albedo", "material"  # per surface; files written before they were kept lack both

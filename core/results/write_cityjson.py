@@ -8,6 +8,7 @@ import pyproj
 from ..energy.pick_module import area_of_kwp
 from ..progress import silent
 from ..scene.find_footprints import find_footprints
+from .columns import COLUMNS, column_values
 
 STAGE = "writing city.city.json"
 FINEST, COARSEST = 6, 3  # decimals of a metre that vertices keep
@@ -19,14 +20,6 @@ SEMANTICS = {
 }  # fmt: skip
 BY_KIND = {"facade": "WallSurface", "ground": "GroundSurface", "downward": "OuterCeilingSurface"}
 HIGHEST_LOD = "3"  # CityJSON knows no level 4, whose outer shell is one of level 3
-OF_TRANSFER = ("covered_share", "sky_view_factor", "diffuse_relative", "diffuse_relative_standard_error")
-OF_ENERGY = (
-    "direct_relative_annual",
-    "direct_relative_annual_standard_error",
-    "poa_global_annual",
-    "full_load_hours",
-    "full_load_hours_standard_error",
-)
 
 
 def write_cityjson(path, city, transfer, energy, *, module, label, progress=silent):
@@ -153,11 +146,9 @@ def _geometry(city, polygons, index, described):
 
 def _columns(transfer, energy):
     """Columns by attribute: name -> (n,) float64."""
-    surfaces = transfer.surfaces
-    columns = {name: getattr(surfaces, name) for name in ("area", "surface_tilt", "surface_azimuth")}
-    columns |= {name: getattr(transfer, name) for name in OF_TRANSFER}
-    columns |= {name: getattr(energy, name) for name in OF_ENERGY}
-    return {name: np.asarray(values, float) for name, values in columns.items()}, energy.full_load_hours_by_month
+    tabled = [column for column in COLUMNS if column.tabled and column.kind == "number"]
+    columns = {column.name: column_values(column, transfer, energy) for column in tabled}
+    return columns, energy.full_load_hours_by_month
 
 
 def _describe(polygon, surfaces, types, tables):

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from ..progress import untold
+from .columns import COLUMNS, column_values
 
 WRITTEN = 0.7  # share of the time until all numbers are text
 
@@ -19,25 +20,10 @@ def write_faces(path, transfer, energy, tell=untold):
     tell : callable, optional
         `tell(share)` is called after each column.
     """
-    surfaces = transfer.surfaces
-    columns = {
-        "surface_id": surfaces.surface_id,
-        "building_id": surfaces.building_id,
-        "kind": surfaces.kind,
-        "orientation": surfaces.orientation,
-        "eligible": np.where(surfaces.eligible, "true", "false"),
-        "area": surfaces.area,
-        "surface_tilt": surfaces.surface_tilt,
-        "surface_azimuth": surfaces.surface_azimuth,
-        "covered_share": transfer.covered_share,
-        "sky_view_factor": transfer.sky_view_factor,
-        "diffuse_relative": transfer.diffuse_relative,
-        "diffuse_relative_standard_error": transfer.diffuse_relative_standard_error,
-        "direct_relative_annual": energy.direct_relative_annual,
-        "direct_relative_annual_standard_error": energy.direct_relative_annual_standard_error,
-        "poa_global_annual": energy.poa_global_annual,
-        "full_load_hours": energy.full_load_hours,
-        "full_load_hours_standard_error": energy.full_load_hours_standard_error,
+    tabled = [column for column in COLUMNS if column.tabled]
+    columns = {column.name: column_values(column, transfer, energy) for column in tabled}
+    columns |= {
+        column.name: np.where(columns[column.name], "true", "false") for column in tabled if column.kind == "flag"
     }
     table = pd.DataFrame(columns)
     # Six digits, and not more behind the point than any reader could use.

@@ -62,7 +62,7 @@ def assert_faces(city, ground, scene, carriers):
     found = [words[code] for code in read_face_attribute(city.data, "orientation")]
     assert found == scene.surfaces.orientation[surfaces].tolist()
     for quantity in QUANTITIES:
-        expected = getattr(carriers[quantity.source], quantity.name).astype(np.float32)[surfaces]
+        expected = getattr(carriers[quantity.owner], quantity.name).astype(np.float32)[surfaces]
         found = read_face_attribute(city.data, quantity.name)
         np.testing.assert_array_equal(found.view(np.int32), expected.view(np.int32), err_msg=quantity.name)
         assert np.isnan(read_face_attribute(ground.data, quantity.name)).all()
