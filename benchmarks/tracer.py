@@ -71,7 +71,7 @@ def trace(scene, suns, engine, threads, record=None):
 
     os.environ[VARIABLE], gather_context.FacingScene = engine, open_scene
     transfer = trace_gather(scene, suns, Request(**SETTINGS, threads=threads), silent)
-    seconds = dict(transfer.settings["seconds"])
+    seconds = dict(transfer.record.seconds)
     before = seconds.pop("plan and tree")
     return sum(seconds.values()), before, transfer
 

@@ -10,7 +10,7 @@ MOST_SEED = 2**32 - 1
 KINDS = {"f": ("fiu", "numbers"), "i": ("iu", "integers"), "b": ("b", "booleans")}
 
 
-def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, row="row"):
+def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, row="row", name_row=None):
     """Refuse an array of the wrong shape or type, or with a value that is not finite or out of bounds.
 
     Parameters
@@ -26,6 +26,8 @@ def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, 
         Bounds, inclusive.
     row : str
         What a row is called in the message.
+    name_row : callable, optional
+        `name_row(index)`: of which surface the row is, for the message.
 
     Returns
     -------
@@ -50,7 +52,8 @@ def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, 
         inside = ((values >= least) & (values <= most)).reshape(len(values), -1).all(axis=1)
         first = int(np.flatnonzero(~inside)[0])
         cure = f"give finite {noun} from {least:g} to {most:g}"
-        raise InputError(name, f"{row} {first} {describe_row(values[first], least, most)}", cure)
+        owner = f", of surface {name_row(first)!r}," if name_row else ""
+        raise InputError(name, f"{row} {first}{owner} {describe_row(values[first], least, most)}", cure)
     return values
 
 

@@ -4,9 +4,8 @@ import os
 import signal
 import threading
 
-from .progress import CancelledError
+from .progress import SUN_STAGE, CancelledError
 
-FIRST = "suns"  # the stage from which on there is something to keep
 ANSWER = "\nInterrupting: suns that are done are kept; Ctrl-C again leaves at once and writes nothing\n"
 
 
@@ -44,7 +43,7 @@ class Interruption:
         """Pass on a report, or end the task."""
         if self.asked:
             raise CancelledError
-        self.worthwhile |= stage == FIRST
+        self.worthwhile |= stage == SUN_STAGE
         self.progress(stage, done, total, unit)
 
     def hear(self, number, frame):

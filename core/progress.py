@@ -9,6 +9,8 @@ exception reaches the caller.
 import sys
 import time
 
+SUN_STAGE = "suns"  # the stage from which on a cancelled task leaves something of use
+
 
 class CancelledError(Exception):
     """The user wants the task to end, and to keep what is done."""

@@ -119,7 +119,7 @@ def trace_scene(scene, weather, request, progress=silent, folder=None):
     suns = spread_suns(choose_suns(request.suns, *year, request.seed))
     trace = {"gather": trace_gather, "forward": trace_forward}[request.estimator]
     transfer = trace(scene, suns, request, progress, folder)
-    return weigh_kept_suns(transfer, year) if "interrupted" in transfer.settings else transfer
+    return weigh_kept_suns(transfer, year) if transfer.record.interrupted else transfer
 
 
 def weigh_kept_suns(transfer, year):

@@ -38,7 +38,7 @@ def summarise_albedo(item, rows, unread):
         "|".join(
             (
                 (row["name"] or names[row["from"]]).replace("|", "/"),
-                f"{row['albedo']:.3f}" if row["reflects"] == "evenly" else row["reflects"],
+                f"{row['albedo']:.3f}" if row["law"] == "lambertian" else row["reflects"],
                 str(row.get("surfaces", "")),
             )
         )
@@ -47,17 +47,16 @@ def summarise_albedo(item, rows, unread):
     item[UNREAD] = f"Materials that tell no albedo: {', '.join(unread)}" if unread else ""
 
 
-def summarise_interruption(item, settings):
+def summarise_interruption(item, interrupted):
     """Keep on the object which part of the suns was traced, "" for all of them; return it.
 
     Parameters
     ----------
     item : bpy.types.Object
-    settings : dict
-        Of a Transfer.
+    interrupted : dict or None
+        Of a TraceRecord.
     """
-    told = "Interrupted: kept {suns_traced} of {of} suns" if "interrupted" in settings else ""
-    item[INTERRUPTED] = told.format(**settings.get("interrupted", {}))
+    item[INTERRUPTED] = "Interrupted: kept {suns_traced} of {of} suns".format(**interrupted) if interrupted else ""
     return item[INTERRUPTED]
 
 

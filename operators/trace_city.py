@@ -68,7 +68,7 @@ class TraceCity(Step, bpy.types.Operator):
         summarise_albedo(city, *albedos)
         session.weather, session.transfer, session.energy = weather, transfer, None
         colour_faces(city, ground, "diffuse_relative")
-        interrupted = summarise_interruption(city, transfer.settings)
+        interrupted = summarise_interruption(city, transfer.record.interrupted)
         return interrupted or f"Traced {len(transfer.surfaces)} surfaces and {len(transfer.suns)} suns"
 
 

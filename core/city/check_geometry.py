@@ -8,7 +8,7 @@ from ..errors import InputError
 WIDEST = 400e3  # [m] beyond it the tracer's float32 does not know places to a few centimetres
 
 
-def check_rings(points, ring_start, polygon_start):
+def check_rings(points, ring_start, polygon_start, name_surface=None):
     """Refuse polygons whose rings do not follow each other, or have points that are no numbers.
 
     Parameters
@@ -16,6 +16,8 @@ def check_rings(points, ring_start, polygon_start):
     points : array, (m, 3) float [m]
     ring_start : array, (r + 1,) int into points
     polygon_start : array, (n + 1,) int into ring_start
+    name_surface : callable, optional
+        `name_surface(point)`: identifier of the surface a point belongs to, for the message.
 
     Raises
     ------
@@ -23,7 +25,7 @@ def check_rings(points, ring_start, polygon_start):
     """
     check_starts("ring_start", ring_start, len(points))
     check_starts("polygon_start", polygon_start, len(ring_start) - 1, least=1)
-    check_array("points", points, ("m", 3), row="point")
+    check_array("points", points, ("m", 3), row="point", name_row=name_surface)
 
 
 def check_starts(name, starts, last, least=0):
@@ -70,14 +72,7 @@ def check_city(city):
     if len(city.polygon_start) != count + 1:
         problem = f"{len(city.polygon_start)} rows for {count} surfaces"
         raise InputError("polygon_start", problem, "give one more than surfaces")
-    try:
-        check_rings(city.points, city.ring_start, city.polygon_start)
-    except InputError as error:
-        if not error.problem.startswith("point "):
-            raise
-        first = int(error.problem.split()[1])
-        problem = f"point {first}, of surface {surface_of_point(city, first)!r}, is {city.points[first]}"
-        raise InputError("points", problem, error.cure) from error
+    check_rings(city.points, city.ring_start, city.polygon_start, lambda point: surface_of_point(city, point))
 
 
 def surface_of_point(city, point):

@@ -1,6 +1,7 @@
 """The two commands that write results: trace and weigh a city, or weigh again what was traced."""
 
 import time
+from dataclasses import replace
 from functools import partial
 
 from ..energy.pick_module import pick_module
@@ -100,7 +101,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
     for line in describe_plan(plan_scene(scene, request)):
         teller.say(f"  {line}")
     with whole_folder(folder) as work:
-        teller.say("GatherContext")
+        teller.say("Tracing")
         transfer = trace_until_interrupted(scene, weather, request, teller, work.parent)
         teller.lap("trace")
         large = isinstance(transfer.visible_share, MatrixOnDisk)
@@ -109,7 +110,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         if exports:
             write_exports(work, (city, scene, transfer, energy, weather), request, exports, teller.progress)
     tell_outcome(teller, folder, energy)
-    return describe_interruption(transfer.settings)
+    return describe_interruption(transfer.record)
 
 
 def trace_until_interrupted(scene, weather, request, teller, folder):
@@ -138,12 +139,14 @@ def trace_until_interrupted(scene, weather, request, teller, folder):
         # The check takes seconds: after an interruption it is the only thing that tells what the lack of suns does.
         progress = teller.progress if heard.asked else heard
         try:
-            transfer.settings["sun_sampling"] = measure_sun_sampling(scene, weather, transfer, request, progress)
+            sampling = measure_sun_sampling(scene, weather, transfer, request, progress)
+            transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
         except CancelledError:
             teller.say("The error of sun sampling was not measured")
     if heard.asked:
         count = len(transfer.suns)
-        transfer.settings.setdefault("interrupted", {"suns_traced": count, "of": count})
+        noted = transfer.record.interrupted or {"suns_traced": count, "of": count}
+        transfer = replace(transfer, record=replace(transfer.record, interrupted=noted))
     return transfer
 
 
@@ -156,8 +159,8 @@ def recompute(transfer_path, folder, request, *, overwrite=False, say=None):
     check_folder(folder, overwrite)
     check_settings(request)
     transfer = read_transfer(transfer_path)
-    if "interrupted" in transfer.settings:
-        teller.say(f"{transfer_path} comes from a run that did not end. {describe_interruption(transfer.settings)}")
+    if transfer.record and transfer.record.interrupted:
+        teller.say(f"{transfer_path} comes from a run that did not end. {describe_interruption(transfer.record)}")
     weather = read_year(transfer.site, request)
     teller.say(describe_weather(weather, transfer.site))
     teller.lap("read")
@@ -248,14 +251,14 @@ def describe_weather(weather, site):
     return f"Weather: {weather.label}" + (f"; its place is {away:,.0f} km away, and so is the sun" if away >= 1 else "")
 
 
-def describe_interruption(settings):
-    """Which suns a Transfer with such settings is made of, and what those lack; "" where it is whole."""
-    if "interrupted" not in settings:
+def describe_interruption(record):
+    """Which suns a Transfer with such a record is made of, and what those lack; "" where it is whole."""
+    if record.interrupted is None:
         return ""
-    line = "Interrupted: kept {suns_traced:,} of {of:,} suns".format(**settings["interrupted"])
-    if "sun_sampling" in settings:
+    line = "Interrupted: kept {suns_traced:,} of {of:,} suns".format(**record.interrupted)
+    if record.sun_sampling:
         line += "; by that full load hours are off by {bias:+.2f} %, single surfaces by {rms:.2f} % (rms)".format(
-            **settings["sun_sampling"]
+            **record.sun_sampling
         )
     return line
 

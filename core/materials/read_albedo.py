@@ -169,7 +169,8 @@ def describe_albedo(scene, request):
     -------
     list of dict
         One for each source, name in it and law: `from`, `name`, `material` ("" where no more than an albedo is given),
-        `albedo` (of what is not dull, the most that it reflects), `reflects`, and `surfaces` and `area` [m²] of the
+        `albedo` (the highest one where it depends on the angle), `law` (lambertian, mirror, glossy, glass), `reflects`
+        (the same in words), and `surfaces` and `area` [m²] of the
         surfaces that have it. The generated ground comes last, without these.
     """
     return materials_of_surfaces(scene, request)["albedos"]
@@ -199,7 +200,8 @@ def materials_of_surfaces(scene, request):
 def describe_row(one):
     """A source, a name in it and a law in words."""
     plain = {"from": one.source, "name": one.name, "material": one.material}
-    return plain | {"albedo": one.brdf.albedo, "reflects": describe_brdf(one.brdf)}
+    law = type(one.brdf).__name__.lower()
+    return plain | {"albedo": one.brdf.albedo, "law": law, "reflects": describe_brdf(one.brdf)}
 
 
 def read_albedo(path):

@@ -15,7 +15,7 @@ import numpy as np
 from ..materials.read_albedo import albedo_of_triangles, brdfs_of_triangles, materials_of_surfaces
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import patches_of_scene
-from ..progress import CancelledError, Clock
+from ..progress import SUN_STAGE, CancelledError, Clock
 from ..radiosity.measure_cover import find_cover
 from ..request import check_request
 from ..scene.check_scene import check_scene
@@ -26,7 +26,8 @@ from ..transfer.incidence import projection_in_front
 from ..transfer.kept_matrix import MatrixOnDisk, keep_columns, keep_matrix
 from ..transfer.plan_effects import plan_effects
 from ..transfer.surface_means import area_means
-from ..transfer.transfer import Transfer, tell_interruption
+from ..transfer.trace_record import TraceRecord, note_interruption
+from ..transfer.transfer import Transfer
 from .emit_photons import box_of_scene, far_ground_source, sky_source, sun_source
 from .follow_photons import Tally, Target
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, trace_sources
@@ -93,7 +94,7 @@ def trace_forward(scene, suns, request, progress, folder=None):
     (sky,) = trace_sources(run, [sky_source(*box, request.seed)], plan.max_bounces)
     far = trace_far_ground(run, box, plan, request.seed)
     clock.lap("sky and far ground")
-    run.begin("suns", len(suns))
+    run.begin(SUN_STAGE, len(suns))
     direct = trace_direct(run, (box, suns, request), far, plan.max_bounces, merge, folder=folder)
     clock.lap("suns")
     diffuse = sky.whole + request.ground_albedo * far.whole
@@ -113,22 +114,22 @@ def trace_forward(scene, suns, request, progress, folder=None):
         visible_share=direct.visible_share,
         direct_reflected=direct.reflected,
         direct_annual_standard_error=standard_error(direct.annual, direct.photons, unreachable),
-        settings={
-            "request": request.as_dict(),
-            "effects": [asdict(effect) for effect in plan.effects],
-            "max_bounces": plan.max_bounces,
-            "brightest_albedo": max(float(patches.albedo.max(initial=0)), request.ground_albedo),
-            "patches": len(patches),
-            "threads": run.threads,
-            "photons_per_source": run.per_replicate * PHOTON_REPLICATES,
-            "rays": sky.ray_count + far.ray_count + direct.ray_count,
-            "photons": {name: asdict(light.tally) for name, light in zip(SOURCES, (sky, far, direct), strict=True)},
-            "seconds": clock.seconds,
-            "embree_thread_seconds": run.target.ray_scene.thread_seconds,
-            "last_bounce_share_diffuse": sky.last,
-            "last_bounce_share_direct": direct.last,
-            **tell_interruption(direct.kept, len(suns)),
-        },
+        record=TraceRecord(
+            request=request.as_dict(),
+            effects=[asdict(effect) for effect in plan.effects],
+            max_bounces=plan.max_bounces,
+            brightest_albedo=max(float(patches.albedo.max(initial=0)), request.ground_albedo),
+            patches=len(patches),
+            threads=run.threads,
+            photons_per_source=run.per_replicate * PHOTON_REPLICATES,
+            rays=sky.ray_count + far.ray_count + direct.ray_count,
+            photons={name: asdict(light.tally) for name, light in zip(SOURCES, (sky, far, direct), strict=True)},
+            seconds=clock.seconds,
+            embree_thread_seconds=run.target.ray_scene.thread_seconds,
+            last_bounce_share_diffuse=sky.last,
+            last_bounce_share_direct=direct.last,
+            interrupted=note_interruption(direct.kept, len(suns)),
+        ),
         **finishes,
     )
 

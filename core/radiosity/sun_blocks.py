@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 
+from ..progress import SUN_STAGE
 from ..sun.keep_suns import end_of_days
 
 BYTES_PER_BLOCK = 53e6  # of one array (patches × suns); some six of them live at a time
@@ -63,7 +64,7 @@ class SunProgress:
         self.block, self.rays_before, self.started = block, self.rays, time.perf_counter()
         self.looked = self.started
         if block.start == 0:
-            self.progress("suns", 0, self.count, "suns")
+            self.progress(SUN_STAGE, 0, self.count, "suns")
 
     def tell_rays(self, share, rays):
         """That share of the block's rays is traced, so many."""
@@ -85,6 +86,8 @@ class SunProgress:
     def _tell(self, share):
         suns = self.block.start + share * (self.block.stop - self.block.start)
         if self.rays:
-            self.progress("suns", self.rays, self.rays if suns == self.count else self.rays * self.count / suns, "rays")
+            self.progress(
+                SUN_STAGE, self.rays, self.rays if suns == self.count else self.rays * self.count / suns, "rays"
+            )
         else:
-            self.progress("suns", suns, self.count, "suns")
+            self.progress(SUN_STAGE, suns, self.count, "suns")

@@ -12,7 +12,8 @@ from ..scene.check_scene import check_scene
 from ..sun.check_suns import check_suns
 from ..sun.keep_suns import keep_suns
 from ..transfer.closed_form import ground_view_of_tilt, sky_view_of_tilt
-from ..transfer.transfer import Transfer, tell_interruption
+from ..transfer.trace_record import TraceRecord, note_interruption
+from ..transfer.transfer import Transfer
 from .gather_context import prepare_gather
 from .gather_diffuse import gather_diffuse
 from .gather_direct import gather_direct
@@ -79,28 +80,28 @@ def trace_gather(scene, suns, request, progress, folder=None):
         visible_share=direct.visible_share,
         direct_reflected=direct.reflected,
         direct_annual_standard_error=direct.standard_error,
-        settings={
-            "request": request.as_dict(),
-            "effects": [asdict(effect) for effect in plan.effects],
-            "max_bounces": plan.max_bounces,
-            "brightest_albedo": max(float(patches.albedo.max(initial=0)), request.ground_albedo),
-            "patches": len(patches),
-            "threads": context.threads,
-            "engine": ray_scene.engine,
-            "hemisphere_rays": hemisphere.ray_count,
-            "shadow_rays": direct.ray_count,
-            "seconds": clock.seconds,
-            "embree_thread_seconds": ray_scene.thread_seconds,
-            "last_bounce_share_diffuse": diffuse.last,
-            "last_bounce_share_direct": direct.last,
-            "estimate_discretisation_error": {
+        record=TraceRecord(
+            request=request.as_dict(),
+            effects=[asdict(effect) for effect in plan.effects],
+            max_bounces=plan.max_bounces,
+            brightest_albedo=max(float(patches.albedo.max(initial=0)), request.ground_albedo),
+            patches=len(patches),
+            threads=context.threads,
+            engine=ray_scene.engine,
+            hemisphere_rays=hemisphere.ray_count,
+            shadow_rays=direct.ray_count,
+            seconds=clock.seconds,
+            embree_thread_seconds=ray_scene.thread_seconds,
+            last_bounce_share_diffuse=diffuse.last,
+            last_bounce_share_direct=direct.last,
+            discretisation_error={
                 "diffuse": diffuse.discretisation_error,
                 "direct": direct.discretisation_error,
             },
-            "degrees_of_freedom": {"diffuse": HEMISPHERE_REPLICATES - 1, "direct_reflected": HEMISPHERE_REPLICATES - 1},
-            **tell_interruption(direct.kept, len(suns)),
-            **({"standard_error_unknown": ONE_POINT} if np.isnan(direct.standard_error).any() else {}),
-        },
+            degrees_of_freedom={"diffuse": HEMISPHERE_REPLICATES - 1, "direct_reflected": HEMISPHERE_REPLICATES - 1},
+            interrupted=note_interruption(direct.kept, len(suns)),
+            standard_error_unknown=ONE_POINT if np.isnan(direct.standard_error).any() else None,
+        ),
         **finishes,
     )
 

@@ -9,6 +9,7 @@ import xarray
 from ..errors import InputError
 from ..scene.scene import Site, Surfaces
 from ..sun.suns import Suns
+from ..transfer.trace_record import record_of_dict
 from ..transfer.transfer import Transfer
 from .transfer_fields import ALBEDO, FORMAT, MATERIAL, PER_SUN, PER_SURFACE, PER_SURFACE_AND_SUN, TEXTS, TRACED_AS
 
@@ -74,7 +75,7 @@ def transfer_of_dataset(dataset):
         site=Site(**{**site, "origin": tuple(site["origin"])}),
         suns=Suns(dataset.attrs["way"], dataset["direction"].values, *(values[name] for name in PER_SUN)),
         ground_albedo=float(dataset.attrs["ground_albedo"]),
-        settings=json.loads(dataset.attrs["settings"]),
+        record=record_of_dict(json.loads(dataset.attrs["record"])) if "record" in dataset.attrs else None,
         **{name: values[name] for name, (owner, *_) in PER_SURFACE.items() if owner == "transfer"},
         **{name: values[name] for name in PER_SURFACE_AND_SUN},
         **(materials_of_dataset(dataset) if ALBEDO in dataset else {}),

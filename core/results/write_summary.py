@@ -54,7 +54,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
             "unit": "kWh/m² per year",
         },
         "settings": request.as_dict(),
-        "traced": transfer.settings,
+        "traced": transfer.record.as_dict() if transfer.record else {},
         "suns": {"way": transfer.suns.way, "count": len(transfer.suns)},
         "seconds": seconds or {},
         "peak_memory_bytes": peak_memory(),
@@ -125,21 +125,21 @@ def budget_errors(transfer, energy):
         share = np.cumsum(area[lit][order]) / area[lit].sum()
         budget["sampling_median"] = float(single[order][np.searchsorted(share, 0.5)])
         budget["sampling_95"] = float(single[order][np.searchsorted(share, 0.95)])
-    if "estimate_discretisation_error" in transfer.settings:
-        discretisation_error = transfer.settings["estimate_discretisation_error"].values()
-        budget["patches"] = 100 * max(map(abs, discretisation_error)) / 3
-    if "sun_sampling" in transfer.settings:
-        budget["sun_sampling"] = transfer.settings["sun_sampling"]
+    record = transfer.record
+    if record and record.discretisation_error:
+        budget["patches"] = 100 * max(map(abs, record.discretisation_error.values())) / 3
+    if record and record.sun_sampling:
+        budget["sun_sampling"] = record.sun_sampling
     return budget
 
 
 def bound_of_bounces(transfer):
     """Percent of all light that reflections after the last one add at most: each is at most ρ of the one before."""
-    settings = transfer.settings
-    albedo = settings["brightest_albedo"]
-    last = max(settings["last_bounce_share_diffuse"], settings["last_bounce_share_direct"])
-    if settings["max_bounces"] == 0:
-        last = 1.0
+    record = transfer.record
+    if record is None:
+        return None
+    albedo = record.brightest_albedo
+    last = max(record.last_bounce_share_diffuse, record.last_bounce_share_direct) if record.max_bounces else 1.0
     return 100 * last * albedo / (1 - albedo) if albedo < 1 else None
 
 

@@ -39,8 +39,9 @@ def write_transfer(path, transfer, progress=silent):
         "way": suns.way,
         "ground_albedo": transfer.ground_albedo,
         "site": json.dumps(finite(vars(site))),
-        "settings": json.dumps(finite(transfer.settings), ensure_ascii=False),
     }
+    if transfer.record is not None:
+        attributes["record"] = json.dumps(finite(transfer.record.as_dict()), ensure_ascii=False)
     if transfer.albedo is not None:
         variables[ALBEDO] = ("surface", transfer.albedo, TRACED_AS[ALBEDO])
         variables[MATERIAL] = ("surface", np.array(transfer.material, dtype=object), TRACED_AS[MATERIAL])

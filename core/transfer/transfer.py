@@ -1,12 +1,13 @@
 """What tracing finds out, free of weather: relative irradiance of every surface."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..scene.scene import Site, Surfaces
 from ..sun.suns import Suns
 from .kept_matrix import MatrixOnDisk
+from .trace_record import TraceRecord
 
 
 @dataclass
@@ -30,14 +31,9 @@ class Transfer:
     visible_share: np.ndarray | MatrixOnDisk  # (n, s) float32, share of the surface that sees the sun
     direct_reflected: np.ndarray | MatrixOnDisk  # (n, s) float32, per DNI
     direct_annual_standard_error: np.ndarray  # (n,) of direct_relative weighted with suns.weight; NaN: unknown
-    settings: dict = field(default_factory=dict)  # whatever makes the run repeatable
+    record: TraceRecord | None = None  # how it was made; None: unknown
     albedo: np.ndarray | None = (
         None  # (n,) it was traced with; where not dull, the most that it reflects; None: unknown
     )
     material: list | None = None  # (n,) str, name of what it was traced as, "" where no more than an albedo was given
     albedos: list | None = None  # of dict: every albedo and material met, as of `read_albedo.describe_albedo`
-
-
-def tell_interruption(kept, count):
-    """What the settings say where fewer suns were kept than asked for."""
-    return {"interrupted": {"suns_traced": kept, "of": count}} if kept < count else {}

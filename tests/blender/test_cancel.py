@@ -41,7 +41,7 @@ def test_what_was_traced_is_kept_and_told(addon, city_file, monkeypatch):
     assert bpy.ops.citypv.trace() == {"FINISHED"}
     city, _ = find_city(bpy.context.scene)
     transfer = find_session(city).transfer
-    kept, count = transfer.settings["interrupted"]["suns_traced"], transfer.settings["interrupted"]["of"]
+    kept, count = transfer.record.interrupted["suns_traced"], transfer.record.interrupted["of"]
     assert 0 < kept < count
     assert transfer.visible_share.shape[1] == len(transfer.suns) == kept
     assert city["citypv_interrupted"] == f"Interrupted: kept {kept} of {count} suns"

@@ -83,7 +83,7 @@ def test_a_wall_before_a_plain_of_that_material(addon, name, colour, albedo):
     mean, error = light_of_wall(session)
     assert error < 0.01
     assert abs(mean - 0.5 * (1 + albedo)) < 4 * error + 2e-3  # the plain ends before the horizon
-    stated = session.transfer.settings["request"]["materials"]
+    stated = session.transfer.record.request["materials"]
     assert list(stated) == [name]
     item = find_city(bpy.context.scene)[0]
     assert list(item["citypv_albedos"]) == ["one value|0.250|1", f"{name}|{albedo:.3f}|1"]
@@ -105,7 +105,7 @@ def test_another_colour_counts_at_the_next_trace_and_one_value_leaves_materials_
     assert bpy.ops.citypv.trace() == {"FINISHED"}
     mean, error = light_of_wall(session)
     assert abs(mean - 0.7) < 4 * error + 2e-3
-    assert session.transfer.settings["request"]["materials"] == {}
+    assert session.transfer.record.request["materials"] == {}
 
 
 def test_a_material_that_tells_no_albedo_is_named_and_the_one_value_taken(addon):
@@ -143,7 +143,7 @@ def test_gather_refuses_a_mirror_in_one_line_and_forward_takes_it(addon):
     assert bpy.ops.citypv.trace() == {"FINISHED"}
     item = find_city(bpy.context.scene)[0]
     assert "chrome|as a mirror|1" in list(item["citypv_albedos"])
-    settings = find_session(item).transfer.settings
+    settings = find_session(item).transfer.record.as_dict()
     assert settings["request"]["estimator"] == "forward"
     assert settings["request"]["materials"] == {"chrome": {"albedo": 0.5, "material": "mirror"}}
 

@@ -52,7 +52,7 @@ def test_where_the_albedo_came_from_is_told(tmp_path):
     materials = {"Backstein": MaterialSpec(0.31), "Glas": MaterialSpec(material="glass")}
     request = Request(estimator="forward", albedo_file=finish(tmp_path, text), materials=materials, ground_albedo=0.1)
     backstein, glas, single, asphalt, ground = describe_albedo(scene, request)
-    evenly = {"name": "", "material": "", "reflects": "evenly"}
+    evenly = {"name": "", "material": "", "law": "lambertian", "reflects": "evenly"}
     assert backstein == evenly | {
         "from": "materials",
         "name": "Backstein",

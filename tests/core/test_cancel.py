@@ -65,14 +65,14 @@ def small_blocks(monkeypatch):
 def test_kept_suns_are_those_of_the_whole_run(estimator, way, share, on_disk, monkeypatch):
     suns = suns_of(way, days=12)
     whole = trace(estimator, suns)
-    assert "interrupted" not in whole.settings
+    assert whole.record.interrupted is None
     if on_disk:
         monkeypatch.setattr(kept_matrix, "LIMIT", 0)
     part = trace(estimator, suns, cancel_at("suns", share))
     count = len(part.suns)
     assert (share - 0.25) * len(suns) < count <= share * len(suns) + 16  # a block more, when it is told of as done
     assert count in end_of_days(suns)
-    assert part.settings["interrupted"] == {"suns_traced": count, "of": len(suns)}
+    assert part.record.interrupted == {"suns_traced": count, "of": len(suns)}
     np.testing.assert_array_equal(part.suns.direction, suns.direction[:count])
     assert part.suns.weight.sum() == pytest.approx(1)
     every = slice(None)
@@ -88,14 +88,14 @@ def test_kept_suns_are_those_of_the_whole_run(estimator, way, share, on_disk, mo
     error = alone.direct_annual_standard_error
     assert error.max() > 0
     # Of a day that was begun the sums hold the first hours as well.
-    exact = part.settings["interrupted"]["suns_traced"] == traced_by(part, alone)
+    exact = part.record.interrupted["suns_traced"] == traced_by(part, alone)
     np.testing.assert_allclose(part.direct_annual_standard_error, error, rtol=1e-4 if exact else 0.5, atol=1e-7)
 
 
 def traced_by(part, alone):
     """How many suns the rays of an interrupted run went to, by those of a run with `alone.suns`."""
-    names = [name for name in ("shadow_rays", "rays") if name in part.settings]
-    same = all(part.settings[name] == alone.settings[name] for name in names)
+    names = [name for name in ("shadow_rays", "rays") if getattr(part.record, name) is not None]
+    same = all(getattr(part.record, name) == getattr(alone.record, name) for name in names)
     return len(alone.suns) if same else -1
 
 
@@ -125,7 +125,7 @@ def test_cancelled_when_all_is_done_is_whole(estimator):
     np.testing.assert_array_equal(found.visible_share, whole.visible_share[:, :count])
     if estimator == "gather":  # it tells of the last block when that is kept
         assert count == len(suns)
-        assert "interrupted" not in found.settings
+        assert found.record.interrupted is None
 
 
 @pytest.mark.usefixtures("small_blocks")
@@ -221,8 +221,8 @@ def test_kept_suns_are_weighed_by_the_year_they_stand_for():
     scene, weather = three_houses(), read_weather(ERA5, *BERLIN, 35.0)
     request = Request(suns="hourly", samples=16, shadow_samples=4)
     part = study.trace_scene(scene, weather, request, cancel_at("suns", 0.1))
-    count = part.settings["interrupted"]["suns_traced"]
-    assert 0.05 < count / part.settings["interrupted"]["of"] < 0.11
+    count = part.record.interrupted["suns_traced"]
+    assert 0.05 < count / part.record.interrupted["of"] < 0.11
     assert part.suns.way == f"hourly:{count}"
     match = match_suns(part.suns, weather.data.index, weather.interval, *BERLIN)
     share = np.bincount(match.index[match.weight[:, 0] > 0, 0], minlength=count)
@@ -282,7 +282,7 @@ def test_what_is_kept_of_a_large_matrix_comes_into_memory_where_it_has_room(monk
             matrix[:, start : start + 10] = values[:, start : start + 10]
         with pytest.raises(IndexError, match="no block ends at column 25"):
             matrix.cut(25)
-        kept = sun_blocks.keep_columns(matrix, count)
+        kept = kept_matrix.keep_columns(matrix, count)
         assert isinstance(kept, kind)
         assert kept.shape == (50, count)
         np.testing.assert_array_equal(kept[:], values[:, :count])

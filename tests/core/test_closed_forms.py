@@ -40,11 +40,11 @@ def test_unshaded_surface(tilt, expected, rays):
     transfer = trace_gather(tilted_square(tilt), SUNS, request, silent)
     error = transfer.diffuse_relative_standard_error
     if rays:
-        assert transfer.settings["hemisphere_rays"] == 2 * 16384
+        assert transfer.record.hemisphere_rays == 2 * 16384
         assert (error < 0.005).all()
         assert_mean(transfer.diffuse_relative, error + 1e-7, expected)
     else:
-        assert transfer.settings["hemisphere_rays"] == transfer.settings["shadow_rays"] == 0
+        assert transfer.record.hemisphere_rays == transfer.record.shadow_rays == 0
         assert error == 0
         assert transfer.diffuse_relative == pytest.approx(expected, abs=1e-7)
     normal = np.array([0, -np.sin(np.radians(tilt)), np.cos(np.radians(tilt))])

@@ -218,6 +218,6 @@ def test_light_on_faces_drawn_twice_is_absorbed_once():
     """What arrives on two faces has been emitted once: nothing is left over."""
     part = strip([0, 0, 5], [10, 0, 0], [0, 10, 0], 2)
     transfer = trace("forward", [part, part, turned_over(part)], max_bounces=2, albedo=0.5)
-    for tally in transfer.settings["photons"].values():
+    for tally in transfer.record.photons.values():
         assert tally["emitted"] == sum(value for name, value in tally.items() if name != "emitted")
-    assert transfer.settings["photons"]["sky"]["on_backs"] == 0
+    assert transfer.record.photons["sky"]["on_backs"] == 0

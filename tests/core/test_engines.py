@@ -40,7 +40,7 @@ def test_a_city_is_the_same_by_either(monkeypatch):
     for engine in choose_engine.TREES:
         monkeypatch.setenv(choose_engine.VARIABLE, engine)
         found.append(trace_gather(courtyard(), suns, Request(), silent))
-        assert found[-1].settings["engine"] == engine
+        assert found[-1].record.engine == engine
     for name in ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error"):
         one, other = (getattr(transfer, name) for transfer in found)
         assert one == pytest.approx(other, abs=1e-6), name
@@ -91,7 +91,7 @@ def test_without_a_library_single_rays_stand_in(afresh, monkeypatch):
     monkeypatch.setattr("citypv.core.rays.embree_packets.load_library", nothing)
     assert choose_engine.choose_engine() == ("rays", "no packets: embreex carries no Embree 4 library of its own")
     transfer = trace_gather(courtyard(), suns_towards([[0.2, -0.5, 1]]), Request(), silent)
-    assert transfer.settings["engine"] == "rays"
+    assert transfer.record.engine == "rays"
     monkeypatch.setenv(choose_engine.VARIABLE, "packets")
     with pytest.raises(InputError, match="packets do not work here"):
         choose_engine.choose_engine()

@@ -135,19 +135,19 @@ def facing_walls():
 def test_where_the_light_goes():
     """Absorbed, escaped and lost light is what was emitted, exactly: the weights are multiples of 2⁻²⁶."""
     transfer = trace(three_houses(), samples=2000, albedo=0.3, ground_albedo=0.7, max_bounces=4)
-    for tally in transfer.settings["photons"].values():
+    for tally in transfer.record.photons.values():
         ends = sum(value for name, value in tally.items() if name != "emitted")
         assert ends == tally["emitted"] > 0
         assert tally["escaped"] > 0
         assert tally["absorbed"] > 0
-    whole = transfer.settings["photons"]["sky"]["emitted"]
+    whole = transfer.record.photons["sky"]["emitted"]
     box = box_of_scene(three_houses())
     power = sky_source(*box, 0).power.sum()
     received = transfer.diffuse_relative @ transfer.surfaces.area
     assert received > 0
     # What the surfaces are said to receive of the sky is what its photons left on them, less the far ground's part.
     dark = trace(three_houses(), samples=2000, albedo=0, ground_albedo=0)
-    absorbed = dark.settings["photons"]["sky"]["absorbed"] / whole * power
+    absorbed = dark.record.photons["sky"]["absorbed"] / whole * power
     assert dark.diffuse_relative @ dark.surfaces.area == pytest.approx(absorbed, rel=1e-9)
 
 
@@ -196,7 +196,7 @@ def test_threads_and_chunks_change_no_bit(monkeypatch):
     for other in others:
         for name in (*FIELDS, *ERRORS):
             assert np.array_equal(getattr(other, name), getattr(reference, name)), name
-        assert other.settings["photons"] == reference.settings["photons"]
+        assert other.record.photons == reference.record.photons
 
 
 def test_seed_changes_the_noise_only():
@@ -252,8 +252,8 @@ def test_shortcuts_of_gather_are_refused():
     with pytest.raises(InputError, match="no effect is called"):
         trace(three_houses(), effects={"fog": True})
     effects = trace(three_houses(), samples=16)
-    assert [effect["key"] for effect in effects.settings["effects"]] == list(KEYS)
-    assert not any(effect["on"] for effect in effects.settings["effects"][:2])
+    assert [effect["key"] for effect in effects.record.effects] == list(KEYS)
+    assert not any(effect["on"] for effect in effects.record.effects[:2])
 
 
 def test_broken_numbers_are_refused():

@@ -135,7 +135,7 @@ def test_gather_refuses_what_it_cannot_reflect(tmp_path):
         trace_gather(street(), suns, Request(albedo_file=path), silent)
     dull = finish(tmp_path, "surface,material\nfacade,brick\n")
     transfer = trace_gather(street(), suns, Request(albedo_file=dull), silent)
-    assert transfer.settings["brightest_albedo"] == pytest.approx(0.3)
+    assert transfer.record.brightest_albedo == pytest.approx(0.3)
 
 
 def test_the_pilot_follows_a_forward_run_with_mirrors(tmp_path):
@@ -152,9 +152,9 @@ def test_light_that_glass_could_reflect_has_no_bound(tmp_path):
     path = finish(tmp_path, "surface,material\nfacade,double glazing\n")
     request = Request(estimator="forward", samples=200, albedo_file=path, max_bounces=None)
     transfer = trace_forward(street(), suns_towards([[0, -1, 1]]), request, silent)
-    assert transfer.settings["max_bounces"] == 50
-    assert transfer.settings["effects"][2]["bound"] is None
-    for tally in transfer.settings["photons"].values():
+    assert transfer.record.max_bounces == 50
+    assert transfer.record.effects[2]["bound"] is None
+    for tally in transfer.record.photons.values():
         assert sum(tally.values()) == 2 * tally["emitted"]
 
 

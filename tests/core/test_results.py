@@ -156,7 +156,7 @@ def test_files_that_are_no_transfer(weighed, tmp_path):
     # Right title, but a variable is gone, has another length, or the settings are garbled.
     with xr.open_dataset(good) as dataset:
         changed = [dataset.drop_vars("visible_share"), dataset.drop_attrs(), dataset.isel(sun=0)]
-        changed += [dataset.assign_attrs(settings="{"), dataset.assign_attrs(site='{"place": 1}')]
+        changed += [dataset.assign_attrs(record="{"), dataset.assign_attrs(site='{"place": 1}')]
         for number, one in enumerate(changed):
             paths.append(tmp_path / f"changed{number}.nc")
             one.load().to_netcdf(paths[-1])

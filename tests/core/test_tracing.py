@@ -83,7 +83,7 @@ def test_a_new_building_never_adds_direct_light():
 def test_albedo_zero_needs_no_matrix():
     scene = three_houses()
     transfer = trace_gather(scene, SUNS, Request(albedo=0, ground_albedo=0), silent)
-    assert transfer.settings["max_bounces"] == 0
+    assert transfer.record.max_bounces == 0
     assert transfer.direct_reflected.max() == 0
     assert transfer.diffuse_relative == pytest.approx(transfer.sky_view_factor, abs=1e-6)
 
@@ -91,7 +91,7 @@ def test_albedo_zero_needs_no_matrix():
 def test_no_shadow_ray_for_suns_behind():
     scene = three_houses()
     spared, wasted = (trace_gather(scene, SUNS, Request(effects={"suns-behind": on}), silent) for on in (False, True))
-    assert spared.settings["shadow_rays"] < 0.75 * wasted.settings["shadow_rays"]
+    assert spared.record.shadow_rays < 0.75 * wasted.record.shadow_rays
     assert np.array_equal(spared.visible_share, wasted.visible_share)
 
 
@@ -105,7 +105,7 @@ def test_plan_counts_what_stands_free():
     assert free[highest].all()
     assert on.diffuse_relative[highest] == pytest.approx(1, abs=1e-7)
     assert off.diffuse_relative[highest] == pytest.approx(1, abs=1e-6)
-    assert on.settings["hemisphere_rays"] < off.settings["hemisphere_rays"]
+    assert on.record.hemisphere_rays < off.record.hemisphere_rays
 
 
 def test_automatic_bounces_follow_the_albedo():
@@ -113,7 +113,7 @@ def test_automatic_bounces_follow_the_albedo():
     counts = {}
     for albedo in (0.05, 0.25, 0.6):
         request = Request(max_bounces=None, albedo=albedo, ground_albedo=albedo)
-        counts[albedo] = trace_gather(scene, SUNS, request, silent).settings["max_bounces"]
+        counts[albedo] = trace_gather(scene, SUNS, request, silent).record.max_bounces
         assert albedo ** (counts[albedo] + 1) / (1 - albedo) <= 0.005 + 1e-4
     assert counts[0.05] < counts[0.25] < counts[0.6]
 

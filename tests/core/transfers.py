@@ -3,6 +3,7 @@
 import numpy as np
 
 from citypv.core.scene.scene import Site, Surfaces
+from citypv.core.transfer.trace_record import TraceRecord
 from citypv.core.transfer.transfer import Transfer
 
 
@@ -40,7 +41,18 @@ def unshaded_transfer(suns, surface_tilt, surface_azimuth, albedo=0.25):
         visible_share=(surfaces.normal @ suns.direction.T > 0).astype(np.float32),
         direct_reflected=np.zeros((count, len(suns)), np.float32),
         direct_annual_standard_error=np.zeros(count),
-        settings={"seed": 0, "effects": [{"key": "bounces", "on": True}]},
+        record=TraceRecord(
+            request={"seed": 0},
+            effects=[{"key": "reflections", "on": True}],
+            max_bounces=1,
+            brightest_albedo=albedo,
+            patches=count,
+            threads=1,
+            seconds={"suns": 0.0},
+            embree_thread_seconds=0.0,
+            last_bounce_share_diffuse=0.0,
+            last_bounce_share_direct=0.0,
+        ),
     )
 
 

@@ -84,7 +84,7 @@ def test_walls_that_go_on_below_the_ground(depth):
     """The far ground shines from below the horizon, but not from below the ground."""
     parts = [PLAIN, *box((-5, -5, -depth), (5, 5, 10))]
     transfer = trace(parts, samples=8000, max_bounces=1)
-    assert transfer.settings["photons"]["far ground"]["buried"] > 0
+    assert transfer.record.photons["far ground"]["buried"] > 0
     known = gathered(parts, max_bounces=1)
     walls = slice(16, 24)
     # The line of the ground runs through cells of the patches; both estimators ask the same cells.
@@ -164,7 +164,7 @@ def test_no_triangle():
     rows |= {name: getattr(scene, name)[:0] for name in ("footprint", "closure")}
     transfer = trace(replace(scene, surfaces=replace(surfaces, **names, **columns), **rows))
     assert transfer.visible_share.shape == (0, 3)
-    assert transfer.settings["photons"]["sky"]["emitted"] == 0
+    assert transfer.record.photons["sky"]["emitted"] == 0
 
 
 def test_the_inside_of_a_closed_room_far_away_is_dark():
@@ -182,7 +182,7 @@ def test_ten_million_photons_lose_nothing():
     scene = scene_of_triangles([[0, 0, 5], [3, 0, 5], [0, 2, 5]], [[0, 1, 2]])
     transfer = trace(scene, suns_towards([[0, 0, 1]]), samples=10_000_000, max_bounces=0)
     for name in ("sky", "suns"):
-        tally = transfer.settings["photons"][name]
+        tally = transfer.record.photons[name]
         assert tally["emitted"] == 10_000_000
         assert sum(tally.values()) == 2 * tally["emitted"]
     assert transfer.diffuse_relative == pytest.approx(1, abs=1e-4)

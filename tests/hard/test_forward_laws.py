@@ -89,7 +89,7 @@ def test_gather_and_forward_agree(bounces):
 def test_energy(seed):
     """Everything emitted is absorbed, escapes or is lost on backs; the remainder is 0, not 10⁻⁶."""
     transfer = trace(join(random_parts(seed)), "forward", samples=16, albedo=0.37, ground_albedo=0.81, max_bounces=6)
-    for tally in transfer.settings["photons"].values():
+    for tally in transfer.record.photons.values():
         assert tally["emitted"] > 0
         assert sum(tally.values()) == 2 * tally["emitted"]
         assert min(tally.values()) >= 0
@@ -109,7 +109,7 @@ def test_threads_and_chunks(seed):
         trace_sources.PHOTONS_PER_TASK = before
     for name in FIELDS:
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
-    assert one.settings["photons"] == other.settings["photons"]
+    assert one.record.photons == other.record.photons
 
 
 @pytest.mark.slow

@@ -100,7 +100,7 @@ def test_twenty_runs_do_not_grow():
 
 @POSIX
 @pytest.mark.slow
-@pytest.mark.parametrize("word", ["GatherContext", "Electricity"])
+@pytest.mark.parametrize("word", ["Tracing", "Electricity"])
 def test_killed_in_the_middle(tmp_path, word):
     """No signal handler can help against SIGKILL: the wanted folder is not there, and the same run goes well then."""
     city, out = write_small_city(tmp_path / "city.gml"), tmp_path / "out"

@@ -125,13 +125,13 @@ def test_one_shadow_point_tells_no_error():
     roof, floor, walls = [12, 13], [14, 15], np.arange(16, 24)
     assert (one.direct_annual_standard_error[roof + floor] == 0).all()
     assert np.isnan(one.direct_annual_standard_error[walls]).all()
-    assert "--shadow-samples 2" in one.settings["standard_error_unknown"]
+    assert "--shadow-samples 2" in one.record.standard_error_unknown
     energy = compute_energy(one, weather)
     assert np.isnan(energy.full_load_hours_standard_error[walls]).all()
     assert np.isfinite(energy.full_load_hours[walls]).all()
     assert np.isnan(energy.full_load_hours[floor] + energy.full_load_hours_standard_error[floor]).all()
     assert np.isfinite(four.direct_annual_standard_error).all()
-    assert "standard_error_unknown" not in four.settings
+    assert four.record.standard_error_unknown is None
 
 
 @pytest.mark.parametrize("setting", [{"samples": 0}, {"samples": -4}, {"shadow_samples": 0}, {"max_bounces": -1}])
@@ -146,7 +146,7 @@ def test_ten_million_equal_hits_lose_nothing():
     transfer = trace(
         one_triangle(), samples=10_000_000, shadow_samples=10_000_000, effects={"closed-form": False}, max_bounces=0
     )
-    assert transfer.settings["hemisphere_rays"] == 10_000_000
+    assert transfer.record.hemisphere_rays == 10_000_000
     assert transfer.sky_view_factor == pytest.approx(1, abs=1e-9)
     assert transfer.visible_share == pytest.approx(1, abs=1e-9)
 
