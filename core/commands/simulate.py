@@ -27,7 +27,7 @@ from ..study import (
     read_year,
     trace_scene,
 )
-from ..transfer.kept_matrix import MatrixOnDisk
+from ..transfer.kept_matrix import is_on_disk
 from ..transfer.plan_effects import describe_plan
 
 
@@ -104,7 +104,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         teller.say("Tracing")
         transfer = trace_until_interrupted(scene, weather, request, teller, work.parent)
         teller.lap("trace")
-        large = isinstance(transfer.visible_share, MatrixOnDisk)
+        large = is_on_disk(transfer.visible_share)
         keep = not large or "transfer" in exports
         energy = write_results(work, transfer, weather, request, teller, scene=scene, draw=draw, keep=keep)
         if exports:

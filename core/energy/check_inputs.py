@@ -5,7 +5,7 @@ import numpy as np
 from ..check_arrays import UNIT, check_array, check_unit
 from ..errors import InputError
 from ..sun.check_suns import check_place, check_suns, check_times
-from ..transfer.kept_matrix import MatrixOnDisk, row_blocks
+from ..transfer.kept_matrix import is_on_disk, row_blocks
 from ..weather.check_weather import LIMITS
 
 ANGLES = ("apparent_zenith", "solar_azimuth")
@@ -48,7 +48,7 @@ def check_transfer(transfer):
 
 def check_per_sun(name, matrix, shape, **bounds):
     """Refuse a matrix of surfaces × suns; one that lies on disk is looked through block by block."""
-    if not isinstance(matrix, MatrixOnDisk) or matrix.shape != shape:
+    if not is_on_disk(matrix) or matrix.shape != shape:
         check_array(name, matrix, shape, least=0, **bounds)
         return
     for rows, values in row_blocks(matrix):

@@ -23,7 +23,7 @@ from ..sun.check_suns import check_suns
 from ..sun.keep_suns import end_of_days, keep_suns
 from ..threads import usable_threads
 from ..transfer.incidence import projection_in_front
-from ..transfer.kept_matrix import MatrixOnDisk, keep_columns, keep_matrix
+from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.plan_effects import plan_effects
 from ..transfer.surface_means import area_means
 from ..transfer.trace_record import TraceRecord, note_interruption
@@ -39,8 +39,8 @@ WHOLE = 1 - 1e-6  # share that rounding may leave of a surface that is covered a
 class Direct:
     """Under each sun, per DNI."""
 
-    visible_share: np.ndarray | MatrixOnDisk  # (n, s) float32
-    reflected: np.ndarray | MatrixOnDisk  # (n, s) float32, without what the far ground reflects at first bounce
+    visible_share: np.ndarray  # (n, s) float32
+    reflected: np.ndarray  # (n, s) float32, without what the far ground reflects at first bounce
     annual: np.ndarray  # (PHOTON_REPLICATES, n) float64, all light weighted with the suns' weights
     photons: np.ndarray  # (n,) float64, sum of squares of what single photons bring to it
     kept: int  # of the suns; fewer than all where somebody interrupted

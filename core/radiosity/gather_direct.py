@@ -6,7 +6,7 @@ import numpy as np
 
 from ..progress import CancelledError
 from ..threads import work_in_slices
-from ..transfer.kept_matrix import MatrixOnDisk, keep_columns, keep_matrix
+from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.surface_means import average_surfaces
 from .direct_errors import variance_of_shadow_points
 from .form_factor_products import multiply_elements, multiply_seen
@@ -21,8 +21,8 @@ from .sun_visibility import sun_visibility
 class Direct:
     """Under each sun, per DNI."""
 
-    visible_share: np.ndarray | MatrixOnDisk  # (n, s) float32
-    reflected: np.ndarray | MatrixOnDisk  # (n, s) float32, without what the far ground reflects at first bounce
+    visible_share: np.ndarray  # (n, s) float32
+    reflected: np.ndarray  # (n, s) float32, without what the far ground reflects at first bounce
     standard_error: np.ndarray  # (n,) of the mean weighted with the suns' weights; NaN where one point tells no spread
     last: float  # share of the last bounce in all light
     ray_count: int
@@ -133,10 +133,7 @@ def gather_block(context, hemisphere, lit, teller, *, found, annual):
 
 def keep_block(context, matrix, block, values):
     """Means of patches over their surfaces, (p, b) float32, into columns of a matrix of `keep_matrix`."""
-    if isinstance(matrix, np.ndarray):
-        average_surfaces(context.merge, values, context.threads, out=matrix[:, block])
-    else:
-        matrix[:, block] = average_surfaces(context.merge, values, context.threads)
+    average_surfaces(context.merge, values, context.threads, out=matrix[:, block])
 
 
 def error_of_direct(context, hemisphere, annual, suns):

@@ -6,7 +6,6 @@ import numpy as np
 
 from ..scene.scene import Site, Surfaces
 from ..sun.suns import Suns
-from .kept_matrix import MatrixOnDisk
 from .trace_record import TraceRecord
 
 
@@ -28,8 +27,8 @@ class Transfer:
     ground_albedo: float
     diffuse_relative: np.ndarray  # (n,) per DHI, reflections included
     diffuse_relative_standard_error: np.ndarray  # (n,)
-    visible_share: np.ndarray | MatrixOnDisk  # (n, s) float32, share of the surface that sees the sun
-    direct_reflected: np.ndarray | MatrixOnDisk  # (n, s) float32, per DNI
+    visible_share: np.ndarray  # (n, s) float32, memory-mapped where it is large; share of the surface that sees the sun
+    direct_reflected: np.ndarray  # (n, s) float32, the same; per DNI
     direct_annual_standard_error: np.ndarray  # (n,) of direct_relative weighted with suns.weight; NaN: unknown
     record: TraceRecord | None = None  # how it was made; None: unknown
     albedo: np.ndarray | None = (

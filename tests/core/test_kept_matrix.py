@@ -1,5 +1,9 @@
 """Matrices of surfaces × suns on disk are the same as those in memory."""
 
+import errno
+import os
+import pickle
+
 import numpy as np
 import pytest
 from scenes import join, strip, suns_towards
@@ -12,7 +16,7 @@ from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
 from citypv.core.transfer import kept_matrix
-from citypv.core.transfer.kept_matrix import MatrixOnDisk, keep_matrix, row_blocks
+from citypv.core.transfer.kept_matrix import is_on_disk, keep_matrix, row_blocks
 from citypv.core.weather.read_weather import read_weather
 
 VALUES = np.random.default_rng(3).random((1000, 37), dtype=np.float32)
@@ -25,7 +29,7 @@ def small(monkeypatch):
 
 def on_disk(folder):
     matrix = keep_matrix(VALUES.shape, folder)
-    assert isinstance(matrix, MatrixOnDisk)
+    assert is_on_disk(matrix)
     for block in (slice(0, 10), slice(10, 11), slice(11, 37)):
         matrix[:, block] = VALUES[:, block]
     return matrix
@@ -47,14 +51,28 @@ def test_nobody_finds_the_file(small, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_columns_out_of_turn_are_refused(small, tmp_path):
-    matrix = keep_matrix(VALUES.shape, tmp_path)
-    with pytest.raises(IndexError, match="from 0 on"):
-        matrix[:, 3:5] = VALUES[:, 3:5]
+def test_a_full_disk_is_an_error_before_anything_is_traced(small, tmp_path, monkeypatch):
+    def refuse(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "posix_fallocate", refuse, raising=False)
+    with pytest.raises(OSError, match="No space"):
+        keep_matrix(VALUES.shape, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_fallocate_zeros_are_written(small, tmp_path, monkeypatch):
+    monkeypatch.delattr(os, "posix_fallocate", raising=False)
+    monkeypatch.setattr(kept_matrix, "ZEROS", 1000)
+    assert np.array_equal(np.asarray(on_disk(tmp_path)), VALUES)
+
+
+def test_workers_can_be_sent_one(small, tmp_path):
+    assert np.array_equal(pickle.loads(pickle.dumps(on_disk(tmp_path))), VALUES)
 
 
 def test_small_ones_stay_in_memory():
-    assert isinstance(keep_matrix((10, 10)), np.ndarray)
+    assert not is_on_disk(keep_matrix((10, 10)))
 
 
 def test_a_run_on_disk_is_the_run_in_memory(monkeypatch, tmp_path):
@@ -67,7 +85,7 @@ def test_a_run_on_disk_is_the_run_in_memory(monkeypatch, tmp_path):
         monkeypatch.setattr(kept_matrix, "LIMIT", limit)
         transfers.append(trace_gather(scene, suns, Request(samples=64), silent, tmp_path))
         energies.append(compute_energy(transfers[-1], weather))
-    assert isinstance(transfers[1].visible_share, MatrixOnDisk)
+    assert is_on_disk(transfers[1].visible_share)
     assert np.array_equal(transfers[0].direct_reflected, np.asarray(transfers[1].direct_reflected))
     assert np.array_equal(energies[0].full_load_hours, energies[1].full_load_hours, equal_nan=True)
     assert np.nansum(energies[0].full_load_hours) > 0
