@@ -1,13 +1,12 @@
 """The two commands that write results: trace and weigh a city, or weigh again what was traced."""
 
-import time
 from dataclasses import replace
 from functools import partial
 
 from ..energy.pick_module import pick_module
 from ..interruption import Interruption
-from ..progress import CancelledError, TerminalProgress, silent
-from ..results.output_folder import check_folder, whole_folder
+from ..progress import CancelledError, Clock, TerminalProgress, silent
+from ..results.output_folder import whole_folder
 from ..results.read_transfer import read_transfer
 from ..results.write_cityjson import write_cityjson
 from ..results.write_faces import write_faces
@@ -31,23 +30,18 @@ from ..transfer.kept_matrix import is_on_disk
 from ..transfer.plan_effects import describe_plan
 
 
-class Teller:
+class RunLog:
     """Says what is being done, and keeps the seconds of each stage."""
 
     def __init__(self, stream):
         self.stream = stream
         self.progress = TerminalProgress(stream) if stream else silent
-        self.seconds, self.last = {}, time.perf_counter()
+        self.clock = Clock()
 
     def say(self, text):
         """One line."""
         if self.stream:
             print(text, file=self.stream, flush=True)
-
-    def lap(self, stage):
-        """Note the seconds since the last lap."""
-        now = time.perf_counter()
-        self.seconds[stage], self.last = now - self.last, now
 
 
 EXPORTS = ("transfer", "cityjson", "gltf")
@@ -85,35 +79,34 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
     KeyboardInterrupt, CancelledError
         Ctrl-C at any other time: nothing is written.
     """
-    teller = Teller(say)
-    check_folder(folder, overwrite)
+    log = RunLog(say)
     check_settings(request)
-    teller.say(f"Reading {', '.join(str(path) for path in paths)}")
-    city = read_buildings(paths, request, teller.progress)
-    scene = place_city(city, request)
-    teller.lap("read city")
-    for line in describe_scene(scene):
-        teller.say(f"  {line}")
-    weather = read_year(scene.site, request)
-    teller.say(describe_weather(weather, scene.site))
-    teller.lap("read weather")
-    teller.say("What this scene calls for:")
-    for line in describe_plan(plan_scene(scene, request)):
-        teller.say(f"  {line}")
-    with whole_folder(folder) as work:
-        teller.say("Tracing")
-        transfer = trace_until_interrupted(scene, weather, request, teller, work.parent)
-        teller.lap("trace")
+    with whole_folder(folder, overwrite) as work:
+        log.say(f"Reading {', '.join(str(path) for path in paths)}")
+        city = read_buildings(paths, request, log.progress)
+        scene = place_city(city, request)
+        log.clock.lap("read city")
+        for line in describe_scene(scene):
+            log.say(f"  {line}")
+        weather = read_year(scene.site, request)
+        log.say(describe_weather(weather, scene.site))
+        log.clock.lap("read weather")
+        log.say("What this scene calls for:")
+        for line in describe_plan(plan_scene(scene, request)):
+            log.say(f"  {line}")
+        log.say("Tracing")
+        transfer = trace_until_interrupted(scene, weather, request, log, work.parent)
+        log.clock.lap("trace")
         large = is_on_disk(transfer.visible_share)
         keep = not large or "transfer" in exports
-        energy = write_results(work, transfer, weather, request, teller, scene=scene, draw=draw, keep=keep)
+        energy = write_results(work, transfer, weather, request, log, scene=scene, draw=draw, keep=keep)
         if exports:
-            write_exports(work, (city, scene, transfer, energy, weather), request, exports, teller.progress)
-    tell_outcome(teller, folder, energy)
+            write_exports(work, (city, scene, transfer, energy, weather), request, exports, log.progress)
+    tell_outcome(log, folder, energy)
     return describe_interruption(transfer.record)
 
 
-def trace_until_interrupted(scene, weather, request, teller, folder):
+def trace_until_interrupted(scene, weather, request, log, folder):
     """Transfer of a scene with its error of sun sampling; after Ctrl-C that of the suns that were traced until then.
 
     Parameters
@@ -121,7 +114,7 @@ def trace_until_interrupted(scene, weather, request, teller, folder):
     scene : Scene
     weather : Weather
     request : Request
-    teller : Teller
+    log : RunLog
     folder : path-like
         As of `trace_scene`.
 
@@ -134,15 +127,15 @@ def trace_until_interrupted(scene, weather, request, teller, folder):
     KeyboardInterrupt, CancelledError
         Before any sun was of use, or after a second Ctrl-C.
     """
-    with Interruption(teller.progress, teller.stream) as heard:
+    with Interruption(log.progress, log.stream) as heard:
         transfer = trace_scene(scene, weather, request, heard, folder)
         # The check takes seconds: after an interruption it is the only thing that tells what the lack of suns does.
-        progress = teller.progress if heard.asked else heard
+        progress = log.progress if heard.asked else heard
         try:
             sampling = measure_sun_sampling(scene, weather, transfer, request, progress)
             transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
         except CancelledError:
-            teller.say("The error of sun sampling was not measured")
+            log.say("The error of sun sampling was not measured")
     if heard.asked:
         count = len(transfer.suns)
         noted = transfer.record.interrupted or {"suns_traced": count, "of": count}
@@ -155,33 +148,32 @@ def recompute(transfer_path, folder, request, *, overwrite=False, say=None):
 
     Parameters and errors as of `simulate`.
     """
-    teller = Teller(say)
-    check_folder(folder, overwrite)
+    log = RunLog(say)
     check_settings(request)
-    transfer = read_transfer(transfer_path)
-    if transfer.record and transfer.record.interrupted:
-        teller.say(f"{transfer_path} comes from a run that did not end. {describe_interruption(transfer.record)}")
-    weather = read_year(transfer.site, request)
-    teller.say(describe_weather(weather, transfer.site))
-    teller.lap("read")
-    with whole_folder(folder) as work:
-        energy = write_results(work, transfer, weather, request, teller)
-    tell_outcome(teller, folder, energy)
+    with whole_folder(folder, overwrite) as work:
+        transfer = read_transfer(transfer_path)
+        if transfer.record and transfer.record.interrupted:
+            log.say(f"{transfer_path} comes from a run that did not end. {describe_interruption(transfer.record)}")
+        weather = read_year(transfer.site, request)
+        log.say(describe_weather(weather, transfer.site))
+        log.clock.lap("read")
+        energy = write_results(work, transfer, weather, request, log)
+    tell_outcome(log, folder, energy)
 
 
-def write_results(work, transfer, weather, request, teller, *, scene=None, draw=None, keep=True):
+def write_results(work, transfer, weather, request, log, *, scene=None, draw=None, keep=True):
     """Weigh a Transfer and write all files into a folder, transfer.nc only where it is to be kept.
 
     Returns
     -------
     Energy
     """
-    teller.say("Electricity")
-    energy = compute_energy(transfer, weather, request, teller.progress)
-    teller.lap("electricity")
+    log.say("Electricity")
+    energy = compute_energy(transfer, weather, request, log.progress)
+    log.clock.lap("electricity")
 
     def tell_faces(share):
-        teller.progress("writing tables", share, len(tables), "files")
+        log.progress("writing tables", share, len(tables), "files")
 
     tables = {
         "faces.csv": partial(write_faces, transfer=transfer, energy=energy, tell=tell_faces),
@@ -191,18 +183,18 @@ def write_results(work, transfer, weather, request, teller, *, scene=None, draw=
     tell_faces(0)
     for number, (name, write) in enumerate(tables.items()):
         write(work / name)
-        teller.progress("writing tables", number + 1, len(tables), "files")
+        log.progress("writing tables", number + 1, len(tables), "files")
     if keep:
-        write_transfer(work / "transfer.nc", transfer, teller.progress)
+        write_transfer(work / "transfer.nc", transfer, log.progress)
     else:
-        teller.say(f"transfer.nc would hold {transfer.visible_share.shape[1]:,} suns for each surface: left out")
-        teller.say("  (--transfer writes it)")
-    teller.lap("write tables")
+        log.say(f"transfer.nc would hold {transfer.visible_share.shape[1]:,} suns for each surface: left out")
+        log.say("  (--transfer writes it)")
+    log.clock.lap("write tables")
     if draw:
-        teller.say("Blender")
+        log.say("Blender")
         draw(work, scene, transfer, energy, weather.label)
-        teller.lap("Blender")
-    summary = summarise(transfer, energy, weather, request, scene=scene, seconds=teller.seconds)
+        log.clock.lap("Blender")
+    summary = summarise(transfer, energy, weather, request, scene=scene, seconds=log.clock.seconds)
     write_summary(work / "summary.json", summary)
     return energy
 
@@ -263,13 +255,13 @@ def describe_interruption(record):
     return line
 
 
-def tell_outcome(teller, folder, energy):
+def tell_outcome(log, folder, energy):
     """The groups' full load hours, and where everything was written."""
     hours = energy.interval.total_seconds() / 3600
     for index, (kind, orientation) in enumerate(energy.groups):
         full_load_hours = energy.capacity_factor[:, index].sum() * hours / energy.years
-        teller.say(
+        log.say(
             f"  {kind} {orientation}: {full_load_hours:.0f} h, "
             f"{energy.group_count[index]:,} surfaces, {energy.group_area[index]:,.0f} m²"
         )
-    teller.say(f"Written to {folder} in {sum(teller.seconds.values()):.1f} s")
+    log.say(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")

@@ -1,8 +1,9 @@
 """A folder of results that is whole or not there at all."""
 
+import errno
 import os
 import shutil
-import tempfile
+import sys
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -19,6 +20,7 @@ NAMES = (
     "preview.png",
     "summary.json",
 )
+LOCK = ".lock"
 
 
 def check_folder(folder, overwrite):
@@ -40,38 +42,106 @@ def check_folder(folder, overwrite):
 
 
 @contextmanager
-def whole_folder(folder):
-    """A temporary folder beside the wanted one, which takes its place when the block ends without an error.
+def whole_folder(folder, overwrite=False):
+    """A work folder beside the wanted one, which takes its place when the block ends without an error.
 
-    Results of an earlier run in the wanted folder are replaced or taken away, other files stay. The summary goes first
-    and comes last: where it stands, everything beside it belongs together.
+    The work folder claims the place: while it is locked, a second run into the same folder is refused. One that a
+    killed run left behind is not locked and is taken over. Results of an earlier run in the wanted folder are replaced
+    or taken away, other files stay. The summary goes first and comes last: where it stands, everything beside it
+    belongs together.
 
     Yields
     ------
     pathlib.Path
+
+    Raises
+    ------
+    InputError
+        The folder cannot be used, or another run is writing to it.
     """
+    check_folder(folder, overwrite)
     folder = Path(folder).absolute()
     made = [place for place in folder.parents if not place.exists()]
     folder.parent.mkdir(parents=True, exist_ok=True)
-    work = Path(tempfile.mkdtemp(prefix=f".{folder.name}.unfinished-", dir=folder.parent))
+    work = folder.parent / f".{folder.name}.unfinished"
     try:
-        yield work
-        work.chmod(0o755)
-        if not folder.exists():
-            work.rename(folder)
-            return
-        unknown = sorted({file.name for file in work.iterdir()} - set(NAMES))
-        if unknown:
-            raise ValueError(f"{', '.join(unknown)}: not among the names of results")
-        (folder / NAMES[-1]).unlink(missing_ok=True)
-        for name in NAMES:
-            if (work / name).exists():
-                (work / name).replace(folder / name)
-            else:
-                (folder / name).unlink(missing_ok=True)
-        work.rmdir()
+        with lock_folder(work, folder):
+            try:
+                yield work
+                check_folder(folder, overwrite)  # hours may have passed
+                (work / LOCK).unlink()
+                move_results(work, folder)
+            except BaseException:
+                shutil.rmtree(work, ignore_errors=True)
+                raise
     except BaseException:
-        shutil.rmtree(work, ignore_errors=True)
         for place in made:
-            place.rmdir()
+            if place.is_dir() and not any(place.iterdir()):
+                place.rmdir()
         raise
+
+
+@contextmanager
+def lock_folder(work, folder):
+    """Make an empty work folder that belongs to this process alone.
+
+    Raises
+    ------
+    InputError
+        Another process has it.
+    """
+    busy = InputError(folder, "another run is writing to it", "wait for it to end, or choose another --out")
+    work.mkdir(exist_ok=True)
+    with (work / LOCK).open("a") as file:
+        if not lock_file(file):
+            raise busy
+        if not (work / LOCK).exists():  # whoever had it has just finished
+            raise busy
+        for entry in work.iterdir():
+            if entry.name != LOCK:
+                shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+        yield
+
+
+def lock_file(file):
+    """Lock an open file until it is closed or the process ends; False where another process has locked it."""
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def move_results(work, folder):
+    """Give the results in the work folder the place of those in the wanted one."""
+    unknown = sorted({file.name for file in work.iterdir()} - set(NAMES))
+    if unknown:
+        raise ValueError(f"{', '.join(unknown)}: not among the names of results")
+    if not folder.exists():
+        work.rename(folder)
+        return
+    (folder / NAMES[-1]).unlink(missing_ok=True)
+    for name in NAMES:
+        if (work / name).exists():
+            (work / name).replace(folder / name)
+        else:
+            (folder / name).unlink(missing_ok=True)
+    work.rmdir()
+
+
+@contextmanager
+def netcdf_errors(path):
+    """Turn what the NetCDF library says of a file that it cannot write into an OSError that names the file."""
+    try:
+        yield
+    except RuntimeError as error:
+        if not str(error).startswith("NetCDF:"):
+            raise
+        raise OSError(errno.EIO, f"cannot be written ({error}): is the disk full?", str(path)) from error

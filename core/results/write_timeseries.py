@@ -4,6 +4,8 @@ import numpy as np
 import pandas as pd
 import xarray
 
+from .output_folder import netcdf_errors
+
 
 def write_timeseries(path, energy, weather):
     """Write `capacity_factor(time, group)`.
@@ -49,12 +51,13 @@ def write_timeseries(path, energy, weather):
         },
     )
     time = {"units": "seconds since 1970-01-01 00:00:00", "calendar": "proleptic_gregorian", "dtype": "int64"}
-    dataset.to_netcdf(
-        path,
-        engine="netcdf4",
-        encoding={
-            "time": time,
-            "time_bounds": time,
-            "capacity_factor": {"zlib": True, "_FillValue": np.float32(np.nan)},
-        },
-    )
+    with netcdf_errors(path):
+        dataset.to_netcdf(
+            path,
+            engine="netcdf4",
+            encoding={
+                "time": time,
+                "time_bounds": time,
+                "capacity_factor": {"zlib": True, "_FillValue": np.float32(np.nan)},
+            },
+        )

@@ -8,6 +8,7 @@ import xarray
 
 from ..progress import silent
 from ..transfer.kept_matrix import row_blocks
+from .output_folder import netcdf_errors
 from .transfer_fields import ALBEDO, FORMAT, MATERIAL, PER_SUN, PER_SURFACE, PER_SURFACE_AND_SUN, TEXTS, TRACED_AS
 from .write_summary import finite
 
@@ -47,15 +48,16 @@ def write_transfer(path, transfer, progress=silent):
         variables[MATERIAL] = ("surface", np.array(transfer.material, dtype=object), TRACED_AS[MATERIAL])
         attributes["albedos"] = json.dumps(finite(transfer.albedos), ensure_ascii=False)
     dataset = xarray.Dataset(variables, attrs=attributes)
-    dataset.to_netcdf(path, engine="netcdf4")
-    with netCDF4.Dataset(path, "a") as file:
-        matrices = {name: getattr(transfer, name) for name in PER_SURFACE_AND_SUN}
-        total, done = sum(4 * matrix.shape[0] * matrix.shape[1] for matrix in matrices.values()), 0
-        progress(STAGE, 0, total, "B")
-        for name, matrix in matrices.items():
-            for size in append_matrix(file, name, matrix):
-                done += size
-                progress(STAGE, done, total, "B")
+    with netcdf_errors(path):
+        dataset.to_netcdf(path, engine="netcdf4")
+        with netCDF4.Dataset(path, "a") as file:
+            matrices = {name: getattr(transfer, name) for name in PER_SURFACE_AND_SUN}
+            total, done = sum(4 * matrix.shape[0] * matrix.shape[1] for matrix in matrices.values()), 0
+            progress(STAGE, 0, total, "B")
+            for name, matrix in matrices.items():
+                for size in append_matrix(file, name, matrix):
+                    done += size
+                    progress(STAGE, done, total, "B")
 
 
 def append_matrix(file, name, matrix):

@@ -35,7 +35,7 @@ def same(one, other):
     return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in FIELDS)
 
 
-def start(city, out, *more, code="from citypv.core.command_line import main; raise SystemExit(main())"):
+def start(city, out, *more, code="from citypv.core.commands.command_line import main; raise SystemExit(main())"):
     arguments = ["simulate", str(city), "--out", str(out), "--suns", "typical-days:4", *more]
     return subprocess.Popen(
         [sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -126,7 +126,7 @@ def test_out_of_disk_while_writing(tmp_path, limit):
     code = (
         "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit})); "
-        "from citypv.core.command_line import main; raise SystemExit(main())"
+        "from citypv.core.commands.command_line import main; raise SystemExit(main())"
     )
     process = start(city, out, "--quiet", code=code)
     _, complaint = process.communicate(timeout=120)
@@ -147,7 +147,7 @@ def test_killed_while_results_are_replaced(tmp_path):
         "    replace(self, target)\n"
         "    os.kill(os.getpid(), 9)\n"
         "pathlib.Path.replace = stop\n"
-        "from citypv.core.command_line import main; raise SystemExit(main())"
+        "from citypv.core.commands.command_line import main; raise SystemExit(main())"
     )
     process = start(city, out, "--quiet", "--overwrite", "--seed", "1", code=code)
     assert finish(process) == -signal.SIGKILL

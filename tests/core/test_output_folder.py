@@ -1,0 +1,93 @@
+"""Results are whole or not there at all: one run to a folder, and a disk that fills is one line."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from citypv.core.errors import InputError
+from citypv.core.results.output_folder import LOCK, whole_folder
+
+POSIX = pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
+
+
+def test_a_second_run_into_the_same_new_folder_is_refused(tmp_path):
+    """From its first moment, not when the results are moved; the first one ends as if alone."""
+    with whole_folder(tmp_path / "out") as work:
+        (work / "faces.csv").write_text("first")
+        code = (
+            "import sys; from citypv.core.errors import InputError\n"
+            "from citypv.core.results.output_folder import whole_folder\n"
+            "try:\n    with whole_folder(sys.argv[1]): pass\n"
+            "except InputError as error: raise SystemExit(str(error))"
+        )
+        second = subprocess.run(
+            [sys.executable, "-c", code, str(tmp_path / "out")], capture_output=True, text=True, check=False
+        )
+        assert second.returncode == 1
+        assert "out: another run is writing to it; wait for it to end, or choose another --out" in second.stderr
+    assert [file.name for file in (tmp_path / "out").iterdir()] == ["faces.csv"]
+    assert (tmp_path / "out" / "faces.csv").read_text() == "first"
+    assert [file.name for file in tmp_path.iterdir()] == ["out"]
+
+
+def test_a_second_run_in_the_same_process_is_refused(tmp_path):
+    with whole_folder(tmp_path / "out"), pytest.raises(InputError, match="another run"), whole_folder(tmp_path / "out"):
+        pass
+
+
+def test_what_a_killed_run_left_is_taken_over(tmp_path):
+    left = tmp_path / ".out.unfinished"
+    (left / "deep").mkdir(parents=True)
+    for name in (LOCK, "faces.csv", "deep/file"):
+        (left / name).write_text("left")
+    with whole_folder(tmp_path / "out") as work:
+        assert {file.name for file in work.iterdir()} == {LOCK}
+        (work / "groups.csv").write_text("new")
+    assert [file.name for file in (tmp_path / "out").iterdir()] == ["groups.csv"]
+    assert not left.exists()
+
+
+def test_a_folder_that_fills_while_the_run_goes_on_is_not_overwritten(tmp_path):
+    with pytest.raises(InputError, match="is not empty"), whole_folder(tmp_path / "out") as work:
+        (work / "faces.csv").write_text("ours")
+        (tmp_path / "out").mkdir()
+        (tmp_path / "out" / "faces.csv").write_text("theirs")
+    assert (tmp_path / "out" / "faces.csv").read_text() == "theirs"
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_folders_made_on_the_way_go_when_the_run_fails(tmp_path):
+    with pytest.raises(ZeroDivisionError), whole_folder(tmp_path / "a" / "b" / "out"):
+        _ = 1 / 0
+    assert not list(tmp_path.iterdir())
+
+
+@POSIX
+@pytest.mark.parametrize("limit", [0, 3_000, 30_000, 100_000, 200_000])
+def test_a_disk_that_fills_while_netcdf_is_written_is_one_error(tmp_path, limit):
+    """Whichever write meets the end of the disk: one OSError that names the file, and nothing on the error stream."""
+    code = (
+        "import resource, signal, sys, numpy as np\n"
+        f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        "from transfers import unshaded_transfer\n"
+        "from citypv.core.sun.suns import Suns\n"
+        "from citypv.core.results.write_transfer import write_transfer\n"
+        "from pathlib import Path\n"
+        "random = np.random.default_rng(0)\n"
+        "up = np.tile([0.0, 0.0, 1.0], (300, 1))\n"
+        "suns = Suns('hourly', up, np.full(300, 1 / 300), np.zeros(300, np.int32), np.arange(300, dtype=np.int32))\n"
+        "transfer = unshaded_transfer(suns, random.uniform(0, 90, 400), random.uniform(0, 360, 400))\n"
+        "transfer.visible_share = random.random((400, 300), dtype=np.float32)\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        f"resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))\n"
+        "try:\n    write_transfer(Path(sys.argv[1]), transfer)\n"
+        "except OSError as error: raise SystemExit(f'{error.filename}: {error.strerror}')\n"
+    )
+    path = tmp_path / "transfer.nc"
+    run = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=False)
+    assert run.returncode == 1
+    assert len(run.stderr.strip().splitlines()) == 1, run.stderr
+    assert run.stderr.startswith(f"{path}: ")
