@@ -20,10 +20,12 @@ test:
 	echo "[test] style: ruff"; \
 	.venv/bin/ruff check . || failed=1; \
 	.venv/bin/ruff format --check . || failed=1; \
-	for python in .venv-3.11/bin/python .venv-3.13/bin/python; do \
+	once=; for python in .venv-3.13/bin/python .venv-3.11/bin/python; do \
 	  if [ -x $$python ]; then \
 	    echo "[test] $$($$python -VV), Blender $$($$python -m pip show bpy | sed -n 's/^Version: //p')"; \
-	    $$python -m pytest --numprocesses 2 --dist loadfile --durations 10 || failed=1; \
+	    if [ -z "$$once" ]; then export CITYPV_BLENDER=$$($$python tools/blender_window.py find); else unset CITYPV_BLENDER; fi; \
+	    $$python -m pytest --numprocesses 2 --dist loadfile --durations 25 $$once || failed=1; \
+	    once="-m not(once)"; \
 	  fi; \
 	done; exit $$failed
 

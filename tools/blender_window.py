@@ -2,9 +2,11 @@
 
     .venv/bin/python tools/blender_window.py build ROOT    build the folder (Debian or Ubuntu, root; 2 minutes, 3 GB)
     .venv/bin/python tools/blender_window.py open ROOT     open its window and take a picture: window.png
+    .venv/bin/python tools/blender_window.py find          print a ROOT, building one where that is possible
 
-`tests/blender/test_window.py` drives it where the environment variable CITYPV_BLENDER names such a ROOT. Debian's
-unstable suite is the one that has Blender 5.2; it moves, so that building may fail on some days.
+`tests/blender/test_window.py` drives it where the environment variable CITYPV_BLENDER names such a ROOT; `make test`
+finds or builds one and says so. Debian's unstable suite is the one that has Blender 5.2; it moves, so that building may
+fail on some days.
 """
 
 import json
@@ -25,6 +27,7 @@ PACKAGES += ["libegl1", "libgl1", "libgl1-mesa-dri", "libglx-mesa0", "libegl-mes
 NEEDED = """affine attrs cattrs certifi cftime charset-normalizer click cloudpickle embreex h5py idna joblib
     llvmlite lxml mapbox-earcut narwhals netcdf4 numba packaging pandas pvlib pyparsing pyproj python-dateutil pytz
     rasterio requests scikit-learn scipy shapely threadpoolctl tqdm tsam typing-extensions tzdata urllib3 xarray"""
+BUILT_FROM = " ".join([SUITE, PYTHON, *PACKAGES, *NEEDED.split()])
 SIZE = (1600, 1000)
 EXCHANGE = "exchange"  # folder of ROOT that both sides see; inside it is /exchange
 # Nothing of the calling side: Blender as a module leaves words for its own libraries in there.
@@ -55,7 +58,12 @@ bpy.app.timers.register(listen, persistent=True)
 
 
 def main():
-    """Build a root, or open its window."""
+    """Build a root, open its window, or find one."""
+    if sys.argv[1:] == ["find"]:
+        root, reason = find_root()
+        print(f"[test] window tests: {reason}", file=sys.stderr, flush=True)
+        print(root or "")
+        return
     if len(sys.argv) != 3 or sys.argv[1] not in ("build", "open"):
         sys.exit(__doc__)
     root = Path(sys.argv[2]).resolve()
@@ -69,9 +77,37 @@ def main():
         window.take_picture("window.png")
 
 
+def find_root():
+    """A root with Blender: the one that CITYPV_BLENDER names, one built before, or a new one.
+
+    Returns
+    -------
+    root : Path or None
+    reason : str
+        Where it comes from, or why there is none.
+    """
+    if os.environ.get("CITYPV_BLENDER"):
+        return Path(os.environ["CITYPV_BLENDER"]), f"run in {os.environ['CITYPV_BLENDER']} (CITYPV_BLENDER)"
+    root = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "citypv" / f"blender-{SUITE}"
+    if os.geteuid() or not shutil.which("apt-get"):
+        return None, "skipped: building a Blender with a window needs root and apt-get; or name one by CITYPV_BLENDER"
+    ready = root / EXCHANGE / "ready"
+    if ready.exists() and ready.read_text() == BUILT_FROM:
+        return root, f"run in {root}, built before"
+    started = time.monotonic()
+    try:
+        build_root(root)
+    except RuntimeError as error:
+        return None, f"skipped: no Blender could be built ({' '.join(str(error).split())[-300:]})"
+    ready.write_text(BUILT_FROM)
+    return root, f"run in {root}, built in {time.monotonic() - started:.0f} s"
+
+
 def build_root(root):
     """Install Debian with Blender, and the packages that core needs, into a folder."""
+    run(["apt-get", "update", "-q"])
     run(["apt-get", "install", "-y", "-q", "--no-install-recommends", *TOOLS])
+    root.mkdir(parents=True, exist_ok=True)
     if not (root / "usr/bin/apt-get").exists():
         mirror = run(["apt-get", "indextargets", "--format", "$(SITE)", "Origin: Debian"]).split()[0]
         run(["debootstrap", "--variant=minbase", SUITE, root, mirror])
