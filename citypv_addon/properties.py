@@ -29,6 +29,8 @@ ALBEDOS = [
     ("file", "File", "csv by surface id or kind: surface,albedo,material"),
 ]
 WEATHERS = [
+    ("climate", "Climate", "Built-in long-term means of every place on land, with synthetic days"),
+    ("pvgis", "PVGIS", "Typical year of the place, downloaded from PVGIS"),
     ("clear-sky", "Clear sky", "A year without clouds: an upper bound"),
     ("file", "File", "ERA5 (NetCDF), EPW, TMY3, PVGIS or a csv"),
 ]

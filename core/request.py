@@ -58,7 +58,7 @@ class Request:
         choices={"auto": "A surface through the buildings' feet", "none": "Exactly the surfaces that were read"},
     )
     # the weather and the module
-    weather: str = setting("clear-sky", "weather", "a weather file, or clear-sky", metavar="FILE")
+    weather: str = setting("climate", "weather", "a weather file, climate, pvgis or clear-sky", metavar="FILE")
     weather_point: str = setting(
         "nearest",
         "weather",
@@ -67,7 +67,9 @@ class Request:
         title="Grid point",
         choices={"nearest": "The nearest point of the grid", "bilinear": "Between the four points around"},
     )
-    year: int = setting(2021, "weather", "of the clear sky", kind="integer", title="Year", metavar="Y", least=1)
+    year: int = setting(
+        2021, "weather", "calendar year of climate and clear sky", kind="integer", title="Year", metavar="Y", least=1
+    )
     module: str = setting(
         "SunPower_SPR_300_WHT__2007__E__",
         "weather",

@@ -100,6 +100,7 @@ def read_year(site, request):
         site.altitude,
         point=request.weather_point,
         year=request.year,
+        seed=request.seed,
     )
 
 

@@ -57,11 +57,11 @@ def read_albedo_path(settings):
 
 
 def read_weather_source(settings):
-    """`clear-sky`, or the path of the weather file."""
-    if settings.weather == "clear-sky":
-        return "clear-sky"
+    """`climate`, `pvgis`, `clear-sky`, or the path of the weather file."""
+    if settings.weather != "file":
+        return settings.weather
     if not settings.weather_file:
-        raise InputError("Weather", "no file is chosen", "choose a weather file, or take the clear sky")
+        raise InputError("Weather", "no file is chosen", "choose a weather file, or take the climate")
     return bpy.path.abspath(settings.weather_file)
 
 

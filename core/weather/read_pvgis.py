@@ -38,12 +38,18 @@ def read_pvgis(path, file_format):
         text = file.read()
     table, meta = parse_pvgis(path, text, file_format)
     latitude, longitude, altitude, offset = read_place(meta, text, file_format)
+    data = lay_intervals(table, offset)
+    return Record(data, latitude, longitude, altitude, str(path), f"PVGIS {path.name} (typical year)")
+
+
+def lay_intervals(table, offset):
+    """Weather of one calendar year, by the start of each interval, from PVGIS' table and its time offset [h]."""
     data = table[[name for name in NAMES if name in table]].astype(float)
     times = pd.DatetimeIndex(data.index)
     data.index = times.tz_localize("UTC") if times.tz is None else times.tz_convert("UTC")
     data, _ = coerce_year(data)
     data.index = data.index + pd.Timedelta(seconds=round(offset * 3600.0)) - pd.Timedelta(minutes=30)
-    return Record(data, latitude, longitude, altitude, str(path), f"PVGIS {path.name} (typical year)")
+    return data
 
 
 def parse_pvgis(path, text, file_format):

@@ -8,22 +8,25 @@ from ..errors import InputError
 from .add_sun import add_sun
 from .check_weather import check_weather
 from .clear_sky import clear_sky
+from .climate import climate
+from .download_pvgis import download_pvgis
 from .read_epw import read_epw
 from .read_era5 import read_era5
 from .read_pvgis import read_pvgis
 from .read_tmy3 import read_tmy3
 from .read_weather_csv import read_weather_csv
 
-CURE = "give ERA5 as NetCDF, EPW, TMY3, a PVGIS typical year, a csv with tz-aware times, or clear-sky"
+CURE = "give ERA5 as NetCDF, EPW, TMY3, a PVGIS typical year, a csv with tz-aware times, climate, pvgis or clear-sky"
 
 
-def read_weather(source, latitude, longitude, altitude=0.0, *, point="nearest", year=2021):
+def read_weather(source, latitude, longitude, altitude=0.0, *, point="nearest", year=2021, seed=0):
     """Weather of one place, one or many years, with the sun at mid-interval.
 
     Parameters
     ----------
     source : str or path-like
-        "clear-sky", or a file: ERA5 (NetCDF, or the zip or folder the Climate Data Store's NetCDF files come in), EPW,
+        "climate", the built-in climate of the place; "pvgis", its typical year from PVGIS' server; "clear-sky"; or a
+        file: ERA5 (NetCDF, or the zip or folder the Climate Data Store's NetCDF files come in), EPW,
         TMY3 csv, PVGIS typical year (csv or json), or a plain csv; text files may be gz-compressed. The format is
         recognised by the content.
     latitude, longitude : float
@@ -33,7 +36,9 @@ def read_weather(source, latitude, longitude, altitude=0.0, *, point="nearest", 
     point : {"nearest", "bilinear"}, optional
         How a value is taken from gridded weather.
     year : int, optional
-        Year of the clear sky.
+        Calendar year of the clear sky and the built-in climate.
+    seed : int, optional
+        Of the days of the built-in climate.
 
     Returns
     -------
@@ -46,6 +51,10 @@ def read_weather(source, latitude, longitude, altitude=0.0, *, point="nearest", 
     """
     if str(source) == "clear-sky":
         record = clear_sky(latitude, longitude, altitude, year)
+    elif str(source) == "climate":
+        record = climate(latitude, longitude, year, seed)
+    elif str(source) == "pvgis":
+        record = download_pvgis(latitude, longitude)
     else:
         record = read_record(Path(source), latitude, longitude, altitude, point)
     return add_sun(record, check_weather(record))

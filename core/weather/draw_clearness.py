@@ -1,0 +1,184 @@
+"""Draw days and hours of a climate: sunny and dull ones in the proportions that the months' sums tell.
+
+Everything is relative to the sky at its cleanest, which no hour exceeds. Arrays are (p, d, 24): place, local day, local
+hour; the numbers drawn are the same for all places, so that neighbours have the same days.
+"""
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+LEAST_DAY = 0.05  # clearness index of the dullest day (Bendt et al. 1981)
+DAY_MEMORY = 0.29  # correlation of a day with the day before (Graham et al. 1988)
+BISECTIONS = 60
+
+
+def draw_normals(seed, shape):
+    """Standard normal numbers from a counter-based generator, the same on every machine.
+
+    Parameters
+    ----------
+    seed : int
+    shape : tuple of int
+
+    Returns
+    -------
+    numpy.ndarray
+    """
+    words = np.random.Philox(key=seed % 2**64).random_raw(int(np.prod(shape)))
+    return ndtri(((words >> np.uint64(11)).astype(float) + 0.5) * 2.0**-53).reshape(shape)
+
+
+def rank_days(normals, month):
+    """Where each day stands among those of its month: a quantile, evenly spread over 0 to 1.
+
+    Each month has the same set of quantiles whatever the seed, which decides their order: a first-order autoregressive
+    sequence (Graham et al. 1988, :doi:`10.1016/0038-092X(88)90019-8`).
+
+    Parameters
+    ----------
+    normals : numpy.ndarray, (d,)
+        Independent standard normal numbers.
+    month : numpy.ndarray, (d,)
+        Of each day.
+
+    Returns
+    -------
+    numpy.ndarray, (d,)
+    """
+    chain = np.empty(len(normals))
+    last = normals[0]
+    for day, fresh in enumerate(normals):
+        last = chain[day] = DAY_MEMORY * last + np.sqrt(1 - DAY_MEMORY**2) * fresh
+    quantile = np.empty(len(chain))
+    for each in np.unique(month):
+        days = np.flatnonzero(month == each)
+        quantile[days] = (chain[days].argsort(kind="stable").argsort(kind="stable") + 0.5) / len(days)
+    return quantile
+
+
+def draw_days(mean, cleanest, quantile, month):
+    """Daily clearness indices with the exponential distribution of Bendt et al.
+
+    Parameters
+    ----------
+    mean : numpy.ndarray, (p, 12)
+        Clearness index of the months.
+    cleanest : numpy.ndarray, (p, d)
+        Of each day under the cleanest sky.
+    quantile : numpy.ndarray, (d,)
+        As of `rank_days`.
+    month : numpy.ndarray, (d,)
+        Of each day, from 0.
+
+    Returns
+    -------
+    numpy.ndarray, (p, d)
+        Clearness index of each day.
+
+    Notes
+    -----
+    P. Bendt, M. Collares-Pereira, A. Rabl, :doi:`10.1016/0038-092X(81)90062-2`: a density proportional to exp(γK)
+    between the least and the largest clearness index, where γ follows from the mean. The largest one, which they take
+    from data, is that of the cleanest sky here.
+    """
+    largest = np.stack([cleanest[:, month == each].mean(axis=1) for each in range(12)], axis=1)  # (p, 12)
+    share = np.clip(mean / np.maximum(largest, 1e-6), 0.0, 1.0)
+    least = np.minimum(LEAST_DAY / np.maximum(largest, LEAST_DAY), 0.3 * share)
+    gamma = solve_exponential((share - least) / (1 - least))
+    relative = exponential_quantile(gamma[:, month], quantile)
+    return cleanest * (least[:, month] + (1 - least[:, month]) * relative)
+
+
+def solve_exponential(mean):
+    """γ of the density ∝ exp(γx) on 0 to 1 that has a mean, which is held to 0.02 to 0.98.
+
+    Parameters
+    ----------
+    mean : numpy.ndarray
+
+    Returns
+    -------
+    numpy.ndarray
+        Never 0.
+    """
+    mean = np.clip(mean, 0.02, 0.98)
+    low, high = np.full(mean.shape, -60.0), np.full(mean.shape, 60.3)
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        above = 1 / -np.expm1(-middle) - 1 / middle > mean
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    return (low + high) / 2
+
+
+def exponential_quantile(gamma, quantile):
+    """Value below which a share of the density ∝ exp(γx) on 0 to 1 lies."""
+    return np.log1p(quantile * np.expm1(gamma)) / gamma
+
+
+def draw_hours(days, cleanest, sine, normals):
+    """Hourly clearness indices of days, by the TAG model.
+
+    Parameters
+    ----------
+    days : numpy.ndarray, (p, d)
+        Clearness index of each day.
+    cleanest : numpy.ndarray, (p, d, 24)
+        Of each hour under the cleanest sky.
+    sine : numpy.ndarray, (p, d, 24)
+        Of the sun's elevation, 0 at night.
+    normals : numpy.ndarray, (d, 24)
+        Independent standard normal numbers.
+
+    Returns
+    -------
+    numpy.ndarray, (p, d, 24)
+        From 0 to `cleanest`. Their sums are not yet those of the days.
+
+    Notes
+    -----
+    R. Aguiar, M. Collares-Pereira, :doi:`10.1016/0038-092X(92)90068-L`: mean, standard deviation and autocorrelation of
+    a truncated normal distribution by day and elevation. It is truncated by its quantiles, without drawing again, and
+    at the cleanest sky instead of a cosine of the hour.
+    """
+    day = days[..., None]
+    offset = -0.19 + 1.12 * day + 0.24 * np.exp(-8 * day)  # λ
+    height = 0.32 - 1.6 * (day - 0.5) ** 2  # ε
+    depth = 0.19 + 2.27 * day**2 - 2.51 * day**3  # κ
+    mean = offset + height * np.exp(-depth / np.maximum(sine, 1e-3))
+    spread = 0.14 * np.exp(-20 * (day - 0.35) ** 2) * np.exp((3 * (day - 0.45) ** 2 + 16 * day**5) * (1 - sine))
+    memory = 0.38 + 0.06 * np.cos(7.4 * days - 2.5)  # φ
+    chain = np.empty(mean.shape)
+    last = np.broadcast_to(normals[:, 0], days.shape)
+    for hour in range(24):
+        last = chain[..., hour] = memory * last + np.sqrt(1 - memory**2) * normals[:, hour]
+    below, up_to = ndtr(-mean / spread), ndtr((cleanest - mean) / spread)
+    quantile = np.clip(below + ndtr(chain) * (up_to - below), 1e-12, 1 - 1e-12)
+    return np.clip(mean + spread * ndtri(quantile), 0.0, cleanest)
+
+
+def scale_to_sums(clearness, cleanest, outside, sums, starts):
+    """Raise or lower clearness indices by one factor for each stretch of time, none above the cleanest sky's.
+
+    Parameters
+    ----------
+    clearness, cleanest, outside : numpy.ndarray, (p, t)
+        Clearness index, the largest it can be, and the irradiance outside the atmosphere it belongs to [Wm⁻²].
+    sums : numpy.ndarray, (p, k)
+        Sum of clearness · outside that each stretch should have; where it is more than the cleanest sky's, that one.
+    starts : numpy.ndarray, (k,)
+        First index of each stretch.
+
+    Returns
+    -------
+    numpy.ndarray, (p, t)
+    """
+    length = np.diff(np.append(starts, clearness.shape[1]))
+    # A stretch without any light has nothing to scale; one drawn dark altogether gets something to scale.
+    clearness = np.minimum(np.maximum(clearness, 1e-3), cleanest)
+    low, high = np.full(sums.shape, -8.0), np.full(sums.shape, 8.0)  # natural logarithm of the factor
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        scaled = np.minimum(clearness * np.repeat(np.exp(middle), length, axis=1), cleanest)
+        short = np.add.reduceat(scaled * outside, starts, axis=1) < sums
+        low, high = np.where(short, middle, low), np.where(short, high, middle)
+    return np.minimum(clearness * np.repeat(np.exp((low + high) / 2), length, axis=1), cleanest)
