@@ -1,7 +1,7 @@
 """A typical year of any place on land, made from the world's climate that ships with the program.
 
-The months' sums of GHI are those of the climate; days and hours are drawn. It is a climatology: neither a forecast nor a
-record of any year.
+The months' sums of GHI are those of the climate; days and hours are drawn. It is a climatology: neither a forecast nor
+a record of any year.
 """
 
 import numpy as np
@@ -19,6 +19,7 @@ INTERVAL = pd.Timedelta(hours=1)
 CLEAN_TURBIDITY = 2.0  # Linke's, of very clean, dry air
 CLOSEST = 0.97  # of the cleanest sky's sum, the most that a month gets
 ROUNDING = 3  # decimals of the irradiance [Wm⁻²]: processors differ only far below
+SINE_ROUNDING = 9  # decimals of the sine of the sun's elevation that splits it, for the same reason
 
 # Of the first annual harmonic of air temperature over that of GHI: [K/Wm⁻²] after air from the sea and from land.
 GAIN_SEA, GAIN_LAND = 0.03, 0.19
@@ -133,9 +134,10 @@ def cleanest_sky(places, times, altitude):
     sine = np.maximum(np.cos(np.radians(zenith)), 0.0)
     extra = pvlib.irradiance.get_extra_radiation(times + INTERVAL / 2).to_numpy()
     pressure = pvlib.atmosphere.alt2pres(altitude)
-    airmass = pvlib.atmosphere.get_absolute_airmass(pvlib.atmosphere.get_relative_airmass(zenith), pressure)
-    clean = pvlib.clearsky.ineichen(zenith, airmass, CLEAN_TURBIDITY, altitude, extra)
-    ghi, dni = np.nan_to_num(clean["ghi"]), np.nan_to_num(clean["dni"])
+    risen = np.minimum(zenith, 89.99)
+    airmass = pvlib.atmosphere.get_absolute_airmass(pvlib.atmosphere.get_relative_airmass(risen), pressure)
+    clean = pvlib.clearsky.ineichen(risen, airmass, CLEAN_TURBIDITY, altitude, extra)
+    ghi, dni = (np.where(zenith < 90, clean[name], 0.0) for name in ("ghi", "dni"))
     return {"zenith": zenith, "sine": sine, "outside": extra * sine, "ghi": ghi, "dni": dni, "pressure": pressure}
 
 
@@ -206,7 +208,7 @@ def split_irradiance(ghi, sky, times):
     dni = np.nan_to_num(pvlib.irradiance.disc(ghi, sky["zenith"], day, pressure=sky["pressure"])["dni"])
     dni = np.minimum(dni, np.minimum(sky["dni"], 0.97 * ghi / np.maximum(sky["sine"], 1e-3)))
     dni = np.where(is_sunny(sky["zenith"]), dni, 0.0).round(ROUNDING)
-    return ghi - dni * sky["sine"], dni
+    return ghi - dni * sky["sine"].round(SINE_ROUNDING), dni
 
 
 def air_temperature(places, times, normals, outside, ghi):
