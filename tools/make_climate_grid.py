@@ -13,13 +13,14 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pvlib
 
 TARGET = Path(__file__).resolve().parent.parent / "core" / "weather" / "climate_grid.npz"
 CELL, SOUTH, WEST, SHAPE = 0.25, -59.875, -179.875, (576, 1440)  # of the fine grid: centre of its first cell [°]
 STEPS = {"ghi": 0.005, "temp_air": 0.1, "wind_speed": 0.1}  # kept steps: [kWh/m² per day], [°C], [ms⁻¹]
 COLUMNS = {"ghi": "GHI_mean_kWh_m2_day", "temp_air": "T_air_mean_C", "wind_speed": "wind_speed_rms"}
 SHARE_STEP = 0.002
-DARK = 10.0  # [Wm⁻²] outside the atmosphere; darker months tell nothing of the clearness
+DARK = 1.0  # [Wm⁻²] outside the atmosphere; darker months tell nothing of the clearness
 
 
 def main():
@@ -57,7 +58,7 @@ def pack_monthly(source):
     known = np.isfinite(mean).all(axis=2)
     clearness = np.where(outside > DARK, mean / np.maximum(outside, DARK), np.nan)
     annual = (np.where(outside > DARK, mean, 0) * days).sum(2) / (np.where(outside > DARK, outside, 0) * days).sum(2)
-    relative = np.where(np.isfinite(clearness), clearness / annual[..., None], 1.0)[known]
+    relative = np.where(np.isfinite(clearness), np.clip(clearness / annual[..., None], 0.1, 3.0), 1.0)[known]
     filled = relative[nearest_land(latitude, longitude, known)]
     steps = np.round(filled / SHARE_STEP).astype("<i2")
     axes = np.array([*latitude[:2], *longitude[:2], *steps.shape])
@@ -74,18 +75,12 @@ def nearest_land(latitude, longitude, known):
 def extraterrestrial(latitude):
     """Monthly mean irradiance on a horizontal plane outside the atmosphere [Wm⁻²]: (12,).
 
-    Iqbal, An Introduction to Solar Radiation (1983), Eq. 4.2.17, with Spencer's declination and distance.
+    Of the hours of 2021 in UTC at 0° E, with refraction: what core/weather/climate.py multiplies the clearness with.
     """
-    day = np.arange(365)
-    angle = 2 * np.pi * day / 365
-    declination = 0.006918 - 0.399912 * np.cos(angle) + 0.070257 * np.sin(angle) - 0.006758 * np.cos(2 * angle)
-    declination += 0.000907 * np.sin(2 * angle) - 0.002697 * np.cos(3 * angle) + 0.00148 * np.sin(3 * angle)
-    distance = 1.00011 + 0.034221 * np.cos(angle) + 0.00128 * np.sin(angle) + 0.000719 * np.cos(2 * angle)
-    north = np.radians(latitude)
-    sunset = np.arccos(np.clip(-np.tan(north) * np.tan(declination), -1, 1))
-    height = sunset * np.sin(north) * np.sin(declination) + np.cos(north) * np.cos(declination) * np.sin(sunset)
-    month = pd.date_range("2021-01-01", periods=365).month.to_numpy() - 1
-    return np.bincount(month, 1361 / np.pi * distance * height) / np.bincount(month)
+    middle = pd.date_range("2021-01-01T00:30", periods=8760, freq="h", tz="UTC")
+    zenith = pvlib.solarposition.get_solarposition(middle, latitude, 0.0)["apparent_zenith"]
+    outside = pvlib.irradiance.get_extra_radiation(middle) * np.maximum(np.cos(np.radians(zenith)), 0.0)
+    return outside.groupby(middle.month).mean().to_numpy()
 
 
 if __name__ == "__main__":

@@ -1,0 +1,322 @@
+"""The built-in climate against the grids it is made from, measured years, closed forms and the limits of physics."""
+
+import hashlib
+
+import numpy as np
+import pandas as pd
+import pvlib
+import pytest
+from weathers import BARROW, HOUR, PVGIS, TMY3
+
+from citypv.core.command_line import main
+from citypv.core.errors import InputError
+from citypv.core.request import Request
+from citypv.core.study import read_year
+from citypv.core.weather.climate import (
+    cleanest_sky,
+    climate,
+    draw_irradiance,
+    look_up_altitude,
+    make_climates,
+    monthly_sums,
+    raise_sky,
+)
+from citypv.core.weather.climate_grid import look_up_normals, measure_land_influence
+from citypv.core.weather.draw_clearness import (
+    draw_days,
+    draw_normals,
+    exponential_quantile,
+    rank_days,
+    scale_to_sums,
+    solve_exponential,
+)
+from citypv.core.weather.read_weather import read_weather
+
+# Cells of the 0.25° grid as its source gives them: GHI [kWh/m² per day], temperature [°C], rms of wind speed [ms⁻¹].
+CELLS = {
+    (52.625, 13.375): (2.723, 9.852, 3.766),  # Berlin
+    (-33.375, -70.625): (5.645, 16.141, 2.611),  # Santiago
+    (71.125, -156.625): (2.475, -8.383, 5.797),  # Utqiagvik
+    (30.125, 31.375): (5.566, 22.656, 3.812),  # Cairo
+    (66.875, 179.625): (2.586, -7.969, 3.695),  # Chukotka, east of Greenwich
+    (66.875, -179.625): (2.535, -7.945, 3.85),  # Chukotka, west of Greenwich
+    (-54.875, -68.375): (2.381, 3.568, 4.766),  # Tierra del Fuego
+    (83.375, -32.125): (1.895, -17.953, 4.164),  # the north of Greenland
+}
+# Months of the 3° grid as its source gives them [Wm⁻²].
+MONTHS = {
+    (51.0, 12.0): [39.5, 79.8, 136.3, 200.4, 250.1, 264.5, 269.5, 226.2, 164.9, 99.4, 52.5, 31.4],
+    (-33.0, -60.0): [323.6, 274.6, 245.0, 185.9, 133.9, 117.5, 124.2, 157.4, 205.8, 258.5, 299.4, 329.4],
+    (66.0, 27.0): [2.5, 19.8, 74.9, 135.8, 195.9, 218.4, 224.2, 172.8, 91.9, 28.5, 5.1, 0.2],
+    (0.0, 30.0): [253.6, 247.2, 224.1, 207.4, 210.9, 208.5, 220.3, 219.8, 219.4, 208.1, 207.0, 231.3],
+    (27.0, 81.0): [157.8, 193.0, 252.0, 283.1, 309.1, 281.0, 232.3, 235.2, 234.9, 207.6, 162.9, 147.7],
+    (66.0, -180.0): [3.0, 24.4, 83.8, 155.8, 200.0, 204.8, 178.4, 142.3, 85.5, 35.0, 7.1, 0.3],
+}
+DAYS = np.array([31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31])
+SEA = [(0.0, -30.0), (56.0, 3.0), (-50.0, 180.0), (90.0, 0.0), (-90.0, 0.0), (-75.0, 60.0)]
+
+
+def monthly(data, column="ghi"):
+    """Sums of the months in UTC."""
+    return np.bincount(data.index.month, data[column])[1:]
+
+
+@pytest.fixture(scope="module")
+def cells():
+    """A year of each cell, and its Weather."""
+    return {place: read_weather("climate", *place) for place in CELLS}
+
+
+# --- the grids
+
+
+@pytest.mark.parametrize("place", CELLS)
+def test_annual_means_are_those_of_the_grid(place, cells):
+    ghi, temp_air, wind_speed = CELLS[place]
+    data = cells[place].data
+    assert data["ghi"].sum() / 1000 == pytest.approx(365 * ghi, abs=365 * 0.00251)  # half the step that is kept
+    assert data["temp_air"].mean() == pytest.approx(temp_air, abs=0.051)
+    assert data["wind_speed"].mean() == pytest.approx(np.sqrt(np.pi / 4) * wind_speed, abs=0.051)
+
+
+@pytest.mark.parametrize("place", MONTHS)
+def test_months_share_the_year_as_in_the_grid(place):
+    months = np.array(MONTHS[place]) * DAYS
+    data = read_weather("climate", *place).data
+    np.testing.assert_allclose(monthly(data) / data["ghi"].sum(), months / months.sum(), rtol=0.01, atol=0.0006)
+
+
+def test_months_are_met_to_the_rounding():
+    places = list(CELLS)
+    made = make_climates(*zip(*places, strict=True))
+    normals = [look_up_normals(*place) for place in places]
+    annual = np.array([[found.ghi] for found in normals]) * 365_000
+    sky = cleanest_sky(places, made["times"], np.array([[look_up_altitude(*place)] for place in places]))
+    target = monthly_sums(annual, normals, raise_sky(sky, annual), made["times"])
+    np.testing.assert_allclose(target.sum(axis=1, keepdims=True), annual, rtol=1e-9)
+    for ghi, sums in zip(made["ghi"], target, strict=True):
+        np.testing.assert_allclose(monthly(pd.DataFrame({"ghi": ghi}, index=made["times"])), sums, rtol=1e-5, atol=0.05)
+
+
+def test_a_leap_year_has_a_day_more():
+    normals = look_up_normals(52.5, 13.4)
+    data = climate(52.5, 13.4, 2020).data
+    assert len(data) == 8784
+    assert data["ghi"].sum() / 1000 == pytest.approx(366 * normals.ghi, rel=1e-6)
+    with pytest.raises(InputError, match="1850"):
+        climate(52.5, 13.4, 1850)
+
+
+@pytest.mark.parametrize("place", SEA)
+def test_off_land_there_is_a_clear_sky_that_says_so(place):
+    weather = read_weather("climate", *place)
+    assert "no land near" in weather.label and "upper bound" in weather.label and "\n" not in weather.label
+    expected = read_weather("clear-sky", *place, look_up_altitude(*place)).data
+    pd.testing.assert_frame_equal(weather.data, expected)
+    with pytest.raises(InputError, match="no land"):
+        make_climates([52.5, place[0]], [13.4, place[1]])
+
+
+@pytest.mark.parametrize(
+    ("place", "on_land"),
+    {
+        (22.3, 114.17): True,  # Hong Kong: the grid's own coast is 64 km away
+        (51.03, 2.37): True,  # Dunkirk
+        (64.13, -21.9): True,  # Reykjavik
+        (39.57, 2.65): True,  # Palma
+        (-41.29, 174.78): True,  # Wellington
+        (78.22, 15.65): True,  # Longyearbyen
+        (37.74, -25.67): False,  # the Azores are not in the grid
+        (21.31, -157.86): False,  # nor is Oahu
+    }.items(),
+)
+def test_coasts_and_islands(place, on_land):
+    assert (look_up_normals(*place) is not None) == on_land
+
+
+def test_every_longitude_means_the_same_place():
+    for place in ((52.5, 13.4), (66.9, 179.9), (-17.8, 178.0)):
+        one, other = look_up_normals(*place), look_up_normals(place[0], place[1] - 360)
+        assert (one.ghi, one.temp_air) == (other.ghi, other.temp_air)
+        np.testing.assert_allclose(one.clearness, other.clearness, rtol=1e-9)
+
+
+def test_both_sides_of_the_date_line_have_the_same_climate():
+    east, west = (climate(66.9, longitude).data for longitude in (179.99, -179.99))
+    np.testing.assert_allclose(monthly(east), monthly(west), rtol=0.05, atol=2000)
+    assert east["dni"].sum() == pytest.approx(west["dni"].sum(), rel=0.1)
+    noon = [data["ghi"].groupby(data.index.hour).mean().idxmax() for data in (east, west)]
+    assert set(noon) <= {23, 0}
+
+
+def test_air_from_the_land_is_told_from_air_from_the_sea():
+    land = np.zeros((576, 1440), bool)
+    land[:, :720] = True  # the western half of the map
+    middle = {latitude: (round((latitude + 59.875) / 0.25), 720) for latitude in (0.0, 45.0)}
+    assert measure_land_influence(land, middle[45.0], 45.0) > 0.9  # a west wind comes over land
+    assert measure_land_influence(land, middle[0.0], 0.0) < 0.1  # a trade wind over sea
+    yakutsk, dublin = look_up_normals(62.0, 129.7), look_up_normals(53.3, -6.4)
+    assert yakutsk.land_influence > 3 * dublin.land_influence
+
+
+# --- what is drawn
+
+
+def test_the_exponential_distribution_has_its_mean():
+    # Mean of exp(γx) on 0 to 1: 1/(1 - exp(-γ)) - 1/γ; 0.58198 for γ = 1.
+    assert solve_exponential(np.array([0.581976706869, 0.5, 0.418023293131])) == pytest.approx([1, 0, -1], abs=1e-7)
+    quantile = (np.arange(10000) + 0.5) / 10000
+    for mean in (0.1, 0.3, 0.5, 0.7, 0.9):
+        assert exponential_quantile(solve_exponential(np.array(mean)), quantile).mean() == pytest.approx(mean, abs=1e-4)
+
+
+def test_days_spread_as_bendt_has_it():
+    """The share of days below a clearness index against Bendt's formula with γ of Herzog's fit."""
+    month = np.repeat(np.arange(12), 400)
+    quantile = rank_days(draw_normals(0, (4800,)), month)
+    mean, least, largest = np.full((1, 12), 0.5), 0.05, 0.7
+    days = draw_days(mean, np.full((1, 4800), largest), quantile, month)[0]
+    assert days.mean() == pytest.approx(0.5, abs=0.002)
+    xi = (largest - least) / (largest - 0.5)
+    gamma = -1.498 + (1.184 * xi - 27.182 * np.exp(-1.5 * xi)) / (largest - least)
+    for index in (0.2, 0.3, 0.4, 0.5, 0.6):
+        below = (np.exp(gamma * least) - np.exp(gamma * index)) / (np.exp(gamma * least) - np.exp(gamma * largest))
+        assert (days < index).mean() == pytest.approx(below, abs=0.02)
+
+
+def test_days_follow_each_other_as_graham_has_it():
+    quantile = rank_days(draw_normals(1, (36500,)), np.zeros(36500, int))
+    assert np.corrcoef(quantile[1:], quantile[:-1])[0, 1] == pytest.approx(0.28, abs=0.02)  # 0.29 of normal numbers
+    np.testing.assert_allclose(np.sort(quantile), (np.arange(36500) + 0.5) / 36500)
+
+
+def test_normal_numbers_are_normal():
+    drawn = draw_normals(7, (200_000,))
+    assert drawn.mean() == pytest.approx(0, abs=4 / np.sqrt(200_000))
+    assert drawn.std() == pytest.approx(1, abs=0.01)
+    assert not np.array_equal(drawn[:100], draw_normals(8, (100,)))
+    np.testing.assert_array_equal(draw_normals(-3, (5,)), draw_normals(-3, (5,)))
+
+
+def test_sums_are_met_below_the_ceiling():
+    rng = np.random.default_rng(0)
+    clearness, outside = rng.uniform(0, 0.8, (3, 48)), np.ones((3, 48))
+    scaled = scale_to_sums(clearness, np.full((3, 48), 0.75), outside, np.array([[5.0, 17.9]] * 3), np.array([0, 24]))
+    np.testing.assert_allclose(np.add.reduceat(scaled, [0, 24], axis=1), [[5.0, 17.9]] * 3, rtol=1e-9)
+    assert scaled.max() <= 0.75
+
+
+def test_the_seed_orders_the_days_and_leaves_the_sums():
+    same, first, second = climate(52.5, 13.4).data, climate(52.5, 13.4, seed=0).data, climate(52.5, 13.4, seed=1).data
+    pd.testing.assert_frame_equal(same, first)
+    np.testing.assert_allclose(monthly(first), monthly(second), rtol=1e-5)
+    assert np.corrcoef(first["ghi"].resample("D").sum(), second["ghi"].resample("D").sum())[0, 1] < 0.9
+    assert first["dni"].sum() == pytest.approx(second["dni"].sum(), rel=0.03)
+
+
+def test_many_places_at_once_are_those_one_by_one():
+    places = list(CELLS)[:4]
+    made = make_climates(*zip(*places, strict=True), seed=3)
+    for index, place in enumerate(places):
+        data = climate(*place, seed=3).data
+        for name in data:
+            np.testing.assert_array_equal(made[name][index], data[name])
+
+
+def test_the_same_bits_everywhere():
+    """Irradiance is rounded so far above a processor's own rounding that its bytes are the same on all of them."""
+    made = make_climates([52.5, -33.4, 71.1], [13.4, -70.7, -156.6])
+    digest = hashlib.sha256(b"".join(made[name].astype("<f8").tobytes() for name in ("ghi", "dni"))).hexdigest()
+    assert digest[:16] == "5e5376f9c0163512"
+
+
+# --- physics
+
+
+@pytest.mark.parametrize("place", CELLS)
+def test_limits_of_physics(place, cells):
+    data = cells[place].data
+    cosine = np.maximum(np.cos(np.radians(data["apparent_zenith"])), 0)
+    extra = pvlib.irradiance.get_extra_radiation(data.index + HOUR / 2).to_numpy()
+    np.testing.assert_allclose(data["ghi"], data["dhi"] + data["dni"] * cosine, atol=2e-6)
+    assert (data[["ghi", "dhi", "dni", "wind_speed"]].to_numpy() >= 0).all()
+    assert (data["ghi"] <= extra * cosine + 1e-3).all()
+    assert (data["ghi"] <= 1.5 * extra * cosine**1.2 + 100).all()  # BSRN's physically possible limit
+    assert (data["dni"] < 0.85 * extra).all()
+    assert (data["ghi"][data["apparent_zenith"] > 91] == 0).all()
+    assert data["pressure"].between(60e3, 103e3).all()
+    assert data.notna().all().all()
+
+
+def test_polar_night_and_day():
+    data = climate(78.22, 15.65).data
+    assert (data["ghi"]["2021-11-20":"2022"] == 0).all()
+    assert (data["ghi"]["2021-05-01":"2021-08-10"] > 0).all()
+
+
+def test_the_south_has_its_summer_in_december():
+    data = climate(-33.4, -70.7).data
+    ghi, temperature = monthly(data), monthly(data, "temp_air") / monthly(data.assign(one=1), "one")
+    assert ghi.argmax() in (0, 11) and ghi.argmin() in (5, 6)
+    assert temperature.argmax() in (0, 1) and temperature.argmin() in (6, 7)
+
+
+@pytest.mark.parametrize("place", [(28.3, 84.0), (29.7, 91.1), (-22.9, -68.2), (-16.5, -68.2), (0.3, 32.6)])
+def test_high_and_tropical_places(place):
+    weather = read_weather("climate", *place)
+    assert weather.data["ghi"].sum() / 1000 == pytest.approx(365 * look_up_normals(*place).ghi, rel=1e-6)
+    assert weather.data["dni"].sum() > 0.3 * weather.data["ghi"].sum()
+
+
+def test_afternoons_are_the_warmest_and_sunny_ones_above_all():
+    data = climate(52.5, 13.4).data
+    local = data.shift(freq="53min")  # mean solar time
+    assert local["temp_air"].groupby(local.index.hour).mean().idxmax() in (14, 15, 16)
+    summer = data["2021-06-01":"2021-08-31"]
+    days = summer.resample("D").agg({"ghi": "sum", "temp_air": "max"})
+    assert np.corrcoef(days["ghi"], days["temp_air"])[0, 1] > 0.5
+    assert np.average(data["temp_air"], weights=data["ghi"]) > data["temp_air"].mean() + 3.5
+
+
+# --- stations
+
+
+@pytest.mark.parametrize(
+    ("path", "ghi", "dni", "temp_air"),
+    # Bounds of docs/climate.md: the annual GHI of the grid is off by as much as the first; the arctic is worst.
+    [(TMY3, 10, 20, 2), (PVGIS, 10, 20, 4), (BARROW, 30, 140, 5)],
+)
+def test_errors_at_stations(path, ghi, dni, temp_air):
+    station = read_weather(path, 0, 0)
+    data = read_weather("climate", station.latitude, station.longitude).data
+    assert abs(data["ghi"].sum() / station.data["ghi"].sum() - 1) < ghi / 100
+    assert abs(data["dni"].sum() / station.data["dni"].sum() - 1) < dni / 100
+    weighted = [np.average(one["temp_air"], weights=one["ghi"]) for one in (data, station.data)]
+    assert abs(weighted[0] - weighted[1]) < temp_air
+
+
+@pytest.mark.parametrize(("path", "dni"), [(TMY3, 10), (PVGIS, 10), (BARROW, 60)])
+def test_with_the_stations_months_the_direct_part_is_near(path, dni):
+    station = read_weather(path, 0, 0)
+    place = station.latitude, station.longitude
+    times = pd.date_range("2021", "2022", freq="h", inclusive="left", tz="UTC")
+    months = monthly(station.data)[None]
+    sky = cleanest_sky([place], times, np.array([[look_up_altitude(*place)]]))
+    sky = raise_sky(sky, months.sum(axis=1, keepdims=True))
+    drawn = [draw_irradiance([place], times, sky, months, seed) for seed in range(3)]
+    for ghi, _, direct in drawn:
+        assert ghi.sum() == pytest.approx(months.sum(), rel=1e-3)  # a file's dark months may exceed any sky
+        assert abs(direct.sum() / station.data["dni"].sum() - 1) < dni / 100
+
+
+# --- the doors
+
+
+def test_the_climate_is_the_default(tmp_path, capfd):
+    assert Request().weather == "climate"
+    site = type("Site", (), {"latitude": 52.5, "longitude": 13.4, "altitude": 34.0})
+    weather = read_year(site, Request(seed=2))
+    assert "built-in climate" in weather.label and "climatology" in weather.label
+    np.testing.assert_array_equal(weather.data["ghi"], climate(52.5, 13.4, seed=2).data["ghi"])
+    assert main(["simulate", "--help"]) == 0
+    assert "climate" in capfd.readouterr().out
