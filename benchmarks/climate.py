@@ -2,10 +2,11 @@
 
     python benchmarks/climate.py WEATHER
 
-WEATHER is a folder with the stations' files: *.epw and *.epw.gz of any subfolder, potsdam_dwd/*.txt.gz (hourly values
-of Deutscher Wetterdienst, averaged over its years), nsrdb_15min/*.csv.gz, and PVGIS' json. Two tables: the built-in
-climate as it is, and the same with the station's own months of GHI, which leaves what the synthesis does. The walls are
-unshaded, before ground of albedo 0.25 under an isotropic sky, with the Sandia model on an open rack.
+WEATHER is a folder with the stations' files: *.epw and *.epw.gz of any subfolder, tmy3*.csv, PVGIS' json,
+potsdam_dwd/*.txt.gz (hourly values of Deutscher Wetterdienst, averaged over its years) and nsrdb_15min/*.csv.gz. Two
+tables: the built-in climate as it is, and the same with the station's own months of GHI, which leaves what the
+synthesis does. The walls are unshaded, before ground of albedo 0.25 under an isotropic sky, with the Sandia model on an
+open rack.
 """
 
 import argparse
@@ -30,6 +31,7 @@ from citypv.core.weather.climate import (
 )
 from citypv.core.weather.read_epw import read_epw
 from citypv.core.weather.read_pvgis import read_pvgis
+from citypv.core.weather.read_tmy3 import read_tmy3
 from citypv.core.weather.record import Record
 
 HOUR = pd.Timedelta(hours=1)
@@ -47,16 +49,26 @@ def main():
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     for title, own in (("Built-in climate", False), ("With the station's months of GHI", True)):
-        print(f"\n{title}\n\n| station | GHI | " + " | ".join(TITLES) + " |\n|---|--:|" + "--:|" * len(TITLES))
+        titles = [*TITLES, "DNI % of DISC on its own hours"] if own else TITLES
+        print(f"\n{title}\n\n| station | GHI | " + " | ".join(titles) + " |\n|---|--:|" + "--:|" * len(titles))
         errors, sound = [], []
         for name, years in read_stations(options.weather):
             errors.append(compare(years, own, options.seed))
             sound.append(max(disagreement(year) for year in years) <= DISAGREEMENT)
             ghi = np.mean([figures(year)[0] for year in years])
-            print(row(name + ("" if sound[-1] else " *"), f"{ghi:,.0f}", errors[-1]), flush=True)
+            split = f" {np.mean([split_error(year) for year in years]):+.1f} |" if own else ""
+            print(row(name + ("" if sound[-1] else " *"), f"{ghi:,.0f}", errors[-1]) + split, flush=True)
         for words, chosen in (("all", np.array(errors)), ("without *", np.array(errors)[sound])):
             print(row(f"mean, {words}", "", chosen.mean(axis=0)))
             print(row(f"root mean square, {words}", "", np.sqrt((chosen**2).mean(axis=0)), sign=""))
+
+
+def split_error(year):
+    """Error of DNI [%] where DISC splits the file's own GHI, hour by hour."""
+    data = year.data.resample("h", origin=year.data.index[0]).mean()
+    zenith = solar_position(data.index, HOUR, year.latitude, year.longitude)["apparent_zenith"]
+    dni = pvlib.irradiance.disc(data["ghi"], zenith, data.index, pressure=data["pressure"])["dni"]
+    return 100 * (dni.fillna(0.0).sum() / data["dni"].sum() - 1)
 
 
 def disagreement(year):
@@ -78,6 +90,8 @@ def read_stations(folder):
             yield path.name.split(".epw")[0], [add_sun(read_epw(path), HOUR)]
     for path in sorted(folder.glob("pvgis*.json")):
         yield "PVGIS 45° N, 8° E", [add_sun(read_pvgis(path, "json"), HOUR)]
+    for path in sorted(folder.glob("tmy3*.csv*")):
+        yield path.name.split(".csv")[0], [add_sun(read_tmy3(path), HOUR)]
     potsdam = sorted(folder.glob("potsdam_dwd/*_201[3-8]_*.txt.gz"))
     if potsdam:
         yield "Potsdam 2013–2018", [read_potsdam(path) for path in potsdam]
