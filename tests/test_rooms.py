@@ -24,7 +24,7 @@ ALLOWED = {
 LAYERS = (
     *("version", "errors", "progress", "threads", "check_arrays", "settings", "request", "interruption"),
     *("rays", "sampling", "city", "ground", "files", "scene", "materials", "patches"),
-    *("sun", "transfer", "radiosity", "photons", "weather", "energy", "results", "study", "commands"),
+    *("sun", "climate", "transfer", "radiosity", "photons", "weather", "energy", "results", "study", "commands"),
 )
 
 

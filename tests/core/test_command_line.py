@@ -128,9 +128,23 @@ def test_yield_repeats_the_simulation(results, tmp_path):
     assert (out / "groups.csv").read_text() == (results / "groups.csv").read_text()
 
 
+def test_without_a_file_the_built_in_climate_is_taken(results, tmp_path):
+    out = tmp_path / "climate"
+    assert main(["yield", str(results / "transfer.nc"), "--out", str(out), "--quiet"]) == 0
+    weather = json.loads((out / "summary.json").read_text(encoding="utf-8"))["weather"]
+    assert weather["label"].startswith("built-in climate (climatology")
+    # The climate's GHI at Berlin; the year of the file has some percent more, as the years measured at Potsdam have.
+    assert weather["ghi_annual"] == pytest.approx(995, abs=5)
+    with_file, without = (rows_of(folder / "faces.csv") for folder in (results, out))
+    for year, mean in zip(with_file, without, strict=True):
+        if year["surface_id"].endswith("south"):
+            assert float(mean["full_load_hours"]) == pytest.approx(float(year["full_load_hours"]), rel=0.15)
+
+
 def test_yield_with_another_weather(results, tmp_path):
     out = tmp_path / "clear"
-    assert main(["yield", str(results / "transfer.nc"), "--year", "2020", "--out", str(out), "--quiet"]) == 0
+    options = ["--weather", "clear-sky", "--year", "2020", "--out", str(out), "--quiet"]
+    assert main(["yield", str(results / "transfer.nc"), *options]) == 0
     cloudy, clear = (rows_of(folder / "faces.csv") for folder in (results, out))
     for before, after in zip(cloudy, clear, strict=True):
         assert before["diffuse_relative"] == after["diffuse_relative"]

@@ -12,7 +12,7 @@ import pytest
 from small_city import write_small_city
 from weathers import DATA, PVGIS
 
-from citypv.core.command_line import main
+from citypv.core.commands.command_line import main
 from citypv.core.errors import InputError
 from citypv.core.weather.read_weather import read_weather
 
