@@ -43,7 +43,7 @@ def test_the_whole_chain_from_a_script(addon, city_file):
     assert city["citypv_colour_attribute"] == "full_load_hours"
     assert bpy.context.scene.view_settings.view_transform == "Standard"
     assert "facade south|3|" in " ".join(city["citypv_groups"])
-    assert "upper bound" in city["citypv_weather"]
+    assert "climatology" in city["citypv_weather"]
 
 
 def test_importing_again_takes_the_place_of_the_first(addon, city_file):
