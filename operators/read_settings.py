@@ -58,6 +58,8 @@ def read_albedo_path(settings):
 
 def read_weather_source(settings):
     """`climate`, `pvgis`, `clear-sky`, or the path of the weather file."""
+    if settings.weather == "pvgis" and not bpy.app.online_access:
+        raise InputError("Weather", "Blender may not use the network", "allow online access in Preferences > System")
     if settings.weather != "file":
         return settings.weather
     if not settings.weather_file:

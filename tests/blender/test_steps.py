@@ -121,6 +121,15 @@ def test_import_without_a_file_says_what_to_do(addon):
         bpy.ops.citypv.import_city()
 
 
+def test_no_download_without_online_access(addon, city_file):
+    addon.weather = "pvgis"
+    if bpy.app.online_access:
+        assert read_settings(addon).weather == "pvgis"
+    else:
+        with pytest.raises(InputError, match="online access"):
+            read_settings(addon)
+
+
 def test_weather_without_a_file_says_what_to_do(addon, city_file):
     run_steps(addon, city_file, "import_city", "classify")
     addon.weather = "file"
