@@ -40,6 +40,18 @@ class Request:
         panel="import",
         choices={"z": "The file's z axis points up", "y": "The file's y axis points up"},
     )
+    orient: str = setting(
+        "auto",
+        "city",
+        "turn over polygons that face into their building, or leave all as they are drawn",
+        kind="choice",
+        title="Orient",
+        panel="import",
+        choices={
+            "auto": "Turn over what faces into its building, where rays from both sides agree",
+            "as-drawn": "Leave every polygon as it is drawn",
+        },
+    )
     latitude: float | None = setting(
         None, "city", "instead of what the files say", kind="number", unit="°", metavar="D", least=-90, most=90
     )

@@ -57,7 +57,7 @@ def read_scene(paths, request, progress=silent):
 
 def read_buildings(paths, request, progress=silent):
     """City of some files, as the settings want it."""
-    return read_city(paths, lod=request.lod, unit=request.unit, up=request.up, progress=progress)
+    return read_city(paths, lod=request.lod, unit=request.unit, up=request.up, orient=request.orient, progress=progress)
 
 
 def place_city(city, request):

@@ -44,7 +44,9 @@ class ImportCity(Step, bpy.types.Operator):
         from ..core.files.read_city import read_city
 
         paths, request = task
-        city = read_city(paths, lod=request.lod, unit=request.unit, up=request.up, progress=progress)
+        city = read_city(
+            paths, lod=request.lod, unit=request.unit, up=request.up, orient=request.orient, progress=progress
+        )
         return triangulate_import(city, request, progress)
 
     def finish(self, context, result):

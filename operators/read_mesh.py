@@ -74,11 +74,11 @@ def read_meshes(name, items, context):
     return content
 
 
-def join_meshes(content):
+def join_meshes(content, orient="auto"):
     """City of meshes, mended as files are."""
     from ..core.city.join_contents import join_contents
 
-    return join_contents([content])
+    return join_contents([content], orient=orient)
 
 
 def _add_building(content, building, item, matrix, metres):

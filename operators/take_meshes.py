@@ -31,7 +31,7 @@ class TakeMeshes(Step, bpy.types.Operator):
     def work(task, progress):
         """Mend them as files are."""
         content, request = task
-        return triangulate_import(join_meshes(content), request, progress)
+        return triangulate_import(join_meshes(content, request.orient), request, progress)
 
     def finish(self, context, result):
         """Show the buildings."""

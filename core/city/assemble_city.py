@@ -9,12 +9,15 @@ from ..progress import untold
 from .choose_lod import check_lod, choose_lod
 from .city import City, ImportReport
 from .clean_rings import clean_rings, starts_of
+from .judge_turning import judge_turning
 from .measure_polygons import measure_rings
 from .mend_polygons import Draft, mend_polygons
 from .orient_shells import orient_shells, turn_over
 
+ORIENTS = ("auto", "as-drawn")
 
-def assemble_city(contents, crs, lod=None, tell=untold):
+
+def assemble_city(contents, crs, lod=None, orient="auto", tell=untold):
     """Join the contents of files into one City.
 
     Parameters
@@ -24,6 +27,8 @@ def assemble_city(contents, crs, lod=None, tell=untold):
     crs : str or None
     lod : str, optional
         Level of detail; the best of 2.x of each building by default.
+    orient : {'auto', 'as-drawn'}
+        Turn over polygons that face into their building, or leave all as they are drawn.
     tell : callable, optional
         `tell(share)` is called after each step with the share of the time, as measured on a million polygons and fewer.
 
@@ -48,7 +53,10 @@ def assemble_city(contents, crs, lod=None, tell=untold):
     tell(0.65)
     if not draft.polygons:
         raise InputError(contents[0].path, "no building has a polygon that can be used", "see `citypv inspect`")
-    _orient(draft, report)
+    if orient not in ORIENTS:
+        raise InputError("--orient", f"{orient!r} is not known", f"give {' or '.join(ORIENTS)}")
+    if orient == "auto":
+        _orient(draft, report)
     tell(1.0)
     return City(
         surface_id=draft.names,
@@ -212,11 +220,19 @@ def _orient(draft, report):
     """Turn over what faces into its building: where the shell is closed, and in open ones what has no class."""
     found = orient_shells(draft.points, draft.ring_start, draft.polygon_start, draft.building)
     named = np.array([bool(polygon.thematic) for polygon in draft.polygons])
-    certain, likely = found.flip & found.closed, found.flip & ~found.closed & ~named
+    wanted = found.flip & (found.closed | ~named)
+    turned = judge_turning(draft.shape(), found.shell, found.agree, wanted, found.closed)
+    certain, likely = turned & found.closed, turned & ~found.closed
     draft.points = turn_over(draft.points, draft.ring_start, draft.polygon_start, certain | likely)
     for reason, mask in (("turned over: faced into its closed shell", certain), ("turned over, as its shell", likely)):
         report.repair(reason, [draft.names[i] for i in np.flatnonzero(mask)])
-    if found.doubtful.any():
-        names = [draft.names[i] for i in np.flatnonzero(found.doubtful)]
-        words = f"{len(names)} surfaces hang together in a way that tells no outside, and stay as drawn"
+    spared = "face inwards by the shape of their shell, but not by what they see, and stay as drawn"
+    _note(draft, report, found.doubtful, "hang together in a way that tells no outside, and stay as drawn")
+    _note(draft, report, wanted & ~turned, spared)
+
+
+def _note(draft, report, mask, words):
+    names = [draft.names[i] for i in np.flatnonzero(mask)]
+    if names:
+        words = f"{len(names)} surfaces {words}"
         report.notes.append(f"{words}: {', '.join(names[:5])}{' …' if len(names) > 5 else '.'}")

@@ -16,7 +16,7 @@ JOINING = "joining polygons"  # name of the stage
 BROUGHT = 0.1  # share of the time until all stand in one coordinate reference system
 
 
-def join_contents(contents, lod=None, unit="m", progress=silent):
+def join_contents(contents, lod=None, unit="m", orient="auto", progress=silent):
     """One City from the contents of files.
 
     Parameters
@@ -25,6 +25,8 @@ def join_contents(contents, lod=None, unit="m", progress=silent):
     lod : str, optional
     unit : {'m', 'ft', 'us-ft'}
         Where no file names a coordinate reference system.
+    orient : {'auto', 'as-drawn'}
+        See `assemble_city`.
     progress : callable, optional
         See `core.progress`.
 
@@ -55,7 +57,7 @@ def join_contents(contents, lod=None, unit="m", progress=silent):
         for polygon in content.polygons:
             polygon.rings = [next(pieces) for _ in polygon.rings]
     progress(JOINING, BROUGHT * count, count, "polygons")
-    return assemble_city(contents, crs, lod, partial(tell_joined, progress, count))
+    return assemble_city(contents, crs, lod, orient, partial(tell_joined, progress, count))
 
 
 def leave_out_degrees(content):

@@ -20,6 +20,8 @@ class Orientation:
     flip: np.ndarray  # (n,) bool: drawn with the inside out
     closed: np.ndarray  # (n,) bool: part of a shell without a gap, so that its volume tells for certain
     doubtful: np.ndarray  # (n,) bool: part of a shell that disagrees with itself and tells nothing
+    shell: np.ndarray  # (n,) int: number of the shell
+    agree: np.ndarray  # (n,) bool: drawn as the volume, or the larger part, of its shell says
 
 
 def orient_shells(points, ring_start, polygon_start, building):
@@ -55,9 +57,9 @@ def orient_shells(points, ring_start, polygon_start, building):
     sure = ~same & (np.abs(volume) > np.where(closed, 1e-6, SURE_VOLUME) * size**1.5)
     agree = ~sure & (np.maximum(turned, size - turned) >= SURE_SHARE * size)
     right = np.where(sure, np.sign(volume), np.where(turned > 0.5 * size, -1.0, 1.0))
-    flip = (sign != right[shell]) & (sure | agree)[shell] & ~twisted
+    agrees = sign == right[shell]
     doubtful = twisted | (~(sure | agree)[shell])
-    return Orientation(flip, closed[shell] & ~twisted, doubtful)
+    return Orientation(~agrees & ~doubtful, closed[shell] & ~twisted, doubtful, shell, agrees)
 
 
 def turn_over(points, ring_start, polygon_start, chosen):

@@ -17,7 +17,7 @@ READING = "reading files"  # name of the stage
 LAST = 0.99  # share of a file
 
 
-def read_city(paths, lod=None, unit="m", up="z", progress=silent):
+def read_city(paths, lod=None, unit="m", up="z", orient="auto", progress=silent):
     """Read files and folders of buildings into one City.
 
     Parameters
@@ -30,6 +30,8 @@ def read_city(paths, lod=None, unit="m", up="z", progress=silent):
         Of coordinates in files that name no coordinate reference system.
     up : {'z', 'y'}
         Axis that points to the sky, for formats that do not say.
+    orient : {'auto', 'as-drawn'}
+        Turn over polygons that face into their building, or leave all as they are drawn.
     progress : callable, optional
         See `core.progress`: bytes of the files, then polygons that are joined. Nothing is left of what is cancelled.
 
@@ -45,7 +47,7 @@ def read_city(paths, lod=None, unit="m", up="z", progress=silent):
     if up not in ("z", "y"):
         raise InputError("--up", f"{up!r} is no axis", "choose z or y")
     contents = read_files(list_files(paths), up, progress)
-    return join_contents(contents, lod=lod, unit=unit, progress=progress)
+    return join_contents(contents, lod=lod, unit=unit, orient=orient, progress=progress)
 
 
 def read_files(files, up, progress=silent):

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..city.check_geometry import check_city, check_extent
 from ..city.measure_polygons import measure_polygons
+from ..city.triangulate import triangulate
 from ..errors import InputError
 from ..ground.build_ground import build_ground, feet_or_corners
 from ..ground.build_terrain import build_terrain
@@ -16,7 +17,6 @@ from .grid_cells import split_into_cells
 from .locate_site import locate_site
 from .refine import refine_triangles
 from .scene import Scene, Site, Surfaces
-from .triangulate import triangulate
 
 GROUNDS = ("auto", "none")
 MICROMETRE = 6  # decimals of a metre

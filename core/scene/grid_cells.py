@@ -6,8 +6,8 @@ import shapely
 from ..city.check_geometry import check_city
 from ..city.city import City
 from ..city.measure_polygons import measure_polygons
+from ..city.triangulate import plane_axes
 from ..errors import InputError
-from .triangulate import plane_axes
 
 MOST_ELEMENTS = 1e6  # of one polygon
 SLIVER = 1e-6  # [m²] pieces below it are rounding

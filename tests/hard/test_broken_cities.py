@@ -11,6 +11,7 @@ from scenes import join, strip, suns_towards
 from scipy.spatial import Delaunay
 from towns import city_of_polygons, draw_town
 
+from citypv.core.city.triangulate import triangulate
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.errors import InputError
 from citypv.core.ground.build_ground import build_ground
@@ -25,7 +26,6 @@ from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.classify import classify, measure_tilt
 from citypv.core.scene.grid_cells import split_into_cells
 from citypv.core.scene.refine import refine_triangles
-from citypv.core.scene.triangulate import triangulate
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.solar_position import solar_position, sun_direction

@@ -5,8 +5,8 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from ..city.check_geometry import check_rings
-from ..city.measure_polygons import measure_polygons
+from .check_geometry import check_rings
+from .measure_polygons import measure_polygons
 
 THIN = 1e-9  # a triangle whose area is below this share of its longest edge squared has none
 TIE = 1e-6  # areas that differ by less than this share are equal: rounding must not choose between diagonals

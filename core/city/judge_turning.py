@@ -1,0 +1,214 @@
+"""Which polygons may be turned over: rays from both of their sides judge.
+
+A side of a polygon is *inside* where more than half of its rays meet backs of faces and at most one of eight the sky,
+the rule by which the tracer calls a point covered. Rays that leave downwards say nothing, for the ground is not there
+yet. A polygon supports an orientation of its shell by which its back is inside and its front is not, and sees the sky.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..rays.ray_scene import RayScene
+from .measure_polygons import measure_polygons, polygon_bounds
+from .triangulate import plane_axes, triangulate
+
+RAYS = 64  # from each side of a polygon
+WITNESSES = 16  # polygons of a shell, the largest ones, that are asked beside those that may be turned
+INSIDE = 0.5  # of the rays that do not leave downwards meet backs
+SKY = 0.125  # of the rays reach the sky
+GLIMPSE = 1 / 32  # of the rays that must reach it before a front is known to be outside
+CONTRADICTION = 0.25  # of the support, by area and by extent, that may speak for the opposite orientation
+UPWARD = -0.02  # vertical part of the normal of what does not look down
+REACH = 100.0  # [m] around the polygons asked that others are met
+OFFSET = 1e-3  # [m] at which rays start
+SPACINGS = 16  # of float32, the same
+STEPS = 1.1673039782614187 ** -np.arange(1.0, 5.0)  # of the R sequence in four dimensions (Roberts 2018)
+MICROMETRE = 6  # decimals of a metre, so that rounding at large coordinates decides nothing
+
+
+@dataclass
+class Sides:
+    """What the two sides of some polygons see, (k, 2): the front as drawn first."""
+
+    sky: np.ndarray  # share of the rays
+    down: np.ndarray  # share that leaves downwards
+    backs_drawn: np.ndarray  # share that meets backs, all polygons as drawn
+    backs_turned: np.ndarray  # share that meets backs, with all turned that may be
+    backs_opposite: np.ndarray  # the same with the asked polygon's shell the other way round
+
+
+def judge_turning(shape, shell, agree, wanted, closed):
+    """Which polygons are to be turned over, of those that their shells propose.
+
+    - An open shell that only looks up, two thirds of its area at least, is not turned for its volume: of a valley or a
+      bowl that says nothing.
+    - A shell all of which would turn does so only where rays support it, and hardly any of it the way it is drawn.
+    - Of a shell that disagrees with itself, a polygon turns where its own rays or those of its shell support it; where
+      nothing is inside, towards the sky.
+    - No polygon turns whose front as drawn is outside and whose back is inside, nor one that sees more of the sky as
+      it is drawn, unless what else it sees are the backs of its building, and none to look inside.
+
+    Parameters
+    ----------
+    shape : tuple
+        points (m, 3) float64 [m], ring_start (r + 1,), polygon_start (n + 1,).
+    shell : array, (n,) int
+        Number of the shell of each polygon.
+    agree : array, (n,) bool
+        Whether a polygon, as drawn, has the orientation that is proposed for its shell.
+    wanted : array, (n,) bool
+        Polygons that the proposal would turn; each of them does not agree.
+    closed : array, (n,) bool
+        Part of a shell without a gap.
+
+    Returns
+    -------
+    array, (n,) bool
+    """
+    agree, wanted = spare_upward_sheets(shape, shell, agree, wanted, closed)
+    if not wanted.any():
+        return wanted
+    area, _ = measure_polygons(*shape)
+    asked = choose_witnesses(shell, area, wanted)
+    sides = look_from_both_sides(shape, shell, asked, wanted)
+    whole = np.bincount(shell, ~wanted)[shell[asked]] == 0  # every polygon of the shell would turn
+    turned = decide(sides, (shell[asked], area[asked]), agree[asked], wanted[asked], whole)
+    found = np.zeros(len(wanted), bool)
+    found[asked[turned]] = True
+    return found
+
+
+def spare_upward_sheets(shape, shell, agree, wanted, closed):
+    """Proposals without those that would turn an open sheet down which only looks up."""
+    area, normal = measure_polygons(*shape)
+    open_shell = ~closed & np.isin(shell, np.unique(shell[wanted]))
+    up = np.where(agree, -1.0, 1.0) * normal[:, 2] >= UPWARD  # with the opposite of what is proposed
+    down = np.where(agree, 1.0, -1.0) * normal[:, 2] < UPWARD
+    count = shell.max() + 1
+    only_up = (np.bincount(shell, ~up, count) == 0) & (np.bincount(shell, down, count) > 0)
+    mostly = np.bincount(shell, np.where(agree, 0.0, area), count) >= 2 / 3 * np.bincount(shell, area, count)
+    spared = open_shell & (only_up & mostly)[shell]
+    return np.where(spared, ~agree, agree), np.where(spared, agree, wanted)
+
+
+def choose_witnesses(shell, area, wanted):
+    """Polygons to look from, ascending: those that may be turned, and the largest ones of their shells."""
+    members = np.flatnonzero(np.isin(shell, np.unique(shell[wanted])))
+    order = members[np.lexsort((members, -area[members], shell[members]))]
+    first = np.searchsorted(shell[order], shell[order])
+    large = order[np.arange(len(order)) - first < WITNESSES]
+    return np.union1d(large, np.flatnonzero(wanted))
+
+
+def decide(sides, shells, agree, wanted, whole):
+    """Which of the polygons asked are turned, (k,) bool."""
+    shell, area = shells
+    proposed = np.where(agree, 0, 1)  # side of each polygon that is its front by the proposal
+    support = supports(sides, sides.backs_turned, proposed)
+    right = supports(sides, sides.backs_drawn, np.zeros(len(shell), int))
+    drawn, turned = sides.sky.T
+    inward, into = (sides.backs_turned > INSIDE * (1 - sides.down)).T
+    lit = (drawn >= turned) & (((drawn > SKY) & ~inward) | ((drawn >= GLIMPSE) & into))
+    contrary = supports(sides, sides.backs_opposite, 1 - proposed) | (wanted & lit)
+    count = shell.max() + 1
+    votes = [
+        (np.bincount(shell, support * w, count), np.bincount(shell, contrary * w, count)) for w in (area, area**0.5)
+    ]
+    sure = np.all([(yes > 0) & (no <= CONTRADICTION * yes) for yes, no in votes], axis=0)[shell]
+    silent = (votes[0][0] + votes[0][1] == 0)[shell]
+    mixed = ~whole & (support | (silent & (turned > drawn)))
+    return wanted & ~right & ~lit & (sure | mixed)
+
+
+def supports(sides, backs, front):
+    """Polygons whose back is inside and whose front, the side given for each, is outside: (k,) bool."""
+    inside = (backs > INSIDE * (1 - sides.down)) & (sides.sky <= SKY)
+    rows = np.arange(len(front))
+    return inside[rows, 1 - front] & ~inside[rows, front] & (sides.sky[rows, front] >= GLIMPSE)
+
+
+def look_from_both_sides(shape, shell, asked, wanted):
+    """What both sides of the polygons asked see.
+
+    Returns
+    -------
+    Sides
+    """
+    triangles, owner, places = triangles_around(shape, asked)
+    corners = places[triangles]  # (t, 3, 3) [m]
+    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(doubled, axis=1)
+    normal = doubled / size[:, None]
+    start, point, direction = start_rays((corners, normal, size), owner, asked)
+    offset = max(OFFSET, SPACINGS * float(np.spacing(np.float32(np.abs(places).max()))))
+    scene = RayScene(places, triangles)
+    turn = np.where(wanted, -1.0, 1.0)[owner]
+    seen = np.empty((2, 5, len(asked)))
+    for side, sign in enumerate((1.0, -1.0)):
+        towards = sign * direction
+        hit = scene.trace_closest(
+            (point + sign * offset * normal[start]).astype(np.float32), towards.astype(np.float32)
+        ).reshape(len(asked), RAYS)
+        along = np.einsum("kd,kd->k", towards, normal[hit.reshape(-1)]).reshape(hit.shape)
+        missed, own = hit < 0, shell[owner[hit]] == shell[asked][:, None]
+        rises = (towards[:, 2] > 0).reshape(hit.shape)
+        after = along * turn[hit]
+        views = missed & rises, missed & ~rises, ~missed & (along > 0), ~missed & (after > 0)
+        seen[side] = [view.mean(axis=1) for view in (*views, ~missed & (np.where(own, -after, after) > 0))]
+    return Sides(*seen.transpose(1, 2, 0))
+
+
+def triangles_around(shape, asked):
+    """Triangles (t, 3) of all polygons near those asked, the polygon of each (t,), and points (m, 3) [m] near zero."""
+    points, ring_start, polygon_start = shape
+    near = polygons_near(shape, asked)
+    rings = np.diff(polygon_start)
+    chosen = np.zeros(len(rings), bool)
+    chosen[near] = True
+    kept_rings = np.repeat(chosen, rings)
+    corners = np.diff(ring_start)
+    kept = points[np.repeat(kept_rings, corners)]
+    places = np.round(kept - kept.min(axis=0), MICROMETRE)
+    triangles, owner = triangulate(places, starts(corners[kept_rings]), starts(rings[chosen]))
+    return triangles, near[owner], places
+
+
+def polygons_near(shape, asked):
+    """Polygons in the cells, REACH wide, that those asked touch, and in the eight around: (k,) int64, ascending."""
+    points, ring_start, polygon_start = shape
+    cells = []
+    for axis in (0, 1):
+        low, high = polygon_bounds(points[:, axis], ring_start, polygon_start)
+        cells.append(np.floor((np.stack([low, high]) - low.min()) / REACH).astype(np.int64) + 1)
+    width = max(cells[1].max() + 2, 3)
+    corners = np.array([x * width + y for x in cells[0] for y in cells[1]])  # (4, n)
+    around = np.add.outer([-width, 0, width], [-1, 0, 1]).reshape(-1)
+    marked = np.unique(np.unique(corners[:, asked])[:, None] + around)
+    large = np.any([high - low > 1 for low, high in cells], axis=0)  # may reach over a cell between its corners
+    return np.flatnonzero(large | np.isin(corners, marked).any(axis=0))
+
+
+def starts(counts):
+    """Where runs of so many entries begin, and where the last one ends."""
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+
+
+def start_rays(faces, owner, asked):
+    """RAYS rays from each polygon asked: triangle (k·RAYS,), point (k·RAYS, 3) [m], direction (k·RAYS, 3) in front."""
+    corners, normal, size = faces
+    one, other, height, turn = np.mod(0.5 + np.arange(1, RAYS + 1)[:, None] * STEPS, 1).T
+    # Triangles by area, and the rest of the same number for the place along one edge.
+    ends = np.cumsum(size)
+    first, last = np.searchsorted(owner, asked), np.searchsorted(owner, asked, "right") - 1
+    low = ends[first] - size[first]
+    target = low[:, None] + one * (ends[last] - low)[:, None]  # (k, RAYS)
+    start = np.clip(np.searchsorted(ends, target, "right"), first[:, None], last[:, None])
+    along = np.sqrt(np.clip((target - ends[start] + size[start]) / size[start], 0, 1))
+    weights = np.stack([1 - along, along * (1 - other), along * other], axis=-1)
+    point = np.einsum("krc,krcd->krd", weights, corners[start]).reshape(-1, 3)
+    axes = np.stack([*plane_axes(normal), normal], axis=1)  # (t, 3, 3)
+    radius, angle = np.sqrt(height), 2 * np.pi * turn
+    local = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1 - height)])
+    direction = np.einsum("ra,krad->krd", local, axes[start]).reshape(-1, 3)
+    return start.reshape(-1), point, direction
