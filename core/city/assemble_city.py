@@ -220,8 +220,7 @@ def _orient(draft, report):
     """Turn over what faces into its building: where the shell is closed, and in open ones what has no class."""
     found = orient_shells(draft.points, draft.ring_start, draft.polygon_start, draft.building)
     named = np.array([bool(polygon.thematic) for polygon in draft.polygons])
-    wanted = found.flip & (found.closed | ~named)
-    turned = judge_turning(draft.shape(), found.shell, found.agree, wanted, found.closed)
+    wanted, turned = judge_turning(draft.shape(), found, found.closed | ~named)
     certain, likely = turned & found.closed, turned & ~found.closed
     draft.points = turn_over(draft.points, draft.ring_start, draft.polygon_start, certain | likely)
     for reason, mask in (("turned over: faced into its closed shell", certain), ("turned over, as its shell", likely)):

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..rays.ray_scene import RayScene
 from .measure_polygons import measure_polygons, polygon_bounds
+from .orient_shells import SURE_SHARE
 from .triangulate import plane_axes, triangulate
 
 RAYS = 64  # from each side of a polygon
@@ -19,7 +20,7 @@ INSIDE = 0.5  # of the rays that do not leave downwards meet backs
 SKY = 0.125  # of the rays reach the sky
 GLIMPSE = 1 / 32  # of the rays that must reach it before a front is known to be outside
 CONTRADICTION = 0.25  # of the support, by area and by extent, that may speak for the opposite orientation
-UPWARD = -0.02  # vertical part of the normal of what does not look down
+DOWNWARD = -0.02  # vertical part of the normal, below which a polygon looks down
 REACH = 100.0  # [m] around the polygons asked that others are met
 OFFSET = 1e-3  # [m] at which rays start
 SPACINGS = 16  # of float32, the same
@@ -38,7 +39,7 @@ class Sides:
     backs_opposite: np.ndarray  # the same with the asked polygon's shell the other way round
 
 
-def judge_turning(shape, shell, agree, wanted, closed):
+def judge_turning(shape, found, allowed):
     """Which polygons are to be turned over, of those that their shells propose.
 
     - An open shell that only looks up, two thirds of its area at least, is not turned for its volume: of a valley or a
@@ -53,43 +54,44 @@ def judge_turning(shape, shell, agree, wanted, closed):
     ----------
     shape : tuple
         points (m, 3) float64 [m], ring_start (r + 1,), polygon_start (n + 1,).
-    shell : array, (n,) int
-        Number of the shell of each polygon.
-    agree : array, (n,) bool
-        Whether a polygon, as drawn, has the orientation that is proposed for its shell.
-    wanted : array, (n,) bool
-        Polygons that the proposal would turn; each of them does not agree.
-    closed : array, (n,) bool
-        Part of a shell without a gap.
+    found : Orientation
+        What the shells propose.
+    allowed : array, (n,) bool
+        Polygons that may be turned at all.
 
     Returns
     -------
-    array, (n,) bool
+    proposed, turned : array, (n,) bool
     """
-    agree, wanted = spare_upward_sheets(shape, shell, agree, wanted, closed)
+    agree, wanted = spare_upward_sheets(shape, found, found.flip & allowed, found.agree & ~found.doubtful & allowed)
+    turned = np.zeros(len(wanted), bool)
     if not wanted.any():
-        return wanted
+        return wanted, turned
+    shell = found.shell
     area, _ = measure_polygons(*shape)
     asked = choose_witnesses(shell, area, wanted)
     sides = look_from_both_sides(shape, shell, asked, wanted)
     whole = np.bincount(shell, ~wanted)[shell[asked]] == 0  # every polygon of the shell would turn
-    turned = decide(sides, (shell[asked], area[asked]), agree[asked], wanted[asked], whole)
-    found = np.zeros(len(wanted), bool)
-    found[asked[turned]] = True
-    return found
+    chosen = decide(sides, (shell[asked], area[asked]), agree[asked], wanted[asked], whole)
+    turned[asked[chosen]] = True
+    return wanted, turned
 
 
-def spare_upward_sheets(shape, shell, agree, wanted, closed):
-    """Proposals without those that would turn an open sheet down which only looks up."""
+def spare_upward_sheets(shape, found, wanted, others):
+    """Proposals that turn no open sheet down which only looks up: polygons that agree with them, and that would turn.
+
+    Where the opposite of a proposal only looks up, and most of the sheet is drawn so, that is proposed instead: the
+    `others` turn.
+    """
+    shell = found.shell
     area, normal = measure_polygons(*shape)
-    open_shell = ~closed & np.isin(shell, np.unique(shell[wanted]))
-    up = np.where(agree, -1.0, 1.0) * normal[:, 2] >= UPWARD  # with the opposite of what is proposed
-    down = np.where(agree, 1.0, -1.0) * normal[:, 2] < UPWARD
-    count = shell.max() + 1
-    only_up = (np.bincount(shell, ~up, count) == 0) & (np.bincount(shell, down, count) > 0)
-    mostly = np.bincount(shell, np.where(agree, 0.0, area), count) >= 2 / 3 * np.bincount(shell, area, count)
-    spared = open_shell & (only_up & mostly)[shell]
-    return np.where(spared, ~agree, agree), np.where(spared, agree, wanted)
+    count = shell.max(initial=-1) + 1
+    height = np.where(found.agree, 1.0, -1.0) * normal[:, 2]  # of the normal as proposed
+    only_up = np.bincount(shell, -height < DOWNWARD, count) == 0
+    only_up &= np.bincount(shell, height < DOWNWARD, count) > 0
+    mostly = np.bincount(shell, np.where(found.agree, 0.0, area), count) >= SURE_SHARE * np.bincount(shell, area, count)
+    spared = (only_up & mostly)[shell] & ~found.closed & np.isin(shell, np.unique(shell[wanted]))
+    return np.where(spared, ~found.agree, found.agree), np.where(spared, others, wanted)
 
 
 def choose_witnesses(shell, area, wanted):

@@ -17,7 +17,7 @@ READING = "reading files"  # name of the stage
 LAST = 0.99  # share of a file
 
 
-def read_city(paths, lod=None, unit="m", up="z", orient="auto", progress=silent):
+def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=silent):
     """Read files and folders of buildings into one City.
 
     Parameters
