@@ -1,0 +1,320 @@
+"""Which way polygons face: sheets that only look up, closed shells whose volume misleads, houses inside out."""
+
+import csv
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from own_rays import BACK, SKY, OwnRays
+
+from citypv.core.city import assemble_city
+from citypv.core.city.measure_polygons import measure_polygons
+from citypv.core.commands.command_line import main
+from citypv.core.files.read_city import read_city
+from citypv.core.scene.build_scene import build_scene
+
+DATA = Path(__file__).parents[1] / "data"
+BOX = {
+    "top": [4, 5, 6, 7],
+    "bottom": [0, 3, 2, 1],
+    "south": [0, 1, 5, 4],
+    "east": [1, 2, 6, 5],
+    "north": [2, 3, 7, 6],
+    "west": [3, 0, 4, 7],
+}
+SIDES = list(BOX)
+
+
+def box(low, high, without=(), inwards=()):
+    """Faces of a box that look outwards, those of `inwards` inwards: list of (4, 3) arrays."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    base = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+    points = np.array([(*corner, z) for z in (z0, z1) for corner in base], float)
+    drawn = {side: points[corners] for side, corners in BOX.items() if side not in without}
+    return [face[::-1] if side in inwards else face for side, face in drawn.items()]
+
+
+def valley(width=100.0, length=100.0, slope=0.1):
+    """Two sheets that look up and meet in a line along y at height 0."""
+    top = slope * width / 2
+    left = [(-width / 2, -length / 2, top), (0, -length / 2, 0), (0, length / 2, 0), (-width / 2, length / 2, top)]
+    return [np.array(left), np.array([(-x, y, z) for x, y, z in left[::-1]])]
+
+
+def bowl(radius=30.0, depth=15.0, rings=6, sectors=16):
+    """A round sheet that looks up, lowest in the middle, of quadrilaterals and triangles."""
+    angle = 2 * np.pi * np.arange(sectors + 1) / sectors
+    share = np.linspace(0, 1, rings + 1)
+    place = [[(r * radius * np.cos(a), r * radius * np.sin(a), depth * r**2) for a in angle[:-1]] for r in share]
+    place = np.array([[*ring, ring[0]] for ring in place])
+    faces = []
+    for ring in range(rings):
+        for k in range(sectors):
+            inner, outer = place[ring, k : k + 2], place[ring + 1, k : k + 2]
+            faces.append(np.array([inner[0], outer[0], outer[1], inner[1]][int(ring == 0) :]))
+    return faces
+
+
+def stadium(length=60.0, steps=12):
+    """A pitch with stands that rise around it, one sheet that looks up: four trapezoids a step."""
+    faces = [np.array([(-20, -30, 0), (20, -30, 0), (20, 30, 0), (-20, 30, 0)], float)]
+    for step in range(steps):
+        near, far = 0.8 * step, 0.8 * (step + 1)
+        low, high = 0.5 * step, 0.5 * (step + 1)
+        for lift, out in (((near, near), (low, high)), ((near, far), (high, high))):
+            inner = np.array([(-20, -30), (20, -30), (20, 30), (-20, 30)]) + out_of(lift[0])
+            outer = np.array([(-20, -30), (20, -30), (20, 30), (-20, 30)]) + out_of(lift[1])
+            for k in range(4):
+                a, b = k, (k + 1) % 4
+                faces.append(
+                    np.array([(*inner[b], out[0]), (*inner[a], out[0]), (*outer[a], out[1]), (*outer[b], out[1])])
+                )
+    return faces
+
+
+def out_of(distance):
+    """How far the corners of a rectangle move outwards."""
+    return distance * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+
+
+def parapet(side=20.0, wall=0.3, height=1.0, tray=-0.5):
+    """A closed shell: walls around a roof that lies `tray` above the underside of the shell, at 0."""
+    outer, inner = np.array([(0, 0), (side, 0), (side, side), (0, side)]), None
+    inner = outer + out_of(-wall)
+
+    def at(corners, z):
+        return np.column_stack([corners, np.full(4, z)])
+
+    low, top, inside, floor = at(outer, 0.0), at(outer, height), at(inner, height), at(inner, tray)
+    faces = [low[::-1], floor]
+    for k in range(4):
+        n = (k + 1) % 4
+        faces += [
+            np.array([low[k], low[n], top[n], top[k]]),
+            np.array([top[k], top[n], inside[n], inside[k]]),
+            np.array([inside[k], inside[n], floor[n], floor[k]]),
+        ]
+    return faces
+
+
+def write_obj(path, objects, shift=(0.0, 0.0, 0.0)):
+    """OBJ file of {name: list of (k, 3) arrays}."""
+    lines, count = [], 0
+    for name, faces in objects.items():
+        lines.append(f"o {name}")
+        for face in faces:
+            lines += ["v " + " ".join(f"{value:.6f}" for value in np.add(corner, shift)) for corner in face]
+            lines.append("f " + " ".join(str(count + k + 1) for k in range(len(face))))
+            count += len(face)
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def turned(city):
+    """Numbers of the polygons that were turned over."""
+    names = [name for reason, ids in city.report.repaired.items() if "turned over" in reason for name in ids]
+    return sorted(city.surface_id.index(name) for name in names)
+
+
+def read(folder, faces, **details):
+    """City of one object beside a house, so that there are always two."""
+    house = box((500, 500, 0), (510, 510, 10))
+    path = write_obj(folder / "city.obj", {"it": faces, "house": house}, **details)
+    return read_city([path])
+
+
+SHEETS = {
+    "valley with sides of 10 %": valley(),
+    "valley with sides of 100 %": valley(slope=1.0),
+    "bowl 60 m wide": bowl(),
+    "deep bowl": bowl(depth=60.0),
+    "stadium": stadium(),
+    "pit as deep as wide": box((0, 0, -10), (10, 10, 0), without=["top"], inwards=SIDES),
+    "shaft": box((0, 0, -60), (10, 10, 0), without=["top"], inwards=SIDES),
+}
+
+
+@pytest.mark.parametrize("name", SHEETS)
+def test_a_sheet_that_only_looks_up_is_not_turned(tmp_path, name):
+    faces = SHEETS[name]
+    starts = np.cumsum([0, *map(len, faces)])
+    _, normal = measure_polygons(np.concatenate(faces), starts, np.arange(len(faces) + 1))
+    assert normal[:, 2].min() > -1e-9
+    assert turned(read(tmp_path, faces)) == []
+
+
+@pytest.mark.parametrize("name", ["valley with sides of 10 %", "bowl 60 m wide", "stadium"])
+def test_one_face_of_such_a_sheet_drawn_downwards_is_turned_up(tmp_path, name):
+    faces = [face[::-1] if k == 1 else face for k, face in enumerate(SHEETS[name])]
+    if len(faces) == 2:
+        faces += [np.add(face, (0, 100, 0)) for face in SHEETS[name]]
+    assert turned(read(tmp_path, faces)) == [1]
+
+
+@pytest.mark.parametrize("tray", [-0.01, -0.8, -2.0])
+@pytest.mark.parametrize("side", [8.0, 20.0, 100.0])
+def test_a_closed_parapet_shell_whose_tray_lies_below_its_underside_stays(tmp_path, side, tray):
+    faces = parapet(side, tray=tray)
+    points, starts = np.concatenate(faces), np.cumsum([0, *map(len, faces)])
+    area, normal = measure_polygons(points, starts, np.arange(len(faces) + 1))
+    volume = sum(a * n @ face[0] for a, n, face in zip(area, normal, faces, strict=True)) / 3
+    assert volume == pytest.approx(side**2 - (side - 0.6) ** 2 * (1 - tray))  # of what is drawn right, and negative
+    assert volume < 0 or tray > -0.5
+    assert turned(read(tmp_path, faces)) == []
+
+
+def test_a_parapet_shell_drawn_inside_out_is_turned(tmp_path):
+    faces = [face[::-1] for face in parapet(tray=0.2)]
+    assert turned(read(tmp_path, faces)) == list(range(len(faces)))
+
+
+ROOMS = {
+    # A house around an open court: the walls of the court in the same object, and a floor.
+    "courtyard": box((0, 0, 0), (30, 30, 15), without=["top"])
+    + box((10, 10, 0.5), (20, 20, 15), without=["top"], inwards=SIDES)
+    + [np.array(ring, float) for ring in (
+        [(0, 0, 15), (30, 0, 15), (20, 10, 15), (10, 10, 15)],
+        [(30, 0, 15), (30, 30, 15), (20, 20, 15), (20, 10, 15)],
+        [(30, 30, 15), (0, 30, 15), (10, 20, 15), (20, 20, 15)],
+        [(0, 30, 15), (0, 0, 15), (10, 10, 15), (10, 20, 15)],
+    )],
+    "atrium": box((0, 0, 0), (30, 30, 15)) + box((10, 10, 1), (20, 20, 14), inwards=SIDES),
+    "loggia": box((0, 0, 0), (30, 30, 15), without=["south"])
+    + box((10, 0, 5), (20, 3, 8), without=["south"], inwards=SIDES)
+    + [np.array(ring, float) for ring in (
+        [(0, 0, 0), (30, 0, 0), (20, 0, 5), (10, 0, 5)],
+        [(30, 0, 0), (30, 0, 15), (20, 0, 8), (20, 0, 5)],
+        [(30, 0, 15), (0, 0, 15), (10, 0, 8), (20, 0, 8)],
+        [(0, 0, 15), (0, 0, 0), (10, 0, 5), (10, 0, 8)],
+    )],
+    "separate loggia": box((0, 0, 0), (30, 30, 15)) + box((10, 0.01, 5), (20, 3, 8), without=["south"], inwards=SIDES),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_rooms_drawn_inwards_on_purpose_stay(tmp_path, name):
+    assert turned(read(tmp_path, ROOMS[name])) == []
+
+
+def test_a_house_inside_out_around_a_right_one_is_turned_alone(tmp_path):
+    faces = box((0, 0, 0), (30, 30, 15), inwards=SIDES) + box((60, 0, 0), (70, 10, 8))
+    assert turned(read(tmp_path, faces)) == list(range(6))
+
+
+HOUSES = {"tower": (10, 12, 40), "house": (10, 12, 8), "hall": (60, 100, 8), "pavilion": (20, 20, 3)}
+WRONG = {"all": SIDES, "walls": SIDES[2:], "half": ["top", "south", "west"], "roof": ["top"], "one wall": ["east"]}
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+@pytest.mark.parametrize("missing", [[], ["bottom"], ["south"]], ids=["closed", "no floor", "no wall"])
+@pytest.mark.parametrize("size", HOUSES)
+def test_houses_drawn_inside_out_are_turned(tmp_path, size, missing, wrong):
+    faces = box((0, 0, 0), HOUSES[size], without=missing, inwards=WRONG[wrong])
+    kept = [side for side in SIDES if side not in missing]
+    assert turned(read(tmp_path, faces)) == [k for k, side in enumerate(kept) if side in WRONG[wrong]]
+
+
+@pytest.mark.parametrize("wrong", [[], *WRONG.values()])
+def test_a_row_of_houses_in_one_object_is_turned_house_by_house(tmp_path, wrong):
+    faces = box((0, 0, 0), (10, 10, 9)) + box((10, 0, 0), (20, 10, 12), inwards=wrong) + box((20, 0, 0), (30, 10, 6))
+    assert turned(read(tmp_path, faces)) == [6 + SIDES.index(side) for side in SIDES if side in wrong]
+
+
+def test_what_is_turned_does_not_depend_on_the_place(tmp_path):
+    """Nor on the engine: UTM, Gauss-Krüger, and single rays instead of packets."""
+    faces = box((0, 0, 0), HOUSES["house"], without=["south"], inwards=WRONG["half"]) + ROOMS["separate loggia"]
+    expected = turned(read(tmp_path, faces))
+    assert expected
+    for shift in ((389_123.25, 5_819_456.5, 34.0), (3_500_000.125, 5_500_000.0, 800.0), (-1e7, 1e7, 3000.0)):
+        assert turned(read(tmp_path, faces, shift=shift)) == expected
+
+
+def test_as_drawn_leaves_all_as_drawn(tmp_path):
+    path = write_obj(tmp_path / "city.obj", {"a": box((0, 0, 0), (9, 9, 9), inwards=SIDES), "b": valley()})
+    city = read_city([path], orient="as-drawn")
+    assert turned(city) == []
+    _, normal = measure_polygons(city.points, city.ring_start, city.polygon_start)
+    assert normal[SIDES.index("top"), 2] == -1
+    assert turned(read_city([path])) == list(range(6))
+
+
+def test_no_ray_is_cast_where_nothing_is_in_doubt(tmp_path, monkeypatch):
+    def refuse(*_):
+        raise AssertionError("a ray was cast")
+
+    monkeypatch.setattr("citypv.core.city.judge_turning.look_from_both_sides", refuse)
+    read_city([DATA / "citygml" / "berlin_opendata_part_v1.gml.gz"])
+    read_city([write_obj(tmp_path / "city.obj", {"a": valley(), "b": box((0, 0, 20), (9, 9, 29)), "c": bowl()})])
+    with pytest.raises(AssertionError, match="a ray was cast"):
+        read(tmp_path, box((0, 0, 0), (9, 9, 9), inwards=["top"]))
+
+
+def simulate(folder, path, *options):
+    """Full load hours and eligible facades of faces.csv: {surface: row}."""
+    status = main([
+        "simulate", str(path), "--out", str(folder), "--latitude", "52.5", "--longitude", "13.4", "--ground", "none",
+        "--samples", "256", "--suns", "typical-days:4", "--quiet", *options,
+    ])  # fmt: skip
+    assert status == 0
+    with (folder / "faces.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.slow
+def test_facades_in_a_valley_keep_their_light_end_to_end(tmp_path):
+    """A house in a V-shaped valley with sides of 10 %: all rows as with --orient as-drawn, and a sheet turned down,
+    as the volume would have it, takes light from the facades."""
+    house = box((-5, -5, 0.6), (5, 5, 10.6))
+    path = write_obj(tmp_path / "valley.obj", {"ground": valley(200, 200), "house": house})
+    found = simulate(tmp_path / "auto", path)
+    assert found == simulate(tmp_path / "drawn", path, "--orient", "as-drawn")
+    upside_down = {"ground": [face[::-1] for face in valley(200, 200)], "house": house}
+    dark = simulate(tmp_path / "dark", write_obj(tmp_path / "dark.obj", upside_down), "--orient", "as-drawn")
+    walls = [k for k, row in enumerate(found) if row["kind"] == "facade"]
+    assert len(walls) == 4
+    for k in walls:
+        assert float(dark[k]["diffuse_relative"]) < float(found[k]["diffuse_relative"]) - 0.05
+        # Half the sky, less what the sides of the valley hide (up to 5.7° all along), and a quarter of the rest.
+        assert 0.45 < float(found[k]["sky_view_factor"]) <= 0.5
+        assert 0.55 < float(found[k]["diffuse_relative"]) < 0.63
+
+
+@cache
+def manhattan():
+    """Loose triangles of Manhattan as drawn, which of them are turned, and what they see from both sides."""
+    name = DATA / "obj" / "nyc_midtown_citicorp_1km.obj.gz"
+    drawn, city = read_city([name], orient="as-drawn"), read_city([name])
+    chosen = np.array(turned(city))
+    proposed = np.array(turned_by_volume(name))
+    rows = np.union1d(chosen, proposed)
+    scene = build_scene(drawn, 40.757, -73.97, ground="none", patch_size=None)
+    assert (scene.triangle_surface == np.arange(len(drawn))).all()  # a polygon is a triangle
+    own = OwnRays(scene, np.full(len(drawn), 2e-3))
+    front = own.shares(rows, 32, 32, np.random.default_rng(3)).mean(axis=1)
+    own.normal = -own.normal
+    back = own.shares(rows, 32, 32, np.random.default_rng(4)).mean(axis=1)
+    return rows, chosen, front, back, measure_polygons(drawn.points, drawn.ring_start, drawn.polygon_start)[0][rows]
+
+
+def turned_by_volume(name):
+    """What the signed volume of shells alone would turn."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(assemble_city, "judge_turning", lambda shape, found, allowed: 2 * (found.flip & allowed,))
+        return turned(read_city([name]))
+
+
+@pytest.mark.slow
+def test_no_lit_face_of_manhattan_is_turned_to_the_dark():
+    """By another caster: what the volumes propose turns 51 triangles away from the sky, 1,180 m²; the rays turn none,
+    and keep two thirds of those that are rightly turned."""
+    rows, chosen, front, back, area = manhattan()
+    gain = back[:, SKY] - front[:, SKY]
+    done = np.isin(rows, chosen)
+    assert (gain < -0.02).sum() > 40
+    assert area[gain < -0.02].sum() > 1000
+    assert not (done & (gain < -0.02)).any()
+    assert (done & (gain > 0.02)).sum() > 60
+    # Seen from the back as drawn, what is turned is no inside: there it sees the sky or what others see.
+    assert area[done & (gain > 0.02)].sum() > 900
+    assert not (done & (front[:, SKY] > 0.125) & (front[:, BACK] < 0.5)).any()
