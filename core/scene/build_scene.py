@@ -13,6 +13,7 @@ from ..ground.build_ground import build_ground, feet_or_corners
 from ..ground.build_terrain import build_terrain
 from .classify import classify, measure_tilt
 from .find_footprints import find_footprints
+from .find_twins import find_twins
 from .grid_cells import split_into_cells
 from .locate_site import locate_site
 from .refine import refine_triangles
@@ -20,6 +21,7 @@ from .scene import Scene, Site, Surfaces
 
 GROUNDS = ("auto", "none")
 MICROMETRE = 6  # decimals of a metre
+DRAWN_TWICE = "lies on a surface that faces the same way, counted once"
 LOST_SHARE = 0.01  # triangles that cover less or more than a polygon by this share are worth a word
 
 
@@ -62,6 +64,7 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
     surfaces = _describe(city, points, whole_area)
     triangles, triangle_surface = triangulate(points, city.ring_start, city.polygon_start)
     report = copy.deepcopy(city.report)
+    _count_once(city, points, surfaces, report)
     _note_lost_area(points, triangles, triangle_surface, surfaces, report)
     vertices, triangles = merge_vertices(points, triangles)
     if patch_size is not None:
@@ -160,6 +163,15 @@ def _describe(city, points, whole_area):
         normal=normal,
         material=city.material,
     )
+
+
+def _count_once(city, points, surfaces, report):
+    """Leave what is drawn twice out of the eligible area, and say so."""
+    shape = points, city.ring_start, city.polygon_start
+    receiving = ~np.isin(surfaces.kind, ("ground", "downward"))
+    twins = find_twins(shape, surfaces.area, surfaces.normal, receiving)
+    surfaces.eligible &= ~twins
+    report.repair(DRAWN_TWICE, [surfaces.surface_id[i] for i in np.flatnonzero(twins)])
 
 
 def _note_lost_area(points, triangles, triangle_surface, surfaces, report):

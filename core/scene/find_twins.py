@@ -1,0 +1,117 @@
+"""Surfaces drawn twice: they lie on another that faces the same way, no further from it than the data are accurate.
+
+Party walls, which face opposite ways, are none. Of two that lie in one place the larger counts, else the one in front.
+"""
+
+import numpy as np
+import shapely
+
+from ..city.measure_polygons import polygon_bounds
+from ..city.triangulate import plane_axes
+
+ACCURACY = 0.01  # [m] coordinates come in millimetres or centimetres
+ONE_PLACE = 1e-4  # [m] below it neither of two surfaces is in front of the other
+ALONG = 0.9  # cosine between normals above which two surfaces face the same way
+COMMON = 0.05  # [m] that the boxes around two surfaces share along two axes: less is an edge
+TWIN_SHARE = 0.5  # of its area that lies on others, as of a surface that is covered
+
+
+def find_twins(shape, area, normal, wanted):
+    """Surfaces more than half of which lie on others that face the same way.
+
+    Parameters
+    ----------
+    shape : tuple
+        points (m, 3) float64 [m] with a local origin, ring_start (r + 1,), polygon_start (n + 1,).
+    area : array, (n,) float [m²]
+    normal : array, (n, 3) float
+    wanted : array, (n,) bool
+        Surfaces that may be twins; all may lie on them.
+
+    Returns
+    -------
+    array, (n,) bool
+    """
+    order = np.lexsort((np.arange(len(area)), -area))
+    rank = np.empty(len(area), np.int64)
+    rank[order] = np.arange(len(area))
+    pairs = find_parallel_pairs(shape, normal, wanted)
+    pairs = np.where((rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])  # the larger one first
+    common, ahead = measure_overlaps(shape, normal, pairs)
+    hidden = np.zeros((2, len(area)))  # [m²] of each that lies behind others, and in one place with larger ones
+    found = np.flatnonzero(common)
+    # The largest first, so that what lies on a twin does not become one for that alone.
+    for pair in found[np.lexsort((rank[pairs[found, 1]], rank[pairs[found, 0]]))]:
+        large, small = pairs[pair]
+        if ahead[pair] < -ONE_PLACE:
+            hidden[0, large] += common[pair]
+        elif ahead[pair] > ONE_PLACE:
+            hidden[0, small] += common[pair]
+        elif hidden[:, large].sum() <= TWIN_SHARE * area[large]:
+            hidden[1, small] += common[pair]
+    return wanted & (hidden.sum(axis=0) > TWIN_SHARE * area)
+
+
+def find_parallel_pairs(shape, normal, wanted):
+    """Pairs of surfaces (k, 2) that face the same way, whose boxes share more than an edge, near one plane."""
+    points, ring_start, polygon_start = shape
+    low, high = np.stack([polygon_bounds(points[:, axis], ring_start, polygon_start) for axis in range(3)], axis=2)
+    low, high = low - ACCURACY, high + ACCURACY
+    boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    one, other = shapely.STRtree(boxes).query(boxes)
+    first, second = one < other, np.einsum("ij,ij->i", normal[one], normal[other]) > ALONG
+    kept = first & second & (wanted[one] | wanted[other])
+    one, other = one[kept], other[kept]
+    common = np.sort(np.minimum(high[one], high[other]) - np.maximum(low[one], low[other]), axis=1)
+    corner = points[ring_start[polygon_start[:-1]]]
+    # Two flat surfaces that meet in one place lie, somewhere, within the accuracy of each other's planes.
+    reach = np.linalg.norm(high - low, axis=1)
+    turn = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
+    apart = np.abs(np.einsum("ij,ij->i", corner[other] - corner[one], normal[one]))
+    near = apart <= ACCURACY + turn * (reach[one] + reach[other])
+    kept = (common[:, 0] >= 0) & (common[:, 1] > COMMON) & near
+    return np.column_stack([one[kept], other[kept]])
+
+
+def measure_overlaps(shape, normal, pairs):
+    """Area [m²] on which the surfaces of each pair lie within the accuracy of each other, and how far [m] the first is
+    in front of the second there, both (k,)."""
+    points, ring_start, polygon_start = shape
+    large, small = pairs.T
+    origin = points[ring_start[polygon_start[large]]]
+    axes = np.stack(plane_axes(normal[large]), axis=1)  # (k, 2, 3)
+    common = shapely.intersection(*(draw_outlines(shape, index, origin, axes) for index in (large, small)))
+    size = shapely.area(common)
+    corners, pair = shapely.get_coordinates(common, return_index=True)
+    places = origin[pair] + np.einsum("ki,kij->kj", corners, axes[pair])
+    anchor = points[ring_start[polygon_start[small]]]
+    along = np.einsum("ij,ij->i", normal[large], normal[small])
+    ahead = np.einsum("ij,ij->i", places - anchor[pair], normal[small[pair]]) / along[pair]
+    furthest = np.zeros(len(pairs))
+    np.maximum.at(furthest, pair, np.abs(ahead))
+    mean = np.bincount(pair, ahead, len(pairs)) / np.maximum(np.bincount(pair, minlength=len(pairs)), 1)
+    return np.where(furthest <= ACCURACY, size, 0.0), mean
+
+
+def draw_outlines(shape, chosen, origin, axes):
+    """Surfaces with their holes, each seen along axes of its own: (k,) valid shapely geometries."""
+    points, ring_start, polygon_start = shape
+    rings, ring = expand(polygon_start, chosen)
+    count, point = expand(ring_start, ring)
+    # A ring ends where it begins.
+    starts = np.cumsum([0, *count])
+    closed = np.insert(point, starts[1:], point[starts[:-1]])
+    pair = np.repeat(np.repeat(np.arange(len(chosen)), rings), count + 1)
+    seen = np.einsum("kj,kij->ki", points[closed] - origin[pair], axes[pair])
+    offsets = starts + np.arange(len(starts)), np.cumsum([0, *rings])
+    outlines = shapely.from_ragged_array(shapely.GeometryType.POLYGON, seen, offsets)
+    broken = ~shapely.is_valid(outlines)
+    outlines[broken] = shapely.make_valid(outlines[broken])
+    return outlines
+
+
+def expand(start, chosen):
+    """Lengths of some runs (k,), and the places of what is in them, one after the other."""
+    count = np.diff(start)[chosen]
+    ends = np.cumsum(count)
+    return count, np.arange(ends[-1] if len(ends) else 0) + np.repeat(start[:-1][chosen] - ends + count, count)
