@@ -68,7 +68,7 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
     _note_lost_area(points, triangles, triangle_surface, surfaces, report)
     vertices, triangles = merge_vertices(points, triangles)
     if patch_size is not None:
-        vertices, triangles, origin_triangle = refine_triangles(vertices, triangles, patch_size)
+        vertices, triangles, origin_triangle = refine_triangles(vertices, triangles, patch_size, triangle_surface)
         triangle_surface = triangle_surface[origin_triangle]
     under = find_footprints(surfaces, city, points)
     footprint = under[triangle_surface]

@@ -5,14 +5,17 @@ import numpy as np
 from ..check_arrays import check_array, check_triangles
 from ..city.check_geometry import check_patch_size
 from ..errors import InputError
+from .flip_edges import find_inner_edges, flip_edges
 
 MOST_PIECES = 50e6  # more need more memory than there is
 SHORTEST = 1e-3  # [m] that a patch of its own size may be asked to be
+ELONGATED = 4.0  # longest edge over height, from which a triangle is first cut across
+STRIP = 0.85  # of the patch size: lower strips are cut so that the diagonals of their pieces fit as well
 TIE = 1e-6  # lengths that differ by less than this share are equal: rounding must not choose between them
 
 
-def refine_triangles(vertices, triangles, patch_size):
-    """Split every edge longer than patch_size at its midpoint, again and again, until none is left.
+def refine_triangles(vertices, triangles, patch_size, surface=None):
+    """Split every edge longer than patch_size, again and again, until none is left.
 
     Neighbours that share an edge share its midpoint, so that no vertex lies on the edge of another triangle: one that
     may be larger is split where its neighbour is.
@@ -23,6 +26,10 @@ def refine_triangles(vertices, triangles, patch_size):
          /     \\        /  |  \\        / \\  |\\        long edges: two, three or four
         a-------b      a---m---b      a---\\-b         triangles
 
+    An edge is split at its midpoint, but along elongated triangles into equal parts of which as few as possible will
+    do; their diagonals wait until the outline is split, and are turned across it (`flip_edges`): a wall of 1000 × 3 m
+    becomes a row of near-squares cut in two, not slivers.
+
     Parameters
     ----------
     vertices : array, (v, 3) float64 [m]
@@ -30,6 +37,8 @@ def refine_triangles(vertices, triangles, patch_size):
         Into vertices; identical points are merged beforehand.
     patch_size : float or array, (t,) float [m]
         Longest edge that stays, to one part in a million; one for all, or one for the pieces of each triangle.
+    surface : array, (t,) int, optional
+        Polygon of each triangle; diagonals between triangles of one may be turned. By default each has its own.
 
     Returns
     -------
@@ -38,7 +47,8 @@ def refine_triangles(vertices, triangles, patch_size):
     triangles : array, (s, 3) int64
         Oriented as their parents.
     parent : array, (s,) int64
-        Index of the given triangle that each one is a piece of, ascending.
+        Index of the given triangle that each one is a piece of, ascending; where diagonals were turned, of one of the
+        same surface.
 
     Raises
     ------
@@ -54,21 +64,107 @@ def refine_triangles(vertices, triangles, patch_size):
     patch_size = np.broadcast_to(np.asarray(patch_size, float), len(triangles))
     check_pieces(vertices, triangles, patch_size)
     parent = np.arange(len(triangles))
+    surface = parent if surface is None else np.asarray(surface)
+    thin = np.zeros(surface.max(initial=-1) + 1, bool)  # surfaces that had elongated triangles to split
     while True:
-        edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)  # (3 t, 2)
-        length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
-        long = length > (1 + TIE) * np.repeat(patch_size[parent], 3)
+        long, elongated = find_long_edges(vertices, triangles, patch_size[parent])
+        new = np.unique(surface[parent[elongated]])
+        if not thin[new].all():
+            fresh = np.isin(np.arange(len(thin)), new) & ~thin
+            thin |= fresh
+            triangles = flip_thin(vertices, triangles, surface[parent], fresh)
+            long, _ = find_long_edges(vertices, triangles, patch_size[parent])
         if not long.any():
             break
+        rows = thin[surface[parent]]
+        long &= ~find_waiting(vertices, triangles, surface[parent], (long, rows))
+        edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)  # (3 t, 2)
         key = edges[:, 0] * np.int64(len(vertices)) + edges[:, 1]
-        halved, first = np.unique(key[long], return_index=True)
+        halved, first, number = np.unique(key[long.reshape(-1)], return_index=True, return_inverse=True)
         place = np.minimum(np.searchsorted(halved, key), len(halved) - 1)
         middle = np.where(halved[place] == key, len(vertices) + place, -1)
-        ends = edges[long][first]
-        vertices = np.concatenate([vertices, 0.5 * (vertices[ends[:, 0]] + vertices[ends[:, 1]])])
+        parts = np.zeros(len(halved), np.int64)
+        wanted = count_parts(vertices, triangles, patch_size[parent])
+        np.maximum.at(parts, number.reshape(-1), wanted[long])
+        ends = vertices[edges[long.reshape(-1)][first]]  # (m, 2, 3)
+        vertices = np.concatenate([vertices, cut_edges(ends, parts)])
+        cut = np.zeros(len(thin), bool)
+        cut[surface[parent[(middle >= 0).reshape(-1, 3).any(axis=1)]]] = True
         triangles, parent = _split(vertices, triangles, parent, middle.reshape(-1, 3))
+        triangles = flip_thin(vertices, triangles, surface[parent], thin & cut)
     order = np.argsort(parent, kind="stable")
     return vertices, triangles[order], parent[order]
+
+
+def cut_edges(ends, parts):
+    """Where edges between ends (m, 2, 3) are cut first, to make so many equal parts of each: (m, 3).
+
+    Of an odd number the smaller half lies at the same end of all edges that run side by side.
+    """
+    along = ends[:, 1] - ends[:, 0]
+    rows = np.arange(len(along))
+    forward = along[rows, np.abs(along).argmax(axis=1)] > 0
+    share = np.where(forward, parts // 2, parts - parts // 2) / parts
+    # Of two halves this is the same to the last bit, whichever end comes first.
+    return np.where((parts == 2)[:, None], 0.5 * (ends[:, 0] + ends[:, 1]), ends[:, 0] + share[:, None] * along)
+
+
+def measure_triangles(vertices, triangles):
+    """Edges ab, bc and ca (t, 3), and the height over the longest of them (t,), in metres."""
+    corners = vertices[triangles]
+    length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    longest = length.max(axis=1, initial=0)
+    return length, np.divide(doubled, longest, out=np.zeros(len(longest)), where=longest > 0)
+
+
+def find_long_edges(vertices, triangles, patch_size):
+    """Edges that are too long (t, 3), and elongated triangles that have one (t,)."""
+    length, height = measure_triangles(vertices, triangles)
+    long = length > (1 + TIE) * patch_size[:, None]
+    return long, long.any(axis=1) & (length.max(axis=1, initial=0) > ELONGATED * height)
+
+
+def count_parts(vertices, triangles, patch_size):
+    """Into how many equal parts each edge is to be cut, (t, 3): 2, but along elongated triangles as many as fit the
+    patch size, and along low strips as many as have diagonals that fit it."""
+    length, height = measure_triangles(vertices, triangles)
+    elongated = length.max(axis=1, initial=0) > ELONGATED * height
+    piece = np.sqrt(patch_size**2 - np.where(height < STRIP * patch_size, height, 0) ** 2)
+    parts = np.maximum(np.ceil(length / piece[:, None] - TIE), 2)
+    return np.where(elongated[:, None], parts, 2).astype(np.int64)
+
+
+def find_waiting(vertices, triangles, surface, wanted):
+    """Edges (t, 3) of some rows that may be turned instead of split: between two elongated triangles that both have an
+    edge of the outline to split, which is split in any case."""
+    long, rows = wanted
+    length, height = measure_triangles(vertices, triangles)
+    rows = np.flatnonzero(rows & (long.sum(axis=1) > 1) & (length.max(axis=1, initial=0) > ELONGATED * height))
+    waiting = np.zeros(long.shape, bool)
+    pairs, corners = find_inner_edges(vertices, triangles[rows], surface[rows])
+    inner = np.zeros((len(rows), 3), bool)
+    sides = [side_of(triangles[rows][pairs[:, k]], corners[:, k]) for k in (0, 1)]
+    for k in (0, 1):
+        inner[pairs[:, k], sides[k]] = True
+    wait = (long[rows] & ~inner).any(axis=1)[pairs].all(axis=1)
+    for k in (0, 1):
+        waiting[rows[pairs[wait, k]], sides[k][wait]] = True
+    return waiting
+
+
+def side_of(triangles, start):
+    """Number of the edge of each triangle that begins at a vertex."""
+    return np.argmax(triangles == start[:, None], axis=1)
+
+
+def flip_thin(vertices, triangles, surface, thin):
+    """Triangles with the diagonals of some surfaces turned."""
+    rows = np.flatnonzero(thin[surface])
+    if len(rows):
+        triangles = triangles.copy()
+        triangles[rows] = flip_edges(vertices, triangles[rows], surface[rows])
+    return triangles
 
 
 def check_pieces(vertices, triangles, patch_size):
