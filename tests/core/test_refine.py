@@ -112,7 +112,7 @@ def normals(vertices, triangles):
 
 
 def test_a_disc_of_short_edges_is_refined():
-    """A regular polygon with 150 sides of 4 m, cut into a fan: its long edges are diagonals, none belongs to the rim."""
+    """A regular polygon with 150 sides of 4 m, cut into a fan: its long edges are diagonals, none lies on the rim."""
     angle = 2 * np.pi * np.arange(150) / 150
     vertices = 95.5 * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     fan = np.column_stack([np.zeros(148, int), np.arange(1, 149), np.arange(2, 150)])
