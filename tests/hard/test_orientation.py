@@ -222,7 +222,7 @@ def test_a_row_of_houses_in_one_object_is_turned_house_by_house(tmp_path, wrong)
 
 
 def test_what_is_turned_does_not_depend_on_the_place(tmp_path):
-    """Nor on the engine: UTM, Gauss-Krüger, and single rays instead of packets."""
+    """UTM, Gauss-Krüger, and ten thousand kilometres out."""
     faces = box((0, 0, 0), HOUSES["house"], without=["south"], inwards=WRONG["half"]) + ROOMS["separate loggia"]
     expected = turned(read(tmp_path, faces))
     assert expected
