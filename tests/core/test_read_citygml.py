@@ -12,7 +12,6 @@ import pytest
 from citypv.core.city.measure_polygons import measure_polygons
 from citypv.core.errors import InputError
 from citypv.core.files.read_city import read_city
-from citypv.core.files.read_citygml import read_citygml
 from citypv.core.scene.classify import measure_tilt
 
 ROOT = Path(__file__).parents[2]
@@ -158,7 +157,7 @@ def test_folder_and_several_files_are_one_city(tmp_path):
     assert len(city) == 2 * len(alone)
     assert len(set(city.building_id)) == 2
     assert city.building_id[0].startswith("GUID_XXX")  # the order of the names
-    assert len(read_citygml([tmp_path / "b.gml", tmp_path / "a.gml.gz"])) == len(city)
+    assert len(read_city([tmp_path / "b.gml", tmp_path / "a.gml.gz"])) == len(city)
 
 
 def test_same_building_in_two_tiles_counts_once(tmp_path):
