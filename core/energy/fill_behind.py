@@ -36,7 +36,7 @@ def order_neighbours(suns):
     if suns.day[0] < 0:
         return near
     # Sort all suns of a day by their distance in steps; a short day repeats its last sun.
-    longest = np.bincount(suns.day).max()
+    longest = np.unique(suns.day, return_counts=True)[1].max()
     same = np.empty((len(suns), longest), near.dtype)
     for day in np.unique(suns.day):
         members = np.flatnonzero(suns.day == day)

@@ -5,12 +5,13 @@ import pandas as pd
 from ..check_arrays import check_seed
 from ..errors import InputError
 from .check_suns import check_place, check_times
+from .days_of_year import days_of_year_suns
 from .hourly import hourly_suns
 from .keep_suns import weigh_by_year
 from .sky_grid import sky_grid_suns
 from .typical_days import typical_day_suns
 
-CURE = "give hourly, typical-days:N or sky-grid:N"
+CURE = "give hourly, days:N, typical-days:N or sky-grid:N"
 FEWEST_DIRECTIONS, MOST_DIRECTIONS = 16, 1_000_000
 
 
@@ -20,7 +21,7 @@ def choose_suns(way, times, interval, latitude, longitude, seed=0):  # noqa: PLR
     Parameters
     ----------
     way : str
-        "hourly", "typical-days:N" or "sky-grid:N".
+        "hourly", "days:N", "typical-days:N" or "sky-grid:N".
     times : pandas.DatetimeIndex, (t,)
         Start of each interval, tz-aware.
     interval : pandas.Timedelta
@@ -38,7 +39,7 @@ def choose_suns(way, times, interval, latitude, longitude, seed=0):  # noqa: PLR
     Raises
     ------
     InputError
-        The words mean nothing, or ask for more typical days than there are days; the place is not on Earth.
+        The words mean nothing, or ask for more days than there are; the place is not on Earth.
     """
     name, count = parse_way(way)
     check_times(times, interval)
@@ -46,12 +47,15 @@ def choose_suns(way, times, interval, latitude, longitude, seed=0):  # noqa: PLR
     check_seed(seed)
     if name == "hourly":
         return hourly_suns(times, interval, latitude, longitude)
+    year = times, interval, latitude, longitude
+    if name == "sky-grid":
+        return weigh_by_year(sky_grid_suns(count), *year)
+    days = len(times) * interval // pd.Timedelta(days=1)
+    if count > days:
+        raise InputError("--suns", f"{count} {name.replace('-', ' ')} of {days} days", "ask for fewer, or for hourly")
     if name == "typical-days":
-        days = len(times) * interval // pd.Timedelta(days=1)
-        if count > days:
-            raise InputError("--suns", f"{count} typical days of {days} days", "ask for fewer, or for hourly")
-        return typical_day_suns(times, interval, latitude, longitude, count=count, seed=seed)
-    return weigh_by_year(sky_grid_suns(count), times, interval, latitude, longitude)
+        return typical_day_suns(*year, count=count, seed=seed)
+    return weigh_by_year(days_of_year_suns(*year, count=count), *year)
 
 
 def parse_way(way):
@@ -64,14 +68,14 @@ def parse_way(way):
 
     Returns
     -------
-    name : {"hourly", "typical-days", "sky-grid"}
+    name : {"hourly", "days", "typical-days", "sky-grid"}
     count : int
         0 for "hourly".
     """
     name, _, number = str(way).partition(":")
     if way == "hourly":
         return name, 0
-    if name not in ("typical-days", "sky-grid") or not (number.isascii() and number.isdigit()):
+    if name not in ("days", "typical-days", "sky-grid") or not (number.isascii() and number.isdigit()):
         raise InputError("--suns", f"{way!r} is unknown", CURE)
     count, least = int(number), FEWEST_DIRECTIONS if name == "sky-grid" else 1
     if count < least:

@@ -5,21 +5,23 @@ from scipy.spatial import KDTree
 
 from ..errors import InputError
 from .check_suns import check_suns
+from .match_days_of_year import match_days_of_year
 from .match_sky_grid import match_sky_grid
 from .match_typical_days import match_typical_days
 from .solar_days import solar_days
 from .solar_position import is_sunny, solar_position, sun_direction
 from .suns import SunMatch
 
-WAYS = ("hourly", "typical-days", "sky-grid")
+WAYS = ("hourly", "days", "typical-days", "sky-grid")
 
 
 def match_suns(suns, times, interval, latitude, longitude):
     """Which traced suns stand for each interval of a time axis.
 
-    Hourly: the nearest sun, which is the interval's own on the axis that was traced. Typical days: a sun of the typical
-    day that comes nearest to the interval's day. Sky grid: the three directions around the sun, weighted. The axis may
-    be another year and the place another one than those traced for.
+    Hourly: the nearest sun, which is the interval's own on the axis that was traced. Days: the suns of the days before
+    and after, weighted. Typical days: a sun of the typical day that comes nearest to the interval's day. Sky grid: the
+    three directions around the sun, weighted. The axis may be another year and the place another one than those traced
+    for.
 
     Parameters
     ----------
@@ -38,24 +40,51 @@ def match_suns(suns, times, interval, latitude, longitude):
         With weights of zero where the sun stands below 2°.
     """
     check_suns(suns)
-    if not suns.way.startswith(WAYS):
+    if suns.way.partition(":")[0] not in WAYS:
         raise InputError("suns", f"the way {suns.way!r} is unknown", f"give one of {', '.join(WAYS)}")
     sun = solar_position(times, interval, latitude, longitude)
     sunny = is_sunny(sun["apparent_zenith"])
     direction = sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
-    columns = 3 if suns.way.startswith("sky-grid") else 1
-    index = np.zeros((len(times), columns), np.int32)
-    weight = np.zeros((len(times), columns), np.float32)
     if not sunny.any():
-        return SunMatch(index, weight)
+        return SunMatch(np.zeros((len(times), 1), np.int32), np.zeros((len(times), 1), np.float32))
     if not len(suns):
         problem = "none was traced, but the sun stands above 2° on this time axis"
         raise InputError("suns", problem, "trace them again, for a year and place that have sun")
-    if suns.way.startswith("sky-grid"):
-        index[sunny], weight[sunny] = match_sky_grid(suns, direction)
-    elif suns.way.startswith("typical-days"):
-        day, _ = solar_days(times, interval, longitude)
-        index[sunny, 0], weight[sunny, 0] = match_typical_days(suns, direction, day[sunny]), 1.0
-    else:
-        index[sunny, 0], weight[sunny, 0] = KDTree(suns.direction).query(direction)[1], 1.0
+    day, _ = solar_days(times, interval, longitude)
+    found, share = match_directions(suns, direction, day[sunny])
+    index = np.zeros((len(times), found.shape[1]), np.int32)
+    weight = np.zeros(index.shape, np.float32)
+    index[sunny], weight[sunny] = found, share
     return SunMatch(index, weight)
+
+
+def match_directions(suns, direction, day):
+    """Which traced suns stand for each sunny interval.
+
+    Parameters
+    ----------
+    suns : Suns
+        As traced.
+    direction : numpy.ndarray, (t, 3)
+        Towards the sun of each interval.
+    day : numpy.ndarray, (t,) int
+        Its day of local solar time.
+
+    Returns
+    -------
+    index : numpy.ndarray, (t, k) int
+    weight : numpy.ndarray, (t, k)
+        Rows sum to 1.
+    """
+    name = suns.way.partition(":")[0]
+    if name == "sky-grid":
+        return match_sky_grid(suns, direction)
+    if name == "days":
+        return match_days_of_year(suns, direction, day)
+    near = match_typical_days(suns, direction, day) if name == "typical-days" else nearest_sun(suns, direction)
+    return near[:, None], np.ones((len(near), 1))
+
+
+def nearest_sun(suns, direction):
+    """The traced sun nearest to each direction: (t,) int."""
+    return KDTree(suns.direction).query(direction)[1]

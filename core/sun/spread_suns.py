@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import KDTree
 
+from .days_of_year import TROPICAL_YEAR
+
 GOLDEN = (np.sqrt(5) - 1) / 2
 PLASTIC = 1.324717957244746  # the root of x³ = x + 1
 WALK_DAYS, WALK_SKY = 64, 4  # steps for each day or direction; those that are never met come last
@@ -15,7 +17,8 @@ def spread_suns(suns):
 
     Days stay whole. They are laid end to end, from the one with the most southern sun to the one with the most
     northern, each as long as its weight, and met by golden steps: days that stand for much come early, and no season
-    waits for long. The directions of a sky grid are met by a walk that fills the sky evenly.
+    waits for long. Days of the year that are interpolated between lie in the order of the seasons instead, all of one
+    length. The directions of a sky grid are met by a walk that fills the sky evenly.
 
     Parameters
     ----------
@@ -43,9 +46,11 @@ def spread_suns(suns):
 def order_days(suns):
     """Suns day by day, the days in golden steps: (s,) int."""
     _, number, length = np.unique(suns.day, return_inverse=True, return_counts=True)
-    north = np.bincount(number, suns.direction[:, 1]) / length
-    share = np.bincount(number, suns.weight)
-    line = np.argsort(north, kind="stable")
+    if suns.way.startswith("days:"):
+        place, share = np.unique(suns.day) % TROPICAL_YEAR, np.ones(len(length))
+    else:
+        place, share = np.bincount(number, suns.direction[:, 1]) / length, np.bincount(number, suns.weight)
+    line = np.argsort(place, kind="stable")
     end = np.cumsum(share[line] if share.any() else np.ones(len(line)))
     steps = (0.5 + GOLDEN * np.arange(WALK_DAYS * len(line))) % 1 * end[-1]
     met = np.minimum(np.searchsorted(end, steps, side="right"), len(line) - 1)

@@ -9,10 +9,12 @@ import numpy as np
 class Suns:
     """Sun positions that are traced, and what is needed to rebuild a whole year from them."""
 
-    way: str  # "hourly", "typical-days:12" or "sky-grid:1654"; "hourly:480" are 480 of the hours
+    way: str  # "hourly", "days:24", "typical-days:12" or "sky-grid:1654"; "hourly:480" are 480 of the hours
     direction: np.ndarray  # (s, 3) float64, unit vectors towards the sun: x east, y north, z up
     weight: np.ndarray  # (s,) float64, the share of the year's sunny intervals it stands for; sums to 1
-    day: np.ndarray  # (s,) int32, typical day (or day of the year) it belongs to; -1 in a sky grid
+    day: (
+        np.ndarray
+    )  # (s,) int32, the day it belongs to: a count, in the way "days" the date's ordinal; -1 in a sky grid
     step: np.ndarray  # (s,) int32, step of that day; -1 in a sky grid
 
     def __len__(self):
@@ -24,4 +26,4 @@ class SunMatch:
     """Which traced suns stand for each interval of a time axis."""
 
     index: np.ndarray  # (T, k) int32 into the suns; 0 where the weight is 0
-    weight: np.ndarray  # (T, k) float32; rows sum to 1, or to 0 where the sun is too low
+    weight: np.ndarray  # (T, k) float32; rows sum to 1, or to 0 where the sun is too low; some are negative

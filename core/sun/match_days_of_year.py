@@ -1,0 +1,146 @@
+"""Interpolate between days of the year, and between the steps of a day."""
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from .cubic_weights import cubic_weights
+from .days_of_year import EPOCH, TROPICAL_YEAR
+
+WIDEST_GAP = 60.0  # days; over longer times the sun's path is no smooth function of the season
+ON_STEP = 0.05  # of a step: the sun of the traced step itself
+FINE_STEP = np.cos(np.radians(6.0))  # between steps that lie closer than this a straight line is good enough
+CHUNK = 4096  # intervals at a time
+AROUND = np.array([-1, 0, 1, 2])
+
+
+def match_days_of_year(suns, direction, day):
+    """The traced suns around each sunny interval, and their weights.
+
+    In each step of the day the sun's place is a smooth function of the season, the analemma; along it four traced days
+    are joined by a cubic. Where the interval lies between two steps, because the weather has shorter steps or another
+    longitude, four steps are joined likewise. Where the interpolated place misses the sun by more than the nearest
+    traced sun does (about sunrise and sunset, and in gaps of more than 60 days), that one stands for it.
+
+    Parameters
+    ----------
+    suns : Suns
+        Of days of the year.
+    direction : numpy.ndarray, (t, 3)
+        Towards the suns of the sunny intervals.
+    day : numpy.ndarray, (t,) int
+        Solar day of each interval, since 1970-01-01.
+
+    Returns
+    -------
+    index : numpy.ndarray, (t, k) int64
+        Into the suns; 0 where the weight is 0. k is 4 on the time axis that was traced, up to 16 on others.
+    weight : numpy.ndarray, (t, k) float64
+        Rows sum to 1; some are negative.
+    """
+    dates = np.unique(suns.day)
+    dates = dates[np.argsort(dates % TROPICAL_YEAR)]
+    table = np.full((len(dates), suns.step.max() + 1), -1)
+    table[np.argsort(dates)[np.searchsorted(np.sort(dates), suns.day)], suns.step] = np.arange(len(suns))
+    days, which = np.unique(day, return_inverse=True)
+    seasons, season_weight = join_days(table, dates % TROPICAL_YEAR, (days + EPOCH) % TROPICAL_YEAR)
+    path = np.einsum("dak,dakx->dkx", season_weight, suns.direction[seasons])
+    known = season_weight.any(axis=1)
+    path[known] /= np.linalg.norm(path[known], axis=1, keepdims=True)
+    index, weight = np.zeros((len(day), 16), int), np.zeros((len(day), 16))
+    for first in range(0, len(day), CHUNK):
+        part = slice(first, first + CHUNK)
+        own = which[part]
+        steps, step_weight = join_steps(path[own], known[own], direction[part])
+        at = own[:, None, None], np.arange(4)[None, :, None], steps[:, None, :]
+        index[part] = seasons[at].reshape(-1, 16)
+        weight[part] = (season_weight[at] * step_weight[:, None, :]).reshape(-1, 16)
+    take_nearest(suns, direction, index, weight)
+    return drop_empty_columns(index, weight)
+
+
+def join_days(table, phase, place):
+    """Traced suns and weights of every step of some days.
+
+    Parameters
+    ----------
+    table : numpy.ndarray, (n, s) int
+        Sun of each traced day and step; -1 where it is down.
+    phase : numpy.ndarray, (n,)
+        Time of the year of the traced days, ascending [days].
+    place : numpy.ndarray, (d,)
+        Time of the year of the days asked for [days].
+
+    Returns
+    -------
+    index : numpy.ndarray, (d, 4, s) int
+        0 where the weight is 0.
+    weight : numpy.ndarray, (d, 4, s)
+    """
+    around = np.searchsorted(phase, place, side="right")[:, None] - 1 + AROUND  # (d, 4), over the year's end
+    nodes = phase[around % len(phase)] + TROPICAL_YEAR * (around // len(phase))
+    near = np.diff(nodes, axis=1) <= WIDEST_GAP  # (d, 3)
+    joined = np.stack([near[:, 0] & near[:, 1], near[:, 1], near[:, 1], near[:, 1] & near[:, 2]], axis=1)
+    index = table[around % len(phase)]
+    known = (index >= 0) & joined[:, :, None]
+    count, _, steps = index.shape
+    known_rows = known.transpose(0, 2, 1).reshape(-1, 4)
+    weight = cubic_weights(np.repeat(place, steps), np.repeat(nodes, steps, axis=0), known_rows)
+    weight = weight.reshape(count, steps, 4).transpose(0, 2, 1)
+    return np.where(weight != 0, index, 0), weight
+
+
+def join_steps(path, known, direction):
+    """Steps of a day's path and their weights, for one interval of each day.
+
+    Parameters
+    ----------
+    path : numpy.ndarray, (t, s, 3)
+        Where the sun stands at each step, by the traced days.
+    known : numpy.ndarray, (t, s) bool
+        Where it stands anywhere.
+    direction : numpy.ndarray, (t, 3)
+        Towards the sun of the interval.
+
+    Returns
+    -------
+    steps : numpy.ndarray, (t, 4) int
+    weight : numpy.ndarray, (t, 4)
+        All 0 where no step is known.
+    """
+    row, count = np.arange(len(path)), path.shape[1]
+    near = np.where(known, np.einsum("tsx,tx->ts", path, direction), -2.0).argmax(axis=1)
+    # The next step is the neighbour on the sun's side; across midnight too, where the sun does not set.
+    before, after = (near - 1) % count, (near + 1) % count
+    ahead = np.where(known[row, after, None], path[row, after], path[row, near])
+    behind = np.where(known[row, before, None], path[row, before], path[row, near])
+    side = np.einsum("tx,tx->t", direction - path[row, near], ahead - behind)
+    steps = (np.where(side >= 0, near, before)[:, None] + AROUND) % count
+    have = known[row[:, None], steps]
+    left, right = path[row, steps[:, 1]], path[row, steps[:, 2]]
+    chord = right - left
+    length = np.einsum("tx,tx->t", chord, chord)
+    share = np.einsum("tx,tx->t", direction - left, chord) / np.where(length > 0, length, 1.0)
+    share = np.clip(np.where(have[:, 1] & have[:, 2], share, have[:, 2]), 0.0, 1.0)
+    share = np.where(np.abs(share - np.round(share)) < ON_STEP, np.round(share), share)
+    fine = np.einsum("tx,tx->t", left, right) > FINE_STEP
+    have[:, [0, 3]] &= ~fine[:, None]
+    return steps, cubic_weights(share, np.broadcast_to(AROUND.astype(float), steps.shape), have)
+
+
+def take_nearest(suns, direction, index, weight):
+    """Put the nearest traced sun where it stands nearer than the interpolated place; index and weight are changed."""
+    place = np.einsum("tk,tkx->tx", weight, suns.direction[index])
+    length = np.linalg.norm(place, axis=1)
+    place[length > 0] /= length[length > 0, None]
+    distance, nearest = KDTree(suns.direction).query(direction)
+    worse = np.linalg.norm(place - direction, axis=1) > distance
+    index[worse], weight[worse] = 0, 0.0
+    index[worse, 0], weight[worse, 0] = nearest[worse], 1.0
+
+
+def drop_empty_columns(index, weight):
+    """The same with as few columns as the fullest row needs, the others' zeros last."""
+    order = np.argsort(weight == 0, axis=1, kind="stable")
+    index, weight = (np.take_along_axis(part, order, axis=1) for part in (index, weight))
+    columns = max(1, int((weight != 0).sum(axis=1).max(initial=1)))
+    return np.where(weight != 0, index, 0)[:, :columns], weight[:, :columns]
