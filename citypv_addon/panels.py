@@ -91,6 +91,8 @@ class TracePanel(_Step, bpy.types.Panel):
         """Show the settings of the step."""
         column, settings = self.start(context)
         column.prop(settings, "suns")
+        if settings.suns == "days":
+            column.prop(settings, "days")
         if settings.suns == "typical-days":
             column.prop(settings, "typical_days")
         if settings.suns == "sky-grid":

@@ -19,6 +19,7 @@ GROUNDS = [
     ("none", "None", "Exactly the surfaces that were read"),
 ]
 SUNS = [
+    ("days", "Days", "Days spread over the year, with cubic interpolation between them"),
     ("typical-days", "Typical days", "Days that stand for the year, found by k-means (the paper's way)"),
     ("hourly", "Every hour", "Every hour of the year: the reference, slow"),
     ("sky-grid", "Sky grid", "Directions all over the sky: good for every latitude and year"),
@@ -79,6 +80,7 @@ class Settings(bpy.types.PropertyGroup):
     grid_size: FloatProperty(name="Cell", description="Side of the cells", default=5, min=0.1, subtype="DISTANCE")
     # Trace
     suns: EnumProperty(name="Suns", description="Which positions of the sun are traced", items=SUNS)
+    days: IntProperty(name="Days", description="Number of days, spread over the year", default=24, min=1, max=365)
     typical_days: IntProperty(name="Days", description="Number of typical days", default=12, min=1, max=365)
     sky_grid: IntProperty(name="Directions", description="Number of directions", default=1654, min=10)
     albedo_source: EnumProperty(name="Albedo from", description="What the surfaces reflect", items=ALBEDOS)

@@ -92,7 +92,7 @@ class Request:
     )
     # the light
     suns: str = setting(
-        "typical-days:12", "light", "sun positions to trace: hourly, typical-days:N, sky-grid:N", metavar="WAY"
+        "days:24", "light", "sun positions to trace: hourly, days:N, typical-days:N, sky-grid:N", metavar="WAY"
     )
     max_bounces: int | None = setting(
         3,

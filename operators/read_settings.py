@@ -68,8 +68,8 @@ def read_weather_source(settings):
 
 
 def read_suns(settings):
-    """How the suns are chosen, as the command line writes it: `typical-days:12`."""
+    """How the suns are chosen, as the command line writes it: `days:24`."""
     if settings.suns == "hourly":
         return "hourly"
-    count = settings.typical_days if settings.suns == "typical-days" else settings.sky_grid
-    return f"{settings.suns}:{count}"
+    count = {"days": settings.days, "typical-days": settings.typical_days, "sky-grid": settings.sky_grid}
+    return f"{settings.suns}:{count[settings.suns]}"

@@ -14,7 +14,7 @@ class Suns:
     weight: np.ndarray  # (s,) float64, the share of the year's sunny intervals it stands for; sums to 1
     day: (
         np.ndarray
-    )  # (s,) int32, the day it belongs to: a count, in the way "days" the date's ordinal; -1 in a sky grid
+    )  # (s,) int32, its day: a count, in the way "days" the ordinal of its date; -1 in a sky grid
     step: np.ndarray  # (s,) int32, step of that day; -1 in a sky grid
 
     def __len__(self):

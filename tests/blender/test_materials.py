@@ -52,7 +52,7 @@ def trace(settings, **changes):
     """Take the selected meshes as they stand, trace them; return the session."""
     settings.own_place, settings.latitude, settings.longitude = True, 48.0, 11.0
     settings.ground, settings.patch_size, settings.far_ground = "none", SIDE, False
-    settings.typical_days, settings.samples, settings.albedo_source = 1, 1024, "materials"
+    settings.days, settings.samples, settings.albedo_source = 1, 1024, "materials"
     for key, value in changes.items():
         setattr(settings, key, value)
     for step in ("take_meshes", "classify", "trace"):
@@ -278,7 +278,7 @@ def materials_of(session):
 
 
 def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(addon, city_file):
-    addon.city_path, addon.typical_days, addon.samples = str(city_file), 1, 16
+    addon.city_path, addon.days, addon.samples = str(city_file), 1, 16
     addon.albedo_source, addon.albedo = "materials", 0.2
     assert bpy.ops.citypv.import_city() == {"FINISHED"}
     city, _ = find_city(bpy.context.scene)
@@ -312,7 +312,7 @@ def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(add
 
 
 def test_the_generated_ground_has_one_material(addon, city_file):
-    addon.city_path, addon.typical_days, addon.samples = str(city_file), 1, 64
+    addon.city_path, addon.days, addon.samples = str(city_file), 1, 64
     for step in ("import_city", "classify"):
         assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
     city, ground = find_city(bpy.context.scene)

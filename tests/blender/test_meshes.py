@@ -59,7 +59,7 @@ def test_a_mesh_of_the_user_goes_through_the_steps(addon):
     with pytest.raises(RuntimeError, match="its place on Earth is unknown; switch on Own place"):
         bpy.ops.citypv.trace()
     addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
-    addon.typical_days, addon.samples = 2, 64
+    addon.days, addon.samples = 2, 64
     for step in ("classify", "trace", "energy"):
         assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
     city, _ = find_city(bpy.context.scene)

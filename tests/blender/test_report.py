@@ -66,7 +66,7 @@ def test_the_report_follows_the_steps(addon, city):
     covered = inside[name]["ids"].split()
     assert sorted(covered) == ["a_WallSurface_1", "b_WallSurface_3"]
     assert inside[name]["area"] == "120 m²"
-    addon.typical_days, addon.samples, addon.shadow_samples = 2, 64, 4
+    addon.days, addon.samples, addon.shadow_samples = 2, 64, 4
     assert bpy.ops.citypv.trace() == {"FINISHED"}
     traced = {row["name"]: row for row in read_rows(city, "inside")}
     assert traced[name]["ids"].split() == covered
@@ -149,7 +149,7 @@ def test_nothing_selected_or_hidden_is_told(city):
 
 def test_the_steps_go_on_from_edit_mode(addon, city):
     bpy.ops.citypv.select_group(group="kind/roof")
-    addon.typical_days, addon.samples, addon.shadow_samples = 2, 64, 4
+    addon.days, addon.samples, addon.shadow_samples = 2, 64, 4
     assert bpy.ops.citypv.colour.poll()
     for step in ("trace", "energy", "colour", "classify", "import_city"):
         bpy.ops.citypv.select_group(group="kind/roof")

@@ -60,7 +60,7 @@ def small_blocks(monkeypatch):
 @pytest.mark.usefixtures("small_blocks")
 @pytest.mark.parametrize("on_disk", [False, True])
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.9])
-@pytest.mark.parametrize("way", ["hourly", "typical-days:8", "sky-grid:120"])
+@pytest.mark.parametrize("way", ["hourly", "days:8", "typical-days:8", "sky-grid:120"])
 @pytest.mark.parametrize("estimator", TRACERS)
 def test_kept_suns_are_those_of_the_whole_run(estimator, way, share, on_disk, monkeypatch):
     suns = suns_of(way, days=12)
@@ -142,7 +142,7 @@ def test_progress_of_suns_grows_to_the_end():
     assert {unit for *_, unit in told[1:]} == {"rays"}
 
 
-@pytest.mark.parametrize("way", ["hourly", "typical-days:8", "sky-grid:100"])
+@pytest.mark.parametrize("way", ["hourly", "days:8", "typical-days:8", "sky-grid:100"])
 def test_the_order_of_suns_changes_no_sun(way):
     """Each sun has the same light wherever it comes in the order; the errors differ by rounding."""
     suns = suns_of(way, days=12)
@@ -154,7 +154,7 @@ def test_the_order_of_suns_changes_no_sun(way):
     np.testing.assert_allclose(one.direct_annual_standard_error, two.direct_annual_standard_error, rtol=1e-3, atol=1e-7)
 
 
-@pytest.mark.parametrize("way", ["hourly", "typical-days:12", "sky-grid:1654"])
+@pytest.mark.parametrize("way", ["hourly", "days:24", "typical-days:12", "sky-grid:1654"])
 def test_spreading_loses_no_sun_and_splits_no_day(way):
     suns = choose_suns(way, year_of(), HOUR, *BERLIN)
     spread = spread_suns(suns)
@@ -194,6 +194,7 @@ def test_the_first_hours_stand_for_the_whole_year(count):
 
 BOUNDS = {  # kept part of the suns -> percent of full load hours: of the mean, of single surfaces (rms)
     "hourly": {1 / 90: (0.5, 2.5), 1 / 9: (0.2, 0.4), 1 / 2: (0.1, 0.1)},
+    "days:24": {1 / 3: (0.5, 1.5), 1 / 2: (0.2, 0.8), 3 / 4: (0.1, 0.5)},
     "typical-days:12": {1 / 3: (1.5, 2.5), 1 / 2: (0.5, 1.2), 3 / 4: (0.3, 0.8)},
     "sky-grid:1654": {1 / 30: (2.0, 4.0), 1 / 3: (0.5, 1.2), 1 / 2: (0.4, 1.0)},
 }

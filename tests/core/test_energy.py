@@ -61,7 +61,7 @@ def test_cell_temperature_of_the_chain():
     assert 900 * hours.heating[0, 0] + hours.temp_air[0, 0] == pytest.approx(40.291, abs=5e-4)
 
 
-@pytest.mark.parametrize("way", ["hourly", "typical-days:12", "sky-grid:300"])
+@pytest.mark.parametrize("way", ["hourly", "days:24", "typical-days:12", "sky-grid:300"])
 @pytest.mark.parametrize("plain", [True, False])
 def test_unshaded_surfaces_equal_pvlib(berlin, way, plain, monkeypatch):
     monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", 1e12 if plain else 0)
@@ -103,7 +103,7 @@ def test_polar_weather_and_another_module():
     assert (energy.full_load_hours_by_month[:, 11] < 1).all()  # December is night
 
 
-@pytest.mark.parametrize("way", ["typical-days:12", "sky-grid:1000", "hourly"])
+@pytest.mark.parametrize("way", ["days:24", "typical-days:12", "sky-grid:1000", "hourly"])
 def test_tables_equal_pvlib_on_shaded_surfaces(berlin, way, monkeypatch):
     transfer = Horizons(200, 3).transfer(suns_of(berlin, way))
     monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", 1e12)
@@ -149,13 +149,14 @@ def test_typical_days_and_sky_grid_come_near_every_hour(berlin):
     horizons = Horizons(300, 5)
     reference = compute_energy(horizons.transfer(suns_of(berlin, "hourly")), berlin)
     errors = {}
-    for way in ("typical-days:12", "typical-days:52", "sky-grid:1654"):
+    bounds = {"days:12": 0.01, "days:24": 0.003, "typical-days:12": 0.03, "typical-days:52": 0.01, "sky-grid:1654": 0.02}
+    for way, rms in bounds.items():
         energy = compute_energy(horizons.transfer(suns_of(berlin, way)), berlin)
         errors[way] = energy.full_load_hours.sum() / reference.full_load_hours.sum() - 1
         ratio = energy.full_load_hours / reference.full_load_hours - 1
-        assert (
-            np.sqrt(np.mean(ratio**2)) < {"typical-days:12": 0.03, "typical-days:52": 0.01, "sky-grid:1654": 0.02}[way]
-        )
+        assert np.sqrt(np.mean(ratio**2)) < rms
+    assert abs(errors["days:12"]) < 1e-3
+    assert abs(errors["days:24"]) < 2e-4
     assert abs(errors["typical-days:12"]) < 5e-3
     assert abs(errors["typical-days:52"]) < 2e-3
     assert abs(errors["sky-grid:1654"]) < 2e-3

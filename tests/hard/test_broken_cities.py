@@ -169,7 +169,7 @@ def test_places_off_the_earth(latitude, longitude):
     suns = choose_suns("hourly", TIMES, HOUR, 52, 13)
     refused(f"--{name}: ", solar_position, TIMES, HOUR, latitude, longitude)
     refused(f"--{name}: ", match_suns, suns, TIMES, HOUR, latitude, longitude)
-    for way in ("hourly", "typical-days:2", "sky-grid:64"):
+    for way in ("hourly", "days:2", "typical-days:2", "sky-grid:64"):
         refused(f"--{name}: ", choose_suns, way, TIMES, HOUR, latitude, longitude)
 
 
@@ -183,6 +183,7 @@ def test_broken_times():
         refused("interval: ", choose_suns, "hourly", TIMES, interval, 52, 13)
     nothing = TIMES[:0]
     assert len(choose_suns("hourly", nothing, HOUR, 52, 13)) == len(solar_position(nothing, HOUR, 52, 13)) == 0
+    refused("1 days of 0 days", choose_suns, "days:1", nothing, HOUR, 52, 13)
     refused("1 typical days of 0 days", choose_suns, "typical-days:1", nothing, HOUR, 52, 13)
 
 

@@ -22,7 +22,7 @@ GROUND = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 6)
 HOUSE = join([GROUND, *box((-5, -5, 0), (5, 5, 10))])
 SOUTH, NORTH, EAST, WEST = (12 + np.arange(2) + 2 * side for side in (2, 3, 4, 5))
 ROOF = np.array([12, 13])
-WAYS = ("typical-days:4", "sky-grid:64", "hourly")
+WAYS = ("days:12", "typical-days:4", "sky-grid:64", "hourly")
 
 
 def visible(directions, scene=HOUSE, **settings):

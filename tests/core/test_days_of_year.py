@@ -1,0 +1,160 @@
+"""Days spread over the year: interpolation between them against closed forms, at every latitude and time step."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from test_suns import sunny_directions
+from weathers import HOUR, year_of
+
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.cubic_weights import cubic_weights
+from citypv.core.sun.days_of_year import EPOCH, merge_steps
+from citypv.core.sun.keep_suns import keep_suns
+from citypv.core.sun.match_suns import match_suns
+from citypv.core.sun.solar_days import solar_days
+from citypv.core.sun.spread_suns import spread_suns
+from citypv.core.sun.suns import Suns
+
+PLACES = [(0.0, 0.0), (52.5, 13.4), (-33.4, -70.8), (9.0, 38.8), (66.56, 25.0), (75.0, 179.9), (90.0, 0.0), (-90.0, 0.0)]
+
+
+def rebuild(suns, times, interval, latitude, longitude):
+    """Places that the traced suns make of the sunny intervals' own, and these."""
+    match = match_suns(suns, times, interval, latitude, longitude)
+    direction, sunny = sunny_directions(times, interval, latitude, longitude)
+    np.testing.assert_allclose(match.weight.sum(axis=1), sunny, atol=1e-5)
+    assert (match.index[match.weight == 0] == 0).all()
+    place = np.einsum("tk,tkx->tx", match.weight[sunny], suns.direction[match.index[sunny]])
+    return place / np.linalg.norm(place, axis=1, keepdims=True), direction[sunny]
+
+
+def angles(suns, times, interval, latitude, longitude):
+    place, direction = rebuild(suns, times, interval, latitude, longitude)
+    return np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(place - direction, axis=1) / 2, 0, 1)))
+
+
+def test_cubics_are_met_exactly():
+    rng = np.random.default_rng(3)
+    nodes = np.sort(rng.uniform(-5, 5, (200, 4)), axis=1) + np.arange(4)
+    place = nodes[:, 1] + rng.random(200) * (nodes[:, 2] - nodes[:, 1])
+    weight = cubic_weights(place, nodes, np.ones((200, 4), bool))
+    for power in range(4):
+        np.testing.assert_allclose((weight * nodes**power).sum(axis=1), place**power, rtol=1e-8, atol=1e-8)
+    middle = cubic_weights(np.array([0.5]), np.array([[-1.0, 0, 1, 2]]), np.ones((1, 4), bool))
+    np.testing.assert_allclose(middle, [[-1 / 16, 9 / 16, 9 / 16, -1 / 16]])
+
+
+def test_where_nodes_are_missing():
+    known = np.array([[0, 1, 1, 1], [1, 1, 0, 1], [1, 0, 1, 1], [1, 0, 0, 1]], bool)
+    weight = cubic_weights(np.full(4, 0.25), np.tile([-1.0, 0.0, 1.0, 2.0], (4, 1)), known)
+    np.testing.assert_allclose(weight, [[0, 0.75, 0.25, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 0]])
+
+
+@pytest.mark.parametrize(
+    ("latitude", "longitude", "minutes"),
+    [(*place, 60) for place in PLACES] + [(52.5, 13.4, minutes) for minutes in (5, 10, 15, 20, 30)] + [(-90.0, 0.0, 15)],
+)
+def test_the_suns_place_is_met_at_every_time_step(latitude, longitude, minutes):
+    interval = pd.Timedelta(minutes=minutes)
+    times = year_of(freq=interval)
+    suns = choose_suns("days:24", times, interval, latitude, longitude)
+    assert suns.direction[:, 2].min() >= 0
+    assert suns.weight.sum() == pytest.approx(1) and suns.weight.min() >= 0
+    assert len(suns) < 24 * 24 * 60 / max(minutes, 15) * 0.56
+    found = angles(suns, times, interval, latitude, longitude)
+    # Days lie 15.2 apart: far from sunrise and sunset a cubic misses the analemma by less than a hundredth of a degree.
+    assert np.median(found) < 0.03
+    assert np.quantile(found, 0.9) < 1.0
+    assert found.max() < 7.0
+
+
+@pytest.mark.parametrize("longitude", [5.0, 7.5, -105.0, 179.9])
+@pytest.mark.parametrize("latitude", [-33.4, 52.5, 80.0])
+def test_traced_elsewhere_on_the_latitude(latitude, longitude):
+    """The suns of one longitude, hour by hour, serve the hours of another."""
+    suns = choose_suns("days:24", year_of(), HOUR, latitude, 0.0)
+    found = angles(suns, year_of(2020), HOUR, latitude, longitude)
+    assert np.median(found) < 0.2
+    assert np.quantile(found, 0.85) < 1.0
+    found = angles(suns, year_of(freq="15min"), pd.Timedelta(minutes=15), latitude, longitude)
+    assert np.median(found) < 0.2
+
+
+def test_a_bent_function_has_no_bias():
+    """Mean over the year of a smooth function of the sun's place, against pvlib's sun of every hour.
+
+    Suns above 10° at 30° N, where every step has its four days.
+    """
+    times = year_of()
+    bias, error = {}, {}
+    for way in ("days:12", "days:24", "typical-days:12", "typical-days:24"):
+        suns = choose_suns(way, times, HOUR, 30.0, 0.0)
+        match = match_suns(suns, times, HOUR, 30.0, 0.0)
+        direction, sunny = sunny_directions(times, HOUR, 30.0, 0.0)
+        high = sunny & (sunny_heights(direction) > 10)
+        bent = np.exp(3 * suns.direction[:, 2])  # steeper the higher the sun: bent to one side everywhere
+        found = (bent[match.index[high]] * match.weight[high]).sum(axis=1)
+        true = np.exp(3 * direction[high, 2])
+        bias[way], error[way] = found.mean() / true.mean() - 1, np.abs(found - true).mean() / true.mean()
+    assert abs(bias["days:12"]) < 2e-5
+    assert abs(bias["days:24"]) < 5e-6
+    assert error["days:24"] < error["days:12"] / 8  # the fourth power of the days between
+    # A sun that stands for others by their mean misses half their variance times the bend.
+    assert bias["typical-days:12"] < -1e-4
+    assert error["typical-days:24"] > 100 * error["days:24"]
+
+
+def sunny_heights(direction):
+    return np.degrees(np.arcsin(direction[:, 2]))
+
+
+def test_a_day_for_every_day_is_every_hour():
+    suns = choose_suns("days:365", year_of(), HOUR, 52.5, 13.4)
+    assert angles(suns, year_of(), HOUR, 52.5, 13.4).max() < 1e-4
+
+
+def test_the_year_of_tracing_does_not_matter():
+    """Another year, many years, a year before 1970: the season is that of the sun, not of the calendar."""
+    suns = choose_suns("days:24", year_of(2017), HOUR, 52.5, 13.4)
+    for times in (year_of(2016), year_of(2000, 2001), year_of(1959)):
+        assert np.median(angles(suns, times, HOUR, 52.5, 13.4)) < 0.1
+    old = choose_suns("days:24", year_of(1959), HOUR, 52.5, 13.4)
+    assert old.day.min() >= pd.Timestamp("1958-12-31").toordinal()
+    assert np.median(angles(old, year_of(1959), HOUR, 52.5, 13.4)) < 0.03
+    several = choose_suns("days:24", year_of(2015, 2017), HOUR, 52.5, 13.4)
+    assert len(np.unique(several.day)) == 24
+    assert np.median(angles(several, year_of(2015, 2017), HOUR, 52.5, 13.4)) < 0.03
+
+
+def test_days_are_spread_evenly():
+    suns = choose_suns("days:24", year_of(), HOUR, 52.5, 13.4)
+    dates = np.unique(suns.day)
+    gaps = np.diff(np.append(dates, dates[0] + 365))
+    assert set(gaps) <= {15, 16} and len(dates) == 24
+    day, _ = solar_days(year_of(), HOUR, 13.4)
+    assert np.isin(dates - EPOCH, day).all()
+
+
+def test_the_first_days_share_the_year():
+    """Whoever stops after some days keeps days of all seasons."""
+    suns = spread_suns(choose_suns("days:24", year_of(), HOUR, 52.5, 13.4))
+    assert isinstance(suns, Suns)
+    for days in (3, 5, 8, 13):
+        last = np.flatnonzero(np.diff(suns.day))[days - 1] + 1
+        kept = keep_suns(suns, last)
+        assert kept.way == f"days:{days}"
+        dates = np.sort(np.unique(kept.day))
+        assert np.diff(np.append(dates, dates[0] + 365)).max() <= 2.7 * 365 / days
+    assert np.median(angles(kept, year_of(), HOUR, 52.5, 13.4)) < 0.1
+
+
+def test_few_days_take_the_nearest():
+    """Days more than 60 days apart are not joined."""
+    suns = choose_suns("days:4", year_of(), HOUR, 52.5, 13.4)
+    assert match_suns(suns, year_of(), HOUR, 52.5, 13.4).index.shape[1] == 1
+    assert angles(suns, year_of(), HOUR, 52.5, 13.4).max() < 26
+
+
+def test_steps_of_traced_suns():
+    found = {minutes: minutes * merge_steps(pd.Timedelta(minutes=minutes)) for minutes in (1, 5, 6, 10, 12, 15, 20, 60)}
+    assert found == {1: 15, 5: 15, 6: 18, 10: 20, 12: 24, 15: 15, 20: 20, 60: 60}
