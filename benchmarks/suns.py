@@ -1,38 +1,165 @@
-"""What each way of choosing suns costs in error: full load hours of patches against every hour's sun.
+"""What each way of choosing suns costs in error: the paper's Fig. 5, hour by hour against every hour's own sun.
 
-    python benchmarks/suns.py [CITY] [--weather FILE]
+    python benchmarks/suns.py [CITY] [--weather FILE] [--latitude D --longitude D] [--group KIND ORIENTATION]
+        [--patches N] [--ways WAY …] [--plot FILE.png]
 
-First hits only, on 500 patches of the eligible surfaces drawn by area, as in the error check of every run. Printed: the
-number of suns (the time to trace grows with it), bias and root mean square in percent of the mean full load hours.
+Without CITY: Midtown Manhattan, placed at Cairo with Cairo's typical year. Without --group: all eligible surfaces.
+Visible shares of the suns are traced for patches drawn by area from the surfaces of the group, from the same 16 points
+each under every way. Light that is reflected counts with the sky's, not with the suns': it changes slowly.
+Printed: number of suns, seconds to look for them, mean absolute error of the hourly capacity factor of the group (over
+all hours of the year, nights included; of several groups the mean by their patches), error of the annual full load
+hours, and root mean square error of the full load hours of single patches. The figure of the paper:
+
+    python benchmarks/suns.py --group facade south --plot docs/suns.png
 """
 
 import argparse
+import time
 from dataclasses import replace
 from pathlib import Path
 
-from citypv.core.request import Request
-from citypv.core.study import measure_sun_sampling, read_scene, read_year, trace_scene
+import numpy as np
 
-BERLIN = Path(__file__).parents[1] / "examples" / "berlin"
-WAYS = [f"typical-days:{count}" for count in (4, 12, 24, 52)] + [f"sky-grid:{count}" for count in (673, 1654, 3219)]
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.materials.read_albedo import albedo_of_triangles
+from citypv.core.patches.patches import patches_of_scene
+from citypv.core.radiosity.shadow_points import points_above
+from citypv.core.radiosity.sun_sampling_error import take_patches, take_surfaces
+from citypv.core.radiosity.sun_visibility import sun_visibility
+from citypv.core.rays.ray_scene import RayScene
+from citypv.core.request import Request
+from citypv.core.study import read_scene, read_year, trace_scene
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.threads import usable_threads
+
+DATA = Path(__file__).parents[1] / "tests" / "data"
+CITY = DATA / "obj" / "nyc_midtown_citicorp_1km.obj.gz"
+WEATHER = DATA / "weather" / "EGY_Cairo.Intl.Airport.623660_ETMY.epw.gz"
+WAYS = [
+    *(f"typical-days:{count}" for count in (4, 12, 24, 52)),
+    *(f"days:{count}" for count in (12, 24, 36, 52)),
+    *(f"sky-grid:{count}" for count in (673, 1654, 3219)),
+]
+DRAWN = {
+    "typical-days:12": "tab:red",
+    "typical-days:24": "tab:green",
+    "typical-days:52": "tab:blue",
+    "days:24": "black",
+}
+WINDOW = 16  # of 365 days drawn in detail
 
 
 def main():
+    options = read_arguments()
+    request = Request(
+        weather=str(options.weather),
+        latitude=options.latitude,
+        longitude=options.longitude,
+        suns="days:1",
+        samples=16,
+        max_bounces=1,
+    )
+    scene = read_scene(options.city, request)
+    weather = read_year(scene.site, request)
+    if options.group:
+        kind, orientation = options.group
+        scene.surfaces.eligible &= (scene.surfaces.kind == kind) & (scene.surfaces.orientation == orientation)
+    look = Looker(scene, weather, request, options.patches)
+    # Compiling and the first rays are nobody's seconds.
+    look.energy("days:1")
+    hourly, suns, seconds = look.energy("hourly")
+    print(f"{len(look.chosen):,} patches, every hour: {suns:,} suns, {seconds:.1f} s")
+    print("| way | suns | s | MAE [1e-4] | bias | rms |\n|---|--:|--:|--:|--:|--:|")
+    errors = {}
+    for way in options.ways:
+        found, suns, seconds = look.energy(way)
+        errors[way] = found.capacity_factor - hourly.capacity_factor
+        mae = 1e4 * np.average(np.abs(errors[way]).mean(axis=0), weights=hourly.group_count)
+        difference, mean = found.full_load_hours - hourly.full_load_hours, hourly.full_load_hours.mean()
+        bias, rms = 100 * difference.mean() / mean, 100 * np.sqrt((difference**2).mean()) / mean
+        print(f"| {way} | {suns:,} | {seconds:.1f} | {mae:.1f} | {bias:+.3f} % | {rms:.2f} % |", flush=True)
+    if options.plot:
+        draw(hourly, errors, options)
+
+
+def read_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("city", nargs="*", default=[BERLIN / "berlin_3910_5817.gml"])
-    parser.add_argument("--weather", default=str(BERLIN / "era5_berlin_2017.nc"))
+    parser.add_argument("city", nargs="*", default=[CITY])
+    parser.add_argument("--weather", default=WEATHER)
+    parser.add_argument("--latitude", type=float)
+    parser.add_argument("--longitude", type=float)
+    parser.add_argument("--group", nargs=2, metavar=("KIND", "ORIENTATION"))
+    parser.add_argument("--patches", type=int, default=4000)
+    parser.add_argument("--ways", nargs="+", default=WAYS)
+    parser.add_argument("--plot", type=Path)
     options = parser.parse_args()
-    scene = weather = None
-    print("| way | suns | bias | rms |\n|---|--:|--:|--:|")
-    for way in WAYS:
-        # The pilot has rays of its own: of the whole city only the diffuse part is needed, roughly.
-        request = Request(weather=options.weather, suns=way, max_bounces=0, samples=16)
-        if scene is None:
-            scene = read_scene(options.city, request)
-            weather = read_year(scene.site, request)
-        transfer = trace_scene(scene, weather, replace(request, shadow_samples=1))
-        error = measure_sun_sampling(scene, weather, transfer, request)
-        print(f"| {way} | {len(transfer.suns):,} | {error['bias']:+.2f} % | {error['rms']:.2f} % |", flush=True)
+    if options.city == [CITY] and options.latitude is None:
+        options.latitude, options.longitude = 30.13, 31.40
+    return options
+
+
+class Looker:
+    """Some patches of a scene, and what they receive under any suns."""
+
+    def __init__(self, scene, weather, request, count):
+        self.weather, self.request = weather, request
+        # Sky, far ground and reflections of the surfaces; of the suns only a few.
+        self.transfer = trace_scene(scene, weather, replace(request, shadow_samples=1))
+        patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
+        own = scene.triangle_surface
+        share = np.where(np.append(scene.surfaces.eligible, False)[own], patches.area, 0)
+        rng = np.random.default_rng(request.seed)
+        self.chosen = np.sort(
+            rng.choice(len(own), min(count, np.count_nonzero(share)), replace=False, p=share / share.sum())
+        )
+        self.patches, self.surfaces = take_patches(patches, self.chosen), own[self.chosen]
+        self.ray_scene = RayScene(scene.vertices, scene.triangles)
+
+    def energy(self, way):
+        """Energy of the patches, the number of suns, and the seconds it took to look for these."""
+        weather, count = self.weather, len(self.patches)
+        year = weather.data.index, weather.interval, weather.latitude, weather.longitude
+        suns = choose_suns(way, *year)
+        before = time.perf_counter()
+        light = sun_visibility(
+            self.ray_scene,
+            self.patches,
+            self.patches.receives,
+            np.zeros(count, bool),
+            np.zeros((count, 1), bool),
+            point_count=points_above(self.request.shadow_samples),
+            suns=(suns.direction.astype(np.float32), suns.weight.astype(np.float32)),
+            behind=False,
+            threads=usable_threads(self.request.threads),
+            progress=lambda share, rays: None,
+        )
+        seconds = time.perf_counter() - before
+        part = take_surfaces(self.transfer, self.surfaces, suns, light.visible_share)
+        part.surfaces.area = np.ones(count)  # they were drawn by area
+        return compute_energy(part, weather), len(suns), seconds
+
+
+def draw(hourly, errors, options):
+    """Capacity factor over the year, and the errors of some ways."""
+    import matplotlib.pyplot as plt
+
+    factor, count = hourly.capacity_factor[:, 0], len(hourly.times)
+    day = np.arange(count) * (hourly.interval.total_seconds() / 86_400)
+    figure, axes = plt.subplots(3, 1, figsize=(10, 8.5), constrained_layout=True)
+    axes[0].plot(day, factor, linewidth=0.4, color="0.3")
+    axes[0].set(title=f"{' '.join(hourly.groups[0])}: hourly capacity factor, every hour's sun", ylim=(0, None))
+    shown = {way: colour for way, colour in DRAWN.items() if way in errors}
+    for axis, (first, last) in zip(axes[1:], ((0, 365), (80, 80 + WINDOW)), strict=True):
+        part = (day >= first) & (day < last)
+        for way, colour in shown.items():
+            error = 1e4 * errors[way][:, 0]
+            mae = np.abs(error).mean()
+            axis.plot(day[part], error[part], linewidth=0.6, color=colour, label=f"{way}, MAE {mae:.1f}")
+        axis.set(ylabel="error [1e-4]")
+        axis.grid(alpha=0.3)
+    axes[1].legend(ncols=len(shown), loc="lower left", fontsize=8)
+    axes[2].set(xlabel="day of the year")
+    figure.savefig(options.plot, dpi=110)
 
 
 if __name__ == "__main__":

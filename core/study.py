@@ -146,17 +146,18 @@ def weigh_kept_suns(transfer, year):
 
 
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent):
-    """What the clustered suns do to the full load hours, measured on patches of the scene itself.
+    """What the choice of suns does to the full load hours, measured on patches of the scene itself.
 
     Reflections are left out: they change more slowly than shadows.
 
     Returns
     -------
     dict
-        Percent of full load hours: `bias` (all together), `rms` (patch by patch) and how many `patches`.
+        Percent of full load hours: `bias` (all together) and its `bias_standard_error`, `rms` (patch by patch) and how
+        many `patches`.
     """
     if transfer.suns.way == "hourly" or not transfer.surfaces.eligible.any():
-        return {"bias": 0.0, "rms": 0.0, "patches": 0}
+        return {"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "patches": 0}
     site = scene.site
     hourly = choose_suns("hourly", weather.data.index, weather.interval, site.latitude, site.longitude, request.seed)
     clustered, exact = trace_sun_samples(scene, transfer, hourly, request, progress)
@@ -164,13 +165,15 @@ def measure_sun_sampling(scene, weather, transfer, request, progress=silent):
         compute_surface_energy(one, weather, request.module, request.threads).full_load_hours
         for one in (clustered, exact)
     )
-    mean = true.mean()
+    mean, count = true.mean(), len(true)
     if not mean > 0:
-        return {"bias": 0.0, "rms": 0.0, "patches": len(true)}
+        return {"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "patches": count}
+    error = 100 * (found - true) / mean
     return {
-        "bias": 100 * float((found - true).mean() / mean),
-        "rms": 100 * float(np.sqrt(((found - true) ** 2).mean()) / mean),
-        "patches": len(true),
+        "bias": float(error.mean()),
+        "bias_standard_error": float(error.std() / np.sqrt(count)),  # the patches are drawn by chance
+        "rms": float(np.sqrt((error**2).mean())),
+        "patches": count,
     }
 
 

@@ -12,9 +12,7 @@ class Suns:
     way: str  # "hourly", "days:24", "typical-days:12" or "sky-grid:1654"; "hourly:480" are 480 of the hours
     direction: np.ndarray  # (s, 3) float64, unit vectors towards the sun: x east, y north, z up
     weight: np.ndarray  # (s,) float64, the share of the year's sunny intervals it stands for; sums to 1
-    day: (
-        np.ndarray
-    )  # (s,) int32, its day: a count, in the way "days" the ordinal of its date; -1 in a sky grid
+    day: np.ndarray  # (s,) int32, its day: a count, in the way "days" the ordinal of its date; -1 in a sky grid
     step: np.ndarray  # (s,) int32, step of that day; -1 in a sky grid
 
     def __len__(self):

@@ -15,7 +15,16 @@ from citypv.core.sun.solar_days import solar_days
 from citypv.core.sun.spread_suns import spread_suns
 from citypv.core.sun.suns import Suns
 
-PLACES = [(0.0, 0.0), (52.5, 13.4), (-33.4, -70.8), (9.0, 38.8), (66.56, 25.0), (75.0, 179.9), (90.0, 0.0), (-90.0, 0.0)]
+PLACES = [
+    (0.0, 0.0),
+    (52.5, 13.4),
+    (-33.4, -70.8),
+    (9.0, 38.8),
+    (66.56, 25.0),
+    (75.0, 179.9),
+    (90.0, 0.0),
+    (-90.0, 0.0),
+]
 
 
 def rebuild(suns, times, interval, latitude, longitude):
@@ -52,7 +61,9 @@ def test_where_nodes_are_missing():
 
 @pytest.mark.parametrize(
     ("latitude", "longitude", "minutes"),
-    [(*place, 60) for place in PLACES] + [(52.5, 13.4, minutes) for minutes in (5, 10, 15, 20, 30)] + [(-90.0, 0.0, 15)],
+    [(*place, 60) for place in PLACES]
+    + [(52.5, 13.4, minutes) for minutes in (5, 10, 15, 20, 30)]
+    + [(-90.0, 0.0, 15)],
 )
 def test_the_suns_place_is_met_at_every_time_step(latitude, longitude, minutes):
     interval = pd.Timedelta(minutes=minutes)

@@ -149,7 +149,13 @@ def test_typical_days_and_sky_grid_come_near_every_hour(berlin):
     horizons = Horizons(300, 5)
     reference = compute_energy(horizons.transfer(suns_of(berlin, "hourly")), berlin)
     errors = {}
-    bounds = {"days:12": 0.01, "days:24": 0.003, "typical-days:12": 0.03, "typical-days:52": 0.01, "sky-grid:1654": 0.02}
+    bounds = {
+        "days:12": 0.01,
+        "days:24": 0.003,
+        "typical-days:12": 0.03,
+        "typical-days:52": 0.01,
+        "sky-grid:1654": 0.02,
+    }
     for way, rms in bounds.items():
         energy = compute_energy(horizons.transfer(suns_of(berlin, way)), berlin)
         errors[way] = energy.full_load_hours.sum() / reference.full_load_hours.sum() - 1
