@@ -153,7 +153,7 @@ def largest_mismatch(suns, hours):
     """Largest angle between the sun of an hour and the traced suns that stand for it [°]."""
     angle = 0.0
     for column in range(hours.match.shape[1]):
-        used = hours.match_weight[:, column] > 0
+        used = hours.match_weight[:, column] != 0
         cosine = np.einsum("hi,hi->h", suns.direction[hours.match[used, column]], hours.direction[used])
         angle = max(angle, float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).max(initial=0.0)))
     return angle

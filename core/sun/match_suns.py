@@ -46,14 +46,14 @@ def match_suns(suns, times, interval, latitude, longitude):
     sunny = is_sunny(sun["apparent_zenith"])
     direction = sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
     if not sunny.any():
-        return SunMatch(np.zeros((len(times), 1), np.int32), np.zeros((len(times), 1), np.float32))
+        return SunMatch(np.zeros((len(times), 1), np.int32), np.zeros((len(times), 1), float))
     if not len(suns):
         problem = "none was traced, but the sun stands above 2° on this time axis"
         raise InputError("suns", problem, "trace them again, for a year and place that have sun")
     day, _ = solar_days(times, interval, longitude)
     found, share = match_directions(suns, direction, day[sunny])
     index = np.zeros((len(times), found.shape[1]), np.int32)
-    weight = np.zeros(index.shape, np.float32)
+    weight = np.zeros(index.shape, float)
     index[sunny], weight[sunny] = found, share
     return SunMatch(index, weight)
 

@@ -24,4 +24,4 @@ class SunMatch:
     """Which traced suns stand for each interval of a time axis."""
 
     index: np.ndarray  # (T, k) int32 into the suns; 0 where the weight is 0
-    weight: np.ndarray  # (T, k) float32; rows sum to 1, or to 0 where the sun is too low; some are negative
+    weight: np.ndarray  # (T, k) float64; rows sum to 1, or to 0 where the sun is too low; some are negative

@@ -29,7 +29,7 @@ def mismatch(suns, times, latitude, longitude, interval=HOUR):
     """Angle between each sunny interval's own sun and what stands for it [°]."""
     match = match_suns(suns, times, interval, latitude, longitude)
     direction, sunny = sunny_directions(times, interval, latitude, longitude)
-    assert match.index.dtype == np.int32 and match.weight.dtype == np.float32
+    assert match.index.dtype == np.int32 and match.weight.dtype == np.float64
     np.testing.assert_allclose(match.weight.sum(axis=1), sunny, atol=1e-6)
     assert (match.index[~sunny] == 0).all()
     rebuilt = (suns.direction[match.index] * match.weight[:, :, None]).sum(axis=1)[sunny]
