@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, fields
 
 from .errors import InputError
 from .settings import check_number, setting
+from .system_settings import SystemSettings
 
 ESTIMATORS = {
     "gather": "Rays from the surfaces: fast; every surface reflects by Lambert's law",
@@ -17,7 +18,7 @@ ESTIMATORS = {
 
 
 @dataclass
-class Request:
+class Request(SystemSettings):
     """Settings of a run; the command line and the panel fill them in."""
 
     # the city
@@ -69,7 +70,7 @@ class Request:
         kind="choice",
         choices={"auto": "A surface through the buildings' feet", "none": "Exactly the surfaces that were read"},
     )
-    # the weather and the module
+    # the weather
     weather: str = setting("climate", "weather", "a weather file, climate, pvgis or clear-sky", metavar="FILE")
     weather_point: str = setting(
         "nearest",
@@ -81,14 +82,6 @@ class Request:
     )
     year: int = setting(
         2021, "weather", "calendar year of climate and clear sky", kind="integer", title="Year", metavar="Y", least=1
-    )
-    module: str = setting(
-        "SunPower_SPR_300_WHT__2007__E__",
-        "weather",
-        "of pvlib's Sandia library",
-        title="Module",
-        panel="energy",
-        metavar="NAME",
     )
     # the light
     suns: str = setting(
@@ -230,9 +223,9 @@ def check_request(request):
     InputError
         Names the option and its allowed values.
     """
-    for name, _, details in declared_settings():
+    for name, default, details in declared_settings():
         value = getattr(request, name)
         if details.kind in ("number", "integer") and value is not None:
             check_number(option_of(name), value, details)
-        elif details.kind == "choice" and value not in details.choices:
+        elif details.kind == "choice" and value not in (default, *details.choices):
             raise InputError(option_of(name), f"{value!r} is not known", f"give {' or '.join(details.choices)}")

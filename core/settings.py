@@ -9,9 +9,9 @@ from .errors import InputError
 class Setting:
     """How one setting is written, what it means, and which values it takes."""
 
-    group: str  # city, weather, light or run: which commands have it
+    group: str  # city, weather, electricity, light or run: which commands have it
     words: str  # what it is, for --help and tooltips
-    kind: str = "text"  # text, number, integer, choice, switch (on|off), flag, pairs (KEY=on|off …)
+    kind: str = "text"  # text, names, number, integer, choice, switch (on|off), flag, pairs (KEY=on|off …), shares
     title: str = ""  # in Blender's panel; "" where a property of another shape stands for it there
     unit: str = ""
     option: str | None = None  # on the command line; None: as the field is called; "": it has none

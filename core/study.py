@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from .energy.compute_energy import compute_energy as compute_surface_energy
-from .energy.pick_module import pick_module
+from .energy.pv_system import build_system
 from .errors import InputError
 from .files.read_city import read_city
 from .files.read_terrain import read_terrain
@@ -24,6 +24,7 @@ from .progress import silent
 from .radiosity.sun_sampling_error import trace_sun_samples
 from .radiosity.trace_gather import trace_gather
 from .request import check_request
+from .results.list_findings import rows_of_names
 from .scene.build_scene import build_scene
 from .sun.choose_suns import choose_suns, parse_way
 from .sun.keep_suns import weigh_by_year
@@ -41,7 +42,7 @@ def check_settings(request):
     """
     check_request(request)
     parse_way(request.suns)
-    pick_module(request.module)
+    build_system(request)
 
 
 def read_scene(paths, request, progress=silent):
@@ -161,9 +162,9 @@ def measure_sun_sampling(scene, weather, transfer, request, progress=silent):
     site = scene.site
     hourly = choose_suns("hourly", weather.data.index, weather.interval, site.latitude, site.longitude, request.seed)
     clustered, exact = trace_sun_samples(scene, transfer, hourly, request, progress)
+    system = build_system(request)
     found, true = (
-        compute_surface_energy(one, weather, request.module, request.threads).full_load_hours
-        for one in (clustered, exact)
+        compute_surface_energy(one, weather, system, request.threads).full_load_hours for one in (clustered, exact)
     )
     mean, count = true.mean(), len(true)
     if not mean > 0:
@@ -178,5 +179,29 @@ def measure_sun_sampling(scene, weather, transfer, request, progress=silent):
 
 
 def compute_energy(transfer, weather, request, progress=silent):
-    """Irradiance and full load hours that a weather makes of a Transfer."""
-    return compute_surface_energy(transfer, weather, request.module, request.threads, progress)
+    """Irradiance and full load hours that a weather makes of a Transfer.
+
+    Raises
+    ------
+    InputError
+        `--series` names a surface that the Transfer does not have.
+    """
+    series = find_surfaces(transfer.surfaces.surface_id, request.series)
+    system = build_system(request)
+    return compute_surface_energy(transfer, weather, system, request.threads, progress, series=series)
+
+
+def find_surfaces(surface_id, wanted):
+    """Rows of surfaces by their ids, in the order they are asked for; an id that was cut stands for its cells.
+
+    Raises
+    ------
+    InputError
+        An id is unknown.
+    """
+    rows = rows_of_names(surface_id)
+    unknown = [name for name in wanted if name not in rows]
+    if unknown:
+        problem = f"no surface has the id {', '.join(map(repr, unknown[:5]))}"
+        raise InputError("--series", problem, "take ids from the column surface_id of faces.csv")
+    return list(dict.fromkeys(row for name in wanted for row in rows[name]))

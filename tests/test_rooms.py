@@ -22,7 +22,18 @@ ALLOWED = {
 # The rooms of core in the order in which they build on each other: each imports from those before it, never from those
 # after it. Files of core itself stand between the rooms.
 LAYERS = (
-    *("version", "errors", "progress", "threads", "check_arrays", "settings", "request", "interruption"),
+    *(
+        "version",
+        "errors",
+        "progress",
+        "threads",
+        "check_arrays",
+        "settings",
+        "system_settings",
+        "methods",
+        "request",
+        "interruption",
+    ),
     *("rays", "sampling", "city", "ground", "files", "scene", "materials", "patches"),
     *("sun", "climate", "transfer", "radiosity", "photons", "weather", "energy", "results", "study", "commands"),
 )

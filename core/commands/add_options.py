@@ -2,9 +2,16 @@
 
 import argparse
 
+from ..methods import METHODS
 from ..request import Request, check_request, declared_settings
 
-TITLES = {"city": "the city", "weather": "the weather and the module", "light": "the light", "run": "the run"}
+TITLES = {
+    "city": "the city",
+    "weather": "the weather",
+    "electricity": "the modules, and the area that counts",
+    "light": "the light",
+    "run": "the run",
+}
 
 
 def add_options(parser, *groups):
@@ -14,7 +21,7 @@ def add_options(parser, *groups):
     ----------
     parser : argparse.ArgumentParser
     *groups : str
-        As settings name them: city, weather, light, run.
+        As settings name them: city, weather, electricity, light, run.
     """
     for group in groups:
         place = parser.add_argument_group(TITLES[group])
@@ -36,8 +43,8 @@ def argument_of_setting(default, details):
         return {"type": switch, "default": default, "metavar": "on|off"}
     if details.kind == "choice":
         return {"choices": tuple(details.choices), "default": default}
-    if details.kind == "pairs":
-        return {"nargs": "+", "type": pair, "default": [], "metavar": details.metavar}
+    if details.kind in SEVERAL:
+        return {"nargs": "+", "default": (), "metavar": details.metavar, **SEVERAL[details.kind]}
     kinds = {"number": float, "integer": int, "text": str}
     return {
         "type": or_none(kinds[details.kind], details.none) if details.none else kinds[details.kind],
@@ -50,7 +57,7 @@ def describe_setting(default, details):
     """Help of an option: unit, meaning, default."""
     unit = f"[{details.unit}] " if details.unit else ""
     shown = {True: "on", False: "off"}.get(default, default) if details.kind == "switch" else default
-    stated = details.kind not in ("flag", "pairs") and default is not None
+    stated = details.kind not in ("flag", *SEVERAL) and default is not None
     return (unit + details.words + (f" ({shown})" if stated else "")).replace("%", "%%")
 
 
@@ -79,6 +86,41 @@ def pair(text):
     return key, state == "on"
 
 
+def shares(text):
+    """Shares by key: "facade=0.6,roof=0.8" -> list of (str, float)."""
+    found = []
+    for part in filter(None, text.split(",")):
+        key, _, share = part.partition("=")
+        try:
+            found.append((key.strip(), float(share)))
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{part!r} is not KEY=SHARE") from None
+    return found
+
+
+SEVERAL = {"pairs": {"type": pair}, "shares": {"type": shares}, "names": {}}  # kinds that take several words
+
+
+def imply_method(options):
+    """Let the method that was asked for set the defaults of a command's options.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+        With the `parser` of its command.
+
+    Returns
+    -------
+    bool
+        Whether the arguments have to be parsed again.
+    """
+    method = getattr(options, "method", None)
+    if method is None:
+        return False
+    options.parser.set_defaults(**{name: value for name, value in METHODS[method].items() if hasattr(options, name)})
+    return True
+
+
 def request_of_options(options):
     """Settings from parsed options, checked; those that a command does not have keep their defaults.
 
@@ -89,7 +131,13 @@ def request_of_options(options):
     """
     known = {name: details for name, _, details in declared_settings()}
     given = {name: value for name, value in vars(options).items() if name in known}
-    given |= {name: dict(value) for name, value in given.items() if known[name].kind == "pairs"}
+    for name, value in given.items():
+        if known[name].kind == "pairs":
+            given[name] = dict(value)
+        elif known[name].kind == "shares" and not isinstance(value, dict):
+            given[name] = dict(pair for pairs in value for pair in pairs)
+        elif known[name].kind == "names":
+            given[name] = tuple(value)
     request = Request(**given)
     check_request(request)
     return request

@@ -15,7 +15,7 @@ from functools import partial
 from ..errors import InputError
 from ..progress import CancelledError, TerminalProgress
 from ..version import __version__
-from .add_options import add_options, request_of_options
+from .add_options import add_options, imply_method, request_of_options
 
 EPILOGUE = "Every option and every file written is described in docs/command_line.md."
 
@@ -46,6 +46,8 @@ def main(arguments=None, draw=None):
     parser = build_parser()
     try:
         options = parser.parse_args(arguments)
+        if imply_method(options):
+            options = parser.parse_args(arguments)
     except SystemExit as stop:
         return stop.code or 0
     before = hear_termination()
@@ -96,18 +98,18 @@ def build_parser():
     simulate = commands.add_parser("simulate", help="trace a city and write full load hours of every face")
     add_city(simulate)
     add_output(simulate)
-    add_options(simulate, "weather", "light", "run")
+    add_options(simulate, "weather", "electricity", "light", "run")
     simulate.add_argument("--blend", action="store_true", help="write city.blend (needs bpy)")
     simulate.add_argument("--preview", action="store_true", help="write preview.png (needs bpy)")
     simulate.add_argument("--transfer", action="store_true", help="write transfer.nc even where it takes gigabytes")
     simulate.add_argument("--cityjson", action="store_true", help="write city.city.json: the city with its results")
     simulate.add_argument("--gltf", action="store_true", help="write city.glb: the city in colours, for any viewer")
-    simulate.set_defaults(run=run_simulate)
+    simulate.set_defaults(run=run_simulate, parser=simulate)
     again = commands.add_parser("yield", help="full load hours of a transfer.nc with other weather or another module")
     again.add_argument("transfer", metavar="TRANSFER", help="transfer.nc of an earlier run")
     add_output(again)
-    add_options(again, "weather", "run")
-    again.set_defaults(run=run_yield)
+    add_options(again, "weather", "electricity", "run")
+    again.set_defaults(run=run_yield, parser=again)
     inspect = commands.add_parser("inspect", help="say what was read, and where it stands on Earth")
     add_city(inspect)
     inspect.add_argument("--json", action="store_true", help="print as JSON")

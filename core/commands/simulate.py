@@ -1,24 +1,22 @@
 """The two commands that write results: trace and weigh a city, or weigh again what was traced."""
 
 from dataclasses import replace
-from functools import partial
 
-from ..energy.pick_module import pick_module
+from ..energy.pv_system import build_system
 from ..interruption import Interruption
 from ..progress import CancelledError, Clock, TerminalProgress, silent
 from ..results.output_folder import whole_folder
 from ..results.read_transfer import read_transfer
 from ..results.write_cityjson import write_cityjson
-from ..results.write_faces import write_faces
 from ..results.write_gltf import write_gltf
-from ..results.write_groups import write_groups
 from ..results.write_summary import distance_of_weather, summarise, write_summary
-from ..results.write_timeseries import write_timeseries
+from ..results.write_tables import write_tables
 from ..results.write_transfer import write_transfer
 from ..scene.grid_cells import split_into_cells
 from ..study import (
     check_settings,
     compute_energy,
+    find_surfaces,
     measure_sun_sampling,
     place_city,
     plan_scene,
@@ -86,6 +84,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         city = read_buildings(paths, request, log.progress)
         scene = place_city(city, request)
         log.clock.lap("read city")
+        find_surfaces(scene.surfaces.surface_id, request.series)  # refuses unknown ones before anything long begins
         for line in describe_scene(scene):
             log.say(f"  {line}")
         weather = read_year(scene.site, request)
@@ -171,19 +170,7 @@ def write_results(work, transfer, weather, request, log, *, scene=None, draw=Non
     log.say("Electricity")
     energy = compute_energy(transfer, weather, request, log.progress)
     log.clock.lap("electricity")
-
-    def tell_faces(share):
-        log.progress("writing tables", share, len(tables), "files")
-
-    tables = {
-        "faces.csv": partial(write_faces, transfer=transfer, energy=energy, tell=tell_faces),
-        "groups.csv": partial(write_groups, energy=energy),
-        "timeseries.nc": partial(write_timeseries, energy=energy, weather=weather),
-    }
-    tell_faces(0)
-    for number, (name, write) in enumerate(tables.items()):
-        write(work / name)
-        log.progress("writing tables", number + 1, len(tables), "files")
+    write_tables(work, transfer, energy, weather, request, progress=log.progress)
     if keep:
         write_transfer(work / "transfer.nc", transfer, log.progress)
     else:
@@ -215,9 +202,9 @@ def write_exports(work, results, request, exports, progress=silent):
     city, scene, transfer, energy, weather = results
     if "cityjson" in exports:
         cells = city if request.grid_size is None else split_into_cells(city, request.grid_size)[0]
-        module = pick_module(request.module)
+        system = build_system(request)
         write_cityjson(
-            work / "city.city.json", cells, transfer, energy, module=module, label=weather.label, progress=progress
+            work / "city.city.json", cells, transfer, energy, system=system, label=weather.label, progress=progress
         )
     if "gltf" in exports:
         write_gltf(work / "city.glb", scene, energy, label=weather.label, progress=progress)

@@ -1,30 +1,32 @@
-"""Transfer × Weather × module: irradiance and full load hours of every surface."""
+"""Transfer × Weather × PV system: irradiance and full load hours of every surface."""
 
 import os
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from .check_inputs import check_hours, check_transfer
+from .counted_area import find_counted_area
+from .diffuse_incidence import diffuse_incidence_factors
 from .energy import Energy
-from .fast_sapm import fast_sapm, tabulate_sapm
+from .fast_power import FastPower, tabulate_power
 from .fill_behind import order_neighbours
 from .groups import find_groups
-from .hours import prepare_hours
-from .pick_module import pick_module
-from .plain_sapm import plain_sapm
+from .hourly_series import compute_series
+from .hours import Hours, prepare_hours
+from .plain_power import PlainPower
+from .pv_system import default_system
 from .sum_block import BlockSums, sum_block, take_block
 
 BLOCK = 1024  # surfaces at a time: long enough that threads wait little for the interpreter, short enough for the cache
-PLAIN_LIMIT = 5e6  # surface-hours up to which pvlib itself is called
+PLAIN_LIMIT = 3e6  # surface-hours up to which pvlib itself is called
 YEAR = pd.Timedelta(days=365)
-DEFAULT_MODULE = "SunPower_SPR_300_WHT__2007__E__"
 
 
-def compute_energy(transfer, weather, module_name=DEFAULT_MODULE, threads=None, progress=None):
+def compute_energy(transfer, weather, system=None, threads=None, progress=None, *, series=()):
     """Irradiance, full load hours and capacity factors of a traced scene under one weather.
 
     The angle of incidence and the far ground are those of the true hour; visible shares and reflections those of the
@@ -35,41 +37,41 @@ def compute_energy(transfer, weather, module_name=DEFAULT_MODULE, threads=None, 
     ----------
     transfer : Transfer
     weather : Weather
-    module_name : str
-        As in pvlib's Sandia library.
+    system : PvSystem, optional
+        The paper's module on open racks if not given.
     threads : int, optional
         All processors if not given; the result does not depend on it.
     progress : callable, optional
         Called as progress(stage, done, total, unit) from the calling thread.
+    series : sequence of int
+        Rows of surfaces whose time series are kept.
 
     Returns
     -------
     Energy
-        Full load hours are NaN for surfaces of kind ground and downward.
+        Full load hours are NaN for surfaces of kind ground and downward, unless overhangs count as facades.
 
     Raises
     ------
     InputError
-        The Transfer, the weather or the module cannot be used.
+        The Transfer or the weather cannot be used.
     """
     check_transfer(transfer)
     check_hours(weather)
-    module = pick_module(module_name)
-    hours = prepare_hours(transfer.suns, weather, module)
-    groups = find_groups(transfer.surfaces)
-    electric = ~np.isin(np.asarray(transfer.surfaces.kind), ("ground", "downward"))
-    sums, capacity_factor = sum_surfaces(
-        transfer, hours, groups.weight, electric, module, threads=threads, progress=progress
-    )
+    system = default_system() if system is None else system
+    counted = find_counted_area(transfer, system)
+    groups = find_groups(counted, transfer.surfaces.area)
+    electric = ~np.isin(np.asarray(transfer.surfaces.kind), ("ground", "downward")) | counted.eligible
+    task = prepare_task(transfer, weather, system, electric)
+    sums = sum_surfaces(task, groups.weight, electric, threads=threads, progress=progress)
     years = count_years(weather)
     hour = weather.interval / pd.Timedelta(hours=1)
     by_month = np.where(electric[:, None], sums.capacity_factor_by_month * hour / years, np.nan)
     poa = sums.poa_global * hour / years / 1000.0
-    series = np.zeros((len(weather.data), len(groups.names)))
-    series[hours.interval] = capacity_factor
     full_load_hours = by_month.sum(axis=1)
+    ac = system.feeds_grid
     return Energy(
-        direct_relative_annual=sums.direct_relative / max(hours.sunny.sum(), 1.0),
+        direct_relative_annual=sums.direct_relative / max(task.hours.sunny.sum(), 1.0),
         direct_relative_annual_standard_error=np.asarray(transfer.direct_annual_standard_error, float),
         poa_global_annual=poa,
         full_load_hours=full_load_hours,
@@ -80,68 +82,116 @@ def compute_energy(transfer, weather, module_name=DEFAULT_MODULE, threads=None, 
         groups=groups.names,
         group_count=groups.count,
         group_area=groups.area,
-        capacity_factor=series,
+        capacity_factor=spread_hours(sums.capacity_factor, task.hours, len(weather.data)),
         years=years,
+        longitude=weather.longitude,
+        eligible=counted.eligible,
+        flat_roof=counted.flat_roof,
+        open_area=counted.open_area,
+        counted_area=counted.counted_area,
+        module_area=counted.module_area,
+        specific_yield=np.where(electric, sums.specific_yield * hour / years, np.nan) if ac else None,
+        capacity_factor_ac=spread_hours(sums.capacity_factor_ac, task.hours, len(weather.data)) if ac else None,
+        series=find_series(task, np.asarray(series, int), len(weather.data)) if len(series) else None,
     )
 
 
-def sum_surfaces(transfer, hours, group_weight, electric, module, *, threads, progress):
+@dataclass
+class Task:
+    """What all blocks of surfaces share."""
+
+    transfer: object  # Transfer
+    hours: Hours  # float64
+    hours_as_computed: Hours  # in the precision of the blocks
+    model: PlainPower | FastPower
+    ac: bool  # whether AC power is asked for
+    taken: np.ndarray  # (2, n) from `diffuse_incidence_factors`
+    neighbours: np.ndarray  # (s, m) int, from `order_neighbours`
+    reach: float  # largest angle between an hour and its traced suns [°]
+
+    def block(self, rows, group_weight):
+        """Some surfaces."""
+        return take_block(
+            self.transfer,
+            rows,
+            group_weight=group_weight,
+            neighbours=self.neighbours,
+            reach=self.reach,
+            dtype=self.hours_as_computed.dni.dtype,
+            taken=self.taken[:, rows],
+        )
+
+
+def prepare_task(transfer, weather, system, electric):
+    """Gather what all blocks share; few surface-hours go to pvlib itself, many to tables."""
+    hours = prepare_hours(transfer.suns, weather, system)
+    plain = electric.sum() * len(hours) < PLAIN_LIMIT
+    return Task(
+        transfer,
+        hours,
+        hours if plain else hours.as_type(np.float32),
+        PlainPower(system) if plain else tabulate_power(system),
+        system.feeds_grid,
+        diffuse_incidence_factors(transfer.surfaces.surface_tilt, system),
+        order_neighbours(transfer.suns),
+        largest_mismatch(transfer.suns, hours),
+    )
+
+
+def sum_surfaces(task, group_weight, electric, *, threads, progress):
     """Go through all surfaces, block by block on all threads, and add up in the order of the blocks.
 
     Parameters
     ----------
-    transfer : Transfer
-    hours : Hours
+    task : Task
     group_weight : numpy.ndarray, (n, g)
-        Share of each group's area.
+        Area of each surface over that of its group.
     electric : numpy.ndarray, (n,) bool
         Surfaces whose full load hours are asked for.
-    module : dict
-        From `pick_module`.
     threads, progress
         As in `compute_energy`.
 
     Returns
     -------
-    sums : BlockSums
+    BlockSums
         Of all surfaces.
-    capacity_factor : numpy.ndarray, (h, g)
-        Area-weighted mean of each group.
     """
-    plain = electric.sum() * len(hours) < PLAIN_LIMIT
-    dtype = np.float64 if plain else np.float32
-    model = partial(plain_sapm, module=module) if plain else partial(fast_sapm, tables=tabulate_sapm(module))
-    cut = partial(
-        take_block,
-        transfer,
-        neighbours=order_neighbours(transfer.suns),
-        reach=largest_mismatch(transfer.suns, hours),
-        dtype=dtype,
-    )
-    exact, hours = hours, hours.as_type(dtype)
-    tasks = [(rows, model) for rows in cut_blocks(np.flatnonzero(electric))]
-    tasks += [(rows, None) for rows in cut_blocks(np.flatnonzero(~electric))]
+    blocks = [(rows, task.model) for rows in cut_blocks(np.flatnonzero(electric))]
+    blocks += [(rows, None) for rows in cut_blocks(np.flatnonzero(~electric))]
 
-    def run(task):
-        rows, block_model = task
-        return rows, sum_block(cut(rows, group_weight=group_weight[rows]), hours, block_model)
+    def run(block):
+        rows, model = block
+        ac = task.ac and model is not None
+        return rows, sum_block(task.block(rows, group_weight[rows]), task.hours_as_computed, model, ac=ac)
 
-    count = len(electric)
-    total = BlockSums(
-        np.zeros(count), np.zeros(count), np.zeros((count, 12)), np.zeros((len(exact), group_weight.shape[1]))
-    )
-    done = 0
+    count, hours, done = len(electric), len(task.hours), 0
+    series = [np.zeros((length, group_weight.shape[1])) for length in (hours, hours if task.ac else 0)]
+    total = BlockSums(np.zeros(count), np.zeros(count), np.zeros((count, 12)), series[0], np.zeros(count), series[1])
     # The matrix products are small: threads of their own would only wait for each other.
     with threadpool_limits(1, "blas"), ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
-        for rows, sums in pool.map(run, tasks):
-            total.direct_relative[rows] = sums.direct_relative
-            total.poa_global[rows] = sums.poa_global
-            total.capacity_factor_by_month[rows] = sums.capacity_factor_by_month
+        for rows, sums in pool.map(run, blocks):
+            for name in ("direct_relative", "poa_global", "capacity_factor_by_month", "specific_yield"):
+                getattr(total, name)[rows] = getattr(sums, name)
             total.capacity_factor += sums.capacity_factor
+            if len(sums.capacity_factor_ac):
+                total.capacity_factor_ac += sums.capacity_factor_ac
             done += len(rows)
             if progress is not None:
-                progress("electricity", float(done * len(exact)), float(count * len(exact)), "surface-hours")
-    return total, total.capacity_factor
+                progress("electricity", float(done * hours), float(count * hours), "surface-hours")
+    return total
+
+
+def find_series(task, rows, count):
+    """Time series of some surfaces."""
+    block = task.block(rows, np.zeros((len(rows), 0)))
+    return compute_series(rows, block, task.hours_as_computed, task.model, count=count, ac=task.ac)
+
+
+def spread_hours(values, hours, count):
+    """Values of the hours with light on the whole time axis: (count, g)."""
+    series = np.zeros((count, values.shape[1]))
+    series[hours.interval] = values
+    return series
 
 
 def cut_blocks(rows):

@@ -1,9 +1,11 @@
-"""What one weather and one module make of a Transfer."""
+"""What one weather and one PV system make of a Transfer."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+
+from .hourly_series import HourlySeries
 
 
 @dataclass
@@ -13,13 +15,22 @@ class Energy:
     direct_relative_annual: np.ndarray  # (n,) mean over intervals with the sun above 2°, reflections included
     direct_relative_annual_standard_error: np.ndarray  # (n,)
     poa_global_annual: np.ndarray  # (n,) [kWh/m²] per year
-    full_load_hours: np.ndarray  # (n,) [h] per year; NaN for ground and downward surfaces
+    full_load_hours: np.ndarray  # (n,) [h] per year, DC; NaN for ground and downward surfaces
     full_load_hours_standard_error: np.ndarray  # (n,) [h]
     full_load_hours_by_month: np.ndarray  # (n, 12) [h]
     times: pd.DatetimeIndex  # (T,) UTC, start of each interval
     interval: pd.Timedelta
     groups: list  # (g,) of (kind, orientation), those that have eligible surfaces
     group_count: np.ndarray  # (g,) eligible surfaces
-    group_area: np.ndarray  # (g,) [m²]
-    capacity_factor: np.ndarray  # (T, g) float64, area-weighted over the eligible surfaces of the group
+    group_area: np.ndarray  # (g,) [m²] that counts
+    capacity_factor: np.ndarray  # (T, g) float64, mean over the group's area that counts
     years: float  # how many years the weather spans
+    longitude: float  # [°] of the weather
+    eligible: np.ndarray  # (n,) bool: bears modules
+    flat_roof: np.ndarray  # (n,) bool: level, else it would be eligible
+    open_area: np.ndarray  # (n,) [m²] not inside or under buildings
+    counted_area: np.ndarray  # (n,) [m²] of eligible surfaces and flat roofs that counts; 0 of others
+    module_area: np.ndarray  # (n,) [m²] of it that bears modules
+    specific_yield: np.ndarray | None = None  # (n,) [kWh/kWp] per year, AC; None where nothing lies behind the modules
+    capacity_factor_ac: np.ndarray | None = None  # (T, g) AC power over nominal DC power
+    series: HourlySeries | None = None  # of the surfaces that were asked for

@@ -14,29 +14,33 @@ class Groups:
 
     names: list  # (g,) of (kind, orientation)
     count: np.ndarray  # (g,) surfaces
-    area: np.ndarray  # (g,) [m²]
-    weight: np.ndarray  # (n, g) share of each surface in its group's area
+    area: np.ndarray  # (g,) [m²] that counts
+    weight: np.ndarray  # (n, g) area of each surface over the group's area that counts
 
 
-def find_groups(surfaces):
+def find_groups(counted, area):
     """Group the eligible surfaces by kind and orientation.
+
+    Results are means over whole polygons, covered parts with zero; weighed with A / Σ A · (1 − covered_share) they
+    become means over the open area of the group.
 
     Parameters
     ----------
-    surfaces : Surfaces
+    counted : CountedArea
+    area : numpy.ndarray, (n,)
+        Whole area of the surfaces [m²].
 
     Returns
     -------
     Groups
     """
-    kind, orientation = np.asarray(surfaces.kind), np.asarray(surfaces.orientation)
-    eligible, area = np.asarray(surfaces.eligible, bool), np.asarray(surfaces.area, float)
+    kind, orientation, eligible = counted.kind, counted.orientation, counted.eligible
     pairs = sorted(set(zip(kind[eligible].tolist(), orientation[eligible].tolist(), strict=True)), key=rank_group)
     members = [eligible & (kind == name) & (orientation == side) for name, side in pairs]
-    total = np.array([area[member].sum() for member in members])
-    weight = np.zeros((len(area), len(pairs)))
+    total = np.array([counted.counted_area[member].sum() for member in members])
+    weight = np.zeros((len(kind), len(pairs)))
     for column, member in enumerate(members):
-        weight[member, column] = area[member] / total[column]
+        weight[member, column] = np.asarray(area)[member] / total[column]
     return Groups(pairs, np.array([member.sum() for member in members], int), total, weight)
 
 

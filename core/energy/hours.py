@@ -7,9 +7,9 @@ import pvlib
 
 from ..sun.match_suns import match_suns
 from ..sun.solar_position import is_sunny, sun_direction
+from .power_model import spectral_factor
 
 CHUNK = 128  # hours at a time
-MOUNTING = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"]["open_rack_glass_polymer"]
 
 
 @dataclass
@@ -24,8 +24,7 @@ class Hours:
     dhi: np.ndarray  # (h, 1) [Wm⁻²]
     temp_air: np.ndarray  # (h, 1) [°C]
     wind_speed: np.ndarray  # (h, 1) [ms⁻¹]
-    airmass: np.ndarray  # (h, 1) absolute; NaN with the sun below the horizon
-    spectral_factor: np.ndarray  # (h, 1) f₁ of the Sandia model; 0 with the sun below the horizon, as in pvlib
+    spectral_factor: np.ndarray  # (h, 1) f₁ of the Sandia model, see `spectral_factor`
     heating: np.ndarray  # (h, 1) [Km²W⁻¹] of a cell above the air, per irradiance on the surface
     match: np.ndarray  # (h, k) int, traced suns that stand for the hour
     match_weight: np.ndarray  # (h, k) float
@@ -60,7 +59,7 @@ class Hours:
         return runs
 
 
-def prepare_hours(suns, weather, module):
+def prepare_hours(suns, weather, system):
     """Gather what all surfaces share, for the intervals that have any light.
 
     Parameters
@@ -68,13 +67,12 @@ def prepare_hours(suns, weather, module):
     suns : Suns
         As traced.
     weather : Weather
-    module : dict
-        From `pick_module`.
+    system : PvSystem
 
     Returns
     -------
     Hours
-        In float64. Cell heating is the Sandia model with an open rack, glass/polymer, :doi:`10.2172/919131`.
+        In float64. Cell heating is the Sandia model of the system's mounting, :doi:`10.2172/919131`.
     """
     data = weather.data
     sunny = is_sunny(data["apparent_zenith"])
@@ -86,15 +84,14 @@ def prepare_hours(suns, weather, module):
     relative = pvlib.atmosphere.get_relative_airmass(data["apparent_zenith"].to_numpy(), "kastenyoung1989")
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, data["pressure"].to_numpy())
     # The model is linear in the irradiance: 1 Wm⁻² in air of 0 °C gives the slope.
-    heating = pvlib.temperature.sapm_cell(1.0, 0.0, data["wind_speed"].to_numpy(), **MOUNTING)
+    heating = pvlib.temperature.sapm_cell(1.0, 0.0, data["wind_speed"].to_numpy(), **system.thermal)
     column = {name: data[name].to_numpy()[:, None] for name in ("dni", "dhi", "temp_air", "wind_speed")}
     return Hours(
         interval=used,
         month=np.sort(month, kind="stable"),
         direction=sun_direction(data["apparent_zenith"], data["solar_azimuth"]),
         sunny=sunny.astype(float)[:, None],
-        airmass=airmass[:, None],
-        spectral_factor=pvlib.spectrum.spectral_factor_sapm(airmass, module)[:, None],
+        spectral_factor=spectral_factor(airmass, system)[:, None],
         heating=heating[:, None],
         match=match.index,
         match_weight=match.weight.astype(float),

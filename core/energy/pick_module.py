@@ -1,64 +1,67 @@
-"""The photovoltaic module, from pvlib's copy of the Sandia library."""
+"""The photovoltaic module, from pvlib's copies of the Sandia and CEC libraries."""
 
-import difflib
 import math
-
-import pvlib
+from dataclasses import dataclass
+from functools import lru_cache
 
 from ..errors import InputError
+from .search_library import read_library, search_library
 
-NEEDED = (
-    *("Area", "Cells_in_Series", "Isco", "Voco", "Impo", "Vmpo", "Aisc", "Aimp", "C0", "C1", "C2", "C3"),
-    *("Bvoco", "Mbvoc", "Bvmpo", "Mbvmp", "N", "FD"),
-    *("A0", "A1", "A2", "A3", "A4", "B0", "B1", "B2", "B3", "B4", "B5"),
-)
+SANDIA, CEC = "SandiaMod", "CECMod"
+NEEDED = {
+    SANDIA: (
+        *("Area", "Cells_in_Series", "Isco", "Voco", "Impo", "Vmpo", "Aisc", "Aimp", "C0", "C1", "C2", "C3"),
+        *("Bvoco", "Mbvoc", "Bvmpo", "Mbvmp", "N", "FD"),
+        *("A0", "A1", "A2", "A3", "A4", "B0", "B1", "B2", "B3", "B4", "B5"),
+    ),
+    CEC: ("A_c", "alpha_sc", "a_ref", "I_L_ref", "I_o_ref", "R_sh_ref", "R_s", "Adjust", "I_mp_ref", "V_mp_ref"),
+}
+AREA = {SANDIA: "Area", CEC: "A_c"}
+RATING = {SANDIA: ("Impo", "Vmpo"), CEC: ("I_mp_ref", "V_mp_ref")}
 
 
+@dataclass(frozen=True)
+class Module:
+    """A module's parameters in the model of its library."""
+
+    name: str
+    library: str  # SandiaMod: Sandia array performance model; CECMod: single-diode model
+    parameters: dict  # name -> float, in the units of the model
+    area: float  # [m²]
+    nominal_power: float  # [W] at reference conditions, current times voltage at the maximum power point
+
+
+@lru_cache
 def pick_module(name):
-    """Parameters of a module in the Sandia array performance model.
+    """Parameters of a module by its name, or part of its name.
 
     Parameters
     ----------
     name : str
-        As in pvlib's Sandia library; blanks and signs may stand for its underscores.
+        As in pvlib's Sandia or CEC library; blanks and signs may stand for its underscores.
 
     Returns
     -------
-    dict
-        Parameter name to float, in the units of the model (SAND2004-3535, :doi:`10.2172/919131`).
+    Module
+        Of the Sandia array performance model (SAND2004-3535, :doi:`10.2172/919131`) or the CEC's single-diode model
+        (Dobos 2012, :doi:`10.1115/1.4005759`).
 
     Raises
     ------
     InputError
-        The library has no such module (names near matches), or not all of its parameters.
+        No module or several fit the name, or not all parameters of the module are known.
     """
-    library = pvlib.pvsystem.retrieve_sam("SandiaMod")
-    key = name if name in library else "".join(letter if letter.isalnum() else "_" for letter in name.strip())
-    if key not in library:
-        near = suggest_modules(name, list(library.columns))
-        cure = f"near it: {', '.join(near)}" if near else "see pvlib.pvsystem.retrieve_sam('SandiaMod')"
-        raise InputError("--module", f"{name!r} is not in pvlib's Sandia library", cure)
-    module = {parameter: float(library[key][parameter]) for parameter in NEEDED}
-    missing = [parameter for parameter, value in module.items() if not math.isfinite(value)]
+    library, key = search_library(name, (SANDIA, CEC), option="--module")
+    row = read_library(library)[key]
+    parameters = {parameter: float(row[parameter]) for parameter in NEEDED[library]}
+    missing = [parameter for parameter, value in parameters.items() if not math.isfinite(value)]
+    missing += [parameter for parameter in (AREA[library], *RATING[library]) if not parameters[parameter] > 0]
     if missing:
         raise InputError("--module", f"{key} has no {', '.join(missing)} in the library", "choose another module")
-    return module
-
-
-def suggest_modules(name, library):
-    """Up to five names of a library that are like a name or hold its words: list of str."""
-    wanted = name.lower().replace(" ", "_")
-    near = difflib.get_close_matches(wanted, [known.lower() for known in library], n=5, cutoff=0.6)
-    holding = [known for known in library if wanted and wanted in known.lower()]
-    same = [known for known in library if known.lower() in near]
-    return list(dict.fromkeys(holding + same))[:5]
-
-
-def nominal_power(module):
-    """Power of a module at reference conditions [W]: Impo · Vmpo."""
-    return module["Impo"] * module["Vmpo"]
+    current, voltage = RATING[library]
+    return Module(key, library, parameters, parameters[AREA[library]], parameters[current] * parameters[voltage])
 
 
 def area_of_kwp(module):
     """Area of modules that makes a kilowatt at reference conditions [m²/kWp]."""
-    return module["Area"] / (nominal_power(module) / 1000)
+    return module.area / (module.nominal_power / 1000)

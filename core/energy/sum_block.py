@@ -14,6 +14,8 @@ class Block:
     normal: np.ndarray  # (3, n)
     diffuse: np.ndarray  # (n,) per DHI
     far_ground: np.ndarray  # (n,) per direct horizontal irradiance
+    sky: np.ndarray  # (n,) the part of `diffuse` that comes straight from the sky
+    taken: np.ndarray  # (2, n) share of the light from the sky, and of what is reflected, that is not lost by its angle
     visible_share: np.ndarray  # (s, n), suns just behind filled
     reflected: np.ndarray  # (s, n) per DNI
     group_weight: np.ndarray  # (n, g) share of the group's area
@@ -27,9 +29,11 @@ class BlockSums:
     poa_global: np.ndarray  # (n,) [Wm⁻²]
     capacity_factor_by_month: np.ndarray  # (n, 12)
     capacity_factor: np.ndarray  # (h, g), of the block's part of each group
+    specific_yield: np.ndarray  # (n,) AC power over nominal power; 0 where nothing lies behind the modules
+    capacity_factor_ac: np.ndarray  # (h, g); (0, g) where nothing lies behind the modules
 
 
-def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype):
+def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken):
     """Cut some surfaces out of a Transfer.
 
     Parameters
@@ -45,6 +49,8 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype):
         Largest angle between an hour and its traced suns [°].
     dtype : numpy dtype
         Precision to compute in.
+    taken : numpy.ndarray, (2, n)
+        Of these surfaces, from `diffuse_incidence_factors`.
 
     Returns
     -------
@@ -59,13 +65,15 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype):
         normal=normal.astype(dtype),
         diffuse=transfer.diffuse_relative[rows].astype(dtype),
         far_ground=(transfer.far_ground_view_factor[rows] * transfer.ground_albedo).astype(dtype),
+        sky=np.minimum(transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]).astype(dtype),
+        taken=taken.astype(dtype),
         visible_share=visible,
         reflected=np.ascontiguousarray(transfer.direct_reflected[rows].T, dtype=dtype),
         group_weight=group_weight.astype(dtype),
     )
 
 
-def sum_block(block, hours, model):
+def sum_block(block, hours, model, *, ac=False):
     """Go through all hours for one block.
 
     Parameters
@@ -73,33 +81,65 @@ def sum_block(block, hours, model):
     block : Block
     hours : Hours
         In the block's precision.
-    model : callable or None
-        (poa_direct, poa_diffuse, aoi_projection, hours) to capacity factors; None leaves electricity out.
+    model : PlainPower, FastPower or None
+        None leaves electricity out.
+    ac : bool
+        Whether AC power is asked for.
 
     Returns
     -------
     BlockSums
     """
     count, groups = block.normal.shape[1], block.group_weight.shape[1]
+    dtype = block.normal.dtype
     weights = np.concatenate([hours.sunny, hours.dni], axis=1)
     direct_sums = np.zeros((2, count))
-    by_month = np.zeros((count, 12))
-    capacity_factor = np.zeros((len(hours), groups), block.normal.dtype)
+    by_month, specific_yield = np.zeros((count, 12)), np.zeros(count)
+    capacity_factor = np.zeros((len(hours), groups), dtype)
+    capacity_factor_ac = np.zeros((len(hours) if ac else 0, groups), dtype)
     for month, first, last in hours.chunks():
         part = hours.rows(first, last)
-        projection = np.maximum(part.direction @ block.normal, 0)
-        direct = at_hours(block.visible_share, part)
-        direct *= projection
+        projection, direct = direct_part(block, part)
         direct_sums += weights[first:last].T @ direct
         if model is None:
             continue
-        diffuse = diffuse_part(block, part)
-        direct *= part.dni
-        power = model(direct, diffuse, projection, part)
-        by_month[:, month] += np.ones(last - first, power.dtype) @ power
+        power = run_model(model, block, part, direct, projection)[-1]
+        ones = np.ones(last - first, dtype)
+        by_month[:, month] += ones @ power
         capacity_factor[first:last] = power @ block.group_weight
+        if ac:
+            power = model.ac(power)
+            specific_yield += ones @ power
+            capacity_factor_ac[first:last] = power @ block.group_weight
     relative, poa = add_linear_parts(block, hours, weights, direct_sums)
-    return BlockSums(relative, poa, by_month, capacity_factor)
+    return BlockSums(relative, poa, by_month, capacity_factor, specific_yield, capacity_factor_ac)
+
+
+def direct_part(block, hours):
+    """Cosine of the angle of incidence, and first hits per DNI: (h, n), (h, n)."""
+    projection = np.maximum(hours.direction @ block.normal, 0)
+    direct = at_hours(block.visible_share, hours)
+    direct *= projection
+    return projection, direct
+
+
+def run_model(model, block, hours, direct, projection):
+    """Irradiance on the surfaces and capacity factors at some hours; `direct` and `projection` are overwritten.
+
+    Returns
+    -------
+    poa_direct, poa_diffuse : numpy.ndarray, (h, n)
+        [Wm⁻²]
+    power : numpy.ndarray, (h, n)
+        Capacity factor.
+    """
+    direct *= hours.dni
+    diffuse = diffuse_part(block, hours)
+    taken = diffuse
+    if (block.taken < 1).any():
+        sky, reflected = block.taken
+        taken = diffuse * reflected + hours.dhi * (block.sky * (sky - reflected))
+    return direct, diffuse, model.dc(direct, diffuse, taken, projection, hours)
 
 
 def at_hours(values, hours):

@@ -35,8 +35,10 @@ COLUMNS = (
     _text("thematic", "class in the file: WallSurface, RoofSurface, …", tabled=False),
     _text("kind", "facade, roof, flat, steep, downward or ground"),
     _text("orientation", "north, east, south, west or none"),
-    Column("eligible", "surfaces", "flag", "1", "facade or roof that modules may be mounted on", stored=True),
+    Column("eligible", "surfaces", "flag", "1", "facade or roof by its shape", tabled=False, stored=True),
+    Column("eligible", "energy", "flag", "1", "facade or roof that modules may be mounted on"),
     Column("area", "surfaces", "number", "m2", "area without holes", stored=True),
+    Column("open_area", "energy", "number", "m2", "area that lies neither inside nor under buildings"),
     Column("surface_tilt", "surfaces", "number", "degree", "tilt from the horizontal", stored=True),
     Column("surface_azimuth", "surfaces", "number", "degree", "azimuth clockwise from true north", stored=True),
     Column("covered_share", "transfer", "number", "1", "share that lies inside or under buildings", stored=True),
@@ -126,7 +128,13 @@ COLUMNS = (
         title="Standard error of the full load hours",
         legend_unit=_HOURS,
     ),
+    Column("specific_yield", "energy", "number", "kWh kWp-1", "AC energy per year and nominal power"),
 )
+
+
+def tabled_columns(energy):
+    """Columns of faces.csv and CityJSON: those that a run has, list of Column."""
+    return [one for one in COLUMNS if one.tabled and (one.owner != "energy" or getattr(energy, one.name) is not None)]
 
 
 def column_values(column, transfer, energy):

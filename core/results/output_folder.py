@@ -12,6 +12,8 @@ from ..errors import InputError
 NAMES = (
     "faces.csv",
     "groups.csv",
+    "buildings.csv",
+    "series.csv",
     "timeseries.nc",
     "transfer.nc",
     "city.city.json",

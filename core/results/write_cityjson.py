@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pyproj
 
-from ..energy.pick_module import area_of_kwp
+from ..energy.potential import sum_potential
 from ..progress import silent
 from ..scene.find_footprints import find_footprints
-from .columns import COLUMNS, column_values
+from .columns import column_values, tabled_columns
 
 STAGE = "writing city.city.json"
 FINEST, COARSEST = 6, 3  # decimals of a metre that vertices keep
@@ -22,7 +22,7 @@ BY_KIND = {"facade": "WallSurface", "ground": "GroundSurface", "downward": "Oute
 HIGHEST_LOD = "3"  # CityJSON knows no level 4, whose outer shell is one of level 3
 
 
-def write_cityjson(path, city, transfer, energy, *, module, label, progress=silent):
+def write_cityjson(path, city, transfer, energy, *, system, label, progress=silent):
     """Write a city with its results.
 
     Every building is a city object with one MultiSurface; each of its polygons has a semantic surface of its own. The
@@ -39,8 +39,7 @@ def write_cityjson(path, city, transfer, energy, *, module, label, progress=sile
         Its polygons are the surfaces of the Transfer, in their order.
     transfer : Transfer
     energy : Energy
-    module : dict
-        From `pick_module`.
+    system : PvSystem
     label : str
         Of the weather.
     progress : callable, optional
@@ -63,7 +62,7 @@ def write_cityjson(path, city, transfer, energy, *, module, label, progress=sile
         ]
         objects[building] = {
             "type": "Building",
-            "attributes": _sum_building(np.array(polygons), transfer, energy, module),
+            "attributes": _sum_building(np.array(polygons), transfer, energy, system),
             "geometry": geometry,
         }
     low, high = city.points.min(axis=0), city.points.max(axis=0)
@@ -146,20 +145,20 @@ def _geometry(city, polygons, index, described):
 
 def _columns(transfer, energy):
     """Columns by attribute: name -> (n,) float64."""
-    tabled = [column for column in COLUMNS if column.tabled and column.kind == "number"]
+    tabled = [column for column in tabled_columns(energy) if column.kind == "number"]
     columns = {column.name: column_values(column, transfer, energy) for column in tabled}
-    return columns, energy.full_load_hours_by_month
+    return columns, energy.full_load_hours_by_month, energy.eligible
 
 
 def _describe(polygon, surfaces, types, tables):
     """The semantic surface of one polygon."""
-    columns, by_month = tables
+    columns, by_month, eligible = tables
     described = {
         "type": types[polygon],
         "id": surfaces.surface_id[polygon],
         PREFIX + "kind": str(surfaces.kind[polygon]),
         PREFIX + "orientation": str(surfaces.orientation[polygon]),
-        PREFIX + "eligible": bool(surfaces.eligible[polygon]),
+        PREFIX + "eligible": bool(eligible[polygon]),
     }
     for name, values in columns.items():
         if np.isfinite(values[polygon]):
@@ -169,19 +168,19 @@ def _describe(polygon, surfaces, types, tables):
     return described
 
 
-def _sum_building(rows, transfer, energy, module):
+def _sum_building(rows, transfer, energy, system):
     """Attributes of a building: what its eligible surfaces give together."""
-    surfaces = transfer.surfaces
-    rows = rows[np.asarray(surfaces.eligible)[rows] & np.isfinite(energy.full_load_hours[rows])]
-    area = surfaces.area[rows]
-    attributes = {PREFIX + "eligible_area": _short(area.sum())}
-    if area.sum() > 0:
-        power = 1 / area_of_kwp(module)  # [kWp/m²]
-        by_month = area @ energy.full_load_hours_by_month[rows]
-        attributes[PREFIX + "full_load_hours"] = _short(area @ energy.full_load_hours[rows] / area.sum())
-        attributes[PREFIX + "full_load_hours_by_month"] = [_short(value) for value in by_month / area.sum()]
-        attributes[PREFIX + "kwp"] = _short(area.sum() * power)
-        attributes[PREFIX + "mwh_per_year"] = _short(by_month.sum() * power / 1000)
+    area = transfer.surfaces.area
+    rows = rows[energy.eligible[rows] & np.isfinite(energy.full_load_hours[rows])]
+    total = sum_potential(rows, area, energy, system)
+    attributes = {PREFIX + "eligible_area": _short(total["eligible_area"])}
+    if total["eligible_area"] > 0:
+        by_month = area[rows] @ energy.full_load_hours_by_month[rows] / total["eligible_area"]
+        attributes[PREFIX + "full_load_hours"] = _short(total["full_load_hours"])
+        attributes[PREFIX + "full_load_hours_by_month"] = [_short(value) for value in by_month]
+        for name in ("kwp", "mwh_per_year", "specific_yield", "mwh_ac_per_year"):
+            if name in total:
+                attributes[PREFIX + name] = _short(total[name])
     return attributes
 
 

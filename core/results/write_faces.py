@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 
 from ..progress import untold
-from .columns import COLUMNS, column_values
+from .columns import column_values, tabled_columns
 
 WRITTEN = 0.7  # share of the time until all numbers are text
 
 
-def write_faces(path, transfer, energy, tell=untold):
+def write_faces(path, transfer, energy, tell=untold, *, monthly=False):
     """Write what was found of each surface.
 
     Parameters
@@ -19,12 +19,15 @@ def write_faces(path, transfer, energy, tell=untold):
     energy : Energy
     tell : callable, optional
         `tell(share)` is called after each column.
+    monthly : bool
+        Whether full load hours of each month are columns, too.
     """
-    tabled = [column for column in COLUMNS if column.tabled]
+    tabled = tabled_columns(energy)
     columns = {column.name: column_values(column, transfer, energy) for column in tabled}
     columns |= {
         column.name: np.where(columns[column.name], "true", "false") for column in tabled if column.kind == "flag"
     }
+    columns |= name_months(energy.full_load_hours_by_month) if monthly else {}
     table = pd.DataFrame(columns)
     # Six digits, and not more behind the point than any reader could use.
     for number, name in enumerate(columns):
@@ -32,3 +35,8 @@ def write_faces(path, transfer, energy, tell=untold):
         if table[name].dtype.kind == "f":
             table[name] = [f"{value:.6g}" if np.isfinite(value) else "" for value in table[name].to_numpy()]
     table.to_csv(path, index=False, lineterminator="\n")
+
+
+def name_months(by_month):
+    """Columns of the months: full_load_hours_01 to _12, each (n,) [h]."""
+    return {f"full_load_hours_{month + 1:02d}": by_month[:, month] for month in range(12)}

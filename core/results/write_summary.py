@@ -9,7 +9,10 @@ from dataclasses import asdict
 import numpy as np
 import pyproj
 
-from ..energy.pick_module import area_of_kwp, pick_module
+from ..energy.pick_module import area_of_kwp
+from ..energy.potential import sum_potential
+from ..energy.pv_system import build_system
+from ..energy.years import split_years
 from .list_findings import list_findings
 
 LIBRARIES = ("embreex", "numba", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
@@ -40,7 +43,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
     dict
     """
     summary = {
-        "input": describe_input(transfer, scene),
+        "input": describe_input(transfer, energy, scene),
         "weather": {
             "label": weather.label,
             "latitude": weather.latitude,
@@ -59,7 +62,8 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
         "seconds": seconds or {},
         "peak_memory_bytes": peak_memory(),
         "error_budget": budget_errors(transfer, energy),
-        "totals": sum_totals(transfer, energy, request),
+        "totals": sum_totals(transfer, energy, build_system(request)),
+        "years": describe_years(energy),
         "versions": versions(),
     }
     if transfer.albedos is not None:
@@ -67,7 +71,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
     return summary
 
 
-def describe_input(transfer, scene):
+def describe_input(transfer, energy, scene):
     """Files, place and counts."""
     kinds, counts = np.unique(transfer.surfaces.kind, return_counts=True)
     area = [float(transfer.surfaces.area[transfer.surfaces.kind == kind].sum()) for kind in kinds]
@@ -78,7 +82,7 @@ def describe_input(transfer, scene):
             str(kind): {"count": int(count), "area": whole}
             for kind, count, whole in zip(kinds, counts, area, strict=True)
         },
-        "eligible": int(transfer.surfaces.eligible.sum()),
+        "eligible": int(energy.eligible.sum()),
     }
     if scene is not None:
         description["report"] = asdict(scene.report)
@@ -114,7 +118,7 @@ def budget_errors(transfer, energy):
     - `patches`: of reflected light, what is uneven within the cells of patches; a third of what is uneven between the
       cells, which is measured.
     """
-    eligible = transfer.surfaces.eligible & np.isfinite(energy.full_load_hours)
+    eligible = energy.eligible & np.isfinite(energy.full_load_hours)
     budget = {"unit": "percent", "bounces": bound_of_bounces(transfer)}
     hours, area = energy.full_load_hours[eligible], transfer.surfaces.area[eligible]
     error = energy.full_load_hours_standard_error[eligible]
@@ -143,18 +147,46 @@ def bound_of_bounces(transfer):
     return 100 * last * albedo / (1 - albedo) if albedo < 1 else None
 
 
-def sum_totals(transfer, energy, request):
-    """Power and annual energy if all eligible area bore modules."""
-    area_per_kwp = area_of_kwp(pick_module(request.module))
-    eligible = transfer.surfaces.eligible & np.isfinite(energy.full_load_hours)
-    kwp = transfer.surfaces.area[eligible] / area_per_kwp
+def sum_totals(transfer, energy, system):
+    """Power and annual energy if all eligible area that is open and usable bore modules.
+
+    Walls that were left out because a neighbour covers them, and flat roofs as they lie, are told apart.
+    """
+    area = np.asarray(transfer.surfaces.area, float)
+    hidden = transfer.surfaces.eligible & ~energy.eligible
     return {
-        "eligible_area": float(transfer.surfaces.area[eligible].sum()),
-        "area_per_kwp": area_per_kwp,
-        "kwp": float(kwp.sum()),
-        "mwh_per_year": float((kwp * energy.full_load_hours[eligible]).sum() / 1000),
-        "unit": "m², m²/kWp, kWp, MWh",
+        **sum_potential(energy.eligible, area, energy, system),
+        "area_per_kwp": area_of_kwp(system.module),
+        "hidden_walls": {"count": int(hidden.sum()), "area": float(area[hidden].sum()), "counted": False}
+        if system.hidden_walls == "leave-out"
+        else {"counted": True},
+        "flat_roofs": {
+            "count": int(energy.flat_roof.sum()),
+            **sum_potential(energy.flat_roof, area, energy, system),
+            "note": "modules lie flat on the roof; not among the totals above",
+        },
+        "unit": "m², m²/kWp, kWp, h, kWh/kWp, MWh",
     }
+
+
+def describe_years(energy):
+    """Full load hours of the groups year by year, with mean and spread; empty where the weather covers one year."""
+    years = split_years(energy.times, energy.interval)
+    if len(years) < 2:
+        return {}
+    hours = energy.interval.total_seconds() / 3600
+    table = np.array([energy.capacity_factor[inside].sum(axis=0) * hours for _, inside in years])  # (y, g) [h]
+    groups = {
+        "_".join(names): {
+            "mean": float(values.mean()),
+            "standard_deviation": float(values.std(ddof=1)),
+            "lowest": float(values.min()),
+            "highest": float(values.max()),
+            "full_load_hours": values.tolist(),
+        }
+        for names, values in zip(energy.groups, table.T, strict=True)
+    }
+    return {"years": [year for year, _ in years], "groups": groups, "unit": "h"}
 
 
 def versions():

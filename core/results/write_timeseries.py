@@ -27,11 +27,15 @@ def write_timeseries(path, energy, weather):
                 energy.capacity_factor.astype(np.float32),
                 {
                     "units": "1",
-                    "long_name": "DC power per nominal power, area-weighted mean of the group's eligible surfaces",
+                    "long_name": "DC power per nominal power, mean over the area of the group that counts",
                     "cell_methods": "time: mean",
                 },
             ),
-            "area": ("group", energy.group_area, {"units": "m2", "long_name": "area of the eligible surfaces"}),
+            "area": (
+                "group",
+                energy.group_area,
+                {"units": "m2", "long_name": "area that counts of eligible surfaces"},
+            ),
             "surface_count": ("group", energy.group_count, {"units": "1", "long_name": "number of eligible surfaces"}),
             "time_bounds": (("time", "bounds"), bounds),
         },
@@ -46,10 +50,20 @@ def write_timeseries(path, energy, weather):
         attrs={
             "Conventions": "CF-1.11",
             "title": "Capacity factors of roofs and facades",
-            "source": "CityPV: ray-traced irradiance, Sandia array performance model of pvlib",
+            "source": "CityPV: ray-traced irradiance, module models of pvlib",
             "comment": f"weather: {weather.label}; full load hours are the sum times {hours:g} h",
         },
     )
+    if energy.capacity_factor_ac is not None:
+        dataset["capacity_factor_ac"] = (
+            ("time", "group"),
+            energy.capacity_factor_ac.astype(np.float32),
+            {
+                "units": "1",
+                "long_name": "AC power per nominal DC power, after system losses and inverter",
+                "cell_methods": "time: mean",
+            },
+        )
     time = {"units": "seconds since 1970-01-01 00:00:00", "calendar": "proleptic_gregorian", "dtype": "int64"}
     with netcdf_errors(path):
         dataset.to_netcdf(

@@ -137,6 +137,12 @@ def energy(scene):
         group_area=np.array([180.0]),
         capacity_factor=np.full((4, 1), 0.25),
         years=1.0,
+        longitude=13.4,
+        eligible=surfaces.eligible,
+        flat_roof=np.zeros(count, bool),
+        open_area=surfaces.area,
+        counted_area=np.where(surfaces.eligible, surfaces.area, 0.0),
+        module_area=np.where(surfaces.eligible, surfaces.area, 0.0),
     )
 
 

@@ -18,7 +18,7 @@ from citypv.core import progress
 from citypv.core.city.join_contents import JOINING
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.pick_module import pick_module
+from citypv.core.energy.pv_system import default_system
 from citypv.core.files.open_input import BUFFER
 from citypv.core.files.read_city import READING, read_city
 from citypv.core.progress import CancelledError, TerminalProgress
@@ -198,7 +198,7 @@ def test_writing_is_told(results, tmp_path, monkeypatch):
         city,
         transfer,
         energy,
-        module=pick_module("SunPower_SPR_300_WHT__2007__E__"),
+        system=default_system(),
         label="",
         progress=kept,
     )

@@ -13,6 +13,7 @@ from towns import city_of_polygons, draw_town
 
 from citypv.core.city.triangulate import triangulate
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.pv_system import build_system
 from citypv.core.errors import InputError
 from citypv.core.ground.build_ground import build_ground
 from citypv.core.ground.build_terrain import build_terrain
@@ -260,7 +261,7 @@ def test_a_weather_that_lacks_something():
     refused("no hour in it", compute_energy, TRANSFER, replace(WEATHER, data=WEATHER.data.iloc[:0]))
     refused("interval: ", compute_energy, TRANSFER, replace(WEATHER, interval=pd.Timedelta(0)))
     refused("--latitude", compute_energy, TRANSFER, replace(WEATHER, latitude=np.nan))
-    refused("--module", compute_energy, TRANSFER, WEATHER, "no such module")
+    refused("--module", build_system, Request(module="no such module"))
 
 
 # The pilot

@@ -1,0 +1,39 @@
+"""Power and energy of surfaces that bear modules."""
+
+import numpy as np
+
+from .pick_module import area_of_kwp
+
+
+def sum_potential(rows, area, energy, system):
+    """Power, energy and hours of some surfaces together.
+
+    Parameters
+    ----------
+    rows : numpy.ndarray
+        Of the surfaces, (k,) int or (n,) bool; those without full load hours are left out.
+    area : numpy.ndarray, (n,)
+        Whole area of the surfaces [m²].
+    energy : Energy
+    system : PvSystem
+
+    Returns
+    -------
+    dict of str to float
+        eligible_area (that counts) and module_area [m²], kwp [kWp], full_load_hours [h] (Σ FLH·A over the area that
+        counts), mwh_per_year [MWh] DC; where something lies behind the modules specific_yield [kWh/kWp] and
+        mwh_ac_per_year [MWh], too. Hours are None where there is no area.
+    """
+    rows = np.flatnonzero(rows) if np.asarray(rows).dtype == bool else np.asarray(rows)
+    rows = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
+    counted, kwp = energy.counted_area[rows], energy.module_area[rows] / area_of_kwp(system.module)
+    spread = area[rows] / counted  # hours are means over whole polygons; here over the area that counts
+    total = {"eligible_area": counted.sum(), "module_area": energy.module_area[rows].sum(), "kwp": kwp.sum()}
+    columns = {"full_load_hours": ("mwh_per_year", energy.full_load_hours)}
+    if energy.specific_yield is not None:
+        columns["specific_yield"] = ("mwh_ac_per_year", energy.specific_yield)
+    for name, (sum_name, values) in columns.items():
+        hours = values[rows] * spread
+        total[name] = (counted @ hours) / counted.sum() if len(rows) else None
+        total[sum_name] = kwp @ hours / 1000
+    return {name: None if value is None else float(value) for name, value in total.items()}

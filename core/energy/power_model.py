@@ -1,0 +1,76 @@
+"""From light on a module to DC power, by pvlib: the only calls of its module models."""
+
+import numpy as np
+import pvlib
+
+from .pick_module import SANDIA
+
+HIGHEST_AIRMASS = 10.0  # up to which the coefficients of f₁ were fitted; beyond it the polynomials run away
+INCIDENCE_LAWS = {"physical": pvlib.iam.physical, "ashrae": pvlib.iam.ashrae}
+
+
+def incidence_factor(aoi, system):
+    """Share of the direct light that is not lost by its angle of incidence.
+
+    Parameters
+    ----------
+    aoi : numpy.ndarray
+        Angle of incidence [°].
+    system : PvSystem
+
+    Returns
+    -------
+    numpy.ndarray
+        Sandia's polynomial f₂ of the module, Fresnel's equations for a pane (De Soto et al. 2006), or ASHRAE's law.
+    """
+    if system.incidence == "sapm":
+        return pvlib.iam.sapm(aoi, system.module.parameters)
+    return INCIDENCE_LAWS[system.incidence](aoi)
+
+
+def diffuse_share(system):
+    """Share FD of the diffuse light that the module takes: below 1 for concentrators of the Sandia library."""
+    return system.module.parameters["FD"] if system.module.library == SANDIA else 1.0
+
+
+def spectral_factor(airmass, system):
+    """Sandia's f₁, the influence of the spectrum on the current; 1 for modules of the CEC library, which tells none.
+
+    Parameters
+    ----------
+    airmass : numpy.ndarray
+        Absolute; NaN with the sun below the horizon.
+    system : PvSystem
+
+    Returns
+    -------
+    numpy.ndarray
+        0 with the sun below the horizon, as in pvlib. Beyond an air mass of 10 (sun below 5.4°) its value there.
+    """
+    if system.module.library != SANDIA:
+        return np.ones_like(airmass)
+    return pvlib.spectrum.spectral_factor_sapm(np.minimum(airmass, HIGHEST_AIRMASS), system.module.parameters)
+
+
+def dc_power(effective, temp_cell, module):
+    """Power at the maximum power point over nominal power (paper, Eq. 12).
+
+    Parameters
+    ----------
+    effective : numpy.ndarray
+        Effective irradiance, above 0 [Wm⁻²].
+    temp_cell : numpy.ndarray
+        [°C]
+    module : Module
+
+    Returns
+    -------
+    numpy.ndarray
+        By the Sandia array performance model, or by the single-diode equation with the CEC's parameters.
+    """
+    own = module.parameters
+    if module.library == SANDIA:
+        return pvlib.pvsystem.sapm(effective, temp_cell, own)["p_mp"] / module.nominal_power
+    names = ("alpha_sc", "a_ref", "I_L_ref", "I_o_ref", "R_sh_ref", "R_s", "Adjust")
+    diode = pvlib.pvsystem.calcparams_cec(effective, temp_cell, **{name: own[name] for name in names})
+    return pvlib.pvsystem.max_power_point(*diode, method="newton")["p_mp"] / module.nominal_power
