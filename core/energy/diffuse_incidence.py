@@ -2,8 +2,9 @@
 
 import numpy as np
 import pvlib
+from scipy.interpolate import PchipInterpolator
 
-STEP = 1.0  # [°] between the tilts that are integrated
+STEP = 3.0  # [°] between the tilts that are integrated; cubics through them
 
 
 def diffuse_incidence_factors(surface_tilt, system):
@@ -28,5 +29,5 @@ def diffuse_incidence_factors(surface_tilt, system):
     tilt = np.arange(0.0, 180.0 + STEP, STEP)
     own = {"module": system.module.parameters} if system.incidence == "sapm" else {}
     factors = pvlib.iam.marion_diffuse(system.incidence, tilt, **own)
-    sky, ground = np.nan_to_num(factors["sky"]), np.nan_to_num(factors["ground"])
-    return np.stack([np.interp(surface_tilt, tilt, sky), np.interp(surface_tilt, tilt, ground)])
+    shares = np.nan_to_num([factors["sky"], factors["ground"]])  # (2, t); of nothing seen is 0
+    return PchipInterpolator(tilt, shares, axis=1)(np.clip(surface_tilt, 0.0, 180.0))

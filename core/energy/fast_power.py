@@ -15,7 +15,7 @@ MIDDLE, HALF = (COLDEST + HOTTEST) / 2, (HOTTEST - COLDEST) / 2
 TERMS = {SANDIA: 3}  # of the polynomial in cell temperature; power of the Sandia model is almost one of degree two
 MOST_TERMS = 5
 ANGLE_NODES = 32768
-MOST_POWER, POWER_NODES = 2.0, 65536  # capacity factors of the inverter's table
+MOST_POWER, POWER_NODES = 2.0, 65536  # capacity factors of the inverter's table, evenly over their square root
 
 
 @dataclass
@@ -66,7 +66,8 @@ class FastPower:
 
     def ac(self, power):
         """AC power over nominal DC power, from the capacity factor: (h, n) float32."""
-        return power * look_up(self.conversion, power, np.float32((POWER_NODES - 1) / MOST_POWER))[0]
+        scale = np.float32((POWER_NODES - 1) / np.sqrt(MOST_POWER))
+        return power * look_up(self.conversion, np.sqrt(power), scale)[0]
 
 
 def tabulate_power(system):
@@ -103,8 +104,8 @@ def tabulate_power(system):
 
 def tabulate_conversion(system):
     """AC power over DC power of a system at the nodes of its capacity factor: (p,)."""
-    power = np.linspace(0.0, MOST_POWER, POWER_NODES)
-    power[0] = power[1] / 4
+    root = np.linspace(0.0, np.sqrt(MOST_POWER), POWER_NODES)
+    power = np.maximum(root, root[1] / 2) ** 2
     fed = power * (1.0 - system.losses / 100.0)
     return (fed if system.inverter is None else convert_power(fed, system.inverter)) / power
 

@@ -1,0 +1,238 @@
+"""Modules, mountings, losses and inverters against pvlib called directly."""
+
+import numpy as np
+import pvlib
+import pytest
+from transfers import Horizons, unshaded_transfer
+from weathers import ERA5
+
+from citypv.core.energy import compute_energy as module_under_test
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.pick_inverter import pick_inverter
+from citypv.core.energy.pick_module import pick_module
+from citypv.core.energy.power_model import spectral_factor
+from citypv.core.energy.pv_system import build_system, default_system
+from citypv.core.errors import InputError
+from citypv.core.request import Request
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.weather.read_weather import read_weather
+
+SANDIA = "SunPower_SPR_300_WHT__2007__E__"
+CEC = "Canadian_Solar_Inc__CS5P_220M"
+INVERTER = "ABB__MICRO_0_25_I_OUTD_US_208__208V_"
+PARAMETERS = {
+    "open-rack": "open_rack_glass_polymer",
+    "insulated-back": "insulated_back_glass_polymer",
+    "close-mount": "close_mount_glass_glass",
+}
+TILT, AZIMUTH = [90, 90, 37.3, 0, 90, 55], [180, 90, 200, 0, 0, 280]
+
+
+@pytest.fixture(scope="module")
+def berlin():
+    return read_weather(ERA5, 52.51, 13.39)
+
+
+@pytest.fixture(scope="module")
+def hourly(berlin):
+    return choose_suns("hourly", berlin.data.index, berlin.interval, berlin.latitude, berlin.longitude)
+
+
+def light_on_plane(weather, tilt, azimuth, albedo=0.25):
+    """Direct, sky and ground irradiance on an unshaded plane and the angle of incidence, straight from pvlib."""
+    data = weather.data
+    sun = data["apparent_zenith"], data["solar_azimuth"]
+    aoi = pvlib.irradiance.aoi(tilt, azimuth, *sun)
+    direct = pvlib.irradiance.beam_component(tilt, azimuth, *sun, data["dni"])
+    horizontal = data["dhi"] + data["dni"] * np.maximum(np.cos(np.radians(data["apparent_zenith"])), 0)
+    ground = pvlib.irradiance.get_ground_diffuse(tilt, horizontal, albedo)
+    return direct, pvlib.irradiance.isotropic(tilt, data["dhi"]), ground, aoi
+
+
+def cell_temperature(weather, poa, mounting):
+    parameters = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"][PARAMETERS[mounting]]
+    return pvlib.temperature.sapm_cell(poa, weather.data["temp_air"], weather.data["wind_speed"], **parameters)
+
+
+def cec_power(effective, temp_cell):
+    """Capacity factor by pvlib's single-diode model, solved the slow way."""
+    module = pvlib.pvsystem.retrieve_sam("CECMod")[CEC]
+    names = ("alpha_sc", "a_ref", "I_L_ref", "I_o_ref", "R_sh_ref", "R_s", "Adjust")
+    lit = (effective > 0).to_numpy()
+    diode = pvlib.pvsystem.calcparams_cec(effective[lit], temp_cell[lit], **{name: module[name] for name in names})
+    power = np.zeros(len(effective))
+    power[lit] = pvlib.pvsystem.singlediode(*diode, method="lambertw")["p_mp"]
+    return power / (module["I_mp_ref"] * module["V_mp_ref"])
+
+
+@pytest.mark.parametrize("mounting", PARAMETERS)
+@pytest.mark.parametrize("iam", ["module", "ashrae"])
+def test_cec_modules_hour_by_hour(berlin, hourly, mounting, iam):
+    system = build_system(Request(module=CEC, mounting=mounting, iam=iam))
+    rows = np.arange(len(TILT))
+    series = compute_energy(unshaded_transfer(hourly, TILT, AZIMUTH), berlin, system, series=rows).series
+    law = {"module": pvlib.iam.physical, "ashrae": pvlib.iam.ashrae}[iam]
+    for row, (tilt, azimuth) in enumerate(zip(TILT, AZIMUTH, strict=True)):
+        direct, sky, ground, aoi = light_on_plane(berlin, tilt, azimuth)
+        temp_cell = cell_temperature(berlin, direct + sky + ground, mounting)
+        expected = cec_power(direct * law(aoi) + sky + ground, temp_cell)
+        np.testing.assert_allclose(series.poa_direct[:, row], direct, atol=1e-3)
+        np.testing.assert_allclose(series.poa_diffuse[:, row], sky + ground, atol=1e-3)
+        np.testing.assert_allclose(series.capacity_factor[:, row], expected, atol=2e-7)
+
+
+@pytest.mark.parametrize("iam", ["module", "physical"])
+def test_diffuse_light_loses_by_marions_integral(berlin, hourly, iam):
+    system = build_system(Request(mounting="insulated-back", iam=iam, diffuse_iam=True))
+    energy = compute_energy(unshaded_transfer(hourly, TILT, AZIMUTH), berlin, system)
+    without = compute_energy(unshaded_transfer(hourly, TILT, AZIMUTH), berlin, build_system(Request(iam=iam)))
+    module = pvlib.pvsystem.retrieve_sam("SandiaMod")[SANDIA]
+    model, own = ("sapm", {"module": module}) if iam == "module" else ("physical", {})
+    data = berlin.data
+    airmass = pvlib.atmosphere.get_absolute_airmass(
+        pvlib.atmosphere.get_relative_airmass(data["apparent_zenith"]), data["pressure"]
+    )
+    spectral = pvlib.spectrum.spectral_factor_sapm(np.minimum(airmass, 10), module)
+    for row, (tilt, azimuth) in enumerate(zip(TILT, AZIMUTH, strict=True)):
+        direct, sky, ground, aoi = light_on_plane(berlin, tilt, azimuth)
+        kept = pvlib.iam.marion_diffuse(model, tilt, **own)
+        law = pvlib.iam.sapm(aoi, module) if iam == "module" else pvlib.iam.physical(aoi)
+        effective = spectral * (direct * law + sky * kept["sky"] + ground * kept["ground"])
+        temp_cell = cell_temperature(berlin, direct + sky + ground, "insulated-back")
+        power = pvlib.pvsystem.sapm(effective, temp_cell, module)["p_mp"].fillna(0) / (module["Impo"] * module["Vmpo"])
+        assert energy.full_load_hours[row] == pytest.approx(power.sum(), rel=5e-5)
+    assert (energy.full_load_hours < without.full_load_hours * 0.985).all()
+
+
+SYSTEMS = [
+    {},
+    {"module": CEC},
+    {"module": "First_Solar__Inc__FS_385"},
+    {"mounting": "insulated-back"},
+    {"mounting": "close-mount", "diffuse_iam": True},
+    {"losses": 14.0, "inverter": "pvwatts", "dc_ac_ratio": 1.3},
+    {"module": CEC, "inverter": INVERTER, "iam": "ashrae"},
+]
+
+
+@pytest.mark.parametrize("given", SYSTEMS, ids=lambda given: " ".join(map(str, given.values())) or "default")
+def test_tables_equal_pvlib_hour_by_hour(berlin, hourly, given, monkeypatch):
+    """Within 0.05 % or 1e-5 of nominal power."""
+    transfer = Horizons(25, 3).transfer(hourly)
+    found = []
+    for limit in (1e12, 0):
+        monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", limit)
+        found.append(compute_energy(transfer, berlin, build_system(Request(**given)), series=np.arange(25)))
+    plain, fast = found
+    for name in ("capacity_factor", "capacity_factor_ac"):
+        exact = getattr(plain.series, name)
+        if exact is not None:
+            np.testing.assert_array_less(
+                np.abs(getattr(fast.series, name) - exact), np.maximum(1e-5, 5e-4 * np.abs(exact))
+            )
+    np.testing.assert_allclose(fast.full_load_hours, plain.full_load_hours, rtol=2e-5)
+    if plain.specific_yield is not None:
+        np.testing.assert_allclose(fast.specific_yield, plain.specific_yield, rtol=2e-5)
+
+
+def test_losses_and_inverters(berlin, hourly):
+    transfer = unshaded_transfer(hourly, TILT, AZIMUTH)
+    rows = np.arange(len(TILT))
+    plain = compute_energy(transfer, berlin)
+    assert plain.specific_yield is None and plain.capacity_factor_ac is None
+    lost = compute_energy(transfer, berlin, build_system(Request(losses=14.0)))
+    np.testing.assert_array_equal(lost.full_load_hours, plain.full_load_hours)
+    np.testing.assert_allclose(lost.specific_yield, 0.86 * plain.full_load_hours)
+    # PVWatts by hand: 300 W of modules on an inverter of 200 W.
+    system = build_system(Request(losses=10.0, inverter="pvwatts", dc_ac_ratio=1.5))
+    series = compute_energy(transfer, berlin, system, series=rows).series
+    power = series.capacity_factor * 0.9 * 300
+    expected = pvlib.inverter.pvwatts(power, pdc0=200 / 0.96, eta_inv_nom=0.96) / 300
+    np.testing.assert_allclose(series.capacity_factor_ac, expected, atol=1e-12)
+    assert series.capacity_factor_ac.max() == pytest.approx(1 / 1.5)  # what the inverter cannot take is lost
+    # One of the library at its nominal voltage, as many modules as its largest power asks for.
+    library = pvlib.pvsystem.retrieve_sam("CECInverter")[INVERTER]
+    energy = compute_energy(transfer, berlin, build_system(Request(inverter=INVERTER)), series=rows)
+    power = energy.series.capacity_factor * library["Paco"]
+    expected = np.maximum(pvlib.inverter.sandia(library["Vdco"], power, library), 0) / library["Paco"]
+    np.testing.assert_allclose(energy.series.capacity_factor_ac, expected, atol=1e-12)
+    np.testing.assert_allclose(energy.specific_yield, expected.sum(axis=0), rtol=1e-9)
+    assert (energy.specific_yield < 0.97 * energy.full_load_hours).all()
+
+
+def test_the_spectral_polynomial_ends_where_its_coefficients_do():
+    system = default_system()
+    found = spectral_factor(np.array([1.0, 9.9, 10.0, 20.0, 38.0, np.nan]), system)
+    own = pvlib.pvsystem.retrieve_sam("SandiaMod")[SANDIA]
+    np.testing.assert_allclose(found[:3], pvlib.spectrum.spectral_factor_sapm(np.array([1.0, 9.9, 10.0]), own))
+    assert (found[2:5] == found[2]).all() and found[5] == 0
+    assert pvlib.spectrum.spectral_factor_sapm(38.0, own) > 10  # where the polynomial itself would lead
+    assert (spectral_factor(np.array([1.0, np.nan]), build_system(Request(module=CEC))) == 1).all()
+
+
+def test_no_spikes_at_dusk(berlin, hourly):
+    """At air masses beyond 10 a west wall gives no more than it would at 10."""
+    energy = compute_energy(unshaded_transfer(hourly, [90], [270]), berlin, series=[0])
+    poa = energy.series.poa_direct[:, 0] + energy.series.poa_diffuse[:, 0]
+    low = (berlin.data["apparent_zenith"] > 85).to_numpy() & (poa > 0)
+    assert low.sum() > 300
+    assert (energy.series.capacity_factor[low, 0] <= 1.15 * poa[low] / 1000).all()
+
+
+def test_module_names():
+    module = pick_module(SANDIA)
+    assert module.nominal_power == pytest.approx(300.303) and module.library == "SandiaMod"
+    assert pick_module("SunPower SPR-300-WHT [2007 (E)]") == module
+    assert pick_module("spr-300-wht") == module  # part of one name only
+    assert pick_module(CEC).area == pytest.approx(1.701, abs=0.1) and pick_module(CEC).library == "CECMod"
+    assert pick_module("canadian solar inc. CS5P-220M").name == CEC
+    with pytest.raises(InputError, match=rf"--module.*nearest: .*{SANDIA}"):
+        pick_module("SunPower_SPR_300_WHT__2007__F__")
+    with pytest.raises(
+        InputError, match=r"--module.*fits 2 names.*Canadian_Solar_CS5P_220M___2009_, .*_Inc__CS5P_220M"
+    ):
+        pick_module("CS5P 220M")
+    for empty in ("", "!?"):
+        with pytest.raises(InputError, match=r"--module.*nearest"):
+            pick_module(empty)
+
+
+@pytest.mark.parametrize("library", ["SandiaMod", "CECMod"])
+def test_modules_of_the_libraries_work(library):
+    """At reference conditions each gives its nominal power."""
+    from citypv.core.energy.power_model import dc_power
+
+    names = np.random.default_rng(0).choice(pvlib.pvsystem.retrieve_sam(library).columns, 60, replace=False)
+    for name in names:
+        module = pick_module(name)
+        assert module.name == name and module.area > 0
+        power = dc_power(np.array([1000.0, 1.0]), np.array([25.0, -30.0]), module)
+        assert power[0] == pytest.approx(1, abs=0.01) and 0 <= power[1] < 0.002, name
+
+
+def test_inverter_names():
+    assert pick_inverter("PVWatts", 1.2).dc_ac_ratio == 1.2
+    assert pick_inverter("abb micro 0.25 i outd us 208 [208v]").name == INVERTER
+    with pytest.raises(InputError, match=r"--inverter.*nearest"):
+        pick_inverter("no such inverter at all")
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"mounting": "roof"}, "--mounting.*insulated-back or close-mount"),
+        ({"iam": "sandia"}, "--iam"),
+        ({"hidden_walls": "maybe"}, "--hidden-walls.*leave-out or count"),
+        ({"overhangs": "yes"}, "--overhangs"),
+        ({"losses": -1.0}, "--losses"),
+        ({"losses": 100.0}, "--losses"),
+        ({"losses": float("nan")}, "--losses"),
+        ({"dc_ac_ratio": 0.0}, "--dc-ac-ratio"),
+        ({"usable": {"facade": 1.2}}, "--usable.*facade=1.2"),
+        ({"usable": {"ground": 0.5}}, "--usable.*'ground' bears no modules"),
+        ({"inverter": "none of these"}, "--inverter"),
+    ],
+)
+def test_settings_that_mean_nothing(given, words):
+    with pytest.raises(InputError, match=words):
+        build_system(Request(**given))
