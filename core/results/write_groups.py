@@ -6,6 +6,7 @@ import pandas as pd
 from ..energy.years import split_years
 from ..sun.solar_days import local_middle
 
+HOUR = pd.Timedelta(hours=1)
 COLUMNS = ["kind", "orientation", "period", "index", "full_load_hours", "count", "area"]
 
 
@@ -22,10 +23,10 @@ def write_groups(path, energy):
     ac = None if energy.capacity_factor_ac is None else sum_periods(energy.capacity_factor_ac, energy, places)
     rows = []
     for group, names in enumerate(energy.groups):
-        for row, (period, index) in enumerate(hours.index):
-            values = [f"{table[group].iloc[row]:.6g}" for table in (hours, ac) if table is not None]
-            rows.append((*names, period, index, values[0], energy.group_count[group], energy.group_area[group]))
-            rows[-1] += tuple(values[1:])
+        for period, index in hours:
+            values = [f"{table[period, index][group]:.6g}" for table in (hours, ac) if table is not None]
+            counted = energy.group_count[group], energy.group_area[group]
+            rows.append((*names, period, index, values[0], *counted, *values[1:]))
     columns = COLUMNS + ([] if ac is None else ["specific_yield"])
     pd.DataFrame(rows, columns=columns).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
 
@@ -33,29 +34,54 @@ def write_groups(path, energy):
 def place_periods(energy):
     """Periods that the tables tell, and the intervals that belong to each.
 
-    An interval belongs to the month and hour of its middle: months and hours in UTC, hours of local mean solar time
-    beside them. Years stand by themselves where the weather covers several.
+    An interval belongs to the month and hour (UTC) of its middle. To the hours of local mean solar time it belongs in
+    parts, for they begin anywhere within those of UTC. Years stand by themselves where the weather covers several.
 
     Returns
     -------
-    list of (str, list, numpy.ndarray)
-        Period, its indices, and the place of each interval among them, (T,) int; -1 belongs to none.
+    list of (str, list, list of (numpy.ndarray, numpy.ndarray or float))
+        Period, its indices, and parts: the place of each interval among the indices, (T,) int, and its share there.
     """
     middle = energy.times.tz_convert("UTC") + energy.interval / 2
-    solar = local_middle(energy.times, energy.interval, energy.longitude)
+    solar = local_middle(energy.times, energy.interval, energy.longitude) - energy.interval / 2
     periods = [
-        ("annual", [""], np.zeros(len(middle), int)),
-        ("month", list(range(1, 13)), middle.month.to_numpy() - 1),
-        ("hour", list(range(24)), middle.hour.to_numpy()),
-        ("solar_hour", list(range(24)), solar.hour.to_numpy()),
+        ("annual", [""], [(np.zeros(len(middle), int), 1.0)]),
+        ("month", list(range(1, 13)), [(middle.month.to_numpy() - 1, 1.0)]),
+        ("hour", list(range(24)), [(middle.hour.to_numpy(), 1.0)]),
+        ("solar_hour", list(range(24)), split_hours(solar, energy.interval)),
     ]
     years = split_years(energy.times, energy.interval)
     if len(years) > 1:
-        place = np.full(len(middle), -1)
-        for number, (_, inside) in enumerate(years):
-            place[inside] = number
-        periods.append(("year", [year for year, _ in years], place))
+        place, inside = np.zeros(len(middle), int), np.zeros(len(middle))
+        for number, (_, chosen) in enumerate(years):
+            place[chosen], inside[chosen] = number, energy.years
+        periods.append(("year", [year for year, _ in years], [(place, inside)]))
     return periods
+
+
+def split_hours(start, interval):
+    """Hours of the day that intervals overlap, with the share of each interval in them.
+
+    Parameters
+    ----------
+    start : pandas.DatetimeIndex, (T,)
+        Start of the intervals.
+    interval : pandas.Timedelta
+
+    Returns
+    -------
+    list of (numpy.ndarray, numpy.ndarray)
+        Hour (T,) int and share (T,); the shares of an interval sum to 1.
+    """
+    length = interval / HOUR
+    begin = ((start - start.floor("D")) / HOUR).to_numpy()
+    first = np.floor(begin)
+    parts = []
+    for number in range(int(np.ceil(length)) + 1):
+        low = np.maximum(first + number, begin)
+        high = np.minimum(first + number + 1, begin + length)
+        parts.append(((first + number).astype(int) % 24, np.maximum(high - low, 0.0) / length))
+    return parts
 
 
 def sum_periods(capacity_factor, energy, periods):
@@ -70,17 +96,15 @@ def sum_periods(capacity_factor, energy, periods):
 
     Returns
     -------
-    pandas.DataFrame
-        A row for each period and index, a column for each group [h].
+    dict of (str, int or str) to numpy.ndarray, (g,)
+        By period and index [h].
     """
-    hours = capacity_factor * (energy.interval / pd.Timedelta(hours=1))  # (T, g) [h]
-    tables = {}
-    for period, names, place in periods:
-        inside = place >= 0
-        years = 1.0 if period == "year" else energy.years
-        for group in range(hours.shape[1]):
-            sums = np.bincount(place[inside], weights=hours[inside, group], minlength=len(names)) / years
-            for name, value in zip(names, sums, strict=True):
-                tables.setdefault((period, name), []).append(value)
-    index = list(tables)
-    return pd.DataFrame(list(tables.values()), index=pd.Index(index, tupleize_cols=False))
+    hours = capacity_factor * (energy.interval / HOUR) / energy.years  # (T, g) [h]
+    sums = {}
+    for period, names, parts in periods:
+        table = np.zeros((len(names), hours.shape[1]))
+        for place, share in parts:
+            for group in range(hours.shape[1]):
+                table[:, group] += np.bincount(place, weights=hours[:, group] * share, minlength=len(names))
+        sums.update({(period, name): row for name, row in zip(names, table, strict=True)})
+    return sums

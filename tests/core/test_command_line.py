@@ -24,6 +24,7 @@ COLUMNS = [
     "orientation",
     "eligible",
     "area",
+    "open_area",
     "surface_tilt",
     "surface_azimuth",
     "covered_share",
@@ -36,7 +37,7 @@ COLUMNS = [
     "full_load_hours",
     "full_load_hours_standard_error",
 ]
-TABLES = {"faces.csv", "groups.csv", "timeseries.nc", "transfer.nc", "summary.json"}
+TABLES = {"faces.csv", "groups.csv", "buildings.csv", "timeseries.nc", "transfer.nc", "summary.json"}
 
 
 def rows_of(path):
@@ -97,13 +98,13 @@ def test_groups_and_time_series_agree_with_faces(results):
         area = np.array([float(row["area"]) for row in own])
         expected = np.average([float(row["full_load_hours"]) for row in own], weights=area)
         assert annual[name] == pytest.approx(expected, rel=1e-4)
-        parts = {"annual": [], "month": [], "hour": []}
+        parts = {"annual": [], "month": [], "hour": [], "solar_hour": []}
         for row in groups:
             if (row["kind"], row["orientation"]) == (kind, orientation):
                 parts[row["period"]].append(float(row["full_load_hours"]))
                 assert float(row["area"]) == pytest.approx(area.sum(), rel=1e-4)
                 assert int(row["count"]) == len(own)
-        assert [len(values) for values in parts.values()] == [1, 12, 24]
+        assert [len(values) for values in parts.values()] == [1, 12, 24, 24]
         for values in parts.values():
             assert sum(values) == pytest.approx(expected, rel=1e-3)
 

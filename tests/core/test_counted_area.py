@@ -1,0 +1,265 @@
+"""Which area counts: hidden walls, overhangs, usable shares, flat roofs; and the tables made of it."""
+
+import csv
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from small_city import write_small_city
+from transfers import Horizons, unshaded_transfer
+from weathers import ERA5, HOUR
+
+from citypv.core.command_line import main
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.potential import sum_potential
+from citypv.core.energy.pv_system import build_system
+from citypv.core.energy.years import split_years
+from citypv.core.methods import METHODS, settings_of_method
+from citypv.core.request import Request
+from citypv.core.results.write_buildings import write_buildings
+from citypv.core.results.write_groups import write_groups
+from citypv.core.results.write_series import write_series
+from citypv.core.results.write_summary import describe_years, sum_totals
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.weather.read_weather import read_weather
+
+KWP = 5.431181  # [m²/kWp] of the default module: 1.631 m², 300.303 W
+
+
+@pytest.fixture(scope="module")
+def berlin():
+    return read_weather(ERA5, 52.51, 13.39)
+
+
+@pytest.fixture(scope="module")
+def transfer(berlin):
+    """South walls alone, covered by 0 to 100 %, an overhang, a ceiling and three level roofs."""
+    suns = choose_suns("typical-days:2", berlin.data.index, berlin.interval, berlin.latitude, berlin.longitude)
+    covered = np.array([0.0, 0.2, 0.5, 0.51, 1.0, 0.0, 0.0, 0.0, 0.3, 0.8, 0.0])
+    result = unshaded_transfer(suns, [90] * 5 + [100, 180, 0, 5, 10, 3], [180] * 6 + [0] * 5)
+    result.surfaces.area[:] = [100, 50, 40, 300, 200, 30, 90, 60, 80, 70, 5]
+    result.covered_share[:] = covered
+    result.visible_share *= (1 - covered)[:, None].astype(np.float32)
+    result.diffuse_relative *= 1 - covered
+    result.far_ground_view_factor *= 1 - covered
+    result.surfaces.eligible[:] = [True] * 5 + [False] * 6
+    return result
+
+
+def test_hidden_walls_are_left_out(transfer, berlin):
+    """A group's hours are Σ FLH·A / Σ A·(1 − covered_share): here those of an open wall."""
+    energy = compute_energy(transfer, berlin)
+    assert energy.eligible.tolist() == [True] * 3 + [False] * 8
+    assert energy.groups == [("facade", "south")] and energy.group_count.tolist() == [3]
+    assert energy.group_area[0] == pytest.approx(100 + 40 + 20)
+    np.testing.assert_allclose(energy.open_area[:5], [100, 40, 20, 147, 0])
+    area, hours = transfer.surfaces.area[:3], energy.full_load_hours[:3]
+    expected = (hours * area).sum() / 160
+    assert energy.capacity_factor.sum() == pytest.approx(expected, rel=1e-9)
+    # The module is not linear, but nearly: half the light on half a wall gives what the open half does, to 5 %.
+    assert expected == pytest.approx(hours[0], rel=0.05)
+    total = sum_totals(transfer, energy, build_system(Request()))
+    assert total["eligible_area"] == pytest.approx(160) and total["kwp"] == pytest.approx(160 / KWP)
+    assert total["full_load_hours"] == pytest.approx(expected)
+    assert total["mwh_per_year"] == pytest.approx(total["kwp"] * expected / 1000)
+    assert total["hidden_walls"] == {"count": 2, "area": 500.0, "counted": False}
+
+
+def test_hidden_walls_counted_as_in_the_paper(transfer, berlin):
+    system = build_system(Request(hidden_walls="count"))
+    energy = compute_energy(transfer, berlin, system)
+    assert energy.eligible.tolist() == [True] * 5 + [False] * 6
+    area = transfer.surfaces.area[:5]
+    expected = np.average(energy.full_load_hours[:5], weights=area)
+    assert energy.group_area[0] == area.sum() and energy.capacity_factor.sum() == pytest.approx(expected, rel=1e-9)
+    total = sum_totals(transfer, energy, system)
+    assert total["kwp"] == pytest.approx(690 / KWP) and total["full_load_hours"] == pytest.approx(expected)
+    # The columns stay means over the whole polygon, whatever counts.
+    other = compute_energy(transfer, berlin)
+    np.testing.assert_array_equal(energy.full_load_hours, other.full_load_hours)
+    np.testing.assert_array_equal(energy.open_area, other.open_area)
+
+
+def test_overhangs_are_facades_where_asked(transfer, berlin):
+    energy = compute_energy(transfer, berlin, build_system(Request(overhangs="count")))
+    assert energy.eligible.tolist() == [True] * 3 + [False] * 2 + [True] + [False] * 5
+    assert energy.group_area[0] == pytest.approx(190) and energy.full_load_hours[5] > 0
+    assert np.isnan(energy.full_load_hours[6])  # a ceiling looks to no side
+    assert np.isnan(compute_energy(transfer, berlin).full_load_hours[5])
+    assert transfer.surfaces.kind[5] == "downward"  # the Transfer is not touched
+
+
+def test_usable_shares_and_flat_roofs(transfer, berlin):
+    system = build_system(Request(usable={"facade": 0.6, "flat": 0.5}))
+    energy = compute_energy(transfer, berlin, system)
+    whole = compute_energy(transfer, berlin)
+    np.testing.assert_array_equal(energy.capacity_factor, whole.capacity_factor)
+    total, all_of_it = sum_totals(transfer, energy, system), sum_totals(transfer, whole, build_system(Request()))
+    for name in ("module_area", "kwp", "mwh_per_year"):
+        assert total[name] == pytest.approx(0.6 * all_of_it[name])
+        assert total["flat_roofs"][name] == pytest.approx(0.5 * all_of_it["flat_roofs"][name])
+    assert total["eligible_area"] == all_of_it["eligible_area"]
+    assert total["full_load_hours"] == pytest.approx(all_of_it["full_load_hours"])
+    # Level roofs of 60 and 80 m², the second covered by 30 %; the third is covered, the last too small.
+    flat = all_of_it["flat_roofs"]
+    assert flat["count"] == 2 and flat["eligible_area"] == pytest.approx(60 + 56)
+    hours = (whole.full_load_hours[7] * 60 + whole.full_load_hours[8] * 80) / 116
+    assert flat["full_load_hours"] == pytest.approx(hours) and flat["kwp"] == pytest.approx(116 / KWP)
+
+
+def test_buildings_sum_up(berlin, tmp_path):
+    suns = choose_suns("typical-days:4", berlin.data.index, berlin.interval, berlin.latitude, berlin.longitude)
+    transfer = Horizons(60, 4).transfer(suns)
+    transfer.covered_share[::3] = 0.4
+    system = build_system(Request(losses=10.0, usable={"facade": 0.7}))
+    energy = compute_energy(transfer, berlin, system)
+    write_buildings(tmp_path / "buildings.csv", transfer, energy, system, monthly=True)
+    table = pd.read_csv(tmp_path / "buildings.csv").set_index("building_id")
+    assert sorted(table.index) == sorted(set(transfer.surfaces.building_id))
+    total = sum_potential(energy.eligible, transfer.surfaces.area, energy, system)
+    for name in ("eligible_area", "module_area", "kwp", "mwh_per_year", "mwh_ac_per_year"):
+        assert table[name].sum() == pytest.approx(total[name], rel=1e-4)
+    assert total["mwh_ac_per_year"] == pytest.approx(0.9 * total["mwh_per_year"], rel=1e-9)
+    months = table[[f"full_load_hours_{month:02d}" for month in range(1, 13)]].sum(axis=1)
+    np.testing.assert_allclose(months, table["full_load_hours"].fillna(0), rtol=1e-4)
+
+
+def three_years(berlin):
+    """2015, 2017 and 2018, each brighter than the one before: years may lie apart."""
+    parts = []
+    for factor, year in ((0.8, 2015), (1.0, 2017), (1.3, 2018)):
+        data = berlin.data.copy()
+        data[["ghi", "dhi", "dni"]] *= factor
+        parts.append(data.set_axis(data.index + (pd.Timestamp(f"{year}-01-01") - pd.Timestamp("2017-01-01"))))
+    return [
+        type(berlin)(data, HOUR, berlin.latitude, berlin.longitude, 0.0, "one") for data in (*parts, pd.concat(parts))
+    ]
+
+
+def test_years_are_computed_each_and_averaged(berlin, tmp_path):
+    *single, together = three_years(berlin)
+    suns = choose_suns("typical-days:4", berlin.data.index, berlin.interval, berlin.latitude, berlin.longitude)
+    transfer = Horizons(40, 2).transfer(suns)
+    hours = np.array([compute_energy(transfer, one).full_load_hours for one in single])
+    energy = compute_energy(transfer, together)
+    assert energy.years == 3
+    np.testing.assert_allclose(energy.full_load_hours, hours.mean(axis=0), rtol=1e-6)
+    write_groups(tmp_path / "groups.csv", energy)
+    table = pd.read_csv(tmp_path / "groups.csv")
+    years = describe_years(energy)
+    assert years["years"] == [2015, 2017, 2018]
+    for group, (kind, orientation) in enumerate(energy.groups):
+        own = table[(table["kind"] == kind) & (table["orientation"] == orientation)]
+        rows = own[own["period"] == "year"].set_index("index")["full_load_hours"]
+        expected = [compute_energy(transfer, one).capacity_factor[:, group].sum() for one in single]
+        assert rows.index.tolist() == [2015, 2017, 2018]
+        np.testing.assert_allclose(rows, expected, rtol=1e-4)
+        spread = years["groups"][f"{kind}_{orientation}"]
+        assert spread["mean"] == pytest.approx(own[own["period"] == "annual"]["full_load_hours"].item(), rel=1e-5)
+        assert spread["standard_deviation"] == pytest.approx(np.std(expected, ddof=1), rel=1e-6)
+    assert describe_years(compute_energy(transfer, single[0])) == {}
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "expected"),
+    [
+        ("2015-01-01", "2018-01-01", [2015, 2016, 2017]),  # with a leap year
+        ("2014-12-31T23:00", "2016-12-31T23:00", [2015, 2016]),  # the calendar of central Europe
+        ("2016-03-01", "2017-03-01", [2016]),
+        ("2017-01-01", "2018-07-01", [2017]),  # half a year more does not make one
+        ("2017-06-01", "2017-07-01", []),
+    ],
+)
+def test_years_of_a_time_axis(start, stop, expected):
+    times = pd.date_range(start, stop, freq="h", inclusive="left", tz="UTC")
+    years = split_years(times, HOUR)
+    assert [year for year, _ in years] == expected
+    assert [len(inside) for _, inside in years] == [
+        8784 if year in (2016,) and start[5:7] != "03" else 8760 for year in expected
+    ]
+
+
+def test_hours_of_the_sun(tmp_path):
+    """East and west roofs together give as much before as after solar noon, which comes at 5:20 UTC at 100° E."""
+    clear = read_weather("clear-sky", 10.0, 100.0)
+    suns = choose_suns("hourly", clear.data.index, clear.interval, 10.0, 100.0)
+    energy = compute_energy(unshaded_transfer(suns, [16, 16], [90, 270]), clear)
+    write_groups(tmp_path / "groups.csv", energy)
+    table = pd.read_csv(tmp_path / "groups.csv")
+    for period, noon in (("solar_hour", 12.0), ("hour", 12 - 100 / 15)):
+        rows = table[table["period"] == period].groupby("index")["full_load_hours"].sum()
+        middle = np.angle((np.exp(2j * np.pi * (rows.index + 0.5) / 24) * rows).sum()) / (2 * np.pi) * 24 % 24
+        assert middle == pytest.approx(noon, abs=0.1)
+        assert rows.sum() == pytest.approx(energy.capacity_factor.sum(), rel=1e-4)
+
+
+def test_series_of_single_surfaces(berlin, tmp_path):
+    suns = choose_suns("typical-days:4", berlin.data.index, berlin.interval, berlin.latitude, berlin.longitude)
+    transfer = Horizons(40, 2).transfer(suns)
+    energy = compute_energy(transfer, berlin, build_system(Request(losses=20.0)), series=[7, 3])
+    write_series(tmp_path / "series.csv", transfer, energy)
+    table = pd.read_csv(tmp_path / "series.csv", parse_dates=["time"])
+    assert table["surface_id"].unique().tolist() == ["s7", "s3"]
+    for row in (7, 3):
+        own = table[table["surface_id"] == f"s{row}"]
+        assert (pd.DatetimeIndex(own["time"]) == energy.times).all()
+        assert own["capacity_factor"].sum() == pytest.approx(energy.full_load_hours[row], rel=1e-5)
+        assert own["capacity_factor_ac"].sum() == pytest.approx(energy.specific_yield[row], rel=1e-5)
+        poa = (own["poa_direct"] + own["poa_diffuse"]).sum() / 1000
+        assert poa == pytest.approx(energy.poa_global_annual[row], rel=1e-5)
+
+
+@pytest.fixture(scope="module")
+def traced(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("traced")
+    city = write_small_city(folder / "small.gml")
+    common = ["--weather", str(ERA5), "--suns", "typical-days:2", "--samples", "16", "--shadow-samples", "4", "--quiet"]
+    assert main(["simulate", str(city), "--out", str(folder / "out"), *common]) == 0
+    return folder
+
+
+def run_yield(traced, out, *options):
+    arguments = ["yield", str(traced / "out" / "transfer.nc"), "--weather", str(ERA5), "--quiet", "--out", str(out)]
+    return main([*arguments, *options])
+
+
+def settings_in(folder):
+    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))["settings"]
+
+
+def test_options_reach_the_tables(traced, tmp_path, capsys):
+    options = ["--losses", "14", "--inverter", "pvwatts", "--usable", "facade=0.6,roof=0.8", "flat=0.5", "--monthly"]
+    assert run_yield(traced, tmp_path / "a", *options, "--series", "a_south", "b_roof_south") == 0
+    with (tmp_path / "a" / "faces.csv").open(encoding="utf-8", newline="") as file:
+        faces = list(csv.DictReader(file))
+    south = next(row for row in faces if row["surface_id"] == "a_south")
+    hours = float(south["full_load_hours"])
+    assert 0.75 * hours < float(south["specific_yield"]) < 0.86 * hours
+    assert sum(float(south[f"full_load_hours_{month:02d}"]) for month in range(1, 13)) == pytest.approx(hours, rel=1e-4)
+    assert float(south["open_area"]) <= float(south["area"]) and settings_in(tmp_path / "a")["usable"]["flat"] == 0.5
+    series = pd.read_csv(tmp_path / "a" / "series.csv")
+    assert series["surface_id"].unique().tolist() == ["a_south", "b_roof_south"]
+    groups = pd.read_csv(tmp_path / "a" / "groups.csv")
+    assert (groups["specific_yield"] < groups["full_load_hours"] + 1e-9).all()
+    assert run_yield(traced, tmp_path / "b", "--series", "a_south", "nobody") == 2
+    assert "--series" in capsys.readouterr().err and not (tmp_path / "b").exists()
+    for wrong in (["--usable", "facade"], ["--usable", "attic=0.5"], ["--losses", "120"], ["--diffuse-iam", "yes"]):
+        assert run_yield(traced, tmp_path / "b", *wrong) == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1 and not (tmp_path / "b").exists()
+
+
+def test_the_paper_in_a_word(traced, tmp_path):
+    assert run_yield(traced, tmp_path / "paper", "--method", "paper") == 0
+    found = settings_in(tmp_path / "paper")
+    assert {name: found[name] for name in METHODS["paper"]} == METHODS["paper"] and found["method"] == "paper"
+    # Options given beside it win, in any order.
+    for number, options in enumerate(
+        (["--method", "paper", "--hidden-walls", "leave-out"], ["--hidden-walls", "leave-out", "--method", "paper"])
+    ):
+        assert run_yield(traced, tmp_path / str(number), *options) == 0
+        found = settings_in(tmp_path / str(number))
+        assert found["hidden_walls"] == "leave-out" and found["overhangs"] == "count"
+    assert settings_in(traced / "out")["hidden_walls"] == "leave-out"
+    assert Request(**settings_of_method("paper", losses=5.0)).losses == 5.0
+    assert Request(**settings_of_method(None)) == Request()
