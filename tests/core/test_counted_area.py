@@ -10,7 +10,7 @@ from small_city import write_small_city
 from transfers import Horizons, unshaded_transfer
 from weathers import ERA5, HOUR
 
-from citypv.core.command_line import main
+from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.potential import sum_potential
 from citypv.core.energy.pv_system import build_system

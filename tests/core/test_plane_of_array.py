@@ -10,8 +10,8 @@ from scenes import scene_of_triangles
 from weathers import BARROW, DATA
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light.trace_transfer import trace_transfer
 from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.read_weather import read_weather
@@ -72,8 +72,8 @@ def test_a_year_on_open_planes(path, latitude, longitude):
     for (tilt, azimuth), truth in zip(PLANES, expected, strict=True):
         scene = open_plane(tilt, azimuth)
         assert scene.surfaces.surface_tilt[0] == pytest.approx(tilt, abs=1e-6)
-        if 0 < tilt:
+        if tilt > 0:
             assert scene.surfaces.surface_azimuth[0] == pytest.approx(azimuth, abs=1e-6)
-        transfer = trace_transfer(scene, suns, Request(ground_albedo=ALBEDO), silent)
+        transfer = trace_gather(scene, suns, Request(ground_albedo=ALBEDO), silent)
         found = compute_energy(transfer, weather).poa_global_annual[0]
         assert found == pytest.approx(truth, rel=2e-3)

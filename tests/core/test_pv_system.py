@@ -14,6 +14,7 @@ from citypv.core.energy.power_model import spectral_factor
 from citypv.core.energy.pv_system import build_system, default_system
 from citypv.core.errors import InputError
 from citypv.core.request import Request
+from citypv.core.study import check_settings
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
@@ -235,4 +236,4 @@ def test_inverter_names():
 )
 def test_settings_that_mean_nothing(given, words):
     with pytest.raises(InputError, match=words):
-        build_system(Request(**given))
+        check_settings(Request(**given))
