@@ -14,7 +14,7 @@ COLDEST, HOTTEST = -40.0, 90.0  # [°C] of cells
 MIDDLE, HALF = (COLDEST + HOTTEST) / 2, (HOTTEST - COLDEST) / 2
 TERMS = {SANDIA: 3}  # of the polynomial in cell temperature; power of the Sandia model is almost one of degree two
 MOST_TERMS = 5
-ANGLE_NODES = 32768
+ANGLE_NODES = 65536  # evenly over √(1 - cosine), which goes with the angle where light falls straight
 MOST_POWER, POWER_NODES = 2.0, 65536  # capacity factors of the inverter's table, evenly over their square root
 
 
@@ -22,7 +22,7 @@ MOST_POWER, POWER_NODES = 2.0, 65536  # capacity factors of the inverter's table
 class FastPower:
     """One system's models, tabulated."""
 
-    incidence: np.ndarray  # (a,) float32, share of direct light taken, over the cosine of the angle of incidence
+    incidence: np.ndarray  # (a,) float32, share of direct light taken, over √(1 - cosine of the angle of incidence)
     efficiency: np.ndarray  # (c, e) float32 [W⁻¹m²], capacity factor per effective irradiance: 1, T, T² … (T scaled)
     diffuse_share: np.float32  # FD, the share of diffuse light that the module takes
     conversion: np.ndarray  # (p,) float32, AC power over DC power, over the capacity factor
@@ -46,6 +46,8 @@ class FastPower:
         numpy.ndarray, (h, n) float32
         """
         # Effective irradiance: f₁ (poa_direct f₂ + FD diffuse_taken).
+        np.subtract(np.float32(1), aoi_projection, out=aoi_projection)
+        np.sqrt(np.maximum(aoi_projection, 0, out=aoi_projection), out=aoi_projection)
         effective = look_up(self.incidence, aoi_projection, np.float32(ANGLE_NODES - 1))[0]
         effective *= poa_direct
         temperature = np.multiply(diffuse_taken, self.diffuse_share, out=aoi_projection)
@@ -67,6 +69,7 @@ class FastPower:
     def ac(self, power):
         """AC power over nominal DC power, from the capacity factor: (h, n) float32."""
         scale = np.float32((POWER_NODES - 1) / np.sqrt(MOST_POWER))
+        power = np.maximum(power, 0)
         return power * look_up(self.conversion, np.sqrt(power), scale)[0]
 
 
@@ -85,7 +88,7 @@ def tabulate_power(system):
     -------
     FastPower
     """
-    cosine = np.linspace(0.0, 1.0, ANGLE_NODES)
+    cosine = 1.0 - np.linspace(0.0, 1.0, ANGLE_NODES) ** 2
     incidence = incidence_factor(np.degrees(np.arccos(cosine)), system)
     root = np.linspace(0.0, np.sqrt(HIGHEST), IRRADIANCE_NODES)
     irradiance = np.maximum(root, root[1] / 2) ** 2  # the first node stands for all below half a step

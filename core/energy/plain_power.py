@@ -49,5 +49,5 @@ class PlainPower:
 
     def ac(self, power):
         """AC power over nominal DC power, from the capacity factor: (h, n)."""
-        power = power * (1.0 - self.system.losses / 100.0)
+        power = np.maximum(power, 0.0) * (1.0 - self.system.losses / 100.0)
         return power if self.system.inverter is None else convert_power(power, self.system.inverter)

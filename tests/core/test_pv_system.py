@@ -1,5 +1,7 @@
 """Modules, mountings, losses and inverters against pvlib called directly."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pvlib
 import pytest
@@ -8,9 +10,10 @@ from weathers import ERA5
 
 from citypv.core.energy import compute_energy as module_under_test
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.fast_power import tabulate_power
 from citypv.core.energy.pick_inverter import pick_inverter
 from citypv.core.energy.pick_module import pick_module
-from citypv.core.energy.power_model import spectral_factor
+from citypv.core.energy.power_model import dc_power, incidence_factor, spectral_factor
 from citypv.core.energy.pv_system import build_system, default_system
 from citypv.core.errors import InputError
 from citypv.core.request import Request
@@ -136,6 +139,21 @@ def test_tables_equal_pvlib_hour_by_hour(berlin, hourly, given, monkeypatch):
         np.testing.assert_allclose(fast.specific_yield, plain.specific_yield, rtol=2e-5)
 
 
+@pytest.mark.parametrize("given", [{}, {"iam": "physical"}, {"iam": "ashrae"}], ids=str)
+def test_table_of_incidence_from_straight_to_grazing(given):
+    system = build_system(Request(**given))
+    aoi = np.concatenate([np.linspace(0, 2, 500), np.linspace(2, 90, 2000)])
+    cosine = np.cos(np.radians(aoi)).astype(np.float32)[None, :]
+    zero, one = np.zeros((1, 1), np.float32), np.ones((1, 1), np.float32)
+    hours = SimpleNamespace(heating=zero, temp_air=25 * one, wind_speed=one, spectral_factor=one)
+    direct = (800 * cosine).astype(np.float32)
+    found = tabulate_power(system).dc(direct, 0 * direct, 0 * direct, cosine.copy(), hours)
+    effective = direct[0].astype(float) * incidence_factor(aoi, system)
+    lit = effective > 1e-3
+    exact = dc_power(effective[lit], np.full(lit.sum(), 25.0), system.module)
+    np.testing.assert_array_less(np.abs(found[0, lit] - exact), np.maximum(1e-5, 5e-4 * exact))
+
+
 def test_losses_and_inverters(berlin, hourly):
     transfer = unshaded_transfer(hourly, TILT, AZIMUTH)
     rows = np.arange(len(TILT))
@@ -201,8 +219,6 @@ def test_module_names():
 @pytest.mark.parametrize("library", ["SandiaMod", "CECMod"])
 def test_modules_of_the_libraries_work(library):
     """At reference conditions each gives its nominal power."""
-    from citypv.core.energy.power_model import dc_power
-
     names = np.random.default_rng(0).choice(pvlib.pvsystem.retrieve_sam(library).columns, 60, replace=False)
     for name in names:
         module = pick_module(name)
