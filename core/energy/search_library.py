@@ -59,7 +59,11 @@ def search_library(text, libraries, *, option):
             more = f" and {len(found) - SHOWN:,} more" if len(found) > SHOWN else ""
             raise InputError(option, f"{text!r} fits {len(found):,} names", f"give more of the name: {names}{more}")
     nearest = list_nearest(text, [name for _, name in known])
-    raise InputError(option, f"{text!r} is not in pvlib's libraries ({', '.join(libraries)})", f"nearest: {nearest}")
+    raise InputError(
+        option,
+        f"{text!r} is not in pvlib's libraries ({', '.join(libraries)})",
+        f"give one of its names, nearest: {nearest}",
+    )
 
 
 def list_nearest(text, names):
