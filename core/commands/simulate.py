@@ -9,7 +9,7 @@ from ..results.output_folder import whole_folder
 from ..results.read_transfer import read_transfer
 from ..results.write_cityjson import write_cityjson
 from ..results.write_gltf import write_gltf
-from ..results.write_summary import distance_of_weather, summarise, write_summary
+from ..results.write_summary import summarise, write_summary
 from ..results.write_tables import write_tables
 from ..results.write_transfer import write_transfer
 from ..scene.grid_cells import split_into_cells
@@ -24,6 +24,7 @@ from ..study import (
     read_year,
     trace_scene,
 )
+from ..sun.check_distance import distance_of_weather
 from ..transfer.kept_matrix import is_on_disk
 from ..transfer.plan_effects import describe_plan
 

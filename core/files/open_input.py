@@ -53,6 +53,18 @@ def open_input(path, tell=untold):
     return stream
 
 
+def open_text(path):
+    """A user's text file, packed with gzip or not, without a byte-order mark.
+
+    Parameters and errors as of `open_input`.
+
+    Returns
+    -------
+    text stream
+    """
+    return io.TextIOWrapper(open_input(path), encoding="utf-8-sig", errors="replace")
+
+
 def _open_told(path, tell):
     """Stream of a file, and its first bytes."""
     stream = io.BufferedReader(_Told(path.open("rb", buffering=0), path.stat().st_size, tell), BUFFER)
@@ -84,7 +96,7 @@ class _Told(io.RawIOBase):
 
 
 class _Unpacked(io.RawIOBase):
-    """Bytes of a gzip file; stops where it unpacks to more than any city does."""
+    """Bytes of a gzip file; stops where it unpacks to more than any text does."""
 
     def __init__(self, packed, path):
         self._path, self._packed, self._count = path, packed, 0
@@ -102,7 +114,7 @@ class _Unpacked(io.RawIOBase):
             raise InputError(self._path, f"byte {self._count} unpacked: gzip breaks off ({error})", cure) from error
         self._count += len(data)
         if self._count > self._limit:
-            problem = f"unpacks to more than {self._limit // 2**20} MiB, more than a city's text can gain"
+            problem = f"unpacks to more than {self._limit // 2**20} MiB, more than text can gain"
             raise InputError(self._path, problem, "unpack it yourself if you trust it")
         buffer[: len(data)] = data
         return len(data)

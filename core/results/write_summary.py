@@ -7,12 +7,12 @@ import sys
 from dataclasses import asdict
 
 import numpy as np
-import pyproj
 
 from ..energy.pick_module import area_of_kwp
 from ..energy.potential import sum_potential
 from ..energy.pv_system import build_system
 from ..energy.years import split_years
+from ..sun.check_distance import distance_of_weather
 from .list_findings import list_findings
 
 LIBRARIES = ("embreex", "numba", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
@@ -51,10 +51,12 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
             "altitude": weather.altitude,
             "distance_km": distance_of_weather(weather, transfer.site),
             "years": energy.years,
-            "ghi_annual": annual_sum(weather, "ghi"),
-            "dhi_annual": annual_sum(weather, "dhi"),
-            "dni_annual": annual_sum(weather, "dni"),
+            "ghi_annual": annual_sum(weather, "ghi", energy.years),
+            "dhi_annual": annual_sum(weather, "dhi", energy.years),
+            "dni_annual": annual_sum(weather, "dni", energy.years),
             "unit": "kWh/m² per year",
+            "notes": weather.notes,
+            "checks": weather.checks,
         },
         "settings": request.as_dict(),
         "traced": transfer.record.as_dict() if transfer.record else {},
@@ -95,17 +97,9 @@ def describe_input(transfer, energy, scene):
     return description
 
 
-def distance_of_weather(weather, site):
-    """[km] from the scene to the place of the weather, along the ellipsoid."""
-    globe = pyproj.Geod(ellps="WGS84")
-    return globe.inv(site.longitude, site.latitude, weather.longitude, weather.latitude)[2] / 1000
-
-
-def annual_sum(weather, column):
+def annual_sum(weather, column, years):
     """[kWh/m²] per year of an irradiance column."""
-    hours = weather.interval.total_seconds() / 3600
-    years = len(weather.data) * hours / 8760
-    return float(weather.data[column].sum()) * hours / 1000 / years
+    return float(weather.data[column].sum()) * (weather.interval.total_seconds() / 3600) / 1000 / years
 
 
 def budget_errors(transfer, energy):

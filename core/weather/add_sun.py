@@ -4,10 +4,11 @@ import numpy as np
 import pandas as pd
 import pvlib
 
+from ..errors import InputError
 from ..sun.solar_position import is_sunny, solar_position
-from .direct_normal import compute_dhi, compute_dni, compute_ghi
 from .weather import Weather
 
+HORIZON_CUTS = ("measured", "neglect")
 COLUMNS = [
     "ghi",
     "dhi",
@@ -21,7 +22,7 @@ COLUMNS = [
 ]
 
 
-def add_sun(record, interval):
+def add_sun(record, interval, horizon_cut="measured"):
     """Complete a checked record to Weather.
 
     Parameters
@@ -30,18 +31,20 @@ def add_sun(record, interval):
         Checked by `check_weather`.
     interval : pandas.Timedelta
         Length of its intervals.
+    horizon_cut : {"measured", "neglect"}
+        What happens to suns below 2° of apparent elevation, as of `complete_irradiance`.
 
     Returns
     -------
     Weather
-        With the sun at mid-interval, all three irradiances, and no direct part below 2° of apparent elevation.
+        With the sun at mid-interval and all three irradiances.
     """
     sun = solar_position(record.data.index, interval, record.latitude, record.longitude)
     # Negative irradiance down to -1 W/m² is rounding of the file's packing or the dark signal of an instrument.
     given = {
         name: record.data[name].to_numpy(float).clip(min=0.0) for name in record.data if name in ("ghi", "dhi", "dni")
     }
-    irradiance = complete_irradiance(given, sun["apparent_zenith"].to_numpy())
+    irradiance = complete_irradiance(given, sun["apparent_zenith"].to_numpy(), horizon_cut)
     if "pressure" in record.data:
         pressure = record.data["pressure"].to_numpy(float)
     else:
@@ -51,11 +54,11 @@ def add_sun(record, interval):
         "wind_speed": record.data["wind_speed"].to_numpy(float),
     }
     data = pd.DataFrame(irradiance | weather | {"pressure": pressure}, index=sun.index).join(sun)[COLUMNS]
-    return Weather(data, interval, record.latitude, record.longitude, record.altitude, record.label)
+    return Weather(data, interval, record.latitude, record.longitude, record.altitude, record.label, list(record.notes))
 
 
-def complete_irradiance(given, apparent_zenith):
-    """Find the third of ghi, dhi and dni, and drop the direct part of a sun that stands too low.
+def complete_irradiance(given, apparent_zenith, horizon_cut="measured"):
+    """Find the third of ghi, dhi and dni, and settle what a sun near the horizon gives.
 
     Parameters
     ----------
@@ -63,14 +66,22 @@ def complete_irradiance(given, apparent_zenith):
         At least two of ghi, dhi, dni: (t,) [Wm⁻²], none negative.
     apparent_zenith : numpy.ndarray, (t,)
         Of the sun at mid-interval [°].
+    horizon_cut : {"measured", "neglect"}
+        "measured": below 2° of apparent elevation DNI is kept where it was measured; where it would have to be derived,
+        a quotient of two numbers near zero, all light is diffuse. With the sun below the horizon all light is diffuse.
+        "neglect": intervals with the sun below 2° have no light, as in the paper.
 
     Returns
     -------
     dict
-        ghi, dhi, dni: (t,) [Wm⁻²]; dni is 0 and dhi equals ghi below 2° of apparent elevation.
+        ghi, dhi, dni: (t,) [Wm⁻²].
     """
+    if horizon_cut not in HORIZON_CUTS:
+        raise InputError("horizon_cut", f"{horizon_cut!r} is unknown", f"give one of {', '.join(HORIZON_CUTS)}")
     sunny = is_sunny(apparent_zenith)
-    ghi, dhi, dni = given.get("ghi"), given.get("dhi"), given.get("dni")
+    ghi, dhi, dni = (given.get(name) for name in ("ghi", "dhi", "dni"))
+    # A sun that is up, and high enough for a direct part.
+    direct = sunny if dni is None or horizon_cut == "neglect" else np.asarray(apparent_zenith) < 90.0
     if ghi is None:
         ghi = compute_ghi(dhi, dni, apparent_zenith)
     if dhi is None:
@@ -79,4 +90,61 @@ def complete_irradiance(given, apparent_zenith):
     if dni is None:
         dni = np.zeros_like(ghi)
         dni[sunny] = compute_dni(ghi[sunny], np.minimum(dhi, ghi)[sunny], apparent_zenith[sunny])
-    return {"ghi": ghi, "dhi": np.where(sunny, dhi, ghi), "dni": np.where(sunny, dni, 0.0)}
+    irradiance = {"ghi": ghi, "dhi": np.where(direct, dhi, ghi), "dni": np.where(direct, dni, 0.0)}
+    if horizon_cut == "neglect":
+        return {name: np.where(sunny, values, 0.0) for name, values in irradiance.items()}
+    return irradiance
+
+
+def compute_dni(ghi, dhi, zenith):
+    """Direct normal irradiance of hours with the sun well above the horizon (paper, Eq. 5).
+
+    Parameters
+    ----------
+    ghi, dhi : array_like, (t,)
+        Global and diffuse horizontal irradiance [Wm⁻²].
+    zenith : array_like, (t,)
+        Zenith angle of the sun [°], below 90.
+
+    Returns
+    -------
+    numpy.ndarray, (t,)
+        Direct normal irradiance [Wm⁻²].
+    """
+    return (np.asarray(ghi) - np.asarray(dhi)) / np.cos(np.radians(zenith))  # Eq. 5
+
+
+def compute_dhi(ghi, dni, zenith):
+    """Diffuse horizontal irradiance [Wm⁻²] from the global and the direct normal one (paper, Eq. 5).
+
+    Parameters
+    ----------
+    ghi, dni : array_like, (t,)
+        Global horizontal and direct normal irradiance [Wm⁻²].
+    zenith : array_like, (t,)
+        Zenith angle of the sun [°].
+
+    Returns
+    -------
+    numpy.ndarray, (t,)
+        Diffuse horizontal irradiance [Wm⁻²].
+    """
+    return np.asarray(ghi) - np.asarray(dni) * np.maximum(np.cos(np.radians(zenith)), 0.0)  # Eq. 5
+
+
+def compute_ghi(dhi, dni, zenith):
+    """Global horizontal irradiance [Wm⁻²] from the diffuse and the direct normal one (paper, Eq. 5).
+
+    Parameters
+    ----------
+    dhi, dni : array_like, (t,)
+        Diffuse horizontal and direct normal irradiance [Wm⁻²].
+    zenith : array_like, (t,)
+        Zenith angle of the sun [°].
+
+    Returns
+    -------
+    numpy.ndarray, (t,)
+        Global horizontal irradiance [Wm⁻²].
+    """
+    return np.asarray(dhi) + np.asarray(dni) * np.maximum(np.cos(np.radians(zenith)), 0.0)  # Eq. 5

@@ -24,6 +24,8 @@ LIMITS = {
 def check_weather(record):
     """Refuse a record with missing variables or values, a broken time axis, or less than whole years.
 
+    What exceeds the upper limits is left to `check_values`, after `check_irradiance` has had a word on units.
+
     Parameters
     ----------
     record : Record
@@ -41,7 +43,8 @@ def check_weather(record):
     """
     check_variables(record)
     interval = check_time_axis(record.data.index, record.source)
-    check_values(record)
+    check_finite(record)
+    check_values(record, lowest_only=True)
     return interval
 
 
@@ -100,7 +103,7 @@ def check_whole_years(times, interval, source):
     source : str
         The file, for the message.
     """
-    breaks = np.flatnonzero(times[1:] - times[:-1] != interval) + 1
+    breaks = np.flatnonzero((times[1:] - times[:-1] != interval) & ~skips_leap_day(times, interval)) + 1
     bounds = [0, *breaks, len(times)]
     spans = [(last - first) * interval for first, last in pairwise(bounds)]
     whole = [count_years(span) > 0 for span in spans]
@@ -111,6 +114,28 @@ def check_whole_years(times, interval, source):
     if not all(whole):
         problem = f"covers {spans[0] / DAY:.2f} days, from {times[0]} to {times[-1] + interval}"
         raise InputError(source, problem, "give one or more full years: full load hours need full years")
+
+
+def skips_leap_day(times, interval):
+    """Where a time axis leaves out 29 February, as calendars of 365 days do.
+
+    Parameters
+    ----------
+    times : pandas.DatetimeIndex, (t,)
+        Start of each interval, ascending.
+    interval : pandas.Timedelta
+
+    Returns
+    -------
+    numpy.ndarray, (t - 1,) bool
+        Whether the step to the next time is such a gap, in whichever time zone.
+    """
+    middle = times[:-1] + interval + DAY / 2  # of the day that is left out, if it is
+    leap_day = (middle.month == 2) & (middle.day == 29) | (
+        (middle.month == 3) & (middle.day == 1) & middle.is_leap_year
+    )
+    leap_day |= (middle.month == 2) & (middle.day == 28) & middle.is_leap_year
+    return np.asarray((times[1:] - times[:-1] == DAY + interval) & leap_day)
 
 
 def count_years(span):
@@ -130,17 +155,31 @@ def count_years(span):
     return years if span <= 366 * years * DAY else 0
 
 
-def check_values(record):
-    """Refuse values that are not finite or lie outside what weather can be; name the first time."""
+def check_finite(record):
+    """Refuse values that are missing; name the first time."""
+    for name in LIMITS:
+        if name not in record.data.columns:
+            continue
+        missing = np.flatnonzero(~np.isfinite(record.data[name].to_numpy(dtype=float)))
+        if len(missing):
+            place = f"{name} is missing at {record.data.index[missing[0]]} ({len(missing)} values in all)"
+            raise InputError(record.source, place, "fill the missing values")
+
+
+def check_values(record, *, lowest_only=False):
+    """Refuse values outside what weather can be; name the first time.
+
+    Parameters
+    ----------
+    record : Record
+    lowest_only : bool
+        Look at the lower bounds only.
+    """
     for name, (lowest, highest, unit) in LIMITS.items():
         if name not in record.data.columns:
             continue
         values = record.data[name].to_numpy(dtype=float)
-        missing = np.flatnonzero(~np.isfinite(values))
-        if len(missing):
-            place = f"{name} is missing at {record.data.index[missing[0]]} ({len(missing)} values in all)"
-            raise InputError(record.source, place, "fill the missing values")
-        outside = np.flatnonzero((values < lowest) | (values > highest))
+        outside = np.flatnonzero((values < lowest) | ((values > highest) & (not lowest_only)))
         if len(outside):
             first = outside[0]
             place = f"{name} is {values[first]:g} {unit} at {record.data.index[first]}"

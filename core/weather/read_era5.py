@@ -1,7 +1,8 @@
-"""ERA5 reanalysis, as the Climate Data Store delivers it in NetCDF."""
+"""ERA5 reanalysis in NetCDF, as the Climate Data Store delivers it or as others saved it again."""
 
 import tempfile
 import zipfile
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -13,23 +14,45 @@ from ..errors import InputError
 from .grid_point import interpolate_point
 from .record import Record
 
-VARIABLES = ("ssrd", "fdir", "t2m", "u10", "v10")
-UNITS = {"ssrd": "J m**-2", "fdir": "J m**-2", "t2m": "K", "u10": "m s**-1", "v10": "m s**-1", "sp": "Pa"}
-SECONDS = 3600.0  # accumulated over one hour
+# Names that a variable may have; the mean rates are those of the same hour in Wm⁻².
+NAMES = {
+    "ssrd": ("ssrd", "msdwswrf", "avg_sdswrf", "surface_solar_radiation_downwards"),
+    "fdir": ("fdir", "msdrswrf", "avg_sdirswrf", "total_sky_direct_solar_radiation_at_surface"),
+    "t2m": ("t2m", "2t", "2m_temperature"),
+    "u10": ("u10", "10u", "10m_u_component_of_wind"),
+    "v10": ("v10", "10v", "10m_v_component_of_wind"),
+    "ws10": ("ws10", "si10", "10si", "10m_wind_speed"),
+    "sp": ("sp", "surface_pressure"),
+}
+RATES = ("msdwswrf", "avg_sdswrf", "msdrswrf", "avg_sdirswrf")
+# Units as `spell_unit` writes them -> factor and offset to ours, per interval for what is accumulated.
+UNITS = {
+    "ssrd": {"Jm-2": (1.0, 0.0), "kJm-2": (1e3, 0.0), "Wm-2": (1.0, 0.0), "Whm-2": (3600.0, 0.0)},
+    "t2m": {"K": (1.0, -273.15), "degC": (1.0, 0.0), "C": (1.0, 0.0), "celsius": (1.0, 0.0)},
+    "u10": {"ms-1": (1.0, 0.0)},
+    "sp": {"Pa": (1.0, 0.0), "hPa": (100.0, 0.0)},
+}
+UNITS |= {"fdir": UNITS["ssrd"], "v10": UNITS["u10"], "ws10": UNITS["u10"]}
+ACCUMULATED = ("ssrd", "fdir")
+WIND = {"u10", "v10"}
+HOUR = pd.Timedelta(hours=1)
+SAME_PLACE = 0.01  # [°]
+NO_LEAP_DAYS = ("noleap", "365_day")
 CURE = "download ERA5 hourly data on single levels with ssrd, fdir, t2m, u10, v10 (and sp) as NetCDF"
 
 
-def read_era5(path, latitude, longitude, altitude, point):
+def read_era5(paths, latitude, longitude, altitude, point):
     """Read ERA5 weather of one place.
 
-    Radiation is accumulated over the hour that ends at the stamp (UTC), so the interval starts one hour earlier.
-    Temperature, wind and pressure are those of the stamp, half an hour after mid-interval; means with the stamp before
-    would raise the full load hours of Berlin 2017 by 0.05 to 0.17 %.
+    Radiation is accumulated (Jm⁻²), or averaged (Wm⁻²), over the interval that ends at the stamp (UTC). Temperature,
+    wind and pressure are those of the stamp, half an hour after mid-interval; means with the stamp before would raise
+    the full load hours of Berlin 2017 by 0.05 to 0.17 %.
 
     Parameters
     ----------
-    path : path-like
-        A NetCDF file, or a zip or a folder of such files: one for each year, or for groups of variables.
+    paths : path-like or list of path-like
+        NetCDF files, or zips or folders of such files: one for each year, month, variable or group of variables. Files
+        without any of our variables are left alone.
     latitude, longitude : float
         Place [°].
     altitude : float
@@ -42,21 +65,32 @@ def read_era5(path, latitude, longitude, altitude, point):
     Record
         ghi, dhi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹] and, where the file has it, pressure [Pa].
     """
-    path = Path(path)
-    if path.is_dir():
-        table, place = read_files(path, sorted(path.glob("*.nc")), latitude, longitude, point)
-    elif zipfile.is_zipfile(path):
-        with tempfile.TemporaryDirectory() as folder:
-            files = unzip_netcdf(path, Path(folder))
-            table, place = read_files(path, files, latitude, longitude, point)
-    else:
-        table, place = read_files(path, [path], latitude, longitude, point)
-    missing = [name for name in VARIABLES if name not in table]
+    paths = [Path(path) for path in (paths if isinstance(paths, list | tuple) else [paths])]
+    with ExitStack() as stack:
+        files = [(path, file) for path in paths for file in list_files(path, stack)]
+        table, place, rates = read_files(files, latitude, longitude, point)
+    source, names = ", ".join(map(str, paths)), ", ".join(path.name for path in paths)
+    missing = [name for name in ("ssrd", "fdir", "t2m") if name not in table]
+    if "ws10" not in table and not set(table) >= WIND:
+        missing += sorted(WIND - set(table))
     if missing:
-        raise InputError(path, f"the variables {', '.join(missing)} are missing", CURE)
+        raise InputError(source, f"the variables {', '.join(missing)} are missing", CURE)
     # The values are those of the grid; the sun is that of the place asked for.
-    label = f"ERA5 {path.name} ({point}: {place[0]:g}°, {place[1]:g}°)"
-    return Record(convert_era5(table), latitude, longitude, altitude, str(path), label)
+    label = f"ERA5 {names} ({point}: {place[0]:g}°, {place[1]:g}°)"
+    return Record(convert_era5(table, rates), latitude, longitude, altitude, source, label)
+
+
+def list_files(path, stack):
+    """NetCDF files of a file, a folder or a zip, which is unpacked until the stack closes: list of paths."""
+    if path.is_dir():
+        files = sorted(path.glob("*.nc"))
+    elif zipfile.is_zipfile(path):
+        files = unzip_netcdf(path, Path(stack.enter_context(tempfile.TemporaryDirectory())))
+    else:
+        files = [path]
+    if not files:
+        raise InputError(path, "no .nc file inside", CURE)
+    return files
 
 
 def unzip_netcdf(path, folder):
@@ -70,39 +104,49 @@ def unzip_netcdf(path, folder):
     return files
 
 
-def read_files(path, files, latitude, longitude, point):
+def read_files(files, latitude, longitude, point):
     """Join the tables of several NetCDF files.
 
     Parameters
     ----------
-    path : pathlib.Path
-        What the user gave, for messages.
-    files : list of pathlib.Path
-        NetCDF files.
+    files : list of (pathlib.Path, pathlib.Path)
+        What the user gave, for messages, and the NetCDF file.
     latitude, longitude, point
         As in `read_era5`.
 
     Returns
     -------
     table : pandas.DataFrame
-        Of the file's variables, indexed by stamps in UTC.
+        Of the files' variables in our units, indexed by stamps in UTC.
     place : tuple of float
         Latitude and longitude [°] the values belong to.
+    rates : set of str
+        Variables that are means in Wm⁻², not sums.
     """
-    if not files:
-        raise InputError(path, "no .nc file inside", CURE)
-    tables = []
-    for file in files:
-        table, place = read_file(path, file, latitude, longitude, point)
-        tables.append(table)
-    table = tables[0]
-    for other in tables[1:]:
-        table = table.combine_first(other)
-    return table, place
+    table, place, rates = None, None, set()
+    for path, file in files:
+        found = read_file(path, file, latitude, longitude, point)
+        if found is None:
+            continue
+        own, here, means = found
+        if table is None:
+            table, place, rates = found
+            continue
+        if max(abs(here[0] - place[0]), abs(here[1] - place[1])) > SAME_PLACE:
+            problem = (
+                f"its grid point {here[0]:g}°, {here[1]:g}° differs from {place[0]:g}°, {place[1]:g}° of the others"
+            )
+            raise InputError(path, problem, "download all variables on the same grid")
+        if rates & set(own) != means & set(table):
+            raise InputError(path, "is in Wm⁻² where other files are in Jm⁻², or the other way", "use one unit")
+        table, rates = table.combine_first(own), rates | means
+    if table is None:
+        raise InputError(", ".join(dict.fromkeys(str(path) for path, _ in files)), "no weather variable inside", CURE)
+    return table, place, rates
 
 
 def read_file(path, file, latitude, longitude, point):
-    """Values of one NetCDF file at one place: the table and the place, as in `read_files`."""
+    """Values of one NetCDF file at one place: table, place and rates as in `read_files`; None where it has none."""
     try:
         check_length(file)
         dataset = xr.open_dataset(file, engine="netcdf4", drop_variables=["number"])
@@ -112,18 +156,33 @@ def read_file(path, file, latitude, longitude, point):
             path, f"cannot be read as NetCDF ({words})", "download the file again; it may be cut"
         ) from error
     with dataset:
-        dataset = rename_dimensions(path, dataset)
-        names = [name for name in UNITS if name in dataset]
-        for name in names:
-            unit = dataset[name].attrs.get("units", UNITS[name])
-            if unit != UNITS[name]:
-                raise InputError(path, f"{name} is in {unit!r}, not {UNITS[name]!r}", CURE)
-        dataset, place = interpolate_point(path, dataset[names], latitude, longitude, point)
+        found = {ours: name for ours, names in NAMES.items() for name in names if name in dataset.data_vars}
+        if not found:
+            return None
+        dataset = rename_dimensions(path, dataset[list(found.values())])
+        scales, rates = {}, set()
+        for ours, name in found.items():
+            default = next(iter(UNITS[ours])) if name not in RATES else "Wm-2"
+            unit = spell_unit(dataset[name].attrs.get("units", default))
+            if unit not in UNITS[ours]:
+                known = " or ".join(UNITS[ours])
+                raise InputError(path, f"{name} is in {dataset[name].attrs['units']!r}, not in {known}", CURE)
+            scales[ours] = UNITS[ours][unit]
+            rates |= {ours} & set(ACCUMULATED) if unit == "Wm-2" else set()
+        dataset, place = interpolate_point(path, dataset, latitude, longitude, point)
         if "expver" in dataset.dims:
             dataset = merge_versions(dataset)
         times = pd.DatetimeIndex(dataset["time"].to_numpy(), tz="UTC")
-        table = pd.DataFrame({name: dataset[name].to_numpy().astype(float) for name in names}, index=times)
-    return table, place
+        values = {ours: dataset[name].to_numpy().astype(float) for ours, name in found.items()}
+    scaled = {ours: values[ours] * factor + offset for ours, (factor, offset) in scales.items()}
+    return pd.DataFrame(scaled, index=times), place, rates
+
+
+def spell_unit(unit):
+    """One spelling for the many of a unit: J m**-2, J m-2, J/m^2 and J m⁻² become Jm-2."""
+    for old, new in (("⁻", "-"), ("²", "2"), ("¹", "1"), ("**", ""), ("^", ""), (" ", ""), (".", ""), ("·", "")):
+        unit = unit.replace(old, new)
+    return unit.replace("/m2", "m-2").replace("/s", "s-1").replace("°C", "degC")
 
 
 def check_length(file):
@@ -150,6 +209,8 @@ def rename_dimensions(path, dataset):
             raise InputError(path, f"no coordinate {name}", CURE)
         if name not in dataset.dims:
             dataset = dataset.expand_dims(name)
+    if getattr(dataset["time"].dt, "calendar", None) in NO_LEAP_DAYS:
+        dataset = dataset.convert_calendar("standard", use_cftime=False)
     if not np.issubdtype(dataset["time"].dtype, np.datetime64):
         raise InputError(path, "its times are in no standard calendar", CURE)
     return dataset
@@ -163,24 +224,29 @@ def merge_versions(dataset):
     return merged
 
 
-def convert_era5(table):
+def convert_era5(table, rates=()):
     """Irradiance, temperature and wind from ERA5's own variables.
 
     Parameters
     ----------
     table : pandas.DataFrame
-        ssrd, fdir [Jm⁻²], t2m [K], u10, v10 [ms⁻¹], perhaps sp [Pa]; stamps end the hour.
+        ssrd, fdir [Jm⁻² per interval, or Wm⁻²], t2m [°C], u10 and v10 or ws10 [ms⁻¹], perhaps sp [Pa]; stamps end the
+        interval.
+    rates : collection of str
+        Of ssrd and fdir those in Wm⁻².
 
     Returns
     -------
     pandas.DataFrame
-        ghi, dhi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], perhaps pressure [Pa]; stamps start the hour.
+        ghi, dhi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], perhaps pressure [Pa]; stamps start the interval.
     """
+    steps = table.index[1:] - table.index[:-1]
+    interval = steps.to_series().mode().iloc[0] if len(steps) else HOUR
+    seconds = {name: 1.0 if name in rates else interval.total_seconds() for name in ACCUMULATED}
     # The files hold packed integers: nights come out slightly off zero, and fdir slightly above ssrd.
-    ghi = table["ssrd"] / SECONDS
-    dhi = (table["ssrd"] - table["fdir"]) / SECONDS
-    data = pd.DataFrame({"ghi": ghi, "dhi": dhi, "temp_air": table["t2m"] - 273.15})
-    data["wind_speed"] = np.hypot(table["u10"], table["v10"])
+    ghi, direct = (table[name] / seconds[name] for name in ACCUMULATED)
+    wind = table["ws10"] if "ws10" in table else np.hypot(table["u10"], table["v10"])
+    data = pd.DataFrame({"ghi": ghi, "dhi": ghi - direct, "temp_air": table["t2m"], "wind_speed": wind})
     if "sp" in table:
         data["pressure"] = table["sp"]
-    return data.set_axis(data.index - pd.Timedelta(hours=1), axis=0)
+    return data.set_axis(data.index - interval, axis=0)

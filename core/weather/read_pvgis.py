@@ -1,26 +1,29 @@
-"""Typical meteorological years of PVGIS (European Commission, Joint Research Centre)."""
+"""Files of PVGIS (European Commission, Joint Research Centre): typical meteorological years and hourly series."""
 
 import io
 import json
+import re
 from pathlib import Path
 
 import pandas as pd
 import pvlib
 
 from ..errors import InputError
-from .open_text import open_text
+from ..files.open_input import open_text
 from .record import Record
 from .typical_year import coerce_year
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
-CURE = "download the typical meteorological year (TMY) of PVGIS as csv or json"
+HALF_HOUR = pd.Timedelta(minutes=30)
+LEVEL = 0.01  # [°] up to which a plane counts as horizontal
+CURE = "download from PVGIS the typical meteorological year (TMY), or hourly data with slope 0 and radiation components"
 
 
 def read_pvgis(path, file_format):
-    """Read a PVGIS typical meteorological year.
+    """Read a typical meteorological year or an hourly series of PVGIS.
 
-    Its irradiance is that of one satellite image per hour, taken "Irradiance Time Offset" hours after the stamp (UTC):
-    the interval is laid around that moment, so that its middle is the image's time.
+    The irradiance is that of one satellite image per hour: the interval is laid around that moment. In typical years it
+    is "Irradiance Time Offset" hours after the stamp (UTC); in hourly series the stamp itself.
 
     Parameters
     ----------
@@ -36,8 +39,30 @@ def read_pvgis(path, file_format):
     path = Path(path)
     with open_text(path) as file:
         text = file.read()
-    table, meta = parse_pvgis(path, text, file_format)
-    latitude, longitude, altitude, offset = read_place(meta, text, file_format)
+    if file_format == "csv":
+        hourly, typical = "\ntime," in text, "time(UTC)" in text
+    else:
+        outputs = parse_json(path, text).get("outputs", {})
+        hourly, typical = "hourly" in outputs, "tmy_hourly" in outputs
+    if not (hourly or typical):
+        raise InputError(path, "neither a typical year nor an hourly series of PVGIS", CURE)
+    return (read_typical if typical else read_hourly)(path, text, file_format)
+
+
+def parse_json(path, text):
+    """Tree of a json file."""
+    try:
+        tree = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise InputError(path, f"line {error.lineno} is no json ({error.msg})", CURE) from error
+    return tree if isinstance(tree, dict) else {}
+
+
+def read_typical(path, text, file_format):
+    """Record of a typical year: path, text and format as in `read_pvgis`."""
+    source = io.StringIO(text) if file_format == "json" else io.BytesIO(text.encode())
+    table, _ = pvlib.iotools.read_pvgis_tmy(source, pvgis_format=file_format)
+    latitude, longitude, altitude, offset = read_place(text, file_format)
     data = lay_intervals(table, offset)
     return Record(data, latitude, longitude, altitude, str(path), f"PVGIS {path.name} (typical year)")
 
@@ -48,32 +73,15 @@ def lay_intervals(table, offset):
     times = pd.DatetimeIndex(data.index)
     data.index = times.tz_localize("UTC") if times.tz is None else times.tz_convert("UTC")
     data, _ = coerce_year(data)
-    data.index = data.index + pd.Timedelta(seconds=round(offset * 3600.0)) - pd.Timedelta(minutes=30)
+    data.index = data.index + pd.Timedelta(seconds=round(offset * 3600.0)) - HALF_HOUR
     return data
 
 
-def parse_pvgis(path, text, file_format):
-    """Table and header of a PVGIS file, by pvlib; other PVGIS products are refused."""
-    if file_format == "json":
-        try:
-            tree = json.loads(text)
-        except json.JSONDecodeError as error:
-            raise InputError(path, f"line {error.lineno} is no json ({error.msg})", CURE) from error
-        if "tmy_hourly" not in tree.get("outputs", {}):
-            raise InputError(path, "no PVGIS typical year (outputs.tmy_hourly) in this json", CURE)
-        return pvlib.iotools.read_pvgis_tmy(io.StringIO(text), pvgis_format="json")
-    if "time(UTC)" not in text:
-        raise InputError(path, "no PVGIS typical year (column time(UTC)) in this csv", CURE)
-    return pvlib.iotools.read_pvgis_tmy(io.BytesIO(text.encode()), pvgis_format="csv")
-
-
-def read_place(meta, text, file_format):
-    """Latitude [°], longitude [°], altitude [m] and time offset [h] of a PVGIS file.
+def read_place(text, file_format):
+    """Latitude [°], longitude [°], altitude [m] and time offset [h] of a typical year.
 
     Parameters
     ----------
-    meta : dict
-        What pvlib read from the header.
     text : str
         The whole file.
     file_format : {"csv", "json"}
@@ -92,3 +100,24 @@ def read_place(meta, text, file_format):
     fields = dict(line.split(":", 1) for line in text.splitlines()[:12] if ":" in line and not line[0].isdigit())
     names = ("Latitude (decimal degrees)", "Longitude (decimal degrees)", "Elevation (m)", "Irradiance Time Offset (h)")
     return tuple(float(fields.get(name, 0.0)) for name in names)
+
+
+def read_hourly(path, text, file_format):
+    """Record of an hourly series on the horizontal plane: path, text and format as in `read_pvgis`."""
+    table, meta = pvlib.iotools.read_pvgis_hourly(io.StringIO(text), pvgis_format=file_format)
+    if file_format == "json":
+        place = meta["inputs"]["location"]
+        slope = meta["inputs"].get("mounting_system", {}).get("fixed", {}).get("slope", {}).get("value")
+    else:
+        place = meta["inputs"]
+        slope = re.search(r"^slope:\s*(-?[\d.]+)", text, re.IGNORECASE | re.MULTILINE)
+        slope = slope and float(slope[1])
+    if slope is None or abs(float(slope)) > LEVEL:
+        raise InputError(path, f"the plane has a slope of {slope}°, not of 0", CURE)
+    if not {"poa_direct", "poa_sky_diffuse"} <= set(table):
+        raise InputError(path, "direct and diffuse radiation, Gb(i) and Gd(i), are missing", CURE)
+    data = pd.DataFrame({"ghi": table["poa_direct"] + table["poa_sky_diffuse"], "dhi": table["poa_sky_diffuse"]})
+    data[["temp_air", "wind_speed"]] = table[["temp_air", "wind_speed"]]
+    data.index = pd.DatetimeIndex(table.index).tz_convert("UTC") - HALF_HOUR
+    latitude, longitude, altitude = (float(place[name]) for name in ("latitude", "longitude", "elevation"))
+    return Record(data.astype(float), latitude, longitude, altitude, str(path), f"PVGIS {path.name} (hourly series)")

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pvlib
 
-from .open_text import open_text
+from ..files.open_input import open_text
 from .record import Record
 from .typical_year import coerce_year
 

@@ -2,43 +2,57 @@
 
 import gzip
 import zipfile
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..errors import InputError
 from .add_sun import add_sun
-from .check_weather import check_weather
+from .check_weather import check_values, check_weather
+from .check_years import check_years, describe_checks, describe_leap_days
 from .clear_sky import clear_sky
 from .climate import climate
 from .download_pvgis import download_pvgis
+from .read_dwd import read_dwd, read_try
 from .read_epw import read_epw
 from .read_era5 import read_era5
+from .read_psm import read_psm
 from .read_pvgis import read_pvgis
 from .read_tmy3 import read_tmy3
 from .read_weather_csv import read_weather_csv
+from .record import change_record, join_records
 
-CURE = "give ERA5 as NetCDF, EPW, TMY3, a PVGIS typical year, a csv with tz-aware times, climate, pvgis or clear-sky"
+CURE = "give ERA5 as NetCDF, EPW, TMY3, PVGIS, NSRDB PSM, DWD, a csv with tz-aware times, climate, pvgis or clear-sky"
 
 
-def read_weather(source, latitude, longitude, altitude=0.0, *, point="nearest", year=2021, seed=0):
+@dataclass
+class Reading:
+    """How files are to be read."""
+
+    point: str = "nearest"  # or bilinear: how a value is taken from gridded weather
+    year: int = 2021  # of the clear sky and the built-in climate
+    seed: int = 0  # of the days of the built-in climate
+    time_shift: float = 0.0  # [min] added to the times of files
+    place: tuple | None = None  # latitude and longitude [°] of the weather, instead of what its files say
+    without: tuple = ()  # columns that are not to be used, of ghi, dhi, dni
+    horizon_cut: str = "measured"  # or neglect: see add_sun
+
+
+def read_weather(source, latitude, longitude, altitude=0.0, **settings):
     """Weather of one place, one or many years, with the sun at mid-interval.
 
     Parameters
     ----------
-    source : str or path-like
-        "climate", the built-in climate of the place; "pvgis", its typical year from PVGIS' server; "clear-sky"; or a
-        file: ERA5 (NetCDF, or the zip or folder the Climate Data Store's NetCDF files come in), EPW,
-        TMY3 csv, PVGIS typical year (csv or json), or a plain csv; text files may be gz-compressed. The format is
-        recognised by the content.
+    source : str or path-like, or list of them
+        "climate", the built-in climate of the place; "pvgis", its typical year from PVGIS' server; "clear-sky"; or
+        files: ERA5 (NetCDF, or the zip or folder the Climate Data Store's NetCDF files come in; several
+        are read as one), EPW, TMY3 csv, PVGIS (csv or json), NSRDB PSM csv, DWD, or a plain csv; text files may be
+        gz-compressed. The format is recognised by the content. Several files are put end to end.
     latitude, longitude : float
         The place asked for [°]. Files of one station keep the place of the station.
     altitude : float, optional
         Of the place [m]; used where the source names none, for the pressure and the clear sky.
-    point : {"nearest", "bilinear"}, optional
-        How a value is taken from gridded weather.
-    year : int, optional
-        Calendar year of the clear sky and the built-in climate.
-    seed : int, optional
-        Of the days of the built-in climate.
+    **settings
+        Fields of `Reading`.
 
     Returns
     -------
@@ -49,50 +63,95 @@ def read_weather(source, latitude, longitude, altitude=0.0, *, point="nearest", 
     InputError
         The source cannot be used: names file, place and cure.
     """
-    if str(source) == "clear-sky":
-        record = clear_sky(latitude, longitude, altitude, year)
-    elif str(source) == "climate":
-        record = climate(latitude, longitude, year, seed)
-    elif str(source) == "pvgis":
-        record = download_pvgis(latitude, longitude)
+    reading = Reading(**settings)
+    sources = [str(one) for one in (source if isinstance(source, list | tuple) else [source])]
+    if sources in (["clear-sky"], ["climate"]):
+        record = model_weather(sources[0], latitude, longitude, altitude, reading)
+        return add_sun(record, check_weather(record), reading.horizon_cut)
+    if sources == ["pvgis"]:
+        records = [download_pvgis(latitude, longitude)]
     else:
-        record = read_record(Path(source), latitude, longitude, altitude, point)
-    return add_sun(record, check_weather(record))
+        records = read_records([Path(one) for one in sources], latitude, longitude, altitude, reading)
+    record = change_record(join_records(records), reading.time_shift, reading.without)
+    interval = check_weather(record)
+    weather = add_sun(record, interval, reading.horizon_cut)
+    weather.checks = check_years(record, interval)
+    check_values(record)
+    weather.notes += describe_leap_days(record, interval) + describe_checks(weather.checks)
+    return weather
 
 
-def read_record(path, latitude, longitude, altitude, point):
+def model_weather(name, latitude, longitude, altitude, reading):
+    """Record of the clear sky or the built-in climate of a place."""
+    if name == "climate":
+        return climate(latitude, longitude, reading.year, reading.seed)
+    return clear_sky(latitude, longitude, altitude, reading.year)
+
+
+def read_records(paths, latitude, longitude, altitude, reading):
+    """Records of files: one for all of ERA5, one for each other file.
+
+    Parameters
+    ----------
+    paths : list of pathlib.Path
+    latitude, longitude, altitude : float
+        As in `read_weather`.
+    reading : Reading
+
+    Returns
+    -------
+    list of Record
+    """
+    kinds = [recognise_weather(path) for path in paths]
+    grids = [path for path, kind in zip(paths, kinds, strict=True) if kind == "era5"]
+    place = None if reading.place is None else (*reading.place, altitude)
+    records = []
+    if grids:
+        records.append(read_era5(grids, latitude, longitude, altitude, reading.point))
+    for path, kind in zip(paths, kinds, strict=True):
+        if kind != "era5":
+            own = place or (latitude, longitude, altitude)
+            record = read_record(path, kind, own, place)
+            records.append(record if place is None else replace(record, latitude=place[0], longitude=place[1]))
+    return records
+
+
+def read_record(path, kind, own, place):
     """Read one file with the reader of its format.
 
     Parameters
     ----------
     path : pathlib.Path
-        The file or folder.
-    latitude, longitude, altitude, point
-        As in `read_weather`.
+    kind : str
+        As of `recognise_weather`.
+    own : tuple of float
+        Latitude and longitude [°] and altitude [m] for files that name none.
+    place : tuple of float or None
+        The same, where the user wants it instead of what files name.
 
     Returns
     -------
     Record
     """
-    kind = recognise_weather(path)
+    readers = {
+        "epw": lambda: read_epw(path),
+        "tmy3": lambda: read_tmy3(path),
+        "psm": lambda: read_psm(path),
+        "dwd": lambda: read_dwd(path, place),
+        "try": lambda: read_try(path, place),
+        "pvgis-csv": lambda: read_pvgis(path, "csv"),
+        "pvgis-json": lambda: read_pvgis(path, "json"),
+        "csv": lambda: read_weather_csv(path, *own),
+    }
     try:
-        if kind == "era5":
-            return read_era5(path, latitude, longitude, altitude, point)
-        if kind == "epw":
-            return read_epw(path)
-        if kind == "tmy3":
-            return read_tmy3(path)
-        if kind.startswith("pvgis"):
-            return read_pvgis(path, kind.removeprefix("pvgis-"))
-        return read_weather_csv(path, latitude, longitude, altitude)
+        return readers[kind]()
     except InputError:
         raise
     except (ValueError, KeyError, IndexError, TypeError, AttributeError, OSError, EOFError) as error:
         # A file of a known kind that breaks its reader is damaged: say which, and the reader's own words in one line.
         words = " ".join(str(error).split())[:200]
-        raise InputError(
-            path, f"cannot be read as {kind} ({words})", "download the file again; it may be cut"
-        ) from error
+        problem = f"cannot be read as {kind} ({type(error).__name__}: {words})"
+        raise InputError(path, problem, "download the file again; it may be cut") from error
 
 
 def recognise_weather(path):
@@ -106,7 +165,7 @@ def recognise_weather(path):
     Returns
     -------
     str
-        "era5", "epw", "tmy3", "pvgis-csv", "pvgis-json" or "csv".
+        "era5", "epw", "tmy3", "psm", "dwd", "try", "pvgis-csv", "pvgis-json" or "csv".
     """
     if path.is_dir():
         return "era5"
@@ -122,6 +181,9 @@ def recognise_weather(path):
         "pvgis-csv": lines[0].lower().startswith("latitude (decimal degrees)"),
         "pvgis-json": lines[0].lstrip().startswith("{"),
         "tmy3": len(lines) > 1 and "Date (MM/DD/YYYY)" in lines[1],
+        "psm": len(lines) > 2 and lines[2].replace('"', "").lower().startswith("year,month,day,"),
+        "dwd": any(line.startswith("#") and "G_Bh" in line for line in lines),
+        "try": any(line.startswith("Rechtswert") for line in lines),
         "csv": "," in text and "\x00" not in text,
     }
     for kind, found in marks.items():

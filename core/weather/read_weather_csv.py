@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 
 from ..errors import InputError
-from .open_text import open_text
+from ..files.open_input import open_text
 from .record import Record
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]

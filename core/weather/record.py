@@ -1,8 +1,13 @@
-"""What a weather file says, before anything is checked or the sun is added."""
+"""What weather files say, before anything is checked or the sun is added; several files as one."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import pandas as pd
+
+from ..errors import InputError
+
+IRRADIANCES = ("ghi", "dhi", "dni")
+SAME_PLACE = 0.05  # [°] by which files that are put together may differ
 
 
 @dataclass
@@ -11,9 +16,74 @@ class Record:
 
     data: (
         pd.DataFrame
-    )  # index: UTC start of each interval; of ghi, dhi, dni, temp_air, wind_speed, pressure what is there
+    )  # index: UTC start of each interval; what there is of ghi, dhi, dni, temp_air, wind_speed, pressure
     latitude: float  # [°]
     longitude: float  # [°]
     altitude: float  # [m]
     source: str  # the file, for messages
     label: str  # for the user, beside the results
+    notes: list = field(default_factory=list)  # of str: what the user should know about the file
+
+
+def join_records(records):
+    """One record of several, in the order of time.
+
+    Parameters
+    ----------
+    records : list of Record
+
+    Returns
+    -------
+    Record
+
+    Raises
+    ------
+    InputError
+        Their places or columns differ.
+    """
+    first = records[0]
+    if len(records) == 1:
+        return first
+    for other in records[1:]:
+        if max(abs(other.latitude - first.latitude), abs(other.longitude - first.longitude)) > SAME_PLACE:
+            problem = f"its place {other.latitude:g}°, {other.longitude:g}° is not that of {first.source}"
+            problem += f" ({first.latitude:g}°, {first.longitude:g}°)"
+            raise InputError(other.source, problem, "give years of one place, or --weather-place LATITUDE LONGITUDE")
+        if set(other.data) != set(first.data):
+            differing = ", ".join(sorted(set(other.data) ^ set(first.data)))
+            raise InputError(other.source, f"not all files have {differing}", "give files with the same columns")
+    records = sorted(records, key=lambda record: record.data.index[0])
+    return replace(
+        first,
+        data=pd.concat([record.data for record in records]),
+        source=", ".join(record.source for record in records),
+        label=", ".join(record.label for record in records),
+        notes=[note for record in records for note in record.notes],
+    )
+
+
+def change_record(record, time_shift=0.0, without=()):
+    """Shift the times and leave out columns, as the user wants it; notes say so.
+
+    Parameters
+    ----------
+    record : Record
+    time_shift : float
+        [min] added to the times.
+    without : collection of str
+        Of ghi, dhi, dni: columns that are not to be used.
+
+    Returns
+    -------
+    Record
+    """
+    unknown = [name for name in without if name not in IRRADIANCES]
+    if unknown:
+        raise InputError("--weather-without", f"{unknown[0]!r} is unknown", f"give some of {', '.join(IRRADIANCES)}")
+    data, notes = record.data.drop(columns=list(without), errors="ignore"), list(record.notes)
+    if without:
+        notes.append(f"without {', '.join(without)} of the file")
+    if time_shift:
+        data = data.set_axis(data.index + pd.Timedelta(minutes=time_shift), axis=0)
+        notes.append(f"times shifted by {time_shift:+g} min")
+    return replace(record, data=data, notes=notes)

@@ -9,8 +9,7 @@ TYPICAL_LEAP_YEAR = 2020
 def coerce_year(data):
     """Put the rows of a typical year into one calendar year, in order.
 
-    A real year is left as it is. A real leap year without its leap day counts as typical, because its calendar would
-    have a gap.
+    One real year is left as it is, and so are several that follow each other.
 
     Parameters
     ----------
@@ -26,8 +25,8 @@ def coerce_year(data):
     """
     times = data.index
     leap_day = bool(((times.month == 2) & (times.day == 29)).any())
-    one_year = len(set(times.year)) == 1
-    if one_year and bool(times.is_leap_year[0]) == leap_day:
+    steps = times[1:] - times[:-1]
+    if len(set(times.year)) == 1 or len(set(steps)) == 1:
         return data, False
     year = TYPICAL_LEAP_YEAR if leap_day else TYPICAL_YEAR
     days = pd.to_datetime(pd.DataFrame({"year": year, "month": times.month, "day": times.day}))

@@ -1,6 +1,6 @@
 """One or several years of weather at one place."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import pandas as pd
 
@@ -15,8 +15,10 @@ class Weather:
     longitude: float  # [°]
     altitude: float  # [m]
     label: str  # what the user should read beside the results: "ERA5 era5_berlin_2017.nc", "clear sky (upper bound)"
+    notes: list = field(default_factory=list)  # of str: what was found out about the file, for the user
+    checks: dict = field(default_factory=dict)  # year -> fields of SunTimes: how the irradiance fits the sun
 
     # Columns of data, all float64:
     # ghi, dhi, dni [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], pressure [Pa]
     # and, of the sun at mid-interval, solar_zenith, apparent_zenith, solar_azimuth [°].
-    # Where the sun stands below 2° of apparent elevation, dni is 0 and dhi equals ghi.
+    # Below 2° of apparent elevation dni is what was measured, or 0 where it would have to be derived; see add_sun.

@@ -1,0 +1,53 @@
+"""Refuse weather whose sun is not that of the city."""
+
+import numpy as np
+import pyproj
+
+from ..errors import InputError
+
+FARTHEST = 150.0  # [km] from the city to the place of its weather, unless the user allows more
+KM_PER_DEGREE = 111.2  # along a meridian
+
+
+def check_distance(weather, site, allowed=None, suns=None):
+    """Refuse weather of a place too far from the city, or that the traced suns cannot stand for.
+
+    Parameters
+    ----------
+    weather : Weather
+    site : Site
+        latitude and longitude of the city [°].
+    allowed : float, optional
+        [km] Default 150.
+    suns : Suns, optional
+        Those of a Transfer, whose geometry may stand anywhere: along its latitude, or everywhere where they fill the
+        sky.
+
+    Raises
+    ------
+    InputError
+    """
+    farthest = FARTHEST if allowed is None else allowed
+    place = f"its place ({weather.latitude:.2f}°, {weather.longitude:.2f}°)"
+    if suns is None:
+        away = distance_of_weather(weather, site)
+        if away > farthest:
+            problem = f"{place} is {away:,.0f} km from the city ({site.latitude:.2f}°, {site.longitude:.2f}°)"
+            raise InputError(weather.label, problem, f"give weather of the city's own place, or {allow(away)}")
+    elif not suns.way.startswith("sky-grid"):
+        away = KM_PER_DEGREE * abs(weather.latitude - site.latitude)
+        if away > farthest:
+            problem = f"{place} is {away:,.0f} km from the latitude {site.latitude:.2f}° that was traced"
+            cure = f"give weather of that latitude, trace --suns sky-grid:N, or {allow(away)}"
+            raise InputError(weather.label, problem, cure)
+
+
+def allow(away):
+    """The option that allows a distance [km]."""
+    return f"--allow-distance {int(np.ceil(away / 10) * 10)}"
+
+
+def distance_of_weather(weather, site):
+    """[km] from the city to the place of the weather, along the ellipsoid."""
+    globe = pyproj.Geod(ellps="WGS84")
+    return globe.inv(site.longitude, site.latitude, weather.longitude, weather.latitude)[2] / 1000

@@ -1,0 +1,138 @@
+"""Refuse irradiance that no sun gives: another unit, another time step, or a column that holds something else."""
+
+import numpy as np
+import pandas as pd
+import pvlib
+
+from ..errors import InputError
+from .check_sun_times import haurwitz, sun_track
+
+HOUR = pd.Timedelta(hours=1)
+SOLAR_CONSTANT = 1361.0  # [Wm⁻²]
+
+# Physically possible limits of BSRN: factor, exponent and offset of a S cos(z)^b + c.
+POSSIBLE = {"ghi": (1.5, 1.2, 100.0), "dhi": (0.95, 1.2, 50.0)}
+MOST_ABOVE = 0.01  # of the values by day may exceed them: edges of clouds do for minutes
+LEAST_CLEARNESS, MOST_CLEARNESS = 0.2, 0.85  # of a year: GHI per irradiation outside of the atmosphere
+BRIGHT = 0.99  # quantile of GHI by day that is set against the clear sky to find a factor
+NEAR = 1.3  # a known factor is named where it explains the values to within this ratio
+OVERCAST, HIGH = 0.25, np.sin(np.radians(10.0))  # clearness below which, and sine of elevation above which, it is dull
+LEAST_DIFFUSE = 0.6  # share of diffuse light under a dull sky, median
+FEWEST_DULL = 24  # hours that tell
+
+
+def check_irradiance(data, interval, latitude, longitude, source):
+    """Refuse irradiance beyond physical limits, years too dark or too bright, and direct light from dull skies.
+
+    Parameters
+    ----------
+    data : pandas.DataFrame
+        ghi and dhi [Wm⁻²] of about a year; index: tz-aware start of each interval.
+    interval : pandas.Timedelta
+    latitude, longitude : float
+        [°]
+    source : str
+        The file and the year, for messages.
+
+    Raises
+    ------
+    InputError
+        More than 1 % of the values by day exceed BSRN's physically possible limits, or the year's clearness does not
+        lie between 0.2 and 0.85 (with the factor that would fit); or, under skies with a clearness below 0.25, less
+        than 0.6 of the light is diffuse.
+
+    References
+    ----------
+    C. N. Long, Y. Shi (2008), An automated quality assessment and control algorithm for surface radiation measurements,
+    The Open Atmospheric Science Journal 2, 23-37, :doi:`10.2174/1874282300802010023`.
+    """
+    middle = data.index + interval / 2
+    cos_zenith = sun_track(middle, latitude, longitude).cos_zenith()
+    normal = np.asarray(pvlib.irradiance.get_extra_radiation(middle.dayofyear, SOLAR_CONSTANT))  # (t,) [Wm⁻²]
+    check_possible(data, normal, cos_zenith, interval, source)
+    check_clearness(data["ghi"].to_numpy(), normal * cos_zenith, cos_zenith, interval, source)
+    check_dull_skies(data, normal * cos_zenith, cos_zenith, interval, source)
+
+
+def check_possible(data, normal, cos_zenith, interval, source):
+    """Refuse irradiance of which more than 1 % exceeds what is physically possible."""
+    day = cos_zenith > 0
+    for name, (factor, exponent, offset) in POSSIBLE.items():
+        limit = factor * normal * cos_zenith**exponent + offset
+        above = (data[name].to_numpy() > limit) & day
+        if above.sum() > MOST_ABOVE * max(day.sum(), 1):
+            share = 100 * above.sum() / day.sum()
+            problem = (
+                f"{share:.0f} % of {name} by day exceed what is physically possible ({factor:g} S cos(z)^{exponent:g}"
+            )
+            problem += f" + {offset:g} Wm⁻²)"
+            raise InputError(source, problem, cure_of_factor(data["ghi"].to_numpy(), cos_zenith, interval))
+
+
+def check_clearness(ghi, extra_horizontal, cos_zenith, interval, source):
+    """Refuse a year that is darker or brighter than any on Earth."""
+    hours = interval / HOUR / 1000.0
+    found, most = ghi.sum() * hours, extra_horizontal.sum() * hours
+    if not most or LEAST_CLEARNESS <= found / most <= MOST_CLEARNESS:
+        return
+    problem = f"{found:.3g} kWh/m² of ghi per year; at this latitude {LEAST_CLEARNESS * most:.0f} to"
+    problem += f" {MOST_CLEARNESS * most:.0f} are plausible"
+    raise InputError(source, problem, cure_of_factor(ghi, cos_zenith, interval))
+
+
+def check_dull_skies(data, extra_horizontal, cos_zenith, interval, source):
+    """Refuse much direct light from dull skies: then the direct part is none.
+
+    With a clearness below 0.22 diffuse light is 0.98 and more of all (Erbs et al. 1982,
+    :doi:`10.1016/0038-092X(82)90302-4`); a direct column that holds GHI makes one half of it.
+    """
+    ghi = data["ghi"].to_numpy()
+    dull = (cos_zenith > HIGH) & (ghi < OVERCAST * extra_horizontal) & (ghi > 0)
+    if dull.sum() * (interval / HOUR) < FEWEST_DULL:
+        return
+    share = float(np.median(data["dhi"].to_numpy()[dull] / ghi[dull]))
+    if share < LEAST_DIFFUSE:
+        problem = f"under dull skies only {100 * share:.0f} % of the light is diffuse, where nearly all should be"
+        raise InputError(source, problem, "check the direct column: it may hold the global irradiance")
+
+
+def cure_of_factor(ghi, cos_zenith, interval):
+    """The factor that would bring GHI to a plausible brightness, in words."""
+    day = cos_zenith > 0
+    bright = float(np.quantile(ghi[day], BRIGHT)) if day.any() else 0.0
+    if not bright > 0:
+        return "give a file with irradiance"
+    wanted = float(np.quantile(haurwitz(cos_zenith[day]), BRIGHT)) / bright
+    factors = known_factors(interval)
+    nearest = min(factors, key=lambda factor: abs(np.log(factor / wanted)))
+    if abs(np.log(nearest / wanted)) > np.log(NEAR):
+        return f"check the unit; values times {wanted:.2g} would fit"
+    number = f"{nearest:g}" if nearest >= 1 else f"1/{1 / nearest:g}"
+    return f"values times {number} would fit: {factors[nearest]}"
+
+
+def known_factors(interval):
+    """Factors that mistaken units make, and what they mean.
+
+    Parameters
+    ----------
+    interval : pandas.Timedelta
+
+    Returns
+    -------
+    dict of float to str
+    """
+    seconds = interval.total_seconds()
+    factors = {
+        1000.0: "they look like kWm⁻²",
+        1e-3: "they look like mWm⁻²",
+        seconds: "they look like Wm⁻² that were read as Jm⁻² (units are missing or wrong)",
+        1 / seconds: "they look like Jm⁻² per interval",
+        1e3 / seconds: "they look like kJm⁻² per interval",
+        1e6 / seconds: "they look like MJm⁻² per interval",
+        41868.0 / seconds: "they look like cal/cm² per interval",
+    }
+    if interval < HOUR:
+        factors[HOUR / interval] = "they look like energy per interval that was taken for energy per hour"
+        factors[interval / HOUR] = "they look like sums of an hour in every interval"
+    return factors

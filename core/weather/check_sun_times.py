@@ -1,0 +1,237 @@
+"""Compare the irradiance with the sun: does GHI = DHI + DNI cos z hold, and does the day rise and set on time."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import pvlib
+
+from ..errors import InputError
+
+DAY = pd.Timedelta(days=1)
+STEP = pd.Timedelta(minutes=10)  # the clear sky is averaged over an interval in steps of at most this
+COARSE, FINE = 30, 1  # [min] steps in which shifts are tried
+WINDOW, BRIGHT = 20, 0.9  # days whose brightest hours stand for a clear day, and the quantile that is taken of them
+
+# Limits. Sources and the values of real files: docs/weather.md.
+RESIDUAL = 0.01  # of GHI; below this nothing is wrong with the times
+WORST_RESIDUAL = 0.08  # of GHI; Long and Shi (2008) flag GHI / (DHI + DNI cos z) beyond 8 %
+CLOSURE_SHIFT, DAYLIGHT_SHIFT = 10, 20  # [min]
+GAIN = 0.8  # a shift must bring the residual below this share of what it is without
+
+
+@dataclass
+class SunTimes:
+    """How the irradiance of a record fits the sun of its stamps; shifts are what to add to the stamps [min]."""
+
+    closure_residual: float | None  # mean |GHI - DHI - DNI cos z| / mean GHI; None where only two of them are given
+    closure_residual_shifted: float | None  # the same with the best shift
+    closure_shift: int | None
+    daylight_residual: float | None  # between clear days and the model of a clear sky; None where there is no light
+    daylight_residual_shifted: float | None
+    daylight_shift: int | None
+
+
+def measure_sun_times(data, interval, latitude, longitude):
+    """Find the time shift with which the irradiance fits the sun best.
+
+    Closure: where GHI, DHI and DNI are given, the shift with the smallest sum of |GHI - DHI - DNI cos z|, z at the
+    middle of the interval. Daylight: for every 20 days the 90th percentile of GHI at each time of day (a clear day)
+    against the clear sky of Haurwitz, averaged over the interval and scaled to fit.
+
+    Parameters
+    ----------
+    data : pandas.DataFrame
+        ghi, and dhi and dni where they are measured [Wm⁻²]; index: tz-aware start of each interval.
+    interval : pandas.Timedelta
+    latitude, longitude : float
+        [°]
+
+    Returns
+    -------
+    SunTimes
+
+    References
+    ----------
+    B. Haurwitz (1945), Insolation in relation to cloudiness and cloud density, J. Meteorology 2, 154-166.
+    """
+    track = sun_track(data.index + interval / 2, latitude, longitude)
+    closure = daylight = None, None, None
+    if data["ghi"].sum() > 0:
+        if {"dhi", "dni"} <= set(data):
+            ghi, dhi, dni = (data[name].to_numpy(float) for name in ("ghi", "dhi", "dni"))
+            closure = search_shift(lambda shift: residual_of_closure(ghi, dhi, dni, track.cos_zenith(shift)))
+        daylight = search_shift(compare_daylight(data["ghi"].to_numpy(float), interval, track))
+    return SunTimes(*closure, *daylight)
+
+
+@dataclass
+class SunTrack:
+    """Declination and hour angle of the sun, to half a minute: enough to try many shifts quickly."""
+
+    sine: np.ndarray  # (t,) sin(latitude) sin(declination)
+    cosine: np.ndarray  # (t,) cos(latitude) cos(declination)
+    hour_angle: np.ndarray  # (t,) [rad]
+
+    def cos_zenith(self, shift=0.0):
+        """Cosine of the zenith angle so many minutes later, 0 below the horizon: (t,)."""
+        return np.maximum(self.sine + self.cosine * np.cos(self.hour_angle + np.radians(shift / 4)), 0.0)
+
+
+def sun_track(times, latitude, longitude):
+    """Track of the sun by Spencer's series (1971), as in pvlib.
+
+    Parameters
+    ----------
+    times : pandas.DatetimeIndex, (t,)
+        tz-aware.
+    latitude, longitude : float
+        [°]
+
+    Returns
+    -------
+    SunTrack
+    """
+    times = times.tz_convert("UTC")
+    day = times.dayofyear.to_numpy()
+    declination = np.asarray(pvlib.solarposition.declination_spencer71(day))
+    minutes = ((times - times.normalize()) / pd.Timedelta(minutes=1)).to_numpy()
+    minutes = minutes + np.asarray(pvlib.solarposition.equation_of_time_spencer71(day))
+    tilt = np.radians(latitude)
+    return SunTrack(
+        sine=np.sin(tilt) * np.sin(declination),
+        cosine=np.cos(tilt) * np.cos(declination),
+        hour_angle=np.radians(minutes / 4 + longitude - 180.0),
+    )
+
+
+def residual_of_closure(ghi, dhi, dni, cos_zenith):
+    """Mean absolute residual of GHI = DHI + DNI cos z as a share of the mean GHI."""
+    return float(np.abs(ghi - dhi - dni * cos_zenith).sum() / ghi.sum())
+
+
+def search_shift(residual):
+    """Residual without a shift and with the best one, and that shift [min].
+
+    Parameters
+    ----------
+    residual : callable
+        Residual of a shift [min].
+
+    Returns
+    -------
+    tuple of float, float, int
+    """
+    coarse = min(range(-720, 721, COARSE), key=lambda shift: (residual(shift), abs(shift)))
+    best = min(range(coarse - COARSE, coarse + COARSE + 1, FINE), key=lambda shift: (residual(shift), abs(shift)))
+    return residual(0), residual(best), best
+
+
+def compare_daylight(ghi, interval, track):
+    """A function that tells how far clear days are from the model of a clear sky when the sun is shifted.
+
+    Parameters
+    ----------
+    ghi : (t,) float
+        [Wm⁻²]
+    interval : pandas.Timedelta
+    track : SunTrack
+        At the middle of the intervals.
+
+    Returns
+    -------
+    callable
+        Shift [min] to residual, a share of the irradiance.
+    """
+    steps = DAY // interval
+    windows = max(len(ghi) // (WINDOW * steps), 1)
+    days = len(ghi) // steps // windows
+    shape, used = (windows, days, steps), windows * days * steps
+    clear = np.quantile(ghi[:used].reshape(shape), BRIGHT, axis=1)  # (windows, steps) [Wm⁻²]
+    # The sun of the middle day stands for the window.
+    middle = np.arange(used).reshape(shape)[:, days // 2].ravel()
+    own = SunTrack(track.sine[middle], track.cosine[middle], track.hour_angle[middle])
+    parts = max(int(np.ceil(interval / STEP)), 1)
+    offsets = ((np.arange(parts) + 0.5) / parts - 0.5) * (interval / pd.Timedelta(minutes=1))
+
+    def residual(shift):
+        model = sum(haurwitz(own.cos_zenith(shift + offset)) for offset in offsets).reshape(clear.shape)
+        scale = (model * clear).sum(axis=1) / np.maximum((model**2).sum(axis=1), 1e-9)
+        return float(np.abs(clear - scale[:, None] * model).sum() / max(clear.sum(), 1e-9))
+
+    return residual
+
+
+def haurwitz(cos_zenith):
+    """Global irradiance of a clear sky [Wm⁻²] (Haurwitz 1945, as in pvlib)."""
+    return 1098.0 * cos_zenith * np.exp(-0.059 / np.maximum(cos_zenith, 1e-3))
+
+
+def check_shift(times, source):
+    """Refuse irradiance that belongs to the sun of another time, with the shift that would fit.
+
+    Parameters
+    ----------
+    times : SunTimes
+    source : str
+        The file and the year, for the message.
+
+    Raises
+    ------
+    InputError
+        GHI, DHI and DNI contradict each other by more than 1 % of GHI, and a shift of 10 minutes or more brings this
+        down by a fifth and below 8 %; or, where two are given, clear days fit the sun better by a fifth with a shift of
+        20 minutes or more.
+    """
+    if times.closure_residual is not None:
+        if times.closure_residual > RESIDUAL and shift_closes(times):
+            raise InputError(source, *describe_closure(times))
+    elif times.daylight_shift is not None and abs(times.daylight_shift) >= DAYLIGHT_SHIFT:
+        gained = times.daylight_residual_shifted < GAIN * times.daylight_residual
+        if gained:
+            problem = f"its irradiance fits the sun {describe_shift(times.daylight_shift)} than its stamps say"
+            raise InputError(source, problem, cure_of_shift(times.daylight_shift))
+
+
+def shift_closes(times):
+    """Whether a shift explains why GHI is not DHI + DNI cos z."""
+    shifted = times.closure_residual_shifted
+    return abs(times.closure_shift) >= CLOSURE_SHIFT and shifted < min(GAIN * times.closure_residual, WORST_RESIDUAL)
+
+
+def describe_closure(times):
+    """Problem and cure of a record whose closure wants a shift."""
+    residual, shifted, shift = times.closure_residual, times.closure_residual_shifted, times.closure_shift
+    problem = f"GHI differs from DHI + DNI cos z by {100 * residual:.1f} % of GHI, by {100 * shifted:.1f} %"
+    problem += f" with the sun {describe_shift(shift)}"
+    cure = cure_of_shift(shift)
+    if times.daylight_shift is not None and abs(times.daylight_shift - shift) >= DAYLIGHT_SHIFT:
+        own = describe_shift(times.daylight_shift)
+        problem += f" (GHI itself fits the sun {own}: DNI seems to be computed for the wrong time)"
+        cure += ", or --weather-without dni to derive DNI from GHI and DHI"
+    return problem, cure
+
+
+def check_closure(times, source):
+    """Refuse GHI, DHI and DNI that contradict each other by more than 8 % of GHI.
+
+    Raises
+    ------
+    InputError
+    """
+    if times.closure_residual is not None and times.closure_residual > WORST_RESIDUAL:
+        problem = f"GHI differs from DHI + DNI cos z by {100 * times.closure_residual:.1f} % of GHI at any time shift"
+        cure = "check columns, units and the place (--weather-place), or leave one of them out (--weather-without)"
+        raise InputError(source, problem, cure)
+
+
+def describe_shift(shift):
+    """A shift in words."""
+    return f"{abs(shift)} min {'later' if shift > 0 else 'earlier'}" if shift else "as it stands"
+
+
+def cure_of_shift(shift):
+    """What to do about a shift."""
+    if abs(shift) > 90:
+        return f"check the place (--weather-place) and the time zone of the weather, or give --time-shift {shift}"
+    return f"check its time zone and stamps, or give --time-shift {shift}"

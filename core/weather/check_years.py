@@ -1,0 +1,90 @@
+"""Check the irradiance of each year by itself, so that one bad year does not hide among good ones."""
+
+from dataclasses import asdict, replace
+
+import numpy as np
+import pandas as pd
+
+from .add_sun import add_sun
+from .check_irradiance import check_irradiance
+from .check_sun_times import check_closure, check_shift, measure_sun_times
+from .check_weather import skips_leap_day
+from .record import IRRADIANCES
+
+SHORTEST_YEAR = pd.Timedelta(days=350)
+LONGEST_REST = pd.Timedelta(days=2)  # of a neighbouring year, where a year is that of another time zone
+
+
+def check_years(record, interval):
+    """Check the irradiance of each year against the sun and against physical limits.
+
+    Parameters
+    ----------
+    record : Record
+        Whole years, complete.
+    interval : pandas.Timedelta
+
+    Returns
+    -------
+    dict
+        Year, as a string -> fields of `SunTimes`.
+    """
+    given = record.data[[name for name in IRRADIANCES if name in record.data]].clip(lower=0.0)
+    found = {}
+    for year, rows in cut_years(record, interval).items():
+        data = given.iloc[rows]
+        source = f"{record.source} (year {year})"
+        whole = add_sun(replace(record, data=record.data.iloc[rows]), interval).data
+        data = data.assign(ghi=whole["ghi"].to_numpy())
+        times = measure_sun_times(data, interval, record.latitude, record.longitude)
+        check_shift(times, source)
+        check_irradiance(whole[["ghi", "dhi"]], interval, record.latitude, record.longitude, source)
+        check_closure(times, source)
+        found[year] = asdict(times)
+    return found
+
+
+def cut_years(record, interval):
+    """Rows of each calendar year of the place's mean solar time; all rows under one name where years are other ones.
+
+    Parameters
+    ----------
+    record : Record
+    interval : pandas.Timedelta
+
+    Returns
+    -------
+    dict of str to slice
+    """
+    times = record.data.index
+    years = (times + interval / 2 + pd.Timedelta(hours=record.longitude / 15)).year.to_numpy()
+    names, first, count = np.unique(years, return_index=True, return_counts=True)
+    spans = count * interval
+    if not all(span >= SHORTEST_YEAR or span <= LONGEST_REST for span in spans):
+        return {f"{years[0]}-{years[-1]}": slice(None)}
+    kept = [number for number, span in enumerate(spans) if span >= SHORTEST_YEAR]
+    return {str(names[number]): slice(first[number], first[number] + count[number]) for number in kept}
+
+
+def describe_leap_days(record, interval):
+    """A note where 29 February is left out."""
+    days = record.data.index[:-1][skips_leap_day(record.data.index, interval)]
+    return [f"29 February {', '.join(str((day + interval).year) for day in days)} is missing"] if len(days) else []
+
+
+def describe_checks(checks):
+    """Notes on how well the irradiance fits the sun, of the worst year of each measure."""
+    notes = []
+    closures = [one for one in checks.values() if one["closure_residual"] is not None]
+    if closures:
+        worst = max(closures, key=lambda one: one["closure_residual"])
+        notes.append(
+            "GHI = DHI + DNI cos z to {:.2f} % of GHI; best with the sun shifted by {:+d} min ({:.2f} %)".format(
+                100 * worst["closure_residual"], worst["closure_shift"], 100 * worst["closure_residual_shifted"]
+            )
+        )
+    shifts = [one["daylight_shift"] for one in checks.values() if one["daylight_shift"] is not None]
+    if shifts:
+        worst = max(shifts, key=abs)
+        notes.append(f"clear days fit the sun best shifted by {worst:+d} min")
+    return notes

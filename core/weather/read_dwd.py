@@ -1,0 +1,160 @@
+"""Hourly weather of the German Weather Service (DWD): station tables and test reference years (TRY)."""
+
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyproj
+
+from ..errors import InputError
+from ..files.open_input import open_text
+from .record import Record
+from .typical_year import TYPICAL_YEAR
+
+ZONE = pd.Timedelta(hours=1)  # Central European Time throughout the year
+GERMANY = {"latitude": (46.0, 56.0), "longitude": (5.0, 16.0)}  # [°]
+TABLE_COLUMNS = {"ghi": ("G_Bh", "G_Dh"), "dhi": ("G_Dh",), "temp_air": ("Ta",), "wind_speed": ("FF",)}
+TRY_COLUMNS = {"ghi": ("B", "D"), "dhi": ("D",), "temp_air": ("t",), "wind_speed": ("WG",)}
+TRY_PLANE = "EPSG:3034"  # Lambert's conformal conic of Europe, of Rechtswert and Hochwert
+MOST_MISSING = 3  # hours at the end of a year that may be filled in, at night
+NUMBER = r"[-+]?\d+(?:[.,]\d+)?"
+
+
+def read_dwd(path, place=None):
+    """Read a table of a station's year: lines of ``#``, then hour, p, Ta, RH, G_Bh, G_Dh, N, FF, DD.
+
+    Hour 1 ends at 1:00 of UTC+1. G_Bh and G_Dh are the direct and the diffuse part on a horizontal plane. The head
+    gives latitude and longitude in either order, told apart by what is possible in Germany. Hours that the file leaves
+    out at the end of the year take the values of the last one, if the sun is down then; a note says so.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; may be gz-compressed.
+    place : tuple of float, optional
+        Latitude and longitude [°], and altitude [m] if known, instead of those in the file.
+
+    Returns
+    -------
+    Record
+    """
+    path = Path(path)
+    with open_text(path) as file:
+        lines = file.read().splitlines()
+    head = [line.lstrip("# ") for line in lines if line.startswith("#")]
+    names = next((line.split() for line in head if "G_Bh" in line), None)
+    if names is None:
+        raise InputError(path, "no line names the columns G_Bh and G_Dh", "give a station table of DWD")
+    rows = [line for line in lines if re.match(r"\s*\d", line)]
+    table = read_columns(path, names, rows, TABLE_COLUMNS | {"pressure": ("p",)})
+    hours = pd.read_csv(io.StringIO("\n".join(rows)), sep=r"\s+", header=None)[0].to_numpy()
+    if not (hours == np.arange(1, len(hours) + 1)).all():
+        first = int(np.flatnonzero(hours != np.arange(1, len(hours) + 1))[0])
+        raise InputError(path, f"row {first + 1} is of hour {hours[first]}", "give every hour of the year in order")
+    year = find_year(path, head)
+    table, notes = complete_year(path, table, year)
+    table.index = pd.date_range(f"{year}-01-01", periods=len(table), freq="h", tz="UTC") - ZONE
+    latitude, longitude, altitude = place or find_place(path, head)
+    return Record(table, latitude, longitude, altitude, str(path), f"DWD {path.name}", notes)
+
+
+def read_columns(path, names, rows, columns):
+    """Table of our variables from rows of numbers: sums of the file's columns; pressure from hPa to Pa."""
+    text = "\n".join(row.replace(",", ".") for row in rows)
+    table = pd.read_csv(io.StringIO(text), sep=r"\s+", header=None, dtype=float)
+    if table.shape[1] != len(names):
+        problem = f"{table.shape[1]} columns, but the head names {len(names)}"
+        raise InputError(path, problem, "give the file as it was downloaded")
+    table.columns = names
+    missing = [name for parts in columns.values() for name in parts if name not in names]
+    if missing:
+        raise InputError(path, f"the columns {', '.join(missing)} are missing", "give the file as it was downloaded")
+    table = table.mask(table <= -99.0)  # marks of missing values are -99 and -999
+    data = pd.DataFrame({name: sum(table[part] for part in parts) for name, parts in columns.items()})
+    return data.assign(pressure=100.0 * data["pressure"])
+
+
+def find_year(path, head):
+    """Calendar year of a station table: named in its head or by the file."""
+    for text in (*head, path.name):
+        found = re.search(r"(?<!\d)(19|20)\d\d(?!\d)", text)
+        if found:
+            return int(found[0])
+    raise InputError(path, "neither its head nor its name says which year it is", "put the year into the file's name")
+
+
+def find_place(path, head):
+    """Latitude and longitude [°] and altitude [m] from the line of the head that holds nothing but numbers."""
+    for line in head:
+        numbers = [float(number.replace(",", ".")) for number in re.findall(NUMBER, line)]
+        if len(numbers) < 3 or not re.fullmatch(rf"\s*(?:{NUMBER}\s*)+", line):
+            continue
+        for latitude, longitude in (numbers[:2], numbers[1::-1]):
+            place = {"latitude": latitude, "longitude": longitude}
+            if all(low <= place[name] <= high for name, (low, high) in GERMANY.items()):
+                return latitude, longitude, numbers[2]
+    raise InputError(path, "its head names no place in Germany", "give --weather-place LATITUDE LONGITUDE")
+
+
+def complete_year(path, table, year):
+    """Add the last hours of a year where they are missing by night: table and notes."""
+    wanted = 8784 if pd.Timestamp(year, 1, 1).is_leap_year else 8760
+    missing = wanted - len(table)
+    if not 0 < missing <= MOST_MISSING:
+        return table, []
+    if table["ghi"].iloc[-1] > 0:
+        problem = f"the last {missing} hours of {year} are missing"
+        raise InputError(path, problem, "give the whole year")
+    last = table.iloc[[-1] * missing]
+    note = f"the last {missing} h of {year} (night) are missing in {path.name}: taken as the hour before"
+    return pd.concat([table, last], ignore_index=True), [note]
+
+
+def read_try(path, place=None):
+    """Read a test reference year: Rechtswert and Hochwert in the head, then RW HW MM DD HH t p WR WG N x RF B D A E IL.
+
+    Hour 1 ends at 1:00 of Central European Time (UTC+1); B and D are the direct and the diffuse part on a horizontal
+    plane. The year is put on the calendar of 2021.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; may be gz-compressed.
+    place : tuple of float, optional
+        As of `read_dwd`.
+
+    Returns
+    -------
+    Record
+    """
+    path = Path(path)
+    with open_text(path) as file:
+        lines = file.read().splitlines()
+    names = next(line.split() for line in lines if line.split()[:2] == ["RW", "HW"])
+    rows = [line for line in lines if re.match(r"\s*\d{7}\s", line)]
+    table = read_columns(path, names, rows, TRY_COLUMNS | {"pressure": ("p",), "hour": ("HH",), "day": ("DD",)})
+    day_and_hour = table.pop("day").to_numpy(), table.pop("hour").to_numpy()
+    times = pd.date_range(f"{TYPICAL_YEAR}-01-01", periods=len(table), freq="h", tz="UTC")
+    wrong = (day_and_hour[0] != times.day) | (day_and_hour[1] != times.hour + 1)
+    if wrong.any():
+        first = int(np.flatnonzero(wrong)[0])
+        problem = f"row {first + 1} is of day {day_and_hour[0][first]:.0f}, hour {day_and_hour[1][first]:.0f}"
+        raise InputError(path, problem, "give every hour of the year in order")
+    table.index = times - ZONE
+    latitude, longitude, altitude = place or find_try_place(path, lines)
+    return Record(table, latitude, longitude, altitude, str(path), f"DWD TRY {path.name} (typical year)")
+
+
+def find_try_place(path, lines):
+    """Latitude and longitude [°] and altitude [m] of a test reference year."""
+    values = []
+    for name in ("Rechtswert", "Hochwert", "Hoehenlage"):
+        found = next((re.search(rf":\s*({NUMBER})", line) for line in lines if line.startswith(name)), None)
+        if not found:
+            raise InputError(path, f"no line {name} in its head", "give --weather-place LATITUDE LONGITUDE")
+        values.append(float(found[1].replace(",", ".")))
+    globe = pyproj.Transformer.from_crs(TRY_PLANE, "EPSG:4326", always_xy=True)
+    longitude, latitude = globe.transform(values[0], values[1])
+    return round(latitude, 5), round(longitude, 5), values[2]

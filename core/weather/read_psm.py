@@ -1,0 +1,44 @@
+"""Files of the Physical Solar Model (PSM) of the National Solar Radiation Database (NSRDB)."""
+
+from pathlib import Path
+
+import pandas as pd
+import pvlib
+
+from ..files.open_input import open_text
+from .record import Record
+from .typical_year import coerce_year
+
+NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
+PASCALS = {"mbar": 100.0, "millibar": 100.0, "hpa": 100.0, "pa": 1.0}
+MISSING = -990.0  # the format's mark for a missing value is -999 or -9999
+
+
+def read_psm(path):
+    """Read a PSM csv in SAM's format: two header lines, the column names, one row for each interval.
+
+    Each value belongs to the moment of its stamp (satellite images; hourly files have them at half past): the interval
+    is laid around it. A typical year (TMY) is put into one calendar year.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; may be gz-compressed.
+
+    Returns
+    -------
+    Record
+    """
+    path = Path(path)
+    with open_text(path) as file:
+        table, place = pvlib.iotools.read_nsrdb_psm4(file, map_variables=True)
+    data = table[[name for name in NAMES if name in table]].astype(float)
+    data = data.mask(data <= MISSING)
+    if "pressure" in data:
+        data["pressure"] *= PASCALS[str(place.get("Pressure Units", "mbar")).strip().lower()]
+    data.index = pd.DatetimeIndex(data.index)
+    data, typical = coerce_year(data)
+    interval = (data.index[1:] - data.index[:-1]).to_series().mode().iloc[0]
+    data.index = data.index.tz_convert("UTC") - interval / 2
+    label = f"NSRDB PSM {path.name}{' (typical year)' if typical else ''}"
+    return Record(data, place["latitude"], place["longitude"], float(place["altitude"]), str(path), label)
