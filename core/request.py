@@ -8,7 +8,7 @@ from these declarations: a new setting is one entry here.
 from dataclasses import asdict, dataclass, fields
 
 from .errors import InputError
-from .settings import check_number, setting
+from .settings import check_number, check_place, setting
 from .system_settings import SystemSettings
 
 ESTIMATORS = {
@@ -71,7 +71,37 @@ class Request(SystemSettings):
         choices={"auto": "A surface through the buildings' feet", "none": "Exactly the surfaces that were read"},
     )
     # the weather
-    weather: str = setting("climate", "weather", "a weather file, climate, pvgis or clear-sky", metavar="FILE")
+    weather: str | list = setting(
+        "climate", "weather", "weather files, climate, pvgis or clear-sky", kind="texts", metavar="FILE"
+    )
+    time_shift: float = setting(
+        0.0,
+        "weather",
+        "added to the times of weather files",
+        kind="number",
+        unit="min",
+        metavar="MIN",
+        least=-720,
+        most=720,
+    )
+    weather_place: tuple | None = setting(
+        None, "weather", "where the weather was measured, instead of what its files say", kind="place", unit="°"
+    )
+    weather_without: str = setting(
+        "none",
+        "weather",
+        "a column of irradiance that is not to be used",
+        kind="choice",
+        choices={
+            "none": "All columns are used",
+            "ghi": "Global from diffuse and direct",
+            "dhi": "Diffuse from global and direct",
+            "dni": "Direct from global and diffuse",
+        },
+    )
+    allow_distance: float = setting(
+        150.0, "weather", "from the city to the place of the weather", kind="number", unit="km", metavar="KM", least=0
+    )
     weather_point: str = setting(
         "nearest",
         "weather",
@@ -227,5 +257,7 @@ def check_request(request):
         value = getattr(request, name)
         if details.kind in ("number", "integer") and value is not None:
             check_number(option_of(name), value, details)
+        elif details.kind == "place" and value is not None:
+            check_place(option_of(name), value)
         elif details.kind == "choice" and value not in (default, *details.choices):
             raise InputError(option_of(name), f"{value!r} is not known", f"give {' or '.join(details.choices)}")

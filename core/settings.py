@@ -11,7 +11,8 @@ class Setting:
 
     group: str  # city, weather, electricity, light or run: which commands have it
     words: str  # what it is, for --help and tooltips
-    kind: str = "text"  # text, names, number, integer, choice, switch (on|off), flag, pairs (KEY=on|off …), shares
+    # text, texts, names, number, integer, choice, switch (on|off), flag, pairs (KEY=on|off …), shares, place
+    kind: str = "text"
     title: str = ""  # in Blender's panel; "" where a property of another shape stands for it there
     unit: str = ""
     option: str | None = None  # on the command line; None: as the field is called; "": it has none
@@ -45,6 +46,13 @@ def check_number(option, value, details):
     inside = (details.least is None or value >= details.least) and (details.most is None or value <= details.most)
     if not (inside and (details.above is None or value > details.above)):
         raise InputError(option, f"{value} is out of range", cure)
+
+
+def check_place(option, place):
+    """Refuse two numbers that are no latitude and longitude."""
+    for noun, value, most in zip(("latitude", "longitude"), place, (90, 180), strict=True):
+        if not abs(value) <= most:  # also true for NaN
+            raise InputError(option, f"a {noun} of {value} is out of range", f"give degrees from -{most} to {most}")
 
 
 def describe_range(details):

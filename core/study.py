@@ -26,6 +26,7 @@ from .radiosity.trace_gather import trace_gather
 from .request import check_request
 from .results.list_findings import rows_of_names
 from .scene.build_scene import build_scene
+from .sun.check_distance import check_distance
 from .sun.choose_suns import choose_suns, parse_way
 from .sun.keep_suns import weigh_by_year
 from .sun.spread_suns import spread_suns
@@ -92,9 +93,26 @@ def stand_city(city, request):
     )
 
 
-def read_year(site, request):
-    """Weather of one or more years at a site."""
-    return read_weather(
+def read_year(site, request, suns=None):
+    """Weather of one or more years for a site.
+
+    Parameters
+    ----------
+    site : Site
+    request : Request
+    suns : Suns, optional
+        Those of a Transfer, which may be set up elsewhere along its latitude, or anywhere where they fill the sky.
+
+    Returns
+    -------
+    Weather
+
+    Raises
+    ------
+    InputError
+        The weather cannot be used, or comes from too far away.
+    """
+    weather = read_weather(
         request.weather,
         site.latitude,
         site.longitude,
@@ -102,7 +120,12 @@ def read_year(site, request):
         point=request.weather_point,
         year=request.year,
         seed=request.seed,
+        time_shift=request.time_shift,
+        place=request.weather_place,
+        without=request.weather_without,
     )
+    check_distance(weather, site, request.allow_distance, suns)
+    return weather
 
 
 def plan_scene(scene, request):
@@ -111,13 +134,13 @@ def plan_scene(scene, request):
 
 
 def trace_scene(scene, weather, request, progress=silent, folder=None):
-    """Transfer of a scene for the suns of a year. Of the weather only the time axis counts.
+    """Transfer of a scene for the suns of a year. Of the weather only the place and the time axis count.
 
     What does not fit into the memory lies in `folder`, or in the system's place for temporary files. Whoever cancels
     after some suns (see `core.progress`) gets a Transfer of those, which stand for the whole year then; before, the
     CancelledError.
     """
-    year = weather.data.index, weather.interval, scene.site.latitude, scene.site.longitude
+    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
     suns = spread_suns(choose_suns(request.suns, *year, request.seed))
     trace = {"gather": trace_gather, "forward": trace_forward}[request.estimator]
     transfer = trace(scene, suns, request, progress, folder)
@@ -159,8 +182,8 @@ def measure_sun_sampling(scene, weather, transfer, request, progress=silent):
     """
     if transfer.suns.way == "hourly" or not transfer.surfaces.eligible.any():
         return {"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "patches": 0}
-    site = scene.site
-    hourly = choose_suns("hourly", weather.data.index, weather.interval, site.latitude, site.longitude, request.seed)
+    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
+    hourly = choose_suns("hourly", *year, request.seed)
     clustered, exact = trace_sun_samples(scene, transfer, hourly, request, progress)
     system = build_system(request)
     found, true = (

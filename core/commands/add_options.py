@@ -37,12 +37,15 @@ def add_options(parser, *groups):
 
 def argument_of_setting(default, details):
     """Keywords of `add_argument` for a setting: dict."""
-    if details.kind == "flag":
-        return {"action": "store_true"}
-    if details.kind == "switch":
-        return {"type": switch, "default": default, "metavar": "on|off"}
-    if details.kind == "choice":
-        return {"choices": tuple(details.choices), "default": default}
+    shapes = {
+        "flag": {"action": "store_true"},
+        "switch": {"type": switch, "default": default, "metavar": "on|off"},
+        "choice": {"choices": tuple(details.choices or ()), "default": default},
+        "texts": {"nargs": "+", "default": default, "metavar": details.metavar},
+        "place": {"nargs": 2, "type": float, "default": default, "metavar": ("LATITUDE", "LONGITUDE")},
+    }
+    if details.kind in shapes:
+        return shapes[details.kind]
     if details.kind in SEVERAL:
         return {"nargs": "+", "default": (), "metavar": details.metavar, **SEVERAL[details.kind]}
     kinds = {"number": float, "integer": int, "text": str}
@@ -76,6 +79,11 @@ def switch(text):
     if text not in ("on", "off"):
         raise argparse.ArgumentTypeError(f"{text!r} is not on or off")
     return text == "on"
+
+
+def one_of(values):
+    """The only one of several values, or all of them."""
+    return values[0] if isinstance(values, list) and len(values) == 1 else values
 
 
 def pair(text):
@@ -138,6 +146,8 @@ def request_of_options(options):
             given[name] = dict(pair for pairs in value for pair in pairs)
         elif known[name].kind == "names":
             given[name] = tuple(value)
+        elif known[name].kind == "texts":
+            given[name] = one_of(value)
     request = Request(**given)
     check_request(request)
     return request

@@ -154,7 +154,7 @@ def recompute(transfer_path, folder, request, *, overwrite=False, say=None):
         transfer = read_transfer(transfer_path)
         if transfer.record and transfer.record.interrupted:
             log.say(f"{transfer_path} comes from a run that did not end. {describe_interruption(transfer.record)}")
-        weather = read_year(transfer.site, request)
+        weather = read_year(transfer.site, request, transfer.suns)
         log.say(describe_weather(weather, transfer.site))
         log.clock.lap("read")
         energy = write_results(work, transfer, weather, request, log)
@@ -226,9 +226,10 @@ def describe_scene(scene):
 
 
 def describe_weather(weather, site):
-    """The weather in a line of text, with its distance where it comes from another place."""
+    """The weather in lines of text: its label, its distance where it comes from another place, what was found out."""
     away = distance_of_weather(weather, site)
-    return f"Weather: {weather.label}" + (f"; its place is {away:,.0f} km away, and so is the sun" if away >= 1 else "")
+    elsewhere = f"; its place is {away:,.0f} km away, and so is the sun" if away >= 1 else ""
+    return "\n".join([f"Weather: {weather.label}{elsewhere}", *(f"  {note}" for note in weather.notes)])
 
 
 def describe_interruption(record):

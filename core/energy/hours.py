@@ -6,7 +6,7 @@ import numpy as np
 import pvlib
 
 from ..sun.match_suns import match_suns
-from ..sun.solar_position import is_sunny, sun_direction
+from ..sun.solar_position import MINIMUM_ELEVATION, is_sunny, sun_direction
 from .power_model import spectral_factor
 
 CHUNK = 128  # hours at a time
@@ -80,7 +80,10 @@ def prepare_hours(suns, weather, system):
     month = (data.index + weather.interval / 2).month.to_numpy()[used] - 1
     used = used[np.argsort(month, kind="stable")]
     data, sunny = data.iloc[used], sunny[used]
-    match = match_suns(suns, data.index, weather.interval, weather.latitude, weather.longitude)
+    # Below 2° no sun was traced: where DNI was measured there, the nearest one stands for it.
+    place = weather.latitude, weather.longitude
+    lowest = 0.0 if (data["dni"].to_numpy()[~sunny] > 0).any() else MINIMUM_ELEVATION
+    match = match_suns(suns, data.index, weather.interval, *place, lowest=lowest)
     relative = pvlib.atmosphere.get_relative_airmass(data["apparent_zenith"].to_numpy(), "kastenyoung1989")
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, data["pressure"].to_numpy())
     # The model is linear in the irradiance: 1 Wm⁻² in air of 0 °C gives the slope.

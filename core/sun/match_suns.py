@@ -9,13 +9,13 @@ from .match_days_of_year import match_days_of_year
 from .match_sky_grid import match_sky_grid
 from .match_typical_days import match_typical_days
 from .solar_days import solar_days
-from .solar_position import is_sunny, solar_position, sun_direction
+from .solar_position import MINIMUM_ELEVATION, is_sunny, solar_position, sun_direction
 from .suns import SunMatch
 
 WAYS = ("hourly", "days", "typical-days", "sky-grid")
 
 
-def match_suns(suns, times, interval, latitude, longitude):
+def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELEVATION):
     """Which traced suns stand for each interval of a time axis.
 
     Hourly: the nearest sun, which is the interval's own on the axis that was traced. Days: the suns of the days before
@@ -33,11 +33,14 @@ def match_suns(suns, times, interval, latitude, longitude):
         Length of the intervals.
     latitude, longitude : float
         Place [°].
+    lowest : float
+        Apparent elevation [°] from which on the nearest traced sun, or those around in a sky grid, stand for suns below
+        2°, which are never traced.
 
     Returns
     -------
     SunMatch
-        With weights of zero where the sun stands below 2°.
+        With weights of zero where the sun stands lower.
     """
     check_suns(suns)
     if suns.way.partition(":")[0] not in WAYS:
@@ -55,6 +58,11 @@ def match_suns(suns, times, interval, latitude, longitude):
     index = np.zeros((len(times), found.shape[1]), np.int32)
     weight = np.zeros(index.shape, float)
     index[sunny], weight[sunny] = found, share
+    low = (90.0 - sun["apparent_zenith"].to_numpy() >= lowest) & ~sunny
+    if low.any():
+        direction = sun_direction(sun["apparent_zenith"][low], sun["solar_azimuth"][low])
+        found, share = match_low_suns(suns, direction)
+        index[low, : found.shape[1]], weight[low, : found.shape[1]] = found, share
     return SunMatch(index, weight)
 
 
@@ -88,3 +96,10 @@ def match_directions(suns, direction, day):
 def nearest_sun(suns, direction):
     """The traced sun nearest to each direction: (t,) int."""
     return KDTree(suns.direction).query(direction)[1]
+
+
+def match_low_suns(suns, direction):
+    """Suns that stand for others below 2°: index and weight, (t, 1) or, of a sky grid, (t, 3)."""
+    if suns.way.startswith("sky-grid"):
+        return match_sky_grid(suns, direction)
+    return nearest_sun(suns, direction)[:, None], np.ones((len(direction), 1))

@@ -32,8 +32,8 @@ class Reading:
     year: int = 2021  # of the clear sky and the built-in climate
     seed: int = 0  # of the days of the built-in climate
     time_shift: float = 0.0  # [min] added to the times of files
-    place: tuple | None = None  # latitude and longitude [°] of the weather, instead of what its files say
-    without: tuple = ()  # columns that are not to be used, of ghi, dhi, dni
+    place: tuple | None = None  # latitude and longitude [°] of the weather, instead of the site's and its files'
+    without: str = "none"  # column that is not to be used: ghi, dhi or dni
     horizon_cut: str = "measured"  # or neglect: see add_sun
 
 
@@ -64,6 +64,8 @@ def read_weather(source, latitude, longitude, altitude=0.0, **settings):
         The source cannot be used: names file, place and cure.
     """
     reading = Reading(**settings)
+    if reading.place is not None:
+        latitude, longitude = reading.place
     sources = [str(one) for one in (source if isinstance(source, list | tuple) else [source])]
     if sources in (["clear-sky"], ["climate"]):
         record = model_weather(sources[0], latitude, longitude, altitude, reading)

@@ -62,27 +62,27 @@ def join_records(records):
     )
 
 
-def change_record(record, time_shift=0.0, without=()):
-    """Shift the times and leave out columns, as the user wants it; notes say so.
+def change_record(record, time_shift=0.0, without="none"):
+    """Shift the times and leave out a column, as the user wants it; notes say so.
 
     Parameters
     ----------
     record : Record
     time_shift : float
         [min] added to the times.
-    without : collection of str
-        Of ghi, dhi, dni: columns that are not to be used.
+    without : {"none", "ghi", "dhi", "dni"}
+        Column that is not to be used.
 
     Returns
     -------
     Record
     """
-    unknown = [name for name in without if name not in IRRADIANCES]
-    if unknown:
-        raise InputError("--weather-without", f"{unknown[0]!r} is unknown", f"give some of {', '.join(IRRADIANCES)}")
-    data, notes = record.data.drop(columns=list(without), errors="ignore"), list(record.notes)
-    if without:
-        notes.append(f"without {', '.join(without)} of the file")
+    if without not in ("none", *IRRADIANCES):
+        raise InputError("--weather-without", f"{without!r} is unknown", f"give one of none, {', '.join(IRRADIANCES)}")
+    data, notes = record.data, list(record.notes)
+    if without in data:
+        data = data.drop(columns=without)
+        notes.append(f"{without} of the file is not used")
     if time_shift:
         data = data.set_axis(data.index + pd.Timedelta(minutes=time_shift), axis=0)
         notes.append(f"times shifted by {time_shift:+g} min")
