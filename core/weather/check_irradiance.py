@@ -15,6 +15,7 @@ POSSIBLE = {"ghi": (1.5, 1.2, 100.0), "dhi": (0.95, 1.2, 50.0)}
 MOST_ABOVE = 0.01  # of the values by day may exceed them: edges of clouds do for minutes
 LEAST_CLEARNESS, MOST_CLEARNESS = 0.2, 0.85  # of a year: GHI per irradiation outside of the atmosphere
 BRIGHT = 0.99  # quantile of GHI by day that is set against the clear sky to find a factor
+NO_FACTOR = (0.6, 1.7)  # between these the unit is right
 NEAR = 1.3  # a known factor is named where it explains the values to within this ratio
 OVERCAST, HIGH = 0.25, np.sin(np.radians(10.0))  # clearness below which, and sine of elevation above which, it is dull
 LEAST_DIFFUSE = 0.6  # share of diffuse light under a dull sky, median
@@ -103,6 +104,8 @@ def cure_of_factor(ghi, cos_zenith, interval):
     if not bright > 0:
         return "give a file with irradiance"
     wanted = float(np.quantile(haurwitz(cos_zenith[day]), BRIGHT)) / bright
+    if NO_FACTOR[0] < wanted < NO_FACTOR[1]:
+        return "check the place and the times of the weather"
     factors = known_factors(interval)
     nearest = min(factors, key=lambda factor: abs(np.log(factor / wanted)))
     if abs(np.log(nearest / wanted)) > np.log(NEAR):

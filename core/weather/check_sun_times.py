@@ -180,17 +180,20 @@ def check_shift(times, source):
     ------
     InputError
         GHI, DHI and DNI contradict each other by more than 1 % of GHI, and a shift of 10 minutes or more brings this
-        down by a fifth and below 8 %; or, where two are given, clear days fit the sun better by a fifth with a shift of
-        20 minutes or more.
+        down by a fifth and below 8 %; or, where two are given or the three differ by more than 8 %, clear days fit the
+        sun better by a fifth with a shift of 20 minutes or more.
     """
-    if times.closure_residual is not None:
-        if times.closure_residual > RESIDUAL and shift_closes(times):
-            raise InputError(source, *describe_closure(times))
-    elif times.daylight_shift is not None and abs(times.daylight_shift) >= DAYLIGHT_SHIFT:
-        gained = times.daylight_residual_shifted < GAIN * times.daylight_residual
-        if gained:
-            problem = f"its irradiance fits the sun {describe_shift(times.daylight_shift)} than its stamps say"
-            raise InputError(source, problem, cure_of_shift(times.daylight_shift))
+    closed = times.closure_residual is not None and times.closure_residual <= RESIDUAL
+    if closed or times.daylight_shift is None:
+        return
+    if times.closure_residual is not None and shift_closes(times):
+        raise InputError(source, *describe_closure(times))
+    # GHI, DHI and DNI that no shift brings together may still belong to another place.
+    contradictory = times.closure_residual is None or times.closure_residual > WORST_RESIDUAL
+    gained = times.daylight_residual_shifted < GAIN * times.daylight_residual
+    if contradictory and gained and abs(times.daylight_shift) >= DAYLIGHT_SHIFT:
+        problem = f"its irradiance fits the sun {describe_shift(times.daylight_shift)} than its stamps say"
+        raise InputError(source, problem, cure_of_shift(round_shift(times.daylight_shift, 5)))
 
 
 def shift_closes(times):
@@ -204,7 +207,7 @@ def describe_closure(times):
     residual, shifted, shift = times.closure_residual, times.closure_residual_shifted, times.closure_shift
     problem = f"GHI differs from DHI + DNI cos z by {100 * residual:.1f} % of GHI, by {100 * shifted:.1f} %"
     problem += f" with the sun {describe_shift(shift)}"
-    cure = cure_of_shift(shift)
+    cure = cure_of_shift(round_shift(shift, 2))
     if times.daylight_shift is not None and abs(times.daylight_shift - shift) >= DAYLIGHT_SHIFT:
         own = describe_shift(times.daylight_shift)
         problem += f" (GHI itself fits the sun {own}: DNI seems to be computed for the wrong time)"
@@ -228,6 +231,12 @@ def check_closure(times, source):
 def describe_shift(shift):
     """A shift in words."""
     return f"{abs(shift)} min {'later' if shift > 0 else 'earlier'}" if shift else "as it stands"
+
+
+def round_shift(shift, error):
+    """A shift found to within an error [min], as whole quarters of an hour where that is as good."""
+    quarters = 15 * round(shift / 15)
+    return quarters if abs(shift - quarters) <= error else shift
 
 
 def cure_of_shift(shift):

@@ -2,29 +2,28 @@
 
 import gzip
 import json
-import zipfile
 
 import numpy as np
 import pandas as pd
 import pvlib
 import pytest
-import xarray as xr
-from weathers import BARROW, ERA5, HOUR, PVGIS, TMY3, plain_table, write_table, year_of
+from weathers import (
+    BARROW,
+    BERLIN,
+    ERA5,
+    HOUR,
+    PVGIS,
+    TMY3,
+    annual_sums,
+    direct_horizontal,
+    plain_table,
+    refuse,
+    write_table,
+    year_of,
+)
 
 from citypv.core.errors import InputError
 from citypv.core.weather.read_weather import read_weather
-
-BERLIN = (52.51, 13.39)
-
-
-def annual_sums(weather):
-    """Of ghi, dni, dhi [kWh/m²]."""
-    return (weather.data[["ghi", "dni", "dhi"]].sum() / 1000.0).to_numpy()
-
-
-def direct_horizontal(data):
-    """Direct irradiance on the ground [Wm⁻²]."""
-    return data["dni"] * np.maximum(np.cos(np.radians(data["apparent_zenith"])), 0)
 
 
 def assert_sun_fits(weather):
@@ -40,96 +39,6 @@ def assert_sun_fits(weather):
 
 
 # --- each format
-
-
-def test_era5_sums_and_relation():
-    weather = read_weather(ERA5, *BERLIN)
-    data = weather.data
-    # Sums of the grid point 52.6° N, 13.35° E, counted by an independent script.
-    direct = (data["ghi"] - data["dhi"]).sum() / 1000.0
-    low = data["apparent_zenith"] > 88
-    assert annual_sums(weather)[0] == pytest.approx(1031.4, abs=0.06)
-    assert direct == pytest.approx(568.4, abs=0.7)  # a little direct light falls below 2°
-    np.testing.assert_allclose(data["ghi"], data["dhi"] + direct_horizontal(data), atol=1e-9)  # Eq. 5
-    assert (data["dni"][low] == 0).all()
-    assert (data["dhi"][low] == data["ghi"][low]).all()
-    assert "52.6°, 13.35°" in weather.label
-    # The sun is that of the place asked for.
-    assert (weather.latitude, weather.longitude) == BERLIN
-    assert data["temp_air"].mean() == pytest.approx(10.07, abs=0.01)
-    assert data.notna().all().all() and len(data) == 8760 and weather.interval == HOUR
-
-
-def test_era5_stamps_end_the_hour():
-    weather = read_weather(ERA5, *BERLIN)
-    with xr.open_dataset(ERA5) as dataset:
-        stamps = pd.DatetimeIndex(dataset["time"].to_numpy(), tz="UTC")
-        ssrd = dataset["ssrd"].sel(latitude=52.6, longitude=13.35, method="nearest").to_numpy()
-    assert weather.data.index[0] == stamps[0] - HOUR
-    np.testing.assert_allclose(weather.data["ghi"], ssrd / 3600.0, atol=1e-9)
-    # Around noon of clear days the irradiance of the morning mirrors that of the afternoon only with the right sun.
-    clear = weather.data["dni"] > 600
-    noon = weather.data["solar_azimuth"][clear]
-    high = weather.data["ghi"][clear & (weather.data.index.month == 6)]
-    assert noon.between(60, 300).all()
-    assert abs(np.average(weather.data.loc[high.index, "solar_azimuth"], weights=high) - 180) < 8
-
-
-def test_era5_bilinear_lies_between_its_neighbours():
-    weather = read_weather(ERA5, 52.475, 13.225, point="bilinear")
-    # The middle of four grid points is their mean.
-    assert annual_sums(weather)[0] == pytest.approx(np.mean([1030.8, 1031.4, 1046.1, 1045.7]), abs=0.1)
-    assert (weather.latitude, weather.longitude) == pytest.approx((52.475, 13.225), abs=1e-6)
-    # On a grid point, and beyond the grid's edge by less than half a cell, it is the grid point's own.
-    at_point = read_weather(ERA5, 52.6, 13.35, point="bilinear")
-    assert annual_sums(at_point)[0] == pytest.approx(1031.4, abs=0.06)
-    beyond = read_weather(ERA5, 52.7, 13.7, point="bilinear")
-    assert annual_sums(beyond)[0] == pytest.approx(1030.1, abs=0.06)
-    assert "bilinear: 52.6°" in beyond.label
-
-
-def save_era5(path, change):
-    """The demonstration's file, changed, as a new NetCDF file."""
-    with xr.open_dataset(ERA5) as dataset:
-        change(dataset[["ssrd", "fdir", "t2m", "u10", "v10"]].load()).to_netcdf(path)
-    return path
-
-
-def test_era5_new_names_expver_and_longitudes(tmp_path):
-    plain = read_weather(ERA5, *BERLIN).data
-
-    def renew(dataset):
-        # Final data until October and preliminary ones after it, side by side, each with gaps.
-        late = dataset["time"] >= np.datetime64("2017-10-01")
-        both = xr.concat([dataset.where(~late), dataset.where(late)], dim=pd.Index([1, 5], name="expver"))
-        both = both.assign_coords(longitude=(both["longitude"] + 360) % 360, number=0)
-        return both.rename(time="valid_time").isel(latitude=slice(None, None, -1))
-
-    new = read_weather(save_era5(tmp_path / "new.nc", renew), *BERLIN).data
-    np.testing.assert_allclose(new[["ghi", "dni", "temp_air"]], plain[["ghi", "dni", "temp_air"]], rtol=1e-5, atol=2e-3)
-
-
-def test_era5_in_two_files_of_a_zip(tmp_path):
-    accumulated = save_era5(tmp_path / "accum.nc", lambda dataset: dataset[["ssrd", "fdir"]])
-    instant = save_era5(tmp_path / "instant.nc", lambda dataset: dataset[["t2m", "u10", "v10"]])
-    with zipfile.ZipFile(tmp_path / "download.zip", "w") as archive:
-        archive.write(accumulated, "data_stream-oper_stepType-accum.nc")
-        archive.write(instant, "data_stream-oper_stepType-instant.nc")
-    zipped = read_weather(tmp_path / "download.zip", *BERLIN)
-    assert annual_sums(zipped)[0] == pytest.approx(1031.4, abs=0.06)
-
-
-def test_era5_of_several_years_with_one_left_out(tmp_path):
-    for year in (2015, 2017):
-        save_era5(
-            tmp_path / f"{year}.nc",
-            lambda dataset, year=year: dataset.assign_coords(
-                time=dataset["time"] + np.timedelta64((year - 2017) * 365 + (1 if year < 2016 else 0) * -1, "D")
-            ),
-        )
-    weather = read_weather(tmp_path, *BERLIN)
-    assert len(weather.data) == 2 * 8760
-    assert annual_sums(weather)[0] == pytest.approx(2 * 1031.4, abs=0.1)
 
 
 def test_epw_of_the_arctic():
@@ -197,13 +106,13 @@ def test_clear_sky_is_an_upper_bound():
 def test_csv_of_two_columns_of_irradiance(tmp_path):
     times = year_of()
     table = plain_table(times)
-    weather = read_weather(write_table(tmp_path / "own.csv", table), 0.0, 0.0)
+    weather = read_weather(write_table(tmp_path / "own.csv", table), *BERLIN)
     np.testing.assert_allclose(weather.data["ghi"], table["ghi"], rtol=1e-9)
     np.testing.assert_allclose(weather.data["dhi"] + direct_horizontal(weather.data), table["ghi"], atol=1e-9)
     # From ghi and dni, and from dhi and dni, the third comes out the same.
     for other in ("dhi", "ghi"):
         sunny = weather.data[["ghi", "dhi", "dni", "temp_air", "wind_speed"]].rename_axis("time").drop(columns=other)
-        again = read_weather(write_table(tmp_path / f"no_{other}.csv", sunny), 0.0, 0.0)
+        again = read_weather(write_table(tmp_path / f"no_{other}.csv", sunny), *BERLIN)
         high = weather.data["apparent_zenith"] <= 88
         np.testing.assert_allclose(again.data[other][high], weather.data[other][high], atol=1e-6)
 
@@ -229,17 +138,6 @@ def test_small_negatives_are_rounding(tmp_path):
     table.loc[table["ghi"] == 0, ["ghi", "dhi"]] = -0.4
     weather = read_weather(write_table(tmp_path / "dark.csv", table), *BERLIN)
     assert weather.data[["ghi", "dhi", "dni"]].min().min() == 0
-
-
-def refuse(source, *words, place=BERLIN):
-    """Reading must fail in one line that names the file and the words."""
-    with pytest.raises(InputError) as caught:
-        read_weather(source, *place)
-    message = str(caught.value)
-    assert "\n" not in message
-    assert str(source) in message
-    for word in words:
-        assert word in message, message
 
 
 def test_files_that_are_no_weather(tmp_path):
@@ -275,27 +173,6 @@ def test_truncated_files(tmp_path):
     path = tmp_path / "cut.csv.gz"
     path.write_bytes(PVGIS.read_bytes()[:50_000])
     refuse(path)
-
-
-def test_era5_without_a_variable_or_with_another_unit(tmp_path):
-    refuse(save_era5(tmp_path / "a.nc", lambda dataset: dataset.drop_vars(["fdir", "t2m"])), "fdir, t2m", "missing")
-
-    def watts(dataset):
-        dataset["ssrd"].attrs["units"] = "W m**-2"
-        return dataset
-
-    refuse(save_era5(tmp_path / "b.nc", watts), "ssrd", "W m**-2")
-    refuse(save_era5(tmp_path / "c.nc", lambda dataset: dataset.isel(time=slice(0, 4000))), "full years")
-    refuse(save_era5(tmp_path / "d.nc", lambda dataset: dataset.drop_isel(time=[1000, 1001])), "gap", "2017-02-11")
-    refuse(
-        save_era5(tmp_path / "e.nc", lambda dataset: dataset.where(dataset["time"].dt.month != 5)), "2017-0", "missing"
-    )
-
-
-def test_place_outside_the_grid():
-    refuse(ERA5, "outside the grid", "48.1", place=(48.1, 11.6))
-    refuse(ERA5, "outside the grid", place=(52.6, 13.73))
-    assert "13.6°" in read_weather(ERA5, 52.6, 13.72).label
 
 
 def test_tables_with_faults(tmp_path):

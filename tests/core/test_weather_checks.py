@@ -1,0 +1,238 @@
+"""What is refused because it contradicts the sun or physics: the faults of real files, and remakes of them."""
+
+import numpy as np
+import pandas as pd
+import pvlib
+import pytest
+from weathers import (
+    BARROW,
+    BERLIN,
+    CAIRO,
+    ERA5,
+    HOUR,
+    POTSDAM_2018,
+    POTSDAM_2019,
+    PVGIS,
+    PVGIS_EPW,
+    STOCKHOLM,
+    TMY3,
+    annual_sums,
+    lines_of,
+    plain_table,
+    read_pvlib_epw,
+    refuse,
+    write_lines,
+    write_table,
+    year_of,
+)
+
+from citypv.core.errors import InputError
+from citypv.core.weather.add_sun import complete_irradiance
+from citypv.core.weather.check_irradiance import cure_of_factor
+from citypv.core.weather.check_sun_times import measure_sun_times, sun_track
+from citypv.core.weather.read_weather import read_weather
+
+
+def worst(weather):
+    """Checks of the only year."""
+    (checks,) = weather.checks.values()
+    return checks
+
+
+def closure_by_pvlib(weather, shift=0):
+    """Mean |GHI - DHI - DNI cos z| / mean GHI with pvlib's sun, so many minutes later."""
+    data = weather.data
+    middle = data.index + weather.interval / 2 + pd.Timedelta(minutes=shift)
+    zenith = pvlib.solarposition.get_solarposition(middle, weather.latitude, weather.longitude)["zenith"].to_numpy()
+    residual = data["ghi"] - data["dhi"] - data["dni"] * np.maximum(np.cos(np.radians(zenith)), 0.0)
+    return float(residual.abs().sum() / data["ghi"].sum())
+
+
+# --- times
+
+
+def test_the_quick_sun_is_that_of_pvlib():
+    times = year_of(2024)
+    for latitude, longitude in ((52.5, 13.4), (-33.9, 151.2), (78.0, -60.0)):
+        zenith = pvlib.solarposition.get_solarposition(times, latitude, longitude)["zenith"].to_numpy()
+        wrong = sun_track(times, latitude, longitude).cos_zenith() - np.maximum(np.cos(np.radians(zenith)), 0.0)
+        # Half a degree of declination (Spencer's days begin at midnight) and half a minute of time.
+        assert np.abs(wrong).max() < 0.012
+
+
+@pytest.mark.parametrize("path", [BARROW, PVGIS, PVGIS_EPW, TMY3, STOCKHOLM], ids=lambda path: path.name[:12])
+def test_real_files_close(path):
+    weather = read_weather(path, *BERLIN)
+    checks = worst(weather)
+    assert checks["closure_residual"] < 0.005
+    assert abs(checks["closure_shift"]) <= 1
+    assert abs(checks["daylight_shift"]) <= 5
+    assert closure_by_pvlib(weather) < 0.01
+    assert closure_by_pvlib(weather) < 0.5 * min(closure_by_pvlib(weather, shift) for shift in (-15, 15))
+    assert any("GHI = DHI + DNI cos z" in note for note in weather.notes)
+
+
+def test_epw_of_pvgis_is_the_same_as_its_csv():
+    csv, epw = read_weather(PVGIS, *BERLIN), read_weather(PVGIS_EPW, *BERLIN)
+    assert abs(epw.data.index[0] - csv.data.index[0]) % pd.Timedelta(hours=1) < pd.Timedelta(seconds=2)
+    both = epw.data.index.round("min").intersection(csv.data.index.round("min"))
+    assert len(both) >= 8759
+    columns = ["ghi", "dhi", "dni"]
+    ours = epw.data.set_axis(epw.data.index.round("min"), axis=0).loc[both]
+    theirs = csv.data.set_axis(csv.data.index.round("min"), axis=0).loc[both]
+    np.testing.assert_allclose(ours[columns], theirs[columns], atol=0.01)
+    np.testing.assert_allclose(ours["apparent_zenith"], theirs["apparent_zenith"], atol=0.01)
+    assert any("Irradiance Time Offset" in note for note in epw.notes)
+
+
+def test_epw_of_pvgis_without_its_comment(tmp_path):
+    lines = [line.replace("Irradiance Time Offset", "Offset") for line in lines_of(PVGIS_EPW)]
+    refuse(write_lines(tmp_path / "no_comment.epw", lines), "40 min later", "--time-shift 4")
+
+
+@pytest.mark.parametrize(("zone", "shift"), [("-8.5", 30), ("-9.5", -30), ("-8.0", 60)])
+def test_epw_in_the_wrong_zone(tmp_path, zone, shift):
+    lines = lines_of(BARROW)
+    lines[0] = lines[0].replace(",-9.0,", f",{zone},")
+    path = write_lines(tmp_path / "zone.epw", lines)
+    refuse(path, "GHI differs", f"--time-shift {shift}")
+    mended = read_weather(path, *BERLIN, time_shift=shift)
+    np.testing.assert_allclose(annual_sums(mended), annual_sums(read_weather(BARROW, *BERLIN)), rtol=1e-9)
+
+
+def test_direct_light_of_another_sun():
+    """Cairo: GHI rises and sets on time, but DNI belongs to the sun of the end of the hour."""
+    refuse(CAIRO, "--time-shift 30", "by 0.2 %", "--weather-without dni")
+    derived = read_weather(CAIRO, *BERLIN, without="dni")
+    assert worst(derived)["closure_residual"] is None
+    assert abs(worst(derived)["daylight_shift"]) < 20
+    shifted = read_weather(CAIRO, *BERLIN, time_shift=30)
+    assert closure_by_pvlib(shifted) < 0.01
+
+
+def test_weather_of_new_york_used_for_berlin(tmp_path):
+    data = read_weather(TMY3, *BERLIN).data
+    path = write_table(tmp_path / "york.csv", data[["ghi", "dhi", "dni", "temp_air", "wind_speed"]].rename_axis("time"))
+    refuse(path, "fits the sun", "--weather-place", "--time-shift -3")  # 87° of longitude are 350 min
+    two = write_table(tmp_path / "two.csv", data[["ghi", "dhi", "temp_air", "wind_speed"]].rename_axis("time"))
+    refuse(two, "fits the sun", "--weather-place", "--time-shift -3")
+    weather = read_weather(two, *BERLIN, place=(40.65, -73.8))
+    assert (weather.latitude, weather.longitude) == (40.65, -73.8)
+
+
+@pytest.mark.parametrize("shift", [-60, -30, 30, 60])
+def test_two_columns_and_another_time(tmp_path, shift):
+    data = read_weather(ERA5, *BERLIN).data[["ghi", "dhi", "temp_air", "wind_speed"]].rename_axis("time")
+    path = write_table(tmp_path / "late.csv", data.set_axis(data.index - pd.Timedelta(minutes=shift), axis=0))
+    refuse(path, "fits the sun", "--time-shift")
+    weather = read_weather(path, *BERLIN, time_shift=shift)
+    np.testing.assert_allclose(weather.data["ghi"], data["ghi"])
+
+
+def test_the_shift_is_found_to_a_few_minutes():
+    data = read_weather(ERA5, *BERLIN).data
+    closed = read_weather(TMY3, *BERLIN)
+    for shift in (-95, -20, 0, 7, 45, 300):
+        moved = data.index - pd.Timedelta(minutes=shift)
+        times = measure_sun_times(data[["ghi"]].set_axis(moved, axis=0), HOUR, *BERLIN)
+        assert times.closure_shift is None
+        assert abs(times.daylight_shift - shift) <= 4
+        moved = closed.data.index - pd.Timedelta(minutes=shift)
+        times = measure_sun_times(closed.data.set_axis(moved, axis=0), HOUR, closed.latitude, closed.longitude)
+        assert abs(times.closure_shift - shift) <= 1
+
+
+# --- magnitudes
+
+
+def measured_table():
+    """ERA5 of Berlin as columns of a csv."""
+    data = read_weather(ERA5, *BERLIN).data
+    return data[["ghi", "dhi", "temp_air", "wind_speed"]].rename_axis("time")
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        (1e-3, ["times 1000 would fit", "kWm⁻²"]),
+        (3600.0, ["times 1/3600 would fit", "Jm⁻²"]),
+        (3.6, ["times 1/3.6 would fit", "kJm⁻²"]),
+        (3.6e-3, ["times 277.778 would fit", "MJm⁻²"]),
+        (1 / 3600, ["times 3600 would fit"]),
+        (0.05, ["check the unit"]),
+    ],
+)
+def test_other_units(tmp_path, factor, words):
+    table = measured_table()
+    table[["ghi", "dhi"]] *= factor
+    refuse(write_table(tmp_path / "unit.csv", table), *words)
+
+
+def test_joules_of_a_quarter_of_an_hour_divided_by_an_hour(tmp_path):
+    table = measured_table()
+    quarters = pd.date_range(table.index[0], periods=4 * len(table), freq="15min")
+    table = table.loc[table.index.repeat(4)].set_axis(quarters.rename("time"), axis=0)
+    assert read_weather(write_table(tmp_path / "right.csv", table), *BERLIN).data["ghi"].max() > 800
+    table[["ghi", "dhi"]] /= 4.0
+    refuse(write_table(tmp_path / "joules.csv", table), "258 kWh/m² of ghi per year", "times 4 would fit")
+
+
+def test_edges_of_clouds_may_exceed_the_limits_for_minutes(tmp_path):
+    table = plain_table(year_of())
+    bright = table.index[(table["ghi"] > 400).to_numpy()]
+    table.loc[bright[::25], ["ghi", "dhi"]] = [1700.0, 600.0]
+    assert read_weather(write_table(tmp_path / "few.csv", table), *BERLIN).data["ghi"].max() == 1700
+    table.loc[bright[::3], ["ghi", "dhi"]] = [1700.0, 600.0]
+    refuse(write_table(tmp_path / "many.csv", table), "physically possible", "1.5 S cos(z)^1.2")
+
+
+def test_years_too_dark_or_too_bright(tmp_path):
+    table = plain_table(year_of())
+    for scale, words in ((0.25, "are plausible"), (2.2, "are plausible"), (0.0, "irradiance")):
+        refuse(write_table(tmp_path / f"{scale}.csv", table.assign(ghi=scale * table["ghi"], dhi=0.0)), words)
+
+
+def test_a_factor_is_named_only_where_it_fits():
+    cos_zenith = np.linspace(0, 0.9, 500)
+    ghi = 1098.0 * cos_zenith
+    assert "times 1000" in cure_of_factor(ghi / 1000, cos_zenith, HOUR)
+    assert "times 4 " in cure_of_factor(ghi / 4, cos_zenith, HOUR / 4)
+    assert "check the unit" in cure_of_factor(ghi / 40, cos_zenith, HOUR)
+
+
+def test_a_direct_column_that_holds_the_global_irradiance():
+    """Potsdam 2019: G_Bh + G_Dh sums up to 1,659 kWh/m²."""
+    refuse(POTSDAM_2019, "under dull skies only 50 %", "direct column", "2019")
+    assert annual_sums(read_weather(POTSDAM_2018, *BERLIN))[0] == pytest.approx(1209.4, abs=0.06)
+
+
+def test_one_bad_year_among_good_ones():
+    with pytest.raises(InputError, match="year 2019"):
+        read_weather([POTSDAM_2018, POTSDAM_2019], *BERLIN, place=(52.38, 13.06))
+
+
+# --- near the horizon
+
+
+def test_measured_direct_light_near_the_horizon_is_kept():
+    given = {"ghi": np.full(4, 30.0), "dhi": np.full(4, 20.0), "dni": np.full(4, 300.0)}
+    zenith = np.array([87.0, 88.5, 89.5, 90.5])
+    found = complete_irradiance(given, zenith)
+    assert list(found["dni"]) == [300, 300, 300, 0]
+    assert list(found["dhi"]) == [20, 20, 20, 30]
+    derived = complete_irradiance({name: given[name] for name in ("ghi", "dhi")}, zenith)
+    assert list(derived["dni"][1:]) == [0, 0, 0]
+    assert list(derived["dhi"][1:]) == [30, 30, 30]
+    neglected = complete_irradiance(given, zenith, "neglect")
+    assert [list(neglected[name]) for name in ("ghi", "dhi", "dni")] == [[30, 0, 0, 0], [20, 0, 0, 0], [300, 0, 0, 0]]
+
+
+def test_sums_of_a_station_are_kept_but_for_a_sun_below_the_horizon():
+    table, place = read_pvlib_epw(BARROW)
+    weather = read_weather(BARROW, *BERLIN)
+    middle = table.index + HOUR / 2
+    zenith = pvlib.solarposition.get_solarposition(middle, place["latitude"], place["longitude"])["apparent_zenith"]
+    up = zenith.to_numpy() < 90
+    np.testing.assert_allclose(weather.data["dni"], np.where(up, table["dni"], 0.0))
+    np.testing.assert_allclose(weather.data["dhi"], np.where(up, table["dhi"], table["ghi"]))
+    np.testing.assert_allclose(weather.data["ghi"], table["ghi"])

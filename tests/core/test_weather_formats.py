@@ -1,0 +1,215 @@
+"""NSRDB, DWD, TRY, hourly PVGIS and years that are put together, against pvlib called directly."""
+
+import gzip
+import json
+
+import numpy as np
+import pandas as pd
+import pvlib
+import pytest
+from weathers import (
+    BARROW,
+    BERLIN,
+    ERA5,
+    HOUR,
+    POTSDAM_2018,
+    STOCKHOLM,
+    annual_sums,
+    lines_of,
+    read_pvlib_epw,
+    refuse,
+    write_lines,
+)
+
+from citypv.core.errors import InputError
+from citypv.core.weather.read_weather import read_weather
+
+POTSDAM = (52.38, 13.06)
+
+
+# --- NSRDB
+
+
+def test_nsrdb_of_quarters_of_an_hour():
+    with gzip.open(STOCKHOLM, "rt") as file:
+        table, place = pvlib.iotools.read_nsrdb_psm4(file, map_variables=True)
+    weather = read_weather(STOCKHOLM, *BERLIN)
+    assert weather.interval == pd.Timedelta(minutes=15)
+    assert (weather.latitude, weather.longitude, weather.altitude) == (59.33, 18.06, 26)
+    assert annual_sums(weather) == pytest.approx([814.8, 941.6, 385.0], abs=0.06)
+    # The stamps, in UTC+1 here, are the middle of the intervals.
+    middle = weather.data.index + weather.interval / 2
+    assert (middle == table.index.tz_convert("UTC")).all()
+    sun = pvlib.solarposition.get_solarposition(table.index, place["latitude"], place["longitude"])
+    np.testing.assert_allclose(weather.data["apparent_zenith"], sun["apparent_zenith"], atol=1e-9)
+    assert weather.data["pressure"].between(95e3, 106e3).all()
+
+
+def hourly_psm(latitude, zone, years):
+    """Lines of an hourly PSM file made from the Arctic EPW."""
+    table, place = read_pvlib_epw(BARROW)
+    head = ["Source,Location ID,Latitude,Longitude,Time Zone,Elevation,Local Time Zone,Pressure Units,Version"]
+    head.append(f"NSRDB,1,{latitude},{place['longitude']},{zone},10,-9,mbar,4.0")
+    head.append("Year,Month,Day,Hour,Minute,GHI,DHI,DNI,Temperature,Wind Speed,Pressure")
+    rows = [
+        f"{years[time.month]},{time.month},{time.day},{time.hour},30,{row.ghi},{row.dhi},{row.dni},{row.temp_air},"
+        f"{row.wind_speed},{row.atmospheric_pressure / 100}"
+        for time, row in zip(table.index, table.itertuples(), strict=True)
+    ]
+    return head + rows
+
+
+def test_polar_psm(tmp_path):
+    path = write_lines(tmp_path / "polar.csv", hourly_psm(71.286, -9, dict.fromkeys(range(1, 13), 2019)))
+    weather, epw = read_weather(path, *BERLIN), read_weather(BARROW, *BERLIN)
+    np.testing.assert_allclose(weather.data[["ghi", "dni", "dhi"]], epw.data[["ghi", "dni", "dhi"]])
+    assert weather.data.index[0] == pd.Timestamp("2019-01-01T09:00Z")
+    typical = write_lines(tmp_path / "tmy.csv", hourly_psm(71.286, -9, {month: 2000 + month for month in range(1, 13)}))
+    assert "typical year" in read_weather(typical, *BERLIN).label
+    assert annual_sums(read_weather(typical, *BERLIN))[0] == pytest.approx(713.4, abs=0.06)
+
+
+# --- DWD
+
+
+def test_dwd_station_against_its_own_columns():
+    weather = read_weather(POTSDAM_2018, *BERLIN)
+    rows = np.array([line.split() for line in lines_of(POTSDAM_2018)[6:]], float)
+    assert (weather.latitude, weather.longitude, weather.altitude) == (52.47, 13.4, 50.0)  # what the head says
+    assert weather.data.index[0] == pd.Timestamp("2017-12-31T23:00Z")
+    np.testing.assert_allclose(weather.data["ghi"], rows[:, 4] + rows[:, 5], atol=1e-9)
+    np.testing.assert_allclose(weather.data["temp_air"], rows[:, 2])
+    np.testing.assert_allclose(weather.data["wind_speed"], rows[:, 7])
+    np.testing.assert_allclose(weather.data["pressure"], 100.0 * rows[:, 1])
+    own = read_weather(POTSDAM_2018, *BERLIN, place=POTSDAM)
+    assert (own.latitude, own.longitude) == POTSDAM
+    high = own.data["apparent_zenith"].to_numpy() < 85
+    zenith = pvlib.solarposition.get_solarposition(own.data.index + HOUR / 2, *POTSDAM)["apparent_zenith"].to_numpy()
+    direct = own.data["dni"].to_numpy() * np.cos(np.radians(zenith))
+    np.testing.assert_allclose(direct[high], rows[high, 4], atol=1e-6)
+
+
+def dwd_lines(year, change=lambda lines: lines):
+    """The table of 2018 as that of another year."""
+    lines = lines_of(POTSDAM_2018)
+    return change([line.replace("2018", str(year)) for line in lines[:6]] + lines[6:])
+
+
+def test_dwd_heads_of_several_kinds(tmp_path):
+    def swap(lines):
+        return ["#13.06\t52.38\t81.0\t1" if line.startswith("# 52,47") else line for line in lines]
+
+    weather = read_weather(write_lines(tmp_path / "a.txt", dwd_lines(2018, swap)), *BERLIN)
+    assert (weather.latitude, weather.longitude, weather.altitude) == (52.38, 13.06, 81.0)
+    nowhere = [line for line in lines_of(POTSDAM_2018) if not line.startswith("# 52,47")]
+    path = write_lines(tmp_path / "b.txt", nowhere)
+    refuse(path, "names no place", "--weather-place")
+    assert read_weather(path, *BERLIN, place=POTSDAM).latitude == 52.38
+    refuse(write_lines(tmp_path / "c.txt", [*nowhere[:100], *nowhere[101:]]), "row 96", "hour 97", place=BERLIN)
+
+
+def test_dwd_year_without_its_last_hour(tmp_path):
+    short = write_lines(tmp_path / "short.txt", lines_of(POTSDAM_2018)[:-1])
+    weather = read_weather(short, *BERLIN)
+    assert len(weather.data) == 8760
+    assert any("the last 1 h of 2018" in note for note in weather.notes)
+    refuse(write_lines(tmp_path / "cut.txt", lines_of(POTSDAM_2018)[:-12]), "full years")
+
+
+def test_several_years_of_dwd_are_put_together(tmp_path):
+    files = [write_lines(tmp_path / f"{year}.txt", dwd_lines(year)) for year in (2018, 2017)]
+    weather = read_weather(files, *BERLIN)
+    assert len(weather.data) == 2 * 8760
+    assert weather.data.index.is_monotonic_increasing
+    assert list(weather.checks) == ["2017", "2018"]
+    assert annual_sums(weather)[0] == pytest.approx(2 * 1209.4, abs=0.1)
+    # Twice the same year, and years of two places.
+    with pytest.raises(InputError, match="twice"):
+        read_weather([files[0], files[0]], *BERLIN)
+    with pytest.raises(InputError, match="is not that of"):
+        read_weather([files[0], BARROW], *BERLIN)
+    with pytest.raises(InputError, match="is not that of"):
+        read_weather([files[0], ERA5], *BERLIN)
+
+
+def test_test_reference_year(tmp_path):
+    rows = np.array([line.split() for line in lines_of(POTSDAM_2018)[6:]], float)
+    times = pd.date_range("2021-01-01", periods=8760, freq="h")
+    head = ["Koordinatensystem : Lambert konform konisch", "Rechtswert        : 4162500 Meter"]
+    head += ["Hochwert          : 2733500 Meter", "Hoehenlage        : 81 Meter ueber NN", ""]
+    head += ["     RW      HW MM DD HH     t    p  WR   WG N    x  RF    B    D   A    E IL", "*** "]
+    body = [
+        f"4162500 2733500 {time.month:2d} {time.day:2d} {time.hour + 1:2d} {row[2]} {row[1]:.0f} {row[8]:.0f} {row[7]} "
+        f"{row[6]:.0f} 3.5 85 {row[4]:.1f} {row[5]:.1f} 291 -281 0"
+        for time, row in zip(times, rows, strict=True)
+    ]
+    weather = read_weather(write_lines(tmp_path / "TRY2015.dat", head + body), *BERLIN)
+    # DWD's own file of this cell is called TRY_513564124162: 51.3564° N, 12.4162° E.
+    assert (weather.latitude, weather.longitude) == pytest.approx((51.3564, 12.4162), abs=6e-5)
+    assert weather.altitude == 81
+    assert annual_sums(weather)[0] == pytest.approx(1209.4, abs=0.06)
+    assert weather.data.index[0] == pd.Timestamp("2020-12-31T23:00Z")
+    refuse(write_lines(tmp_path / "gap.dat", [*head, *body[:50], *body[51:]]), "row 51", "day 3, hour 4")
+
+
+# --- PVGIS
+
+
+def hourly_pvgis(slope=0, components=True):
+    """Head, names and rows of an hourly series of PVGIS made from ERA5 of Berlin."""
+    data = read_weather(ERA5, *BERLIN).data
+    stamps = data.index + HOUR / 2
+    names = ["Gb(i)", "Gd(i)", "Gr(i)"] if components else ["G(i)"]
+    values = [data["ghi"] - data["dhi"], data["dhi"], 0 * data["dhi"]] if components else [data["ghi"]]
+    columns = [*values, 90 - data["apparent_zenith"], data["temp_air"], data["wind_speed"], 0 * data["ghi"]]
+    names = ["time", *names, "H_sun", "T2m", "WS10m", "Int"]
+    rows = [
+        [time.strftime("%Y%m%d:%H%M"), *(f"{value:.4f}" for value in row)]
+        for time, row in zip(stamps, np.stack(columns, axis=1), strict=True)
+    ]
+    head = ["Latitude (decimal degrees):\t52.510", "Longitude (decimal degrees):\t13.390", "Elevation (m):\t34.0"]
+    head += ["Radiation database:\tPVGIS-ERA5", "", "", f"Slope: {slope} deg.", "Azimuth: 0 deg.", ""]
+    return head, names, rows
+
+
+def test_hourly_series_of_pvgis(tmp_path):
+    head, names, rows = hourly_pvgis()
+    path = write_lines(tmp_path / "hourly.csv", [*head, ",".join(names), *map(",".join, rows), "", "T2m: air"])
+    weather, plain = read_weather(path, 0.0, 0.0), read_weather(ERA5, *BERLIN)
+    assert (weather.latitude, weather.longitude, weather.altitude) == (52.51, 13.39, 34.0)
+    pd.testing.assert_index_equal(weather.data.index, plain.data.index, check_names=False, exact=False)
+    np.testing.assert_allclose(weather.data[["ghi", "dhi", "dni"]], plain.data[["ghi", "dhi", "dni"]], atol=0.01)
+    # The same as json.
+    hourly = [
+        {name: value if name == "time" else float(value) for name, value in zip(names, row, strict=True)}
+        for row in rows
+    ]
+    place = {"latitude": 52.51, "longitude": 13.39, "elevation": 34.0}
+    mounting = {"fixed": {"slope": {"value": 0, "optimal": False}, "azimuth": {"value": 0, "optimal": False}}}
+    tree = {
+        "inputs": {"location": place, "mounting_system": mounting},
+        "outputs": {"hourly": hourly},
+        "meta": {"inputs": {}},
+    }
+    (tmp_path / "hourly.json").write_text(json.dumps(tree))
+    pd.testing.assert_frame_equal(read_weather(tmp_path / "hourly.json", 0.0, 0.0).data, weather.data)
+    mounting["fixed"]["slope"]["value"] = 30
+    (tmp_path / "tilted.json").write_text(json.dumps(tree))
+    refuse(tmp_path / "tilted.json", "slope of 30")
+
+
+def test_hourly_series_that_cannot_be_used(tmp_path):
+    for name, settings, word in (("slope", {"slope": 35}, "slope of 35"), ("sum", {"components": False}, "Gb(i)")):
+        head, names, rows = hourly_pvgis(**settings)
+        path = write_lines(tmp_path / f"{name}.csv", [*head, ",".join(names), *map(",".join, rows), ""])
+        refuse(path, word, "hourly data with slope 0")
+
+
+def test_epw_of_two_years_in_one_file(tmp_path):
+    lines = lines_of(BARROW)
+    rows = [[",".join([year, *line.split(",")[1:]]) for line in lines[8:]] for year in ("2014", "2015")]
+    weather = read_weather(write_lines(tmp_path / "both.epw", lines[:8] + rows[0] + rows[1]), *BERLIN)
+    assert len(weather.data) == 2 * 8760
+    assert "typical" not in weather.label
+    files = [write_lines(tmp_path / f"{k}.epw", lines[:8] + part) for k, part in enumerate(rows)]
+    pd.testing.assert_frame_equal(read_weather(files, *BERLIN).data, weather.data)

@@ -1,0 +1,156 @@
+"""One place for the sun: distances, other longitudes, and what the command line says of the weather."""
+
+import json
+
+import numpy as np
+import pytest
+from scenes import three_houses
+from small_city import write_small_city
+from weathers import BARROW, BERLIN, ERA5, TMY3, lines_of, write_lines
+
+from citypv.__main__ import main
+from citypv.core import study
+from citypv.core.errors import InputError
+from citypv.core.request import Request
+from citypv.core.sun.check_distance import check_distance, distance_of_weather
+from citypv.core.sun.match_suns import match_suns
+from citypv.core.sun.solar_position import sun_direction
+from citypv.core.weather.read_weather import read_weather
+
+
+@pytest.fixture(scope="module")
+def city(tmp_path_factory):
+    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
+
+
+def near_berlin(folder, longitude):
+    """The weather of Berlin at another longitude, where the sun comes earlier: csv."""
+    weather = read_weather(ERA5, *BERLIN).data
+    path = folder / f"{longitude}.csv"
+    turned = weather.set_axis(weather.index - np.timedelta64(round((longitude - BERLIN[1]) * 240), "s"), axis=0)
+    turned[["ghi", "dhi", "temp_air", "wind_speed"]].rename_axis("time").to_csv(path)
+    return path
+
+
+def test_distance_is_that_of_the_ellipsoid():
+    weather = read_weather(TMY3, *BERLIN)
+    site = three_houses().site
+    # One degree of latitude at 52.5° N is 111.27 km (WGS 84).
+    weather.latitude, weather.longitude = site.latitude + 1.0, site.longitude
+    assert distance_of_weather(weather, site) == pytest.approx(111.27, abs=0.03)
+    check_distance(weather, site)
+    weather.latitude = site.latitude + 1.5
+    with pytest.raises(InputError, match=r"167 km.*--allow-distance 170"):
+        check_distance(weather, site)
+    check_distance(weather, site, 170.0)
+
+
+def test_weather_from_far_away_is_refused(city, tmp_path, capfd):
+    far = ["simulate", str(city), "--weather", str(BARROW), "--quiet", "--samples", "4", "--suns", "typical-days:2"]
+    assert main([*far, "--out", str(tmp_path / "a")]) == 2
+    said = capfd.readouterr().err
+    assert said.count("\n") == 1
+    assert "km from the city" in said
+    assert "--allow-distance" in said
+    assert not (tmp_path / "a").exists()
+    assert main([*far, "--out", str(tmp_path / "b"), "--allow-distance", "10000"]) == 0
+
+
+def test_suns_are_those_of_the_weathers_place():
+    scene = three_houses()
+    request = Request(weather=str(BARROW), allow_distance=1e4, suns="hourly", samples=4, shadow_samples=1)
+    weather = study.read_year(scene.site, request)
+    transfer = study.trace_scene(scene, weather, request)
+    data = weather.data
+    match = match_suns(transfer.suns, data.index, weather.interval, weather.latitude, weather.longitude)
+    sunny = match.weight[:, 0] > 0
+    own = sun_direction(data["apparent_zenith"][sunny], data["solar_azimuth"][sunny])
+    np.testing.assert_allclose(transfer.suns.direction[match.index[sunny, 0]], own, atol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def traced(city, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("traced")
+    common = ["simulate", str(city), "--weather", str(ERA5), "--quiet", "--samples", "16"]
+    for name, suns in (("days", "typical-days:4"), ("grid", "sky-grid:64")):
+        assert main([*common, "--suns", suns, "--out", str(folder / name)]) == 0
+    return folder
+
+
+def hours(folder):
+    """Full load hours of all eligible surfaces, area-weighted [h]."""
+    totals = json.loads((folder / "summary.json").read_text())["totals"]
+    return totals["mwh_per_year"] / totals["kwp"] * 1000
+
+
+def test_yield_takes_any_longitude_of_the_latitude(traced, tmp_path, capfd):
+    path = near_berlin(tmp_path, 100.0)
+    again = ["yield", str(traced / "days" / "transfer.nc"), "--quiet"]
+    place = ["--weather-place", str(BERLIN[0]), "100"]
+    assert main([*again, "--weather", str(path), *place, "--out", str(tmp_path / "east")]) == 0
+    # The same weather under the same sun, 5.8 hours earlier.
+    assert hours(tmp_path / "east") == pytest.approx(hours(traced / "days"), rel=0.01)
+    assert main([*again, "--weather", str(TMY3), "--out", str(tmp_path / "south")]) == 2
+    said = capfd.readouterr().err
+    assert "latitude 52.5" in said
+    assert "sky-grid" in said
+    assert main([*again, "--weather", str(TMY3), "--allow-distance", "1400", "--out", str(tmp_path / "south")]) == 0
+
+
+def test_yield_takes_any_place_with_a_sky_grid(traced, tmp_path):
+    again = ["yield", str(traced / "grid" / "transfer.nc"), "--quiet", "--weather", str(TMY3)]
+    assert main([*again, "--out", str(tmp_path / "york")]) == 0
+    weather = json.loads((tmp_path / "york" / "summary.json").read_text())["weather"]
+    assert weather["latitude"] == 40.65
+    assert weather["distance_km"] == pytest.approx(6386, rel=0.01)
+
+
+def test_what_was_found_out_is_said_and_kept(city, tmp_path, capfd):
+    options = ["--weather", str(ERA5), "--samples", "4", "--suns", "typical-days:2"]
+    assert main(["simulate", str(city), *options, "--out", str(tmp_path / "said")]) == 0
+    assert "clear days fit the sun best" in capfd.readouterr().err
+    weather = json.loads((tmp_path / "said" / "summary.json").read_text())["weather"]
+    assert abs(weather["checks"]["2017"]["daylight_shift"]) <= 5
+    assert weather["checks"]["2017"]["closure_residual"] is None
+    assert any("clear days" in note for note in weather["notes"])
+
+
+def test_a_shift_on_the_command_line(city, tmp_path, capfd):
+    lines = lines_of(BARROW)
+    lines[0] = lines[0].replace(",71.28600,-156.7670,-9.0,", ",71.28600,-156.7670,-8.5,")
+    path = write_lines(tmp_path / "zone.epw", lines)
+    common = ["simulate", str(city), "--weather", str(path), "--allow-distance", "1e4", "--quiet", "--samples", "4"]
+    assert main([*common, "--out", str(tmp_path / "a")]) == 2
+    assert "--time-shift 30" in capfd.readouterr().err
+    assert main([*common, "--time-shift", "30", "--suns", "typical-days:2", "--out", str(tmp_path / "a")]) == 0
+    settings = json.loads((tmp_path / "a" / "summary.json").read_text())["settings"]
+    assert settings["time_shift"] == 30
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        (["--time-shift", "900"], "--time-shift"),
+        (["--time-shift", "nan"], "--time-shift"),
+        (["--allow-distance", "-1"], "--allow-distance"),
+        (["--weather-place", "91", "0"], "--weather-place"),
+        (["--weather-without", "temp"], "--weather-without"),
+        (["--weather", "clear-sky", str(ERA5)], "clear-sky"),
+    ],
+)
+def test_options_out_of_range(city, tmp_path, capfd, options, word):
+    assert main(["simulate", str(city), *options, "--out", str(tmp_path / "no"), "--quiet"]) == 2
+    said = capfd.readouterr().err
+    assert word in said
+    assert said.count("\n") == 1
+
+
+def test_annual_sums_of_a_leap_year(traced, tmp_path):
+    again = ["yield", str(traced / "days" / "transfer.nc"), "--quiet", "--weather", "clear-sky"]
+    sums = {}
+    for year in (2019, 2020):
+        assert main([*again, "--year", str(year), "--out", str(tmp_path / str(year))]) == 0
+        sums[year] = json.loads((tmp_path / str(year) / "summary.json").read_text())["weather"]["ghi_annual"]
+    leap = read_weather("clear-sky", *BERLIN, year=2020).data["ghi"].sum() / 1000
+    assert sums[2020] == pytest.approx(leap, rel=5e-3)  # of the whole year, not of 365/366 of it
+    assert sums[2020] > sums[2019]
