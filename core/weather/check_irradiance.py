@@ -48,15 +48,18 @@ def check_irradiance(data, interval, latitude, longitude, source):
     The Open Atmospheric Science Journal 2, 23-37, :doi:`10.2174/1874282300802010023`.
     """
     middle = data.index + interval / 2
-    cos_zenith = sun_track(middle, latitude, longitude).cos_zenith()
+    track = sun_track(middle, latitude, longitude)
+    cos_zenith = track.cos_zenith()
+    half = interval / pd.Timedelta(minutes=2)
+    highest = np.maximum(cos_zenith, np.maximum(track.cos_zenith(-half), track.cos_zenith(half)))
     normal = np.asarray(pvlib.irradiance.get_extra_radiation(middle.dayofyear, SOLAR_CONSTANT))  # (t,) [Wm⁻²]
-    check_possible(data, normal, cos_zenith, interval, source)
+    check_possible(data, normal, highest, interval, source)
     check_clearness(data["ghi"].to_numpy(), normal * cos_zenith, cos_zenith, interval, source)
     check_dull_skies(data, normal * cos_zenith, cos_zenith, interval, source)
 
 
 def check_possible(data, normal, cos_zenith, interval, source):
-    """Refuse irradiance of which more than 1 % exceeds what is physically possible."""
+    """Refuse irradiance of which more than 1 % exceeds what is possible with the sun at its highest in the interval."""
     day = cos_zenith > 0
     for name, (factor, exponent, offset) in POSSIBLE.items():
         limit = factor * normal * cos_zenith**exponent + offset

