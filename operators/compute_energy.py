@@ -37,7 +37,7 @@ class WeighEnergy(Step, bpy.types.Operator):
         session, request = task
         check_settings(request)
         progress("reading weather", 0, 1, "years")
-        weather = read_year(session.transfer.site, request)
+        weather = read_year(session.transfer.site, request, session.transfer.suns)
         return session, weather, compute_energy(session.transfer, weather, request, progress)
 
     def finish(self, context, result):
