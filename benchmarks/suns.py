@@ -53,6 +53,7 @@ def main():
     options = read_arguments()
     request = Request(
         weather=str(options.weather),
+        weather_without=options.weather_without or ("dni" if options.weather == WEATHER else "none"),
         latitude=options.latitude,
         longitude=options.longitude,
         suns="days:1",
@@ -86,6 +87,7 @@ def read_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("city", nargs="*", default=[CITY])
     parser.add_argument("--weather", default=WEATHER)
+    parser.add_argument("--weather-without", help="column to derive from the others; Cairo's DNI is an hour's end off")
     parser.add_argument("--latitude", type=float)
     parser.add_argument("--longitude", type=float)
     parser.add_argument("--group", nargs=2, metavar=("KIND", "ORIENTATION"))

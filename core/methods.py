@@ -4,6 +4,8 @@ METHODS = {
     # Bredemeier et al., CityPV; docs/method_paper.md says what follows from each, and where the program differs.
     "paper": {
         "suns": "typical-days:12",
+        "horizon_cut": "neglect",
+        "sky": "isotropic",
         "max_bounces": 3,
         "albedo": 0.25,
         "ground_albedo": 0.25,

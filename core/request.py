@@ -110,6 +110,16 @@ class Request(SystemSettings):
         title="Grid point",
         choices={"nearest": "The nearest point of the grid", "bilinear": "Between the four points around"},
     )
+    horizon_cut: str = setting(
+        "measured",
+        "weather",
+        "irradiance while the sun stands below 2°",
+        kind="choice",
+        choices={
+            "measured": "Kept: measured direct light down to the horizon, the rest as diffuse light",
+            "neglect": "Left out, as in the paper",
+        },
+    )
     year: int = setting(
         2021, "weather", "calendar year of climate and clear sky", kind="integer", title="Year", metavar="Y", least=1
     )

@@ -123,6 +123,7 @@ def read_year(site, request, suns=None):
         time_shift=request.time_shift,
         place=request.weather_place,
         without=request.weather_without,
+        horizon_cut=request.horizon_cut,
     )
     check_distance(weather, site, request.allow_distance, suns)
     return weather

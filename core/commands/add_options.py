@@ -130,7 +130,7 @@ def imply_method(options):
 
 
 def request_of_options(options):
-    """Settings from parsed options, checked; those that a command does not have keep their defaults.
+    """Settings from parsed options, checked; those that a command does not have are the method's, or the defaults.
 
     Raises
     ------
@@ -148,6 +148,7 @@ def request_of_options(options):
             given[name] = tuple(value)
         elif known[name].kind == "texts":
             given[name] = one_of(value)
-    request = Request(**given)
+    implied = METHODS.get(given.get("method"), {})  # of settings that this command has no option for
+    request = Request(**{**implied, **given})
     check_request(request)
     return request

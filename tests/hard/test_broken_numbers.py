@@ -189,7 +189,7 @@ def test_broken_shadow_rays():
     ray_scene = RayScene(SCENE.vertices, SCENE.triangles)
     good = {
         "traced": EVERY,
-        "closed": ~EVERY,
+        "unobstructed": ~EVERY,
         "covered": np.zeros((COUNT, 64), bool),
         "point_count": 16,
         "suns": (SUNS.direction, SUNS.weight),
@@ -198,13 +198,13 @@ def test_broken_shadow_rays():
     def look(**changed):
         rest = {"behind": False, "threads": 1, "progress": lambda share, rays: None}
         arrays = good | changed
-        first = [arrays.pop(name) for name in ("traced", "closed", "covered")]
+        first = [arrays.pop(name) for name in ("traced", "unobstructed", "covered")]
         return sun_visibility(ray_scene, PATCHES, *first, **arrays, **rest)
 
     assert np.isfinite(look().visible_share).all()
     for name, value in (
         ("traced", EVERY[1:]),
-        ("closed", np.zeros(COUNT)),
+        ("unobstructed", np.zeros(COUNT)),
         ("covered", np.zeros((COUNT, 63), bool)),
         ("covered", np.zeros(COUNT, bool)),
         ("point_count", 15),
