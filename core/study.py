@@ -31,6 +31,7 @@ from .sun.choose_suns import choose_suns, parse_way
 from .sun.keep_suns import weigh_by_year
 from .sun.spread_suns import spread_suns
 from .transfer.plan_effects import plan_effects
+from .transfer.transfer import scale_direct
 from .weather.read_weather import read_weather
 
 
@@ -166,8 +167,10 @@ def weigh_kept_suns(transfer, year):
     """
     suns = weigh_by_year(transfer.suns, *year)
     growth = np.sqrt((suns.weight**2).sum() / (transfer.suns.weight**2).sum())
-    error = transfer.direct_annual_standard_error * max(1.0, growth)
-    return replace(transfer, suns=suns, direct_annual_standard_error=error)
+    growth = max(1.0, growth)
+    parts = transfer.error_parts and scale_direct(transfer.error_parts, growth)
+    error = transfer.direct_annual_standard_error * growth
+    return replace(transfer, suns=suns, direct_annual_standard_error=error, error_parts=parts)
 
 
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent):
@@ -179,7 +182,7 @@ def measure_sun_sampling(scene, weather, transfer, request, progress=silent):
     -------
     dict
         Percent of full load hours: `bias` (all together) and its `bias_standard_error`, `rms` (patch by patch) and how
-        many `patches`.
+        many `patches`; and the same for each kind and orientation under `groups`.
     """
     if transfer.suns.way == "hourly" or not transfer.surfaces.eligible.any():
         return {"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "patches": 0}
@@ -190,14 +193,28 @@ def measure_sun_sampling(scene, weather, transfer, request, progress=silent):
     found, true = (
         compute_surface_energy(one, weather, system, request.threads).full_load_hours for one in (clustered, exact)
     )
-    mean, count = true.mean(), len(true)
+    # All together as the eligible area has them: of small groups more patches are looked at.
+    surfaces, pilot = transfer.surfaces, exact.surfaces
+    names = np.array([" ".join(pair) for pair in zip(pilot.kind, pilot.orientation, strict=True)])
+    whole = np.array([" ".join(pair) for pair in zip(surfaces.kind, surfaces.orientation, strict=True)])
+    weight, parts = np.zeros(len(names)), {}
+    for name in np.unique(names):
+        members = names == name
+        weight[members] = surfaces.area[surfaces.eligible & (whole == name)].sum() / members.sum()
+        parts[str(name)] = compare_hours(found[members], true[members], np.ones(members.sum()))
+    return {**compare_hours(found, true, weight), "groups": parts}
+
+
+def compare_hours(found, true, weight):
+    """Bias and rms of full load hours in percent of their mean, and of how many patches: dict."""
+    mean, count = np.average(true, weights=weight), len(true)
     if not mean > 0:
         return {"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "patches": count}
     error = 100 * (found - true) / mean
     return {
-        "bias": float(error.mean()),
+        "bias": float(np.average(error, weights=weight)),
         "bias_standard_error": float(error.std() / np.sqrt(count)),  # the patches are drawn by chance
-        "rms": float(np.sqrt((error**2).mean())),
+        "rms": float(np.sqrt(np.average(error**2, weights=weight))),
         "patches": count,
     }
 

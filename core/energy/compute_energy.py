@@ -19,6 +19,7 @@ from .hourly_series import compute_series
 from .hours import Hours, prepare_hours
 from .plain_power import PlainPower
 from .pv_system import default_system
+from .standard_errors import standard_errors_of_hours
 from .sum_block import BlockSums, sum_block, take_block
 
 BLOCK = 1024  # surfaces at a time: long enough that threads wait little for the interpreter, short enough for the cache
@@ -69,19 +70,21 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     by_month = np.where(electric[:, None], sums.capacity_factor_by_month * hour / years, np.nan)
     poa = sums.poa_global * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
+    errors, group_errors = standard_errors_of_hours(transfer, weather, full_load_hours, poa, years, groups)
     ac = system.feeds_grid
     return Energy(
         direct_relative_annual=sums.direct_relative / max(task.hours.sunny.sum(), 1.0),
         direct_relative_annual_standard_error=np.asarray(transfer.direct_annual_standard_error, float),
         poa_global_annual=poa,
         full_load_hours=full_load_hours,
-        full_load_hours_standard_error=estimate_error(transfer, weather, full_load_hours, poa, years),
+        full_load_hours_standard_error=errors,
         full_load_hours_by_month=by_month,
         times=weather.data.index,
         interval=weather.interval,
         groups=groups.names,
         group_count=groups.count,
         group_area=groups.area,
+        group_standard_error=group_errors,
         capacity_factor=spread_hours(sums.capacity_factor, task.hours, len(weather.data)),
         years=years,
         longitude=weather.longitude,
@@ -213,32 +216,3 @@ def count_years(weather):
     """Years the weather covers: whole ones, or the part of one where it is shorter."""
     span = len(weather.data) * weather.interval / YEAR
     return float(int(span)) if span >= 1 else span
-
-
-def estimate_error(transfer, weather, full_load_hours, poa, years):
-    """Standard error of the full load hours from those of the two relative irradiances.
-
-    The error of the irradiance is carried over in proportion, and the direct part's is taken as that of its mean over
-    the suns' weights. [h]
-
-    Parameters
-    ----------
-    transfer : Transfer
-    weather : Weather
-    full_load_hours : numpy.ndarray, (n,)
-        [h] per year.
-    poa : numpy.ndarray, (n,)
-        [kWh/m²] per year.
-    years : float
-        The weather covers.
-
-    Returns
-    -------
-    numpy.ndarray, (n,)
-        NaN where there are no full load hours, or the error of the irradiance is unknown.
-    """
-    annual = weather.data[["dni", "dhi"]].sum() * (weather.interval / pd.Timedelta(hours=1)) / years / 1000.0
-    direct = np.asarray(transfer.direct_annual_standard_error, float) * annual["dni"]
-    diffuse = np.asarray(transfer.diffuse_relative_standard_error, float) * annual["dhi"]
-    ratio = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
-    return np.where(np.isnan(full_load_hours), np.nan, ratio * np.hypot(direct, diffuse))

@@ -16,13 +16,14 @@ class Energy:
     direct_relative_annual_standard_error: np.ndarray  # (n,)
     poa_global_annual: np.ndarray  # (n,) [kWh/m²] per year
     full_load_hours: np.ndarray  # (n,) [h] per year, DC; NaN for ground and downward surfaces
-    full_load_hours_standard_error: np.ndarray  # (n,) [h]
+    full_load_hours_standard_error: np.ndarray  # (n,) [h] by rays, size of patches and choice of suns
     full_load_hours_by_month: np.ndarray  # (n, 12) [h]
     times: pd.DatetimeIndex  # (T,) UTC, start of each interval
     interval: pd.Timedelta
     groups: list  # (g,) of (kind, orientation), those that have eligible surfaces
     group_count: np.ndarray  # (g,) eligible surfaces
     group_area: np.ndarray  # (g,) [m²] that counts
+    group_standard_error: np.ndarray  # (g,) [h] of the mean full load hours of each group
     capacity_factor: np.ndarray  # (T, g) float64, mean over the group's area that counts
     years: float  # how many years the weather spans
     longitude: float  # [°] of the weather

@@ -151,6 +151,20 @@ def add_elements(rows, scale, product, factor, light):
 
 
 @njit(nogil=True, cache=True)
+def add_columns(rows, scale, product, factor, places):
+    """Factor (p,) times k kinds of light of cells, (p · cells, k), times the share of rays that meet them."""
+    (chosen, start, key, count), (to_patch, to_cell, share) = rows, scale
+    for row in range(len(chosen)):
+        total = product[chosen[row]]
+        total[:] = 0
+        for entry in range(start[row], start[row + 1]):
+            weight = share * np.float32(count[entry]) * factor[key[entry] >> to_patch]
+            met = places[key[entry] >> to_cell]
+            for column in range(len(total)):
+                total[column] += weight * np.float32(met[column])
+
+
+@njit(nogil=True, cache=True)
 def add_seen(rows, scale, product, patches, suns):
     """Radiosity of cells under each sun, times the share of rays that meet them.
 

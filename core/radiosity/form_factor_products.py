@@ -4,7 +4,7 @@ import numpy as np
 
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..threads import map_in_order
-from .form_factor_loops import add_elements, add_patches, add_seen, add_single, add_starts
+from .form_factor_loops import add_columns, add_elements, add_patches, add_seen, add_single, add_starts
 
 
 def multiply(form_factors, factor, light, threads=1):
@@ -113,6 +113,22 @@ def multiply_seen(form_factors, albedo, normal, suns, threads=1):
     product = empty_product(form_factors, seen.shape[1])
     suns = np.ascontiguousarray(directions.T), seen
     return run_rows(form_factors, product, threads, add_seen, (albedo, normal), suns)
+
+
+def multiply_columns(form_factors, factor, light, threads=1):
+    """F · (factor ∘ light), the mean over the replicates, with several kinds of light of cells at once.
+
+    Parameters
+    ----------
+    factor : (p,) float32
+    light : (p, cells, k) float32 or int16
+
+    Returns
+    -------
+    (p, k) float32
+    """
+    product = empty_product(form_factors, light.shape[2])
+    return run_rows(form_factors, product, threads, add_columns, factor, light.reshape(-1, light.shape[2]))
 
 
 def empty_product(form_factors, columns):

@@ -6,7 +6,10 @@ from functools import partial
 import numpy as np
 
 from .form_factor_products import multiply_elements
-from .solve_radiosity import iterate_bounces, radiosity_factor, variance_of_replicates
+from .light_errors import LightError, errors_of_surfaces
+from .patch_size_errors import estimate_discretisation_error, steps_of_cells
+from .replicates import STEP, pass_on
+from .solve_radiosity import iterate_bounces, variance_of_replicates
 
 
 @dataclass
@@ -14,7 +17,8 @@ class Diffuse:
     """Under the isotropic sky, per DHI."""
 
     mean: np.ndarray  # (n,)
-    standard_error: np.ndarray  # (n,)
+    error: LightError  # of the mean
+    by_replicate: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32, all light of patches by their rays of each replicate
     last: float  # share of the last bounce in all light
     discretisation_error: float = 0.0  # of `estimate_discretisation_error`
 
@@ -34,17 +38,16 @@ def gather_diffuse(context, hemisphere):
     plan, merge = context.plan, context.merge
     first = hemisphere.sky.mean(axis=1, keepdims=True)
     by_replicate = hemisphere.sky.copy()
-    last = discretisation_error = 0.0
+    last, discretisation_error, reflections = 0.0, 0.0, None
     if plan.reflections:
         tell_bounces(context, 0)
         far_first = context.request.ground_albedo * hemisphere.far_ground
         form_factors, element_sky = hemisphere.form_factors, hemisphere.element_sky
         first_bounce = multiply_elements(form_factors, context.patches.albedo, element_sky, context.threads)
-        celled = first_bounce.mean(axis=1, keepdims=True)
         _, propagated, last = iterate_bounces(
             form_factors,
             hemisphere.factor,
-            celled.copy(),
+            first_bounce.mean(axis=1, keepdims=True),
             plan.max_bounces,
             far_first=far_first.mean(axis=1, keepdims=True),
             first_light=first.sum(dtype=float),
@@ -54,11 +57,15 @@ def gather_diffuse(context, hemisphere):
         reflected = multiply_elements(form_factors, propagated, hemisphere.factor, context.threads)
         reflected += first_bounce + far_first
         by_replicate += reflected
-        discretisation_error = estimate_discretisation_error(context, hemisphere, first, celled, reflected)
+        steps = steps_of_cells(context, hemisphere, element_sky)
+        discretisation_error = estimate_discretisation_error(context, steps, reflected)
+        passed_on = pass_on(context, hemisphere, (hemisphere.sky_deviation, STEP), reflected)
+        reflections = merge @ by_replicate.mean(axis=1, dtype=float), passed_on, steps
         tell_bounces(context, plan.max_bounces + 1)
     return Diffuse(
         mean=merge @ by_replicate.mean(axis=1, dtype=float),
-        standard_error=np.sqrt(merge.power(2) @ variance_of_replicates(by_replicate)),
+        error=errors_of_surfaces(merge, variance_of_replicates(by_replicate), reflections),
+        by_replicate=by_replicate,
         last=last,
         discretisation_error=discretisation_error,
     )
@@ -67,30 +74,3 @@ def gather_diffuse(context, hemisphere):
 def tell_bounces(context, done):
     """Tell how far the reflections of the sky's light are; after the last one their errors take about as long."""
     context.progress("reflections of the sky", done, context.plan.max_bounces + 1, "bounces")
-
-
-def estimate_discretisation_error(context, hemisphere, first, celled, reflected):
-    """What the reflected light of all eligible surfaces would gain if each patch handed on its first light evenly.
-
-    Light is uneven within the cells of patches too. As the error of such steps falls at least with their length, cells
-    a quarter as long leave a third of this, or less.
-
-    Parameters
-    ----------
-    first : (p, 1) float32
-        Mean first light of the patches.
-    celled : (p, 1) float32
-        What arrives of it at first bounce, handed on cell by cell.
-    reflected : (p, HEMISPHERE_REPLICATES) float32
-        All reflected light.
-
-    Returns
-    -------
-    float
-        As a share of their reflected light.
-    """
-    factor = radiosity_factor(context.patches, hemisphere.covered_share)
-    even = multiply_elements(hemisphere.form_factors, factor, first, context.threads).mean(axis=1, keepdims=True)
-    weight = context.eligible_area @ context.merge  # of the patches
-    whole = float(weight @ reflected.mean(axis=1))
-    return float(weight @ (even - celled)[:, 0]) / whole if whole > 0 else 0.0

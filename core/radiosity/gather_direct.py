@@ -8,11 +8,13 @@ from ..progress import CancelledError
 from ..threads import work_in_slices
 from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.surface_means import average_surfaces
-from .direct_errors import variance_of_shadow_points
+from .direct_errors import deviations_of_points, variance_of_shadow_points
 from .form_factor_products import multiply_elements, multiply_seen
-from .gather_diffuse import estimate_discretisation_error
+from .light_errors import LightError, errors_of_surfaces
+from .patch_size_errors import estimate_discretisation_error, steps_of_cells
+from .replicates import pass_on
 from .shadow_points import points_above
-from .solve_radiosity import iterate_bounces, variance_of_replicates
+from .solve_radiosity import covariance_of_replicates, iterate_bounces, variance_of_replicates
 from .sun_blocks import SunProgress, count_kept, cut_into_blocks
 from .sun_visibility import sun_visibility
 
@@ -23,7 +25,8 @@ class Direct:
 
     visible_share: np.ndarray  # (n, s) float32
     reflected: np.ndarray  # (n, s) float32, without what the far ground reflects at first bounce
-    standard_error: np.ndarray  # (n,) of the mean weighted with the suns' weights; NaN where one point tells no spread
+    error: LightError  # of the mean weighted with the suns' weights; NaN where one point tells no spread
+    covariance: np.ndarray  # (n,) of the surfaces' own noise in it and in the light of the sky
     last: float  # share of the last bounce in all light
     ray_count: int
     kept: int  # of the suns; fewer than all where somebody interrupted
@@ -40,7 +43,7 @@ class Annual:
     representative_points: np.ndarray | None = None  # (p, cells) uint, the same for every sun; None before the first
 
 
-def gather_direct(context, hemisphere, suns, folder=None):
+def gather_direct(context, hemisphere, suns, by_replicate, folder=None):
     """Visible share and reflected irradiance of the surfaces for every sun, block by block of suns.
 
     Whoever cancels keeps the blocks that are done.
@@ -50,6 +53,8 @@ def gather_direct(context, hemisphere, suns, folder=None):
     context : GatherContext
     hemisphere : Hemisphere
     suns : Suns
+    by_replicate : (p, HEMISPHERE_REPLICATES) float32
+        Of `Diffuse`.
     folder : path-like, optional
         As of `keep_matrix`.
 
@@ -66,7 +71,8 @@ def gather_direct(context, hemisphere, suns, folder=None):
     found = Direct(
         visible_share=keep_matrix((merge.shape[0], len(suns)), folder),
         reflected=keep_matrix((merge.shape[0], len(suns)), folder),
-        standard_error=np.zeros(merge.shape[0]),
+        error=None,
+        covariance=None,
         last=0.0,
         ray_count=0,
         kept=len(suns),
@@ -92,9 +98,11 @@ def gather_direct(context, hemisphere, suns, folder=None):
         )
     last = done[-1].stop if done else 0
     traced = suns.direction[:last].astype(np.float32), suns.weight[:last].astype(np.float32)
-    found.standard_error, found.discretisation_error = error_of_direct(context, hemisphere, annual, traced)
+    errors = error_of_direct(context, hemisphere, annual, traced, by_replicate)
+    found.error, found.covariance, found.discretisation_error = errors
     if found.kept < len(suns):
-        found.standard_error /= traced[1].sum() or np.nan  # the sums hold no more than these
+        whole = traced[1].sum() or np.nan  # the sums hold no more than these
+        found.error, found.covariance = found.error.scaled(1 / whole), found.covariance / whole
     return found
 
 
@@ -136,33 +144,41 @@ def keep_block(context, matrix, block, values):
     average_surfaces(context.merge, values, context.threads, out=matrix[:, block])
 
 
-def error_of_direct(context, hemisphere, annual, suns):
+def error_of_direct(context, hemisphere, annual, suns, diffuse):
     """How sure the surfaces' direct irradiance is, summed over the suns by weight.
 
     Parameters
     ----------
     suns : tuple of (s, 3) float32 and (s,) float32
         Directions and weights of those that `annual` holds.
+    diffuse : (p, HEMISPHERE_REPLICATES) float32
+        Light of the sky by the same rays.
 
     Returns
     -------
-    standard_error : (n,) float64
+    error : LightError
+    covariance : (n,) float64
+        Of the surfaces' own noise in this light and in the sky's.
     discretisation_error : float
         Of `estimate_discretisation_error`.
     """
-    patches, discretisation_error = context.patches, 0.0
-    variance = variance_of_shadow_points(annual.by_point, hemisphere.covered, patches.normal, suns, context.threads)
+    patches, merge, threads = context.patches, context.merge, context.threads
+    variance = variance_of_shadow_points(annual.by_point, hemisphere.covered, patches.normal, suns, threads)
     variance[~send_shadow_rays(context, hemisphere)] = 0  # known exactly, even where one point tells no spread
-    if context.plan.reflections and annual.representative_points is not None:
-        element_annual = np.take_along_axis(annual.by_point, annual.representative_points, axis=1)
-        first_bounce = multiply_elements(hemisphere.form_factors, patches.albedo, element_annual, context.threads)
-        by_replicate = multiply_elements(hemisphere.form_factors, annual.propagated, hemisphere.factor, context.threads)
-        by_replicate += first_bounce
-        by_replicate += annual.lit_ground * hemisphere.far_ground
-        variance = variance + variance_of_replicates(by_replicate)
-        first, celled = (light.mean(axis=1, keepdims=True) for light in (annual.by_point, first_bounce))
-        discretisation_error = estimate_discretisation_error(context, hemisphere, first, celled, by_replicate)
-    return np.sqrt(context.merge.power(2) @ variance), discretisation_error
+    if not context.plan.reflections or annual.representative_points is None:
+        return errors_of_surfaces(merge, variance), np.zeros(merge.shape[0]), 0.0
+    element_annual = np.take_along_axis(annual.by_point, annual.representative_points, axis=1)
+    by_replicate = multiply_elements(hemisphere.form_factors, annual.propagated, hemisphere.factor, threads)
+    by_replicate += multiply_elements(hemisphere.form_factors, patches.albedo, element_annual, threads)
+    by_replicate += annual.lit_ground * hemisphere.far_ground
+    steps = steps_of_cells(context, hemisphere, element_annual)
+    share = estimate_discretisation_error(context, steps, by_replicate)
+    covariance = merge.power(2) @ covariance_of_replicates(by_replicate, diffuse)
+    noise = variance + variance_of_replicates(by_replicate)
+    light = merge @ (annual.by_point.mean(axis=1, dtype=float) + by_replicate.mean(axis=1, dtype=float))
+    points = deviations_of_points(annual.by_point, annual.representative_points, hemisphere.covered, patches.key)
+    passed_on = pass_on(context, hemisphere, points, by_replicate)
+    return errors_of_surfaces(merge, noise, (light, passed_on, steps)), covariance, share
 
 
 def send_shadow_rays(context, hemisphere):

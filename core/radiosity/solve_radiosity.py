@@ -218,3 +218,15 @@ def variance_of_replicates(values):
     (p,) float64
     """
     return values.astype(float).var(axis=1, ddof=1) / values.shape[1]
+
+
+def covariance_of_replicates(one, other):
+    """Covariance of the means of two kinds of light, (p, replicates) each, by the same independent replicates.
+
+    Returns
+    -------
+    (p,) float64
+    """
+    count = one.shape[1]
+    one, other = (light - light.mean(axis=1, keepdims=True, dtype=float) for light in (one, other))
+    return (one * other).sum(axis=1) / ((count - 1) * count)

@@ -16,6 +16,7 @@ from .shadow_points import points_above
 from .sun_visibility import sun_visibility
 
 PATCHES = 500
+FEWEST = 40  # of a kind and orientation
 
 
 def trace_sun_samples(scene, transfer, hourly, request, progress):
@@ -74,14 +75,22 @@ def trace_sun_samples(scene, transfer, hourly, request, progress):
 
 
 def draw_patches(scene, area, seed):
-    """Patches of eligible surfaces, drawn by area: (k,) int, ascending."""
+    """Patches of eligible surfaces: (k,) int, ascending.
+
+    Of each kind and orientation they are drawn by area, as many as its share of PATCHES, but FEWEST at least.
+    """
     own = scene.triangle_surface
-    eligible = np.append(scene.surfaces.eligible, False)  # the generated ground's -1 takes the last
-    weight = np.where(eligible[own], area, 0)
-    if not weight.any():
-        return np.zeros(0, int)
-    count = min(PATCHES, np.count_nonzero(weight))
-    return np.sort(np.random.default_rng(seed).choice(len(own), count, replace=False, p=weight / weight.sum()))
+    surfaces, generator = scene.surfaces, np.random.default_rng(seed)
+    eligible = np.append(surfaces.eligible, False)[own]  # the generated ground's -1 takes the last
+    names = np.char.add(np.asarray(surfaces.kind, str), np.asarray(surfaces.orientation, str))
+    whole, chosen = area[eligible].sum(), [np.zeros(0, int)]
+    for name in np.unique(names[surfaces.eligible]):
+        members = np.flatnonzero(eligible & (np.append(names, "")[own] == name) & (area > 0))
+        size = area[members]
+        count = min(max(FEWEST, round(PATCHES * size.sum() / whole)), len(members))
+        if count:
+            chosen.append(generator.choice(members, count, replace=False, p=size / size.sum()))
+    return np.sort(np.concatenate(chosen))
 
 
 def take_patches(patches, chosen):
@@ -110,6 +119,7 @@ def take_surfaces(transfer, chosen, suns, visible_share):
         visible_share=visible_share,
         direct_reflected=np.zeros_like(visible_share),
         **{name: take_rows(getattr(transfer, name), chosen) for name in per_surface},
+        error_parts=None,
     )
 
 

@@ -13,7 +13,7 @@ from ..sun.check_suns import check_suns
 from ..sun.keep_suns import keep_suns
 from ..transfer.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..transfer.trace_record import TraceRecord, note_interruption
-from ..transfer.transfer import Transfer
+from ..transfer.transfer import ErrorParts, Transfer
 from .gather_context import prepare_gather
 from .gather_diffuse import gather_diffuse
 from .gather_direct import gather_direct
@@ -63,9 +63,9 @@ def trace_gather(scene, suns, request, progress, folder=None):
     clock.lap("sky and reflections")
 
     diffuse = gather_diffuse(context, hemisphere)
-    hemisphere.element_sky = None  # of no more use, and large
+    hemisphere.element_sky = hemisphere.sky_deviation = None  # of no more use, and large
     clock.lap("diffuse reflections")
-    direct = gather_direct(context, hemisphere, suns, folder)
+    direct = gather_direct(context, hemisphere, suns, diffuse.by_replicate, folder)
     clock.lap("suns")
     return Transfer(
         surfaces=scene.surfaces,
@@ -76,10 +76,17 @@ def trace_gather(scene, suns, request, progress, folder=None):
         far_ground_view_factor=merge @ hemisphere.far_ground.mean(axis=1),
         ground_albedo=request.ground_albedo if plan.far_ground else 0.0,
         diffuse_relative=diffuse.mean,
-        diffuse_relative_standard_error=diffuse.standard_error,
+        diffuse_relative_standard_error=diffuse.error.standard_error,
         visible_share=direct.visible_share,
         direct_reflected=direct.reflected,
-        direct_annual_standard_error=direct.standard_error,
+        direct_annual_standard_error=direct.error.standard_error,
+        error_parts=ErrorParts(
+            diffuse_passed_on=diffuse.error.passed_on,
+            direct_passed_on=direct.error.passed_on,
+            diffuse_discretisation=diffuse.error.discretisation,
+            direct_discretisation=direct.error.discretisation,
+            covariance=direct.covariance,
+        ),
         record=TraceRecord(
             request=request.as_dict(),
             effects=[asdict(effect) for effect in plan.effects],
@@ -100,7 +107,7 @@ def trace_gather(scene, suns, request, progress, folder=None):
             },
             degrees_of_freedom={"diffuse": HEMISPHERE_REPLICATES - 1, "direct_reflected": HEMISPHERE_REPLICATES - 1},
             interrupted=note_interruption(direct.kept, len(suns)),
-            standard_error_unknown=ONE_POINT if np.isnan(direct.standard_error).any() else None,
+            standard_error_unknown=ONE_POINT if np.isnan(direct.error.own).any() else None,
         ),
         **finishes,
     )

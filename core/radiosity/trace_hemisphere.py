@@ -18,6 +18,7 @@ from ..sampling.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, cells_inside, sobol_digits
 from ..threads import map_in_order
 from .form_factors import FEWEST_RAYS, FormFactors, count_hits, tell_starts
+from .replicates import tally_deviations
 
 RAYS_PER_TASK = 1 << 17
 SKY, FAR_GROUND, FRONT, BACK, DARK = range(5)  # what becomes of a ray; DARK carries nothing
@@ -39,6 +40,7 @@ class Hemisphere:
     covered: np.ndarray  # (p, CELL_DIVISIONS²) bool, cells that lie inside or under something
     ray_count: int
     factor: np.ndarray | None = None  # (p, cells) float32, of `element_factors`
+    sky_deviation: np.ndarray | None = None  # (p, cells, HEMISPHERE_REPLICATES) int16, of `tally_deviations`
 
     @property
     def covered_share(self):
@@ -97,15 +99,17 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
         form_factors=FormFactors([], count, cells, len(sequence), starts) if reflections else None,
         covered=np.zeros((count, CELL_DIVISIONS**2), bool),
         ray_count=0,
+        sky_deviation=np.zeros((count, cells, HEMISPHERE_REPLICATES), np.int16) if reflections else None,
     )
     if len(rows):
         progress("sky and reflections", 0, len(rows) * sample_count, "rays")
-    for chosen, (tally, covered, matrix_rows) in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
+    for chosen, (tally, covered, matrix_rows, deviation) in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
         found.covered[chosen] = covered
         found.sky[chosen], found.far_ground[chosen] = tally[:2]
         found.element_sky[chosen], found.element_far_ground[chosen], found.open_share[chosen] = tally[2:]
         if reflections:
             found.form_factors.rows.append(matrix_rows)
+            found.sky_deviation[chosen] = deviation
         found.ray_count += len(chosen) * sample_count
         progress("sky and reflections", found.ray_count, len(rows) * sample_count, "rays")
     return found
@@ -127,6 +131,8 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
         Of `tally_rays`.
     covered : (c, CELL_DIVISIONS²) bool
     rows : Rows or None
+    deviation : (c, cells, HEMISPHERE_REPLICATES) int16 or None
+        Of `tally_deviations`.
     """
     origins, directions, start_cells = hemisphere_rays(patches, chosen, sequence)
     hit, b1, b2 = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
@@ -148,11 +154,15 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
 
     cells, starts = cells or (1, 0)
     cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
-    tally = tally_rays(fate, start_cells, ask_each_ray(covered, within), cell_of, cells)
+    asked = ask_each_ray(covered, within)
+    tally = tally_rays(fate, start_cells, asked, cell_of, cells)
     if not starts:
-        return tally, covered, None
+        return tally, covered, None, None
+    deviation = np.empty((len(chosen), cells, HEMISPHERE_REPLICATES), np.int16)
+    resolved = cell_of, fate.shape[1] >= FEWEST_RAYS * cells
+    tally_deviations(fate, start_cells, asked, resolved, (SKY, BACK), deviation)
     told = start_cells, cell_of if starts > 1 else np.zeros_like(cell_of), starts
-    return tally, covered, count_hits(chosen, (hit, fate == FRONT), (b1, b2), cells, told)
+    return tally, covered, count_hits(chosen, (hit, fate == FRONT), (b1, b2), cells, told), deviation
 
 
 def ask_each_ray(covered, within):

@@ -10,8 +10,18 @@ from ..errors import InputError
 from ..scene.scene import Site, Surfaces
 from ..sun.suns import Suns
 from ..transfer.trace_record import record_of_dict
-from ..transfer.transfer import Transfer
-from .transfer_fields import ALBEDO, FORMAT, MATERIAL, PER_SUN, PER_SURFACE, PER_SURFACE_AND_SUN, TEXTS, TRACED_AS
+from ..transfer.transfer import ErrorParts, Transfer
+from .transfer_fields import (
+    ALBEDO,
+    ERROR_PARTS,
+    FORMAT,
+    MATERIAL,
+    PER_SUN,
+    PER_SURFACE,
+    PER_SURFACE_AND_SUN,
+    TEXTS,
+    TRACED_AS,
+)
 
 CURE = "give the transfer.nc of a run of citypv simulate"
 
@@ -53,6 +63,7 @@ def check_dimensions(path, dataset):
     expected |= dict.fromkeys(PER_SURFACE_AND_SUN, ("surface", "sun"))
     expected |= {"normal": ("surface", "axis"), "direction": ("sun", "axis")}
     expected |= dict.fromkeys(TRACED_AS, ("surface",)) if ALBEDO in dataset else {}
+    expected |= {name: part[0] for name, part in ERROR_PARTS.items()} if "covariance" in dataset else {}
     for name, dimensions in expected.items():
         if dataset[name].dims != dimensions:
             raise InputError(path, f"{name} lies along {dataset[name].dims}, not {dimensions}", CURE)
@@ -79,7 +90,15 @@ def transfer_of_dataset(dataset):
         **{name: values[name] for name, (owner, *_) in PER_SURFACE.items() if owner == "transfer"},
         **{name: values[name] for name in PER_SURFACE_AND_SUN},
         **(materials_of_dataset(dataset) if ALBEDO in dataset else {}),
+        error_parts=error_parts_of_dataset(dataset),
     )
+
+
+def error_parts_of_dataset(dataset):
+    """Parts of the standard errors, None where the file does not tell."""
+    if "covariance" not in dataset:
+        return None
+    return ErrorParts(**{name: dataset[name].values for name in ERROR_PARTS})
 
 
 def materials_of_dataset(dataset):

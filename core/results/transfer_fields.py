@@ -27,3 +27,14 @@ PER_SURFACE_AND_SUN = {  # name -> long name
     "visible_share": "share of the surface that sees the sun",
     "direct_reflected": "reflected irradiance per DNI, without the first reflection of the far ground",
 }
+
+ERROR_PARTS = {  # name -> dimensions, long name; files written before they were kept lack them, forward has none
+    "diffuse_passed_on": (
+        ("surface", "replicate"),
+        "deviations of replicates of diffuse light that other surfaces pass on",
+    ),
+    "direct_passed_on": (("surface", "replicate"), "the same of the annual mean of direct light"),
+    "diffuse_discretisation": (("surface",), "diffuse light in excess by the size of patches, estimated; 0 where little"),
+    "direct_discretisation": (("surface",), "the same of the annual mean of direct light"),
+    "covariance": (("surface",), "covariance of the surface's own noise in diffuse and in annual direct light"),
+}

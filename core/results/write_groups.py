@@ -8,10 +8,11 @@ from ..sun.solar_days import local_middle
 
 HOUR = pd.Timedelta(hours=1)
 COLUMNS = ["kind", "orientation", "period", "index", "full_load_hours", "count", "area"]
+COLUMNS.append("full_load_hours_standard_error")
 
 
 def write_groups(path, energy):
-    """Write full load hours of the groups of eligible surfaces, means over their area that counts.
+    """Write full load hours of the groups of eligible surfaces, means over their area that counts; errors of annual ones.
 
     Parameters
     ----------
@@ -25,7 +26,8 @@ def write_groups(path, energy):
     for group, names in enumerate(energy.groups):
         for period, index in hours:
             values = [f"{table[period, index][group]:.6g}" for table in (hours, ac) if table is not None]
-            counted = energy.group_count[group], energy.group_area[group]
+            error = energy.group_standard_error[group] if period == "annual" else np.nan
+            counted = energy.group_count[group], energy.group_area[group], error
             rows.append((*names, period, index, values[0], *counted, *values[1:]))
     columns = COLUMNS + ([] if ac is None else ["specific_yield"])
     pd.DataFrame(rows, columns=columns).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")

@@ -9,7 +9,17 @@ import xarray
 from ..progress import silent
 from ..transfer.kept_matrix import row_blocks
 from .output_folder import netcdf_errors
-from .transfer_fields import ALBEDO, FORMAT, MATERIAL, PER_SUN, PER_SURFACE, PER_SURFACE_AND_SUN, TEXTS, TRACED_AS
+from .transfer_fields import (
+    ALBEDO,
+    ERROR_PARTS,
+    FORMAT,
+    MATERIAL,
+    PER_SUN,
+    PER_SURFACE,
+    PER_SURFACE_AND_SUN,
+    TEXTS,
+    TRACED_AS,
+)
 from .write_summary import finite
 
 STAGE = "writing transfer.nc"
@@ -47,6 +57,10 @@ def write_transfer(path, transfer, progress=silent):
         variables[ALBEDO] = ("surface", transfer.albedo, TRACED_AS[ALBEDO])
         variables[MATERIAL] = ("surface", np.array(transfer.material, dtype=object), TRACED_AS[MATERIAL])
         attributes["albedos"] = json.dumps(finite(transfer.albedos), ensure_ascii=False)
+    if transfer.error_parts is not None:
+        for name, (dimensions, long_name) in ERROR_PARTS.items():
+            attributes_of_part = {"units": "1", "long_name": long_name}
+            variables[name] = (dimensions, getattr(transfer.error_parts, name), attributes_of_part)
     dataset = xarray.Dataset(variables, attrs=attributes)
     with netcdf_errors(path):
         dataset.to_netcdf(path, engine="netcdf4")

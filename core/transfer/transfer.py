@@ -1,12 +1,36 @@
 """What tracing finds out, free of weather: relative irradiance of every surface."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..scene.scene import Site, Surfaces
 from ..sun.suns import Suns
 from .trace_record import TraceRecord
+
+
+@dataclass
+class ErrorParts:
+    """Parts of the standard errors of n surfaces that do not add up over surfaces like independent ones.
+
+    The rest of each standard error is noise of the surface's own rays. "Direct" is the mean over the suns' weights.
+    """
+
+    diffuse_passed_on: np.ndarray  # (n, r) deviations of r replicates of the light that other surfaces pass on
+    direct_passed_on: np.ndarray  # (n, r)
+    diffuse_discretisation: np.ndarray  # (n,) with a sign, what light that is uneven within cells of patches adds
+    direct_discretisation: np.ndarray  # (n,)
+    covariance: np.ndarray  # (n,) of own noise in diffuse and in direct light
+
+
+def scale_direct(parts, growth):
+    """The same with errors of the direct part so many times as large."""
+    return replace(
+        parts,
+        direct_passed_on=growth * parts.direct_passed_on,
+        direct_discretisation=growth * parts.direct_discretisation,
+        covariance=growth * parts.covariance,
+    )
 
 
 @dataclass
@@ -36,3 +60,4 @@ class Transfer:
     )
     material: list | None = None  # (n,) str, name of what it was traced as, "" where no more than an albedo was given
     albedos: list | None = None  # of dict: every albedo and material met, as of `read_albedo.describe_albedo`
+    error_parts: ErrorParts | None = None  # None: all of the standard errors is own noise
