@@ -42,8 +42,18 @@ def check_transfer(transfer):
         error = np.asarray(getattr(transfer, name))
         known = np.where(np.isnan(error), 0, error) if error.dtype.kind == "f" else error
         check_array(name, known, (count,), least=0)
+    if transfer.error_parts is not None:
+        check_parts(transfer.error_parts, count)
     if not 0 <= transfer.ground_albedo <= 1:
         raise InputError("ground_albedo", f"{transfer.ground_albedo}", "give a number from 0 to 1")
+
+
+def check_parts(parts, count):
+    """Refuse parts of standard errors that are not those of so many surfaces."""
+    for name in ("diffuse_passed_on", "direct_passed_on"):
+        check_array(name, getattr(parts, name), (count, "r"))
+    for name in ("diffuse_discretisation", "direct_discretisation", "covariance"):
+        check_array(name, getattr(parts, name), (count,))
 
 
 def check_per_sun(name, matrix, shape, **bounds):

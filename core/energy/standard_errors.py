@@ -5,6 +5,8 @@ import pandas as pd
 
 from ..transfer.transfer import ErrorParts
 
+PROPORTION = 0.1  # to which full load hours follow the irradiance alike, whether direct, diffuse or reflected
+
 
 def standard_errors_of_hours(transfer, weather, full_load_hours, poa, years, groups):
     """Standard errors of full load hours, of surfaces and of the means of groups.
@@ -65,13 +67,15 @@ def carry_to_hours(transfer, weather, full_load_hours, poa, years):
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
     direct, diffuse = per_poa * annual["dni"], per_poa * annual["dhi"]  # [h] per relative irradiance
     parts = transfer.error_parts or no_parts(len(per_poa))
-    own = diffuse**2 * own_variance(
+    own_diffuse = diffuse**2 * own_variance(
         transfer.diffuse_relative_standard_error, parts.diffuse_passed_on, parts.diffuse_discretisation
     )
-    own += direct**2 * own_variance(
+    own_direct = direct**2 * own_variance(
         transfer.direct_annual_standard_error, parts.direct_passed_on, parts.direct_discretisation
     )
-    own = np.maximum(own + 2 * direct * diffuse * parts.covariance, 0)
+    # A ray that misses the sky meets what the suns light: the two cancel in part, as far as proportions hold.
+    together = own_diffuse + own_direct
+    own = np.maximum(together + 2 * direct * diffuse * parts.covariance, PROPORTION**2 * together)
     passed_on = direct[:, None] * parts.direct_passed_on + diffuse[:, None] * parts.diffuse_passed_on
     discretisation = direct * parts.direct_discretisation + diffuse * parts.diffuse_discretisation
     return np.where(np.isnan(full_load_hours), np.nan, own), passed_on, discretisation

@@ -20,7 +20,7 @@ def variance_of_shadow_points(by_point, covered, normal, suns, threads):
     Neighbouring points tell it, and where part of a patch lies under something, the line along which it does. Few of
     the cells hold that line; their points may agree by chance, whether they lie on one side or on the other. What these
     cells must do is known: a share q of one is covered, so its point is dark with probability q, and the variance is
-    q (1 - q). The larger of the two counts.
+    q (1 - q). The points in the open tell the rest; all points do where the line runs between cells.
 
     Parameters
     ----------
@@ -46,20 +46,24 @@ def variance_of_shadow_points(by_point, covered, normal, suns, threads):
         return projection_in_front(normal[partly[rows]], suns[0]) @ suns[1]
 
     unshaded = np.concatenate([np.zeros(0), *work_in_slices(sum_unshaded, len(partly), threads)])
-    light = np.where(brightest > 0, brightest, unshaded)
+    # Where no point sees a sun the open ones among them say how little there is: by the rule of succession.
+    open_points = np.round(by_point.shape[1] * (1 - covered[partly].mean(axis=1)))
+    light = np.where(brightest > 0, brightest, unshaded / (1 + open_points))
     along_the_line = light**2 * variance_of_cover(covered[partly], by_point.shape[1])
-    variance[partly] = np.maximum(variance[partly], along_the_line)
+    in_the_open = variance_of_neighbours(fill_dark(by_point[partly]))
+    variance[partly] = np.where(along_the_line > 0, in_the_open + along_the_line, variance[partly])
     return variance
 
 
 def variance_of_cover(covered, count):
     """Variance of the share of open points that lie as evenly as one in each of `count` cells: (p,) float64.
 
-    0 where these are the finer; of 4^k cells where `count` is none.
+    0 where these are the finer; of 4^k cells where `count` is none. Points of a net lie more evenly than that, but
+    cells that the line only clips are missed by the quarters that tell q: for straight lines both make up for each other.
     """
     divisions = 1 << (count.bit_length() - 1) // 2
     share = shares_of_cells(covered, divisions**2)
-    return (EVENNESS if count > 1 else 1) * (share * (1 - share)).sum(axis=1) / divisions**4
+    return (share * (1 - share)).sum(axis=1) / divisions**4
 
 
 def shares_of_cells(covered, cells):
