@@ -10,6 +10,9 @@ from ..transfer.incidence import projection_in_front
 # Share of the variance of independent points that is left to a net of 2, 4, … 1,024: computed for straight edges of
 # shadow at any place and angle it is 0.38 to 0.59 (`tests/core/test_standard_errors.py`).
 EVENNESS = 0.5
+# The same for the line of what covers, which cells tell by quarters: 1.0 to 1.1 for straight lines at any angle, 0.35 to
+# 0.4 for those along an edge of the patch, as most lines of neighbours' roofs and walls run.
+ALONG_THE_LINE = 0.75
 WRONG_SIDE = 0.25  # of points along the line of what covers, in cells of which less than half is covered
 LARGEST_STEP = 32767  # of 16-bit numbers
 
@@ -58,12 +61,11 @@ def variance_of_shadow_points(by_point, covered, normal, suns, threads):
 def variance_of_cover(covered, count):
     """Variance of the share of open points that lie as evenly as one in each of `count` cells: (p,) float64.
 
-    0 where these are the finer; of 4^k cells where `count` is none. Points of a net lie more evenly than that, but
-    cells that the line only clips are missed by the quarters that tell q: for straight lines both make up for each other.
+    0 where these are the finer; of 4^k cells where `count` is none.
     """
     divisions = 1 << (count.bit_length() - 1) // 2
     share = shares_of_cells(covered, divisions**2)
-    return (share * (1 - share)).sum(axis=1) / divisions**4
+    return ALONG_THE_LINE * (share * (1 - share)).sum(axis=1) / divisions**4
 
 
 def shares_of_cells(covered, cells):

@@ -10,7 +10,7 @@ from test_closed_forms import SUNS, direct_relative, tilted_square
 from test_tracing import box, three_houses
 
 from citypv.core.progress import silent
-from citypv.core.radiosity.direct_errors import variance_of_cover, variance_of_neighbours
+from citypv.core.radiosity.direct_errors import ALONG_THE_LINE, variance_of_cover, variance_of_neighbours
 from citypv.core.radiosity.shadow_points import place_points
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
@@ -107,10 +107,10 @@ def test_variance_along_the_line_of_what_covers():
     """Of 64 cells one is covered: with 16 points, one stands in four cells of which it is one; with 64, in it alone."""
     covered = np.zeros((1, 64), bool)
     covered[0, 0] = True
-    assert variance_of_cover(covered, 16) == pytest.approx(0.25 * 0.75 / 16**2)
-    assert variance_of_cover(covered, 1) == pytest.approx(1 / 64 * 63 / 64)
+    assert variance_of_cover(covered, 16) == pytest.approx(ALONG_THE_LINE * 0.25 * 0.75 / 16**2)
+    assert variance_of_cover(covered, 1) == pytest.approx(ALONG_THE_LINE * 1 / 64 * 63 / 64)
     assert variance_of_cover(covered, 64) == 0
-    assert variance_of_cover(~covered, 4) == pytest.approx(1 / 16 * 15 / 16 / 4**2)
+    assert variance_of_cover(~covered, 4) == pytest.approx(ALONG_THE_LINE * 1 / 16 * 15 / 16 / 4**2)
 
 
 @pytest.mark.parametrize("count", [2, 4, 8, 16, 64, 256])

@@ -1,0 +1,149 @@
+"""Stated standard errors are as large as the scatter over seeds, where light comes by way of others too.
+
+Remakes of real cases: a penthouse over a flat roof, a courtyard, walls in a gap, walls partly hidden by a lower
+neighbour. Each is traced with many seeds; what their values scatter is held against what each of them states.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.request import Request
+from citypv.core.scene.build_scene import build_scene
+from citypv.core.study import read_year
+from citypv.core.sun.choose_suns import choose_suns
+from towns import OUTWARDS, city_of_polygons
+
+SEEDS = 16
+PLACE = (52.5, 13.4)
+LEAST, MOST = 0.8, 1.25  # scatter over stated, as root mean squares over many surfaces
+SINGLE = 5  # the largest of a single surface
+SCENES = {  # boxes, low and high corners [m]
+    "penthouse": [((0, 0, 0), (30, 30, 12)), ((8, 8, 12), (22, 22, 15)), ((50, 0, 0), (70, 30, 20))],
+    "courtyard": [
+        ((0, 0, 0), (40, 10, 15)), ((0, 30, 0), (40, 40, 15)), ((0, 10, 0), (10, 30, 15)), ((30, 10, 0), (40, 30, 15)),
+        ((55, 0, 0), (70, 40, 25)),
+    ],
+    "row": [((12 * k, 0, 0), (12 * k + 12, 11, 8 + 5 * (k * 3 % 4))) for k in range(5)]
+    + [((9 * k, 22, 0), (9 * k + 9, 30, 7 + 4 * (k * 2 % 5))) for k in range(7)],
+}  # fmt: skip
+
+
+def boxes(corners):
+    """Scene of boxes, each a building, on generated ground."""
+    polygons, building = [], []
+    for index, (low, high) in enumerate(corners):
+        x, y = (low[0], high[0]), (low[1], high[1])
+        base = np.array([[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]], float)
+        points = np.vstack([np.column_stack([base, np.full(4, z)]) for z in (low[2], high[2])])
+        for faces in OUTWARDS.values():
+            polygons += [points[face] for face in faces]
+            building += [index] * len(faces)
+    return build_scene(city_of_polygons(polygons, building=building), *PLACE)
+
+
+@cache
+def traced(name, samples):
+    """Full load hours and their stated errors of all seeds, (SEEDS, n) each; those of groups; the scene; cover."""
+    scene, request = boxes(SCENES[name]), Request(latitude=PLACE[0], longitude=PLACE[1])
+    weather = read_year(scene.site, request)
+    suns = choose_suns("typical-days:4", weather.data.index, weather.interval, *PLACE, 0)
+    runs = []
+    for seed in range(SEEDS):
+        transfer = trace_gather(scene, suns, Request(seed=seed, samples=samples), silent)
+        energy = compute_energy(transfer, weather)
+        means = energy.capacity_factor.sum(axis=0) * weather.interval.total_seconds() / 3600
+        stated = energy.full_load_hours_standard_error
+        runs.append((energy.full_load_hours, stated, means, energy.group_standard_error))
+    return [np.array(part) for part in zip(*runs, strict=True)], scene, transfer.covered_share
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def ratio_of(hours, stated, members):
+    """Scatter over stated of some surfaces, and the largest of a single one."""
+    scatter, error = hours[:, members].std(axis=0, ddof=1), np.sqrt((stated[:, members] ** 2).mean(axis=0))
+    noisy = scatter > 0.1  # [h]
+    return rms(scatter) / rms(error), (scatter[noisy] / error[noisy]).max()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("samples", [256, 2048])
+@pytest.mark.parametrize("name", SCENES)
+def test_errors_are_as_large_as_the_scatter(name, samples):
+    """Walls and roofs that modules may stand on, wherever their light comes from."""
+    (hours, stated, *_), scene, covered_share = traced(name, samples)
+    members = scene.surfaces.eligible & (covered_share < 0.01)
+    ratio, largest = ratio_of(hours, stated, members)
+    print(f"{name} {samples}: {ratio:.2f}, largest {largest:.1f} of {members.sum()}")
+    assert 0.7 <= ratio <= MOST + 0.1  # a dozen surfaces and sixteen seeds know it to a tenth
+    assert largest < SINGLE
+
+
+@pytest.mark.slow
+def test_errors_of_all_scenes_together():
+    """By kinds of places."""
+    found = [traced(name, 256) for name in SCENES]
+    parts = {"facade": [], "partly covered": []}
+    for (hours, stated, *_), scene, covered_share in found:
+        scatter, error = hours.std(axis=0, ddof=1), np.sqrt((stated**2).mean(axis=0))
+        partly = (covered_share > 0.01) & (covered_share < 0.99)
+        for name, members in (("facade", ~partly), ("partly covered", partly)):
+            chosen = members & scene.surfaces.eligible
+            parts[name].append((scatter[chosen], error[chosen]))
+    for name, part in parts.items():
+        scatter, error = (np.concatenate(column) for column in zip(*part, strict=True))
+        print(name, len(scatter), rms(scatter) / rms(error))
+        assert LEAST - 0.2 * (name == "partly covered") <= rms(scatter) / rms(error) <= MOST
+
+
+@pytest.mark.slow
+def test_errors_of_groups():
+    """The mean of a group is known better than its surfaces, by as much as is stated."""
+    ratios = []
+    for name in SCENES:
+        (*_, means, stated), _, _ = traced(name, 256)
+        ratios.append(means.std(axis=0, ddof=1) / np.sqrt((stated**2).mean(axis=0)))
+    ratios = np.concatenate(ratios)
+    print(ratios.round(2))
+    assert 0.6 < rms(ratios) < 1.35
+    assert ratios.max() < 2.5
+
+
+def test_light_that_seen_patches_pass_on_counts():
+    """More rays leave the error of sun on the roof, of which a penthouse's walls see four patches; not so before."""
+    scene = boxes(SCENES["penthouse"])
+    parts = []
+    for samples in (256, 4096):
+        request = Request(samples=samples)
+        weather = read_year(scene.site, request)
+        suns = choose_suns("typical-days:4", weather.data.index, weather.interval, *PLACE, 0)
+        transfer = trace_gather(scene, suns, request, silent)
+        own = transfer.error_parts.direct_passed_on
+        parts.append(own.std(axis=1, ddof=1) / 2)
+    north = 6 + 4  # wall of the penthouse
+    assert scene.surfaces.orientation[north] == "north"
+    assert parts[1][north] > 0.3 * parts[0][north] > 0
+
+
+def test_parts_of_errors_survive_their_file(tmp_path):
+    """transfer.nc keeps what the errors of groups are made of."""
+    from citypv.core.results.read_transfer import read_transfer
+    from citypv.core.results.write_transfer import write_transfer
+
+    scene = boxes(SCENES["penthouse"])
+    weather = read_year(scene.site, Request())
+    suns = choose_suns("typical-days:4", weather.data.index, weather.interval, *PLACE, 0)
+    transfer = trace_gather(scene, suns, Request(samples=64), silent)
+    write_transfer(tmp_path / "transfer.nc", transfer)
+    again = read_transfer(tmp_path / "transfer.nc")
+    for name, values in vars(transfer.error_parts).items():
+        np.testing.assert_array_equal(getattr(again.error_parts, name), values)
+    one, other = (compute_energy(each, weather) for each in (transfer, again))
+    np.testing.assert_allclose(other.group_standard_error, one.group_standard_error, rtol=1e-12)
+    assert (one.group_standard_error > 0).all()
