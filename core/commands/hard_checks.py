@@ -30,6 +30,7 @@ def hard_checks():
         ("house in a terrain of 100 km: sky of its walls", 0.5, SINGLE, terrain),
         ("court 1 m wide and 50 m deep: sky of its floor", 1.2729e-4, 1e-8, shaft),
         ("wall between touching houses: light", 0.0, SINGLE, party_wall),
+        ("wall in a gap of 0.1 m: light by patches of 10 m less 0.5 m", 0.0, SINGLE, narrow_gap),
         ("slivers of aspect 1e6: least share of sun", 1.0, SINGLE, slivers),
         ("face laid 0.1 µm on another: light of the upper one", 1.0, SINGLE, laid),
         ("house without a roof: sky of its walls", 0.5, SINGLE, open_house),
@@ -120,6 +121,22 @@ def party_wall():
     transfer = trace(join_parts([*HOUSE, *box((5, -5, 0), (15, 5, 10))]), sun_at([0.5, -0.5, 0.7]), samples=4096)
     walls = [8, 9, 12 + 10, 12 + 11]
     return float(max(transfer.diffuse_relative[walls].max(), transfer.visible_share[walls].max())), 0.0
+
+
+def narrow_gap():
+    """A wall of 10 m before a taller neighbour's: large patches spread light down the gap, and state how much it may be."""
+    transfers = []
+    for pieces in (1, 20):
+        walls = [
+            rectangle([0, 0, 0], [0, 10, 0], [0, 0, 10], pieces),
+            rectangle([0.1, 10, 0], [0, -10, 0], [0, 0, 15], pieces),
+            rectangle([0.1, 0, 0], [-0.1, 0, 0], [0, 0, 10]),
+            rectangle([0, 10, 0], [0.1, 0, 0], [0, 0, 10]),
+            rectangle([0, 0, 0], [0.1, 0, 0], [0, 10, 0]),
+        ]
+        transfers.append((trace(join_parts(walls), samples=1024), np.arange(2 * pieces)))
+    (coarse, coarse_error), (fine, fine_error) = (mean_of(*each) for each in transfers)
+    return coarse - fine, float(np.hypot(coarse_error, fine_error))
 
 
 def slivers():

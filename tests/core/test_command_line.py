@@ -84,7 +84,10 @@ def test_faces(results):
 def test_groups_and_time_series_agree_with_faces(results):
     faces = rows_of(results / "faces.csv")
     groups = rows_of(results / "groups.csv")
-    assert list(groups[0]) == ["kind", "orientation", "period", "index", "full_load_hours", "count", "area"]
+    columns = ["kind", "orientation", "period", "index", "full_load_hours", "count", "area"]
+    assert list(groups[0]) == [*columns, "full_load_hours_standard_error"]
+    errors = [float(row["full_load_hours_standard_error"]) for row in groups if row["period"] == "annual"]
+    assert all(0 < error < 50 for error in errors)
     with xarray.open_dataset(results / "timeseries.nc") as series:
         names = [str(name) for name in series["group"].values]
         annual = dict(zip(names, series["capacity_factor"].sum("time").values, strict=True))

@@ -65,7 +65,10 @@ def test_groups(weighed, tmp_path):
     transfer, weather, energy = weighed
     write_groups(tmp_path / "groups.csv", energy)
     table = pd.read_csv(tmp_path / "groups.csv")
-    assert table.columns.tolist() == ["kind", "orientation", "period", "index", "full_load_hours", "count", "area"]
+    columns = ["kind", "orientation", "period", "index", "full_load_hours", "count", "area"]
+    assert table.columns.tolist() == [*columns, "full_load_hours_standard_error"]
+    known = table["full_load_hours_standard_error"].notna()
+    assert (known == (table["period"] == "annual")).all()
     surfaces = transfer.surfaces
     for kind, orientation in energy.groups:
         own = table[(table["kind"] == kind) & (table["orientation"] == orientation)]

@@ -1,0 +1,126 @@
+"""Walls a hand's breadth apart, and small undersides: patches of ten metres spread light where it does not come.
+
+Such places are not refined; the error of the surface says how much it may be. Held against paths followed one by one,
+against photons, and against small patches.
+"""
+
+import numpy as np
+import pytest
+from citypv.core.commands.hard_checks import narrow_gap
+from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.progress import silent
+from citypv.core.radiosity.gather_context import prepare_gather
+from citypv.core.radiosity.measure_cover import find_cover
+from citypv.core.radiosity.patch_size_errors import ABRUPT, SMOOTH, light_left
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.request import Request
+from citypv.core.scene.build_scene import build_scene
+from test_closed_forms import direct_relative
+from test_gather_is_forward import SUNS
+from test_walls_that_touch import follow_paths
+from towns import OUTWARDS, city_of_polygons
+
+ERRORS = 3.0  # stated ones that gather may be off by
+SEEDS = 3
+
+
+def boxes_apart(gap, patch_size=10.0):
+    """Two boxes, the second one taller: the east wall of the first, surface 3, looks into the gap between them."""
+    boxes = [((0, 0, 0), (20, 12, 12)), ((20 + gap, 0, 0), (40, 12, 20))]
+    return scene_of(boxes, patch_size)
+
+
+def balcony(patch_size=10.0):
+    """A box with a slab of 3 × 1.5 m on its south side, 3 m up: surface 7, the slab's underside."""
+    return scene_of([((0, 0, 0), (12, 10, 12)), ((4, -1.5, 3), (7, 0, 3.2))], patch_size, whole=True)
+
+
+def scene_of(boxes, patch_size, whole=False):
+    """Boxes on generated ground, each a building or all of them one."""
+    polygons, building = [], []
+    for index, ((x, y, z), (u, v, w)) in enumerate(boxes):
+        base = np.array([[x, y], [u, y], [u, v], [x, v]], float)
+        points = np.vstack([np.column_stack([base, np.full(4, height)]) for height in (z, w)])
+        for faces in OUTWARDS.values():
+            polygons += [points[face] for face in faces]
+            building += [0 if whole else index] * len(faces)
+    city = city_of_polygons(polygons, building=building)
+    return build_scene(city, 52.5, 13.4, patch_size=patch_size)
+
+
+def light_by_gather(scene, surface, **settings):
+    """Means over seeds of diffuse and direct light, and rms of their stated errors: two (2,)."""
+    found, stated = [], []
+    for seed in range(SEEDS):
+        transfer = trace_gather(scene, SUNS, Request(seed=seed, **settings), silent)
+        found.append([transfer.diffuse_relative[surface], direct_relative(transfer)[surface] @ SUNS.weight])
+        errors = transfer.diffuse_relative_standard_error, transfer.direct_annual_standard_error
+        stated.append([part[surface] for part in errors])
+    return np.mean(found, axis=0), np.sqrt(np.mean(np.square(stated), axis=0))
+
+
+def light_by_paths(scene, surface, sets=6):
+    """The same by paths, with the error of their mean."""
+    tracing = prepare_gather(scene, Request(), silent)
+    covered = find_cover(tracing.ray_scene, tracing.patches, tracing.threads)[1]
+    chosen = np.flatnonzero(scene.triangle_surface == surface)
+    chosen = np.repeat(chosen, 20)
+    share = tracing.patches.area[chosen] / tracing.patches.area[chosen].sum()
+    generator = np.random.default_rng(7)
+    found = np.array([(share @ follow_paths(tracing, covered, chosen, generator)).sum(axis=0) for _ in range(sets)])
+    return found.mean(axis=0), found.std(axis=0, ddof=1) / np.sqrt(sets)
+
+
+CASES = {"0.1 m": (lambda size=10.0: boxes_apart(0.1, size), 3), "0.3 m": (lambda size=10.0: boxes_apart(0.3, size), 3),
+         "1 m": (lambda size=10.0: boxes_apart(1.0, size), 3), "balcony": (balcony, 7)}  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_the_stated_error_holds_what_patches_spread(name):
+    make, surface = CASES[name]
+    scene = make()
+    found, stated = light_by_gather(scene, surface)
+    known, error = light_by_paths(scene, surface)
+    print(name, found, "±", stated, "paths", known, "±", error)
+    assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()
+    assert (error < stated).all()
+
+
+@pytest.mark.slow
+def test_small_patches_leave_little_of_it():
+    """Patches of 0.7 m in a gap of 0.3 m are right, and say so."""
+    scene = boxes_apart(0.3, 0.7)
+    known, error = light_by_paths(boxes_apart(0.3), 3)
+    found, stated = light_by_gather(scene, 3, samples=64)
+    large = light_by_gather(boxes_apart(0.3), 3)[1]
+    print(found, "±", stated, "paths", known, "±", error)
+    assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()
+    assert (stated < 0.5 * large).all()
+
+
+@pytest.mark.slow
+def test_gather_is_forward_in_a_gap():
+    scene = boxes_apart(0.3)
+    photons = trace_forward(scene, SUNS, Request(samples=20000, estimator="forward"), silent)
+    found, stated = light_by_gather(scene, 3)
+    known = np.array([photons.diffuse_relative[3], direct_relative(photons)[3] @ SUNS.weight])
+    error = np.array([photons.diffuse_relative_standard_error[3], photons.direct_annual_standard_error[3]])
+    print(found, "±", stated, "photons", known, "±", error)
+    assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()
+
+
+def test_the_gap_of_the_selfcheck():
+    """Light spread down a gap by patches as large as its walls is within what they state."""
+    difference, error = narrow_gap()
+    assert 0 < difference < 3 * error
+    assert error < 0.05
+
+
+def test_what_is_left_after_two_steps():
+    """Of errors that fall with the first or second power of length, by the sum of the geometric series."""
+    first = np.array([1.0, 1.0, -1.0, 0.0])
+    second = np.array([ABRUPT, SMOOTH, -SMOOTH, 0.0])
+    left = light_left(np.stack([second, first], axis=1), np.zeros(4))
+    np.testing.assert_allclose(left, [0.5, 1 / 12, -1 / 12, 0])
+    assert (np.abs(light_left(np.stack([second, first], axis=1), np.full(4, 9.0))) == 0).all()  # drowned in noise
