@@ -3,9 +3,9 @@
     python benchmarks/stated_errors.py CITY [--half M] [--seeds 16] [--latitude D --longitude D] [--lod L] [--save FILE]
 
 CITY is a file of buildings. Each seed traces it anew with the same suns; full load hours are those of a clear sky.
-Printed, for classes of eligible surfaces: the standard deviation over the seeds over the stated error, both as root mean
-squares over the class; the largest ratio of a single surface; and the same for the means of the groups. What the suns'
-choice does is the same for all seeds and left out.
+Printed, for classes of eligible surfaces: the standard deviation over the seeds over the stated error, both as root
+mean squares over the class; the largest ratio of a single surface; and the same for the means of the groups. What the
+choice of suns does is the same for all seeds and left out.
 
 With --half only polygons within so many metres of the middle stay eligible; all others still shade and reflect.
 """
@@ -70,9 +70,7 @@ def main():
     parser.add_argument("--samples", type=int, default=256)
     parser.add_argument("--save", type=Path, help="keep all numbers in an .npz file")
     options = parser.parse_args()
-    request = Request(
-        latitude=options.latitude, longitude=options.longitude, lod=options.lod, samples=options.samples
-    )
+    request = Request(latitude=options.latitude, longitude=options.longitude, lod=options.lod, samples=options.samples)
     scene = read_scene([options.city], request)
     surfaces = scene.surfaces
     if options.half:
@@ -95,11 +93,13 @@ def main():
         clear = chosen[(scatter[chosen] > FEW_HOURS) | (error[chosen] > FEW_HOURS)]
         single = scatter[clear] / np.maximum(error[clear], 1e-9)
         worst = clear[single.argmax()] if len(clear) else -1
-        tail = f"{np.quantile(single, 0.95):5.2f} {single.max():5.2f} {surfaces.surface_id[worst]}" if len(clear) else ""
+        tail = f"{np.quantile(single, 0.95):5.2f} {single.max():5.2f} " if len(clear) else ""
+        tail += surfaces.surface_id[worst] if len(clear) else ""
         print(f"{name:16} {len(chosen):8,} {a:7.2f} {b:7.2f} {a / b:6.2f} {tail}")
     for column, group in enumerate(groups):
         a, b = means[:, column].std(ddof=1), np.sqrt((stated_means[:, column] ** 2).mean())
-        print(f"mean of {' '.join(group):16} {means[:, column].mean():8.2f} h ± {a:.3f} (stated {b:.3f}), ratio {a / b:.2f}")
+        mean = means[:, column].mean()
+        print(f"mean of {' '.join(group):16} {mean:8.2f} h ± {a:.3f} (stated {b:.3f}), ratio {a / b:.2f}")
 
 
 if __name__ == "__main__":

@@ -124,7 +124,7 @@ def party_wall():
 
 
 def narrow_gap():
-    """A wall of 10 m before a taller neighbour's: large patches spread light down the gap, and state how much it may be."""
+    """A wall of 10 m before a taller neighbour's: large patches spread light down the gap, and state how much."""
     transfers = []
     for pieces in (1, 20):
         walls = [

@@ -70,7 +70,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     by_month = np.where(electric[:, None], sums.capacity_factor_by_month * hour / years, np.nan)
     poa = sums.poa_global * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
-    errors, group_errors = standard_errors_of_hours(transfer, weather, full_load_hours, poa, years, groups)
+    errors, group_errors = standard_errors_of_hours(transfer, weather, (full_load_hours, poa, years), groups)
     ac = system.feeds_grid
     return Energy(
         direct_relative_annual=sums.direct_relative / max(task.hours.sunny.sum(), 1.0),

@@ -8,7 +8,7 @@ from ..transfer.transfer import ErrorParts
 PROPORTION = 0.1  # to which full load hours follow the irradiance alike, whether direct, diffuse or reflected
 
 
-def standard_errors_of_hours(transfer, weather, full_load_hours, poa, years, groups):
+def standard_errors_of_hours(transfer, weather, sums, groups):
     """Standard errors of full load hours, of surfaces and of the means of groups.
 
     Errors of the irradiance are carried over in proportion, that of the direct part is taken as that of its mean over
@@ -21,12 +21,8 @@ def standard_errors_of_hours(transfer, weather, full_load_hours, poa, years, gro
     transfer : Transfer
         Its record holds the error of sun sampling where it was measured.
     weather : Weather
-    full_load_hours : numpy.ndarray, (n,)
-        [h] per year.
-    poa : numpy.ndarray, (n,)
-        [kWh/m²] per year.
-    years : float
-        The weather covers.
+    sums : tuple of (n,), (n,) and float
+        Full load hours [h] and irradiance [kWh/m²] per year, and the years that the weather covers.
     groups : Groups
 
     Returns
@@ -36,7 +32,8 @@ def standard_errors_of_hours(transfer, weather, full_load_hours, poa, years, gro
     means : numpy.ndarray, (g,)
         [h]
     """
-    own, passed_on, discretisation = carry_to_hours(transfer, weather, full_load_hours, poa, years)
+    full_load_hours = sums[0]
+    own, passed_on, discretisation = carry_to_hours(transfer, weather, *sums)
     names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
     rms = np.array([share_of_suns(transfer.record, name, "rms") for name in names])
     sampling = own + spread_of_mean(passed_on) + discretisation**2

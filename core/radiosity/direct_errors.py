@@ -10,8 +10,8 @@ from ..transfer.incidence import projection_in_front
 # Share of the variance of independent points that is left to a net of 2, 4, … 1,024: computed for straight edges of
 # shadow at any place and angle it is 0.38 to 0.59 (`tests/core/test_standard_errors.py`).
 EVENNESS = 0.5
-# The same for the line of what covers, which cells tell by quarters: 1.0 to 1.1 for straight lines at any angle, 0.35 to
-# 0.4 for those along an edge of the patch, as most lines of neighbours' roofs and walls run.
+# The same for the line of what covers, which cells tell by quarters: 1.0 to 1.1 for straight lines at any angle, 0.35
+# to 0.4 for those along an edge of the patch, as many lines of neighbours' roofs and walls run.
 ALONG_THE_LINE = 0.75
 WRONG_SIDE = 0.25  # of points along the line of what covers, in cells of which less than half is covered
 LARGEST_STEP = 32767  # of 16-bit numbers
@@ -116,8 +116,8 @@ def deviations_of_points(by_point, representative_points, covered, keys):
     """Deviations of four replicates of the annual light of cells under the suns.
 
     Shadow points have no replicates that are as good as all of them together. The light of each cell is that of one
-    point, off by about what the four points of a square of neighbours differ after their slope is taken out. Independent
-    random signs carry that on.
+    point, off by about what the four points of a square of neighbours differ after their slope is taken out.
+    Independent random signs carry that on.
 
     Parameters
     ----------
@@ -165,8 +165,8 @@ def fill_dark(by_point):
 def spread_of_points(by_point):
     """Standard deviation of each point about the light of its part of the patch: (p, m) float32.
 
-    Up to 16 points it is what squares of four neighbours differ after their slope is taken out. Of more points each part
-    holds several, and their own spread tells.
+    Up to 16 points it is what squares of four neighbours differ after their slope is taken out. Of more points each
+    part holds several, and their own spread tells.
     """
     count, parts = by_point.shape
     if parts < 4:

@@ -16,7 +16,7 @@ class LightError:
     """Of the light of n surfaces; each part of its kind adds up over surfaces in its own way."""
 
     own: np.ndarray  # (n,) variance by rays and points of the surface itself, independent of all other surfaces
-    passed_on: np.ndarray  # (n, HEMISPHERE_REPLICATES) deviations of the light that others pass on, alike for neighbours
+    passed_on: np.ndarray  # (n, HEMISPHERE_REPLICATES) deviations of the light that others pass on
     discretisation: np.ndarray  # (n,) with a sign, what light uneven within cells of patches adds; 0 where little
 
     @property

@@ -5,8 +5,8 @@ patches, it arrives elsewhere:
 
     whole patches  ── first step ──►  4 cells  ── second step ──►  16 cells  ── left ──►  light as it lies
 
-Where light changes smoothly each step is a quarter of the one before; where it ends abruptly, as at the mouth of a narrow
-gap, half of it. So the two steps tell what is left: a third of the second step, up to all of it.
+Where light changes smoothly each step is a quarter of the one before; where it ends abruptly, as at the mouth of a
+narrow gap, half of it. So the two steps tell what is left: a third of the second step, up to all of it.
 """
 
 import numpy as np

@@ -17,7 +17,7 @@ LEAST_SHARE = 0.1  # of the brightest albedo's powers: bounces that carry less o
 
 
 @njit(nogil=True, cache=True)
-def tally_deviations(fate, start_cells, asked, cells, limits, deviation):
+def tally_deviations(met_by, cells, limits, deviation):
     """Sky that each replicate sees from each cell less what all of them see, in steps of STEP.
 
     The open part of a cell is a ratio of two counts, rays that reach the sky over rays that start in the open; its
@@ -25,10 +25,8 @@ def tally_deviations(fate, start_cells, asked, cells, limits, deviation):
 
     Parameters
     ----------
-    fate : (c, rays) uint8
-    start_cells : (c, rays) uint8
-    asked : (c, CELL_DIVISIONS²) bool
-        Of `ask_each_ray`.
+    met_by : tuple of (c, rays) uint8, (c, rays) uint8 and (c, CELL_DIVISIONS²) bool
+        Fates and start cells of rays, and what `ask_each_ray` tells.
     cells : tuple of (CELL_DIVISIONS²,) int and bool
         The larger cell in which each of these lies, and whether rays enough start in each; else the patch is one.
     limits : tuple of two int
@@ -36,7 +34,7 @@ def tally_deviations(fate, start_cells, asked, cells, limits, deviation):
     deviation : (c, cells, HEMISPHERE_REPLICATES) int16
         Written.
     """
-    (cell_of, told), (sky, back) = cells, limits
+    (fate, start_cells, asked), (cell_of, told), (sky, back) = met_by, cells, limits
     count, rays = fate.shape
     replicates = deviation.shape[2]
     per_replicate = rays // replicates

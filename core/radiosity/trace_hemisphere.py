@@ -103,7 +103,8 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     )
     if len(rows):
         progress("sky and reflections", 0, len(rows) * sample_count, "rays")
-    for chosen, (tally, covered, matrix_rows, deviation) in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
+    for chosen, traced_rows in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
+        tally, covered, matrix_rows, deviation = traced_rows
         found.covered[chosen] = covered
         found.sky[chosen], found.far_ground[chosen] = tally[:2]
         found.element_sky[chosen], found.element_far_ground[chosen], found.open_share[chosen] = tally[2:]
@@ -160,7 +161,7 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
         return tally, covered, None, None
     deviation = np.empty((len(chosen), cells, HEMISPHERE_REPLICATES), np.int16)
     resolved = cell_of, fate.shape[1] >= FEWEST_RAYS * cells
-    tally_deviations(fate, start_cells, asked, resolved, (SKY, BACK), deviation)
+    tally_deviations((fate, start_cells, asked), resolved, (SKY, BACK), deviation)
     told = start_cells, cell_of if starts > 1 else np.zeros_like(cell_of), starts
     return tally, covered, count_hits(chosen, (hit, fate == FRONT), (b1, b2), cells, told), deviation
 

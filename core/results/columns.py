@@ -124,7 +124,7 @@ COLUMNS = (
         "energy",
         "number",
         "h",
-        "standard error of full_load_hours",
+        "standard error of full_load_hours: rays, size of patches where it matters, choice of suns",
         title="Standard error of the full load hours",
         legend_unit=_HOURS,
     ),

@@ -34,7 +34,7 @@ ERROR_PARTS = {  # name -> dimensions, long name; files written before they were
         "deviations of replicates of diffuse light that other surfaces pass on",
     ),
     "direct_passed_on": (("surface", "replicate"), "the same of the annual mean of direct light"),
-    "diffuse_discretisation": (("surface",), "diffuse light in excess by the size of patches, estimated; 0 where little"),
+    "diffuse_discretisation": (("surface",), "diffuse light in excess by the size of patches; 0 where little"),
     "direct_discretisation": (("surface",), "the same of the annual mean of direct light"),
     "covariance": (("surface",), "covariance of the surface's own noise in diffuse and in annual direct light"),
 }

@@ -26,7 +26,7 @@ class TraceRecord:
     rays: int | None = None  # forward
     photons: dict | None = None  # forward: where the light of each source went
     interrupted: dict | None = None  # suns_traced, of: where fewer suns were kept than asked for
-    sun_sampling: dict | None = None  # bias, rms [% of full load hours], patches
+    sun_sampling: dict | None = None  # bias, rms [% of full load hours], patches; the same by groups
     standard_error_unknown: str | None = None  # which one, and why
 
     def as_dict(self):

@@ -6,6 +6,11 @@ against photons, and against small patches.
 
 import numpy as np
 import pytest
+from test_closed_forms import direct_relative
+from test_gather_is_forward import SUNS
+from test_walls_that_touch import follow_paths
+from towns import OUTWARDS, city_of_polygons
+
 from citypv.core.commands.hard_checks import narrow_gap
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
@@ -15,10 +20,6 @@ from citypv.core.radiosity.patch_size_errors import ABRUPT, SMOOTH, light_left
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
-from test_closed_forms import direct_relative
-from test_gather_is_forward import SUNS
-from test_walls_that_touch import follow_paths
-from towns import OUTWARDS, city_of_polygons
 
 ERRORS = 3.0  # stated ones that gather may be off by
 SEEDS = 3

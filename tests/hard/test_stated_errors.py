@@ -8,6 +8,8 @@ from functools import cache
 
 import numpy as np
 import pytest
+from towns import OUTWARDS, city_of_polygons
+
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
@@ -15,7 +17,6 @@ from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import read_year
 from citypv.core.sun.choose_suns import choose_suns
-from towns import OUTWARDS, city_of_polygons
 
 SEEDS = 16
 PLACE = (52.5, 13.4)
