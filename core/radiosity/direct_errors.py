@@ -13,6 +13,7 @@ EVENNESS = 0.5
 # The same for the line of what covers, which cells tell by quarters: 1.0 to 1.1 for straight lines at any angle, 0.35
 # to 0.4 for those along an edge of the patch, as many lines of neighbours' roofs and walls run.
 ALONG_THE_LINE = 0.75
+FINEST_SHARE = 1 / 8  # half of a quarter
 WRONG_SIDE = 0.25  # of points along the line of what covers, in cells of which less than half is covered
 LARGEST_STEP = 32767  # of 16-bit numbers
 
@@ -23,7 +24,7 @@ def variance_of_shadow_points(by_point, covered, normal, suns, threads):
     Neighbouring points tell it, and where part of a patch lies under something, the line along which it does. Few of
     the cells hold that line; their points may agree by chance, whether they lie on one side or on the other. What these
     cells must do is known: a share q of one is covered, so its point is dark with probability q, and the variance is
-    q (1 - q). The points in the open tell the rest; all points do where the line runs between cells.
+    q (1 - q). The points in the open tell the rest. The larger of the two counts: where the line runs is not known.
 
     Parameters
     ----------
@@ -52,9 +53,11 @@ def variance_of_shadow_points(by_point, covered, normal, suns, threads):
     # Where no point sees a sun the open ones among them say how little there is: by the rule of succession.
     open_points = np.round(by_point.shape[1] * (1 - covered[partly].mean(axis=1)))
     light = np.where(brightest > 0, brightest, unshaded / (1 + open_points))
-    along_the_line = light**2 * variance_of_cover(covered[partly], by_point.shape[1])
+    # Where the line seems to run between cells it may still cut one of them by half of what tells their share.
+    least = FINEST_SHARE * (1 - FINEST_SHARE) / by_point.shape[1] ** 2
+    along_the_line = light**2 * np.maximum(variance_of_cover(covered[partly], by_point.shape[1]), least)
     in_the_open = variance_of_neighbours(fill_dark(by_point[partly]))
-    variance[partly] = np.where(along_the_line > 0, in_the_open + along_the_line, variance[partly])
+    variance[partly] = np.maximum(variance[partly], in_the_open + along_the_line)
     return variance
 
 
