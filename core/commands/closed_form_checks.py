@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pvlib
 
-from ..energy.hours import MOUNTING
+from ..energy.pv_system import default_system
 from ..patches.patches import patches_of_scene
 from ..progress import silent
 from ..radiosity.solve_radiosity import radiosity_factor, solve_radiosity
@@ -159,4 +159,4 @@ def view(one, other):
 
 def cell_temperature():
     """Sandia's model of the cell temperature, with the mounting that the full load hours use."""
-    return float(pvlib.temperature.sapm_cell(900.0, 20.0, 5.0, **MOUNTING)), 0.0
+    return float(pvlib.temperature.sapm_cell(900.0, 20.0, 5.0, **default_system().thermal)), 0.0

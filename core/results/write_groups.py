@@ -12,7 +12,7 @@ COLUMNS.append("full_load_hours_standard_error")
 
 
 def write_groups(path, energy):
-    """Write full load hours of the groups of eligible surfaces, means over their area that counts; errors of annual ones.
+    """Write full load hours of the groups of eligible surfaces, means over their area that counts, and their errors.
 
     Parameters
     ----------
