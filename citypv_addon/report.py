@@ -14,9 +14,10 @@ TITLES = {
     "repaired": "Repaired",
     "skipped": "Left out",
     "inside": "Inside, switched off",
+    "sheet": "Without thickness",
 }
 CLOSED = ("orientation", "eligible", "class", "material")
-FOUND = ("repaired", "skipped", "inside")
+FOUND = ("repaired", "skipped", "inside", "sheet")
 WIDTH = 40  # characters of a line in the panel
 
 

@@ -25,6 +25,7 @@ from .radiosity.sun_sampling_error import trace_sun_samples
 from .radiosity.trace_gather import trace_gather
 from .request import check_request
 from .results.list_findings import rows_of_names
+from .scene.add_backs import add_backs
 from .scene.build_scene import build_scene
 from .sun.check_distance import check_distance
 from .sun.choose_suns import choose_suns, parse_way
@@ -132,6 +133,7 @@ def read_year(site, request, suns=None):
 
 def plan_scene(scene, request):
     """What tracing this scene calls for."""
+    scene = add_backs(scene)
     return plan_effects(scene, patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed), request)
 
 

@@ -11,7 +11,7 @@ from .attributes import KIND_CODES, ORIENTATION_CODES
 class Group:
     """Surfaces, or what was left out, under a name."""
 
-    heading: str  # kind, orientation, eligible, class, material, repaired, skipped or inside
+    heading: str  # kind, orientation, eligible, class, material, repaired, skipped, inside or sheet
     name: str
     surfaces: np.ndarray  # (k,) int64 rows of the scene's surfaces; empty for what was left out
     count: int

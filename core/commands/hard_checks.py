@@ -16,6 +16,9 @@ RAYS = {"closed-form": False}
 PLAIN = rectangle([-60, -60, 0], [120, 0, 0], [0, 120, 0], 12)  # 24 triangles
 HOUSE = box((-5, -5, 0), (5, 5, 10))
 ROOF, SOUTH, EAST, WEST = (24 + np.arange(2) + 2 * side for side in (0, 2, 4, 5))
+# Underside of a square slab of 10 m, 3 m above open ground, three reflections: numeric radiosity in squares of 0.25 m.
+UNDERSIDE = 0.1495
+SLOT = (6 + 1.5 - np.hypot(1.5, 6)) / (2 * 6)  # crossed strings
 UTM = (390_000.0, 5_818_000.0, 30.0)
 SIDES = ([4, 5, 6, 7], [0, 3, 2, 1], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7])
 
@@ -34,6 +37,8 @@ def hard_checks():
         ("slivers of aspect 1e6: least share of sun", 1.0, SINGLE, slivers),
         ("face laid 0.1 µm on another: light of the upper one", 1.0, SINGLE, laid),
         ("house without a roof: sky of its walls", 0.5, SINGLE, open_house),
+        ("slab of 10 m, 3 m up, as its own object: light of its underside", UNDERSIDE, 0.02 * UNDERSIDE, canopy),
+        ("wall 1.5 m behind a board of 6 m without thickness: its sky", SLOT, 0.003, board),
         ("sun at zenith: share on walls", 0.0, 0.0, lambda: shares([[0, 0, 1]], SOUTH, np.max)),
         ("sun in the plane of two walls: share on them", 0.0, 0.0, in_plane),
         ("sun on the horizon: share on the wall that faces it", 1.0, SINGLE, on_horizon),
@@ -60,6 +65,37 @@ def town(away):
     buildings = [f"house {index // 6}" for index in range(count)]
     rings = np.arange(0, len(points) + 1, 4)
     return build_scene(City(names, buildings, [""] * count, points, rings, np.arange(count + 1), None), 52.5, 13.4)
+
+
+def scene_of_faces(parts, patch_size):
+    """Scene of rectangles, (4, 3) each: a list for each building."""
+    faces = np.array([face for part in parts for face in part], float)
+    count = len(faces)
+    names, buildings = [f"face {k}" for k in range(count)], [f"b{k}" for k, part in enumerate(parts) for _ in part]
+    rings = np.arange(0, 4 * count + 1, 4)
+    city = City(names, buildings, [""] * count, faces.reshape(-1, 3), rings, np.arange(count + 1), None)
+    return build_scene(city, 52.5, 13.4, ground="none", patch_size=patch_size)
+
+
+def faces_of_box(low, high):
+    """Six faces of a box: floor, roof, south, east, north, west."""
+    base = [[0, 0], [1, 0], [1, 1], [0, 1]]
+    corners = np.array([[*place, z] for z in (0, 1) for place in base]) * np.subtract(high, low) + low
+    return corners[[[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]]
+
+
+def canopy():
+    """Light of the underside of a slab that hangs above a plain and is an object of its own."""
+    plain = [[[-30, -30, 0], [30, -30, 0], [30, 30, 0], [-30, 30, 0]]]
+    scene = scene_of_faces([plain, faces_of_box((-5, -5, 3), (5, 5, 3.01))], 2.0)
+    return mean_of(trace(scene, samples=256, max_bounces=3), [1])
+
+
+def board():
+    """Sky of a wall behind a noise barrier of 400 m that looks away from it: the slot between their upper edges."""
+    barrier = [[[-200, -1.5, 0], [200, -1.5, 0], [200, -1.5, 6], [-200, -1.5, 6]]]
+    scene = scene_of_faces([barrier, faces_of_box((-5, 0, 0), (5, 8, 6))], None)
+    return mean_of(trace(scene, samples=1 << 14, max_bounces=0), [3], "sky_view_factor")
 
 
 def moved_town():

@@ -19,7 +19,7 @@ ABREAST = 0.25  # [m] feet this close beside each other get the height of the hi
 CONTROL_COUNT = 32  # points on the rim whose heights are weighted means of the feet's
 
 
-def build_ground(city, points, surfaces, footprint, patch_size=None):
+def build_ground(city, points, surfaces, footprint, patch_size=None, *, ground_height=None):
     """Ground that meets the foot of every wall, with courtyards and passages, growing coarser with distance.
 
     The feet's edges are cut into pieces of at most half a patch, and again where the triangulation misses them, so
@@ -36,6 +36,8 @@ def build_ground(city, points, surfaces, footprint, patch_size=None):
     footprint : array, (n,) bool
     patch_size : float, optional
         [m] Distance of ground points near the buildings.
+    ground_height : callable, optional
+        As of `find_feet`.
 
     Returns
     -------
@@ -53,7 +55,7 @@ def build_ground(city, points, surfaces, footprint, patch_size=None):
     check_patch_size(patch_size)
     check_parts(city, points, surfaces, footprint)
     patch_size = patch_size or DEFAULT_PATCH
-    feet = feet_or_corners(city, points, surfaces, footprint)
+    feet = feet_or_corners(city, points, surfaces, footprint, ground_height)
     low, high = points.min(axis=0), points.max(axis=0)
     reach = max(REACH * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
     foot_points, edges = cut_feet(feet, 0.5 * patch_size)
@@ -66,9 +68,9 @@ def build_ground(city, points, surfaces, footprint, patch_size=None):
     return vertices[used], corners.reshape(-1, 3), feet.hanging
 
 
-def feet_or_corners(city, points, surfaces, footprint):
+def feet_or_corners(city, points, surfaces, footprint, ground_height=None):
     """Feet of a city; where nothing stands on the ground, the corners of its bounds."""
-    feet = find_feet(city, points, surfaces, footprint)
+    feet = find_feet(city, points, surfaces, footprint, ground_height)
     if not len(feet.start):
         low, high = points.min(axis=0), points.max(axis=0)
         corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])

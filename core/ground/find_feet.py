@@ -7,12 +7,13 @@ import shapely
 from scipy.spatial import cKDTree
 
 from ..city.measure_polygons import next_in_ring, polygon_bounds
+from .find_floating import GENTLE, find_floating, measure_objects
 
 # What is that far above a foot beside it hangs in the air [m]:
 LOWEST_STEP = 6.0  # the lowest footprint of a building; up to there it stands on an embankment
 FOOTPRINT_STEP = 2.5  # a further footprint: a passage, a bridge, a tower on a podium
 WALL_STEP = 0.5  # a wall without a footprint: a bay, a dormer
-SLOPE = 0.5  # [m/m] ground is not steeper between two feet
+SLOPE = 0.5  # [m/m] ground is not steeper between two feet; a thin thing is a sign of gentle slopes only
 NEIGHBOURS = 32
 INSIDE = 0.3  # [m] this deep inside of another, lower footprint it stands on a building; less is a careless outline
 COINCIDENT = 0.01  # [m]
@@ -32,8 +33,11 @@ class Feet:
     outward: np.ndarray  # (e, 2) float64 away from the building, of any length
 
 
-def find_feet(city, points, surfaces, footprint):
+def find_feet(city, points, surfaces, footprint, ground_height=None):
     """Edges of footprints and lower edges of walls that stand on the ground.
+
+    Slabs, canopies and boards that hang in the air are told by what lies below or beside them: no thing stands on an
+    embankment higher than itself.
 
     Parameters
     ----------
@@ -42,6 +46,8 @@ def find_feet(city, points, surfaces, footprint):
         Of the city, z up.
     surfaces : Surfaces
     footprint : array, (n,) bool
+    ground_height : callable, optional
+        Of ground that is known before any is laid, as of `find_floating`.
 
     Returns
     -------
@@ -58,9 +64,16 @@ def find_feet(city, points, surfaces, footprint):
     middle = 0.5 * (start[edge] + end[edge])
     own = np.where(on_footprint[edge], polygon_of_point[edge], -1)
     edge = edge[~_above_another(shapes, low, np.flatnonzero(footprint), middle, own)]
+    building = np.unique(np.array(city.building_id), return_inverse=True)[1][polygon_of_point]
+    height, thin = measure_objects(building, points)
+    if ground_height is not None:
+        middle = 0.5 * (start[edge] + end[edge])
+        edge = edge[~find_floating(building[edge], middle, (height, thin), ground_height)]
     step = np.where(_is_lowest(city, low, footprint), LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
+    step = np.minimum(step, np.maximum(height[building[edge]], WALL_STEP))
     step[~on_footprint[edge]] = WALL_STEP
-    stands = _stands(start[edge], step) & _stands(end[edge], step, start[edge])
+    slope = np.where(thin[building[edge]], GENTLE, SLOPE)
+    stands = _stands(start[edge], step, slope) & _stands(end[edge], step, slope, start[edge])
     edge, step = edge[stands], step[stands]
     standing = np.isin(np.flatnonzero(footprint), polygon_of_point[edge])
     hanging = np.flatnonzero(footprint)[~standing]
@@ -114,8 +127,8 @@ def _above_another(shapes, low, footprints, middles, own):
     return above
 
 
-def _stands(points, step, others=None):
-    """Points that no foot nearby lies far below: z - z' <= step + SLOPE * distance (a slope filter, as for LiDAR)."""
+def _stands(points, step, slope, others=None):
+    """Points that no foot nearby lies far below: z - z' <= step + slope * distance (a slope filter, as for LiDAR)."""
     others = points if others is None else others
     if not len(points):
         return np.zeros(0, bool)
@@ -126,4 +139,4 @@ def _stands(points, step, others=None):
     count = min(NEIGHBOURS, len(lowest))
     distance, index = cKDTree(lowest[:, :2]).query(points[:, :2], k=count)
     rise = points[:, 2, None] - lowest[index.reshape(len(points), count), 2]
-    return (rise <= step[:, None] + SLOPE * distance.reshape(len(points), count)).all(axis=1)
+    return (rise <= step[:, None] + slope[:, None] * distance.reshape(len(points), count)).all(axis=1)

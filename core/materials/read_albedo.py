@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError
+from ..scene.add_backs import surface_of_triangles
 from .brdf_lambertian import Lambertian
 from .materials import MaterialSpec, describe_brdf
 from .shader_material import named_material
@@ -34,7 +35,7 @@ def albedo_of_triangles(scene, request):
     InputError
         If the albedo file or a material cannot be used, or is one that the estimator cannot follow.
     """
-    return np.array([brdf.albedo for brdf in brdfs_of_surfaces(scene, request)])[scene.triangle_surface]
+    return np.array([brdf.albedo for brdf in brdfs_of_surfaces(scene, request)])[surface_of_triangles(scene)]
 
 
 def brdfs_of_triangles(scene, request):
@@ -49,7 +50,7 @@ def brdfs_of_triangles(scene, request):
     of_surface = brdfs_of_surfaces(scene, request)
     brdfs = list(dict.fromkeys(brdf for brdf in of_surface if not isinstance(brdf, Lambertian)))
     place = {brdf: index for index, brdf in enumerate(brdfs)}
-    return brdfs, np.array([place.get(brdf, -1) for brdf in of_surface])[scene.triangle_surface]
+    return brdfs, np.array([place.get(brdf, -1) for brdf in of_surface])[surface_of_triangles(scene)]
 
 
 def brdfs_of_surfaces(scene, request):

@@ -28,9 +28,12 @@ class FacingScene(RayScene):
     """
 
     def __init__(self, scene, patches, threads=1):
-        super().__init__(scene.vertices, scene.triangles)
-        corners = np.asarray(scene.vertices, float)[scene.triangles]
-        self.coincident = find_coincident(corners, patches.offset, threads)
+        own = len(patches) if scene.back_of is None else int((scene.back_of < 0).sum())
+        super().__init__(scene.vertices, scene.triangles[:own])
+        corners = np.asarray(scene.vertices, float)[scene.triangles[:own]]
+        self.coincident = find_coincident(corners, patches.offset[:own], threads)
+        self.coincident.start = np.pad(self.coincident.start, (0, len(patches) - own), mode="edge")
+        self._other_side = patches.other_side if own < len(patches) else None
         if len(self.coincident):
             self.coincident = drop_hidden(self, patches, self.coincident, threads)
         self._kinds = patches.facing, patches.receives
@@ -40,6 +43,8 @@ class FacingScene(RayScene):
         places = super().trace_places(ray_origins, ray_directions)
         if len(self.coincident):
             turn_to_fronts(self._pairs(), self._kinds, np.asarray(ray_directions, np.float32), places)
+        if self._other_side is not None:
+            turn_sheets(self._other_side, self._kinds[0], np.asarray(ray_directions, np.float32), places)
         return places
 
     def find_doubles(self, places):
@@ -106,6 +111,26 @@ def turn_to_fronts(pairs, kinds, directions, hits):
             if lies_there:
                 hit[ray], b1[ray], b2[ray] = other[entry], c1, c2
                 break
+
+
+@njit(nogil=True, cache=True)
+def turn_sheets(other_side, facing, directions, hits):
+    """Change hits on the backs of sheets to hits on the fronts that lie there: the same triangles, turned over.
+
+    Parameters
+    ----------
+    other_side : (p,) int32
+        Of `Patches`.
+    facing : (p, 4) float32
+    directions : (m, 3) float32
+    hits : tuple of (m,) int32, (m,) float32 and (m,) float32
+        Changed in place.
+    """
+    hit, b1, b2 = hits
+    for ray in range(len(hit)):
+        met = hit[ray]
+        if met >= 0 and other_side[met] >= 0 and runs_along(facing, met, directions[ray]):
+            hit[ray], b1[ray], b2[ray] = other_side[met], b2[ray], b1[ray]
 
 
 @njit(nogil=True, cache=True)

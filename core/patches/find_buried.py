@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..scene.check_scene import check_scene
-from .find_ground import find_ground, height_below
+from ..scene.find_ground import find_ground, height_below
 
 CONTACT = 0.01  # [m] a floor this little above the ground lies on it
 UPRIGHT = np.sin(np.radians(1))  # a face that leans less than one degree is a wall
@@ -45,6 +45,9 @@ def find_buried(scene, ground=None):
         buried[downward] = np.where(height > -np.inf, middle[:, 2] <= height + CONTACT, scene.footprint[downward])
     # Start as far above the middle as rounding may have put it below what it rests on.
     slack = ROUNDING * np.abs(corners[downward]).max(axis=(1, 2))
-    height = height_below(scene.vertices, scene.triangles[normal[:, 2] > upright], middle, middle[:, 2] + slack)
+    carries = normal[:, 2] > upright
+    if scene.back_of is not None:
+        carries &= scene.back_of < 0  # nothing rests on its own back
+    height = height_below(scene.vertices, scene.triangles[carries], middle, middle[:, 2] + slack)
     buried[downward] |= middle[:, 2] <= height + CONTACT
     return buried

@@ -13,7 +13,7 @@ UNKNOWN, OPEN, COVERED = np.int8([-1, 0, 1])  # verdicts on a cell
 
 
 def meets_back(patches, hit, directions):
-    """Whether rays meet the back of a patch: they run along its normal, or it is a footprint.
+    """Whether rays meet the back of a patch: they run along its normal, or it is a footprint. Sheets have none.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def meets_back(patches, hit, directions):
     along += directions[..., 1] * facing[..., 1]
     along += directions[..., 2] * facing[..., 2]
     along += facing[..., 3]
-    return (along > 0) & (hit >= 0)
+    return (along > 0) & (hit >= 0) & (patches.other_side[hit] < 0)
 
 
 def find_covered_cells(ray_scene, patches, chosen, verdict=None):

@@ -6,9 +6,10 @@ import numpy as np
 
 from ..check_arrays import check_array, check_seed
 from ..sampling.random_numbers import key_of_names, mix
+from ..scene.add_backs import other_sides
 from ..scene.check_scene import check_scene
+from ..scene.find_ground import find_ground
 from .find_buried import find_buried
-from .find_ground import find_ground
 
 OFFSET_SPACINGS = 8  # distance of ray origins from their face in float32 spacings; with 2 the first rays are lost
 LARGEST_SHARE_DRAWN_IN = 1 / 64  # of the way to the middle
@@ -29,6 +30,7 @@ class Patches:
     albedo: np.ndarray  # (p,) float32
     facing: np.ndarray  # (p, 4) float32, normal and 2 for footprints (whoever sees one is under a building), else 0
     ground: np.ndarray  # (p,) bool, the ground: whatever has it above itself lies in the earth
+    other_side: np.ndarray  # (p,) int32, the patch on the other side of a sheet; -1 for all that have a thickness
     receives: np.ndarray  # (p,) bool, false where a patch closes a building, lies on the ground or has no area
 
     def __len__(self):
@@ -72,6 +74,7 @@ def patches_of_scene(scene, albedo, seed):
         albedo=albedo.astype(np.float32),
         facing=np.column_stack([normal, 2 * scene.footprint]).astype(np.float32),
         ground=ground,
+        other_side=other_sides(scene),
         receives=~scene.closure & ~find_buried(scene, ground) & (length > 0),
     )
 

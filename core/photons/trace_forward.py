@@ -18,6 +18,7 @@ from ..patches.patches import patches_of_scene
 from ..progress import SUN_STAGE, CancelledError, Clock
 from ..radiosity.measure_cover import find_cover
 from ..request import check_request
+from ..scene.add_backs import add_backs
 from ..scene.check_scene import check_scene
 from ..sun.check_suns import check_suns
 from ..sun.keep_suns import end_of_days, keep_suns
@@ -83,6 +84,7 @@ def trace_forward(scene, suns, request, progress, folder=None):
     check_request(request)
     clock = Clock()
     finishes = materials_of_surfaces(scene, request)
+    scene = add_backs(scene)
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
     plan = plan_effects(scene, patches, request)
     merge = area_means(scene.triangle_surface, patches.area, len(scene.surfaces))

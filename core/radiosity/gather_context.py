@@ -10,6 +10,7 @@ from ..materials.read_albedo import albedo_of_triangles
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches, patches_of_scene
 from ..request import Request
+from ..scene.add_backs import add_backs
 from ..threads import usable_threads
 from ..transfer.plan_effects import EffectPlan, plan_effects
 from ..transfer.surface_means import area_means
@@ -43,6 +44,7 @@ def prepare_gather(scene, request, progress):
     -------
     GatherContext
     """
+    scene = add_backs(scene)
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
     threads = usable_threads(request.threads)
     return GatherContext(

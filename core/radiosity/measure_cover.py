@@ -8,6 +8,7 @@ from ..patches.patches import patches_of_scene
 from ..progress import silent
 from ..sampling.hemisphere_rays import CELL_DIVISIONS
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..scene.add_backs import add_backs
 from ..threads import map_in_order, usable_threads
 from ..transfer.surface_means import area_means
 from .trace_hemisphere import RAYS_PER_TASK, trace_hemisphere
@@ -27,6 +28,7 @@ def measure_cover(scene, threads=None):
     -------
     (n,) float64
     """
+    scene = add_backs(scene)
     patches = patches_of_scene(scene, np.zeros(len(scene.triangles)), seed=0)
     threads = usable_threads(threads)
     ray_scene = FacingScene(scene, patches, threads)

@@ -1,4 +1,4 @@
-"""What reading a city came upon: repairs, what was left out, what lies inside and is switched off; with areas."""
+"""What reading a city came upon: repairs, what was left out, what lies inside or is a sheet; with areas."""
 
 from dataclasses import dataclass
 
@@ -7,13 +7,14 @@ import numpy as np
 from ..radiosity.measure_cover import measure_cover
 
 HALF = 0.5  # of a surface: covered by more than this, it is named among what lies inside
+SHEET = "has no thickness and encloses nothing: its back receives and reflects too, its row is the front as drawn"
 
 
 @dataclass
 class Finding:
     """Surfaces, or what was left out, that share a reason."""
 
-    heading: str  # repaired, skipped or inside
+    heading: str  # repaired, skipped, inside or sheet
     reason: str
     names: list  # ids: of surfaces, or of buildings and polygons that are not among them
     surfaces: np.ndarray  # (k,) int64 rows of the scene's surfaces; empty for what was left out
@@ -21,7 +22,7 @@ class Finding:
 
 
 def list_findings(scene, covered_share=None):
-    """Findings of a scene, in the order repaired, skipped, inside.
+    """Findings of a scene, in the order repaired, skipped, inside, sheet.
 
     Parameters
     ----------
@@ -47,6 +48,10 @@ def list_findings(scene, covered_share=None):
         if len(chosen):
             names = [surfaces.surface_id[k] for k in chosen]
             findings.append(Finding("inside", reason, names, chosen, float(surfaces.area[chosen].sum())))
+    if scene.sheet is not None and scene.sheet.any():
+        chosen = np.unique(scene.triangle_surface[scene.sheet]).astype(np.int64)
+        names = [surfaces.surface_id[k] for k in chosen]
+        findings.append(Finding("sheet", SHEET, names, chosen, float(surfaces.area[chosen].sum())))
     return findings
 
 

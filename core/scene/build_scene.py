@@ -5,14 +5,19 @@ import math
 
 import numpy as np
 
-from ..city.check_geometry import check_city, check_extent
+from ..city.check_geometry import check_city, check_extent, check_terrain
 from ..city.measure_polygons import measure_polygons
 from ..city.triangulate import triangulate
 from ..errors import InputError
 from ..ground.build_ground import build_ground, feet_or_corners
 from ..ground.build_terrain import build_terrain
+from ..ground.find_feet import find_feet
+from ..ground.terrain import measure_heights
 from .classify import classify, measure_tilt
 from .find_footprints import find_footprints
+from .find_ground import find_ground, height_below
+from .find_hanging import find_hanging, upward_areas
+from .find_sheets import find_sheets
 from .find_twins import find_twins
 from .grid_cells import split_into_cells
 from .locate_site import locate_site
@@ -22,6 +27,7 @@ from .scene import Scene, Site, Surfaces
 GROUNDS = ("auto", "none")
 MICROMETRE = 6  # decimals of a metre
 DRAWN_TWICE = "lies on a surface that faces the same way, counted once"
+SLACK = 0.001  # [m] what rests on a face may be drawn that far below it
 LOST_SHARE = 0.01  # triangles that cover less or more than a polygon by this share are worth a word
 
 
@@ -75,17 +81,11 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
     closure = (np.array(surfaces.thematic) == "ClosureSurface")[triangle_surface]
     carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
     scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
-    if terrain is not None:
-        return _stand_on_terrain(scene, feet_or_corners(city, points, surfaces, under), points, terrain, patch_size)
-    if ground == "none":
-        return scene
-    vertices, triangles, hanging = build_ground(city, points, surfaces, under, patch_size)
-    if len(hanging):
-        names = [surfaces.surface_id[i] for i in hanging[:5]]
-        report.notes.append(
-            f"{len(hanging)} footprints hang in the air, the ground goes on below: {', '.join(names)} …"
-        )
-    return _stand_on_ground(scene, vertices, triangles)
+    scene, floating = _lay_ground(scene, (city, points, surfaces, under), ground, terrain, patch_size)
+    scene.footprint &= ~find_hanging(scene, floating)
+    scene.sheet = find_sheets(scene)
+    _note_sheets(scene)
+    return scene
 
 
 def bring_to_origin(points, site):
@@ -185,11 +185,70 @@ def _note_lost_area(points, triangles, triangle_surface, surfaces, report):
         report.repair(reason, [surfaces.surface_id[i] for i in np.flatnonzero(lost)])
 
 
-def _stand_on_terrain(scene, feet, points, terrain, patch_size):
-    """The scene on measured ground; what was done at the feet of walls goes into the report."""
+def _lay_ground(scene, parts, ground, terrain, patch_size):
+    """The scene on its ground, and which footprints have no foot on it.
+
+    Parameters
+    ----------
+    scene : Scene
+    parts : tuple of City, points, Surfaces and footprint
+        As of `find_feet`.
+    ground : str
+    terrain : Terrain or None
+    patch_size : float or None
+    """
+    if terrain is not None:
+        return _stand_on_terrain(scene, parts, terrain, patch_size)
+    known = _height_of_own_ground(scene)
+    if ground == "none":
+        return scene, find_feet(*parts, known).hanging
+    vertices, triangles, floating = build_ground(*parts, patch_size, ground_height=known)
+    if len(floating):
+        names = [scene.surfaces.surface_id[i] for i in floating[:5]]
+        scene.report.notes.append(
+            f"{len(floating)} footprints hang in the air, the ground goes on below: {', '.join(names)} …"
+        )
+    return _stand_on_ground(scene, vertices, triangles), floating
+
+
+def _height_of_own_ground(scene):
+    """Height of what the files draw below a place, as `find_floating` asks for it."""
+    upward = upward_areas(np.asarray(scene.vertices, float)[scene.triangles]) > 0
+    ground, highest = find_ground(scene) & upward, scene.vertices[:, 2].max() + 1
+
+    def ground_height(places, thin):
+        height = np.full(len(places), -np.inf)
+        for chosen, faces, start in ((~thin, ground, highest), (thin, upward, places[:, 2] + SLACK)):
+            if chosen.any() and faces.any():
+                from_above = np.broadcast_to(start, len(places))[chosen]
+                height[chosen] = height_below(scene.vertices, scene.triangles[faces], places[chosen], from_above)
+        return np.where(height > -np.inf, height, np.nan)
+
+    return ground_height
+
+
+def _note_sheets(scene):
+    """Say which surfaces are lit from both sides."""
+    rows = np.unique(scene.triangle_surface[scene.sheet])
+    if len(rows):
+        area, names = scene.surfaces.area[rows].sum(), [scene.surfaces.surface_id[i] for i in rows[:5]]
+        scene.report.notes.append(
+            f"{len(rows):,} surfaces ({area:,.0f} m²) have no thickness and enclose nothing: their backs receive and "
+            f"reflect light too, their rows are the fronts as drawn: {', '.join(names)} …"
+        )
+
+
+def _stand_on_terrain(scene, parts, terrain, patch_size):
+    """The scene on measured ground, and which footprints hang; the report says what was done at the feet of walls."""
     site, names = scene.site, scene.surfaces.surface_id
     moved = terrain.moved(lambda places: bring_to_origin(places, site))
-    ground = build_terrain(feet, points, moved, patch_size)
+    check_terrain(moved)
+
+    def ground_height(places, thin):  # houses that end above the terrain are carried down to it
+        return np.where(thin, measure_heights(moved, places[:, :2]), np.nan)
+
+    feet = feet_or_corners(*parts, ground_height)
+    ground = build_terrain(feet, parts[1], moved, patch_size)
     for reason, polygons in (
         ("ends above the terrain, carried down", ground.raised),
         ("ends below the terrain, cut by it", ground.buried),
@@ -197,7 +256,7 @@ def _stand_on_terrain(scene, feet, points, terrain, patch_size):
     ):
         scene.report.repair(reason, [names[k] for k in polygons])
     scene.report.notes += ground.notes
-    return _stand_on_ground(scene, ground.vertices, ground.triangles, ground.hidden)
+    return _stand_on_ground(scene, ground.vertices, ground.triangles, ground.hidden), feet.hanging
 
 
 def _stand_on_ground(scene, vertices, triangles, hidden=None):

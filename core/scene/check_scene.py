@@ -19,3 +19,7 @@ def check_scene(scene):
     check_array("triangle_surface", scene.triangle_surface, (count,), kind="i", least=-1, most=own - 1)
     check_array("footprint", scene.footprint, (count,), kind="b")
     check_array("closure", scene.closure, (count,), kind="b")
+    if scene.sheet is not None:
+        check_array("sheet", scene.sheet, (count,), kind="b")
+    if scene.back_of is not None:
+        check_array("back_of", scene.back_of, (count,), kind="i", least=-1, most=count - 1)

@@ -52,3 +52,5 @@ class Scene:
     site: Site
     report: ImportReport = field(default_factory=ImportReport)
     colours: dict = field(default_factory=dict)  # name of a material of the files -> (3,) linear light, None: not told
+    sheet: np.ndarray | None = None  # (t,) bool: has no thickness and encloses nothing: its back is lit too; None: none
+    back_of: np.ndarray | None = None  # (t,) int32, on backs that `add_backs` made the triangle they belong to, else -1

@@ -58,6 +58,36 @@ class OwnRays:
             found[first : first + step] = np.stack([(met == kind).mean(axis=2) for kind in range(4)], axis=-1)
         return found
 
+    def light(self, rows, count, generator, *, bounces, albedo=0.25, sheet=()):
+        """Light of the isotropic sky on some triangles together, path by path: mean and standard error.
+
+        Rays go on from the place that they meet. Surfaces in `sheet` have two fronts. The far ground is lit without
+        obstruction and reflects as everything else does.
+        """
+        row = generator.choice(rows, count, p=self.area[rows] / self.area[rows].sum())
+        origins = self.points(row, 1, generator)[:, 0]
+        towards, found = self.directions(row, 1, generator)[:, 0], np.zeros(count)
+        path = np.arange(count)
+        for bounce in range(bounces + 1):
+            origins, towards = (np.ascontiguousarray(rays, np.float32) for rays in (origins, towards))
+            hit = self.tree.run(origins, towards)
+            met = self.judge_hits(hit, towards)
+            met[np.isin(hit, sheet) & (hit >= 0)] = FRONT
+            found[path[met == SKY]] += albedo**bounce
+            if bounce < bounces:
+                found[path[met == FAR]] += albedo ** (bounce + 1)
+            going = met == FRONT
+            path, hit, origins, towards = path[going], hit[going], origins[going].astype(float), towards[going]
+            normal, corner = self.normal[hit], self.corners[hit, 0]
+            along = (towards * normal).sum(axis=1)
+            origins += (((corner - origins) * normal).sum(axis=1) / along)[:, None] * towards
+            normal *= -np.sign(along)[:, None]
+            origins += self.offset[hit, None] * normal
+            ball = generator.normal(size=(len(hit), 3))
+            towards = normal + (1 - 1e-7) * ball / np.linalg.norm(ball, axis=1, keepdims=True)
+            towards /= np.linalg.norm(towards, axis=1, keepdims=True)
+        return found.mean(), found.std() / np.sqrt(count)
+
     def lit(self, rows, points, sun, generator):
         """Share of each triangle's points whose ray towards a sun meets nothing: (n,)."""
         origins = self.points(rows, points, generator).reshape(-1, 3)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..rays.ray_scene import RayScene
-from ..scene.check_scene import check_scene
+from .check_scene import check_scene
 
 SPANNED = 0.5  # of the city's bounds, seen from above: a mesh that covers less is no ground
 
@@ -26,6 +26,8 @@ def find_ground(scene):
     surface = scene.triangle_surface
     named = np.append(np.asarray(scene.surfaces.kind) == "ground", True)  # the generated ground's -1 takes the last
     ground = named[surface] & ~scene.footprint
+    if scene.back_of is not None:
+        ground &= scene.back_of < 0
     _, building = np.unique(np.append(np.asarray(scene.surfaces.building_id, str), "\x00"), return_inverse=True)
     building = np.append(building[:-1], -1)[surface]
     corners = np.asarray(scene.vertices, float)[scene.triangles]

@@ -1,0 +1,52 @@
+"""Sheets as they are traced: each triangle of them gets a back of its own, which receives and reflects."""
+
+from dataclasses import replace
+
+import numpy as np
+
+
+def add_backs(scene):
+    """The scene with a reversed triangle for each one of a sheet, after all others.
+
+    These belong to no row of the tables; `back_of` tells whose backs they are. Rays do not meet them: they meet the
+    sheet, from one side or the other.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    Scene
+        The same one where nothing is a sheet.
+    """
+    if scene.sheet is None or not scene.sheet.any() or scene.back_of is not None:
+        return scene
+    rows = np.flatnonzero(scene.sheet)
+    count, nothing = len(scene.triangles), np.zeros(len(rows), bool)
+    return replace(
+        scene,
+        triangles=np.concatenate([scene.triangles, scene.triangles[rows][:, [0, 2, 1]]]),
+        triangle_surface=np.concatenate([scene.triangle_surface, np.full(len(rows), -1, np.int32)]),
+        footprint=np.concatenate([scene.footprint, nothing]),
+        closure=np.concatenate([scene.closure, nothing]),
+        sheet=np.concatenate([scene.sheet, nothing]),
+        back_of=np.concatenate([np.full(count, -1, np.int32), rows.astype(np.int32)]),
+    )
+
+
+def surface_of_triangles(scene):
+    """Surface that each triangle is a part of, or the back of: (t,) int, -1 on generated ground."""
+    if scene.back_of is None:
+        return scene.triangle_surface
+    return np.where(scene.back_of >= 0, scene.triangle_surface[scene.back_of], scene.triangle_surface)
+
+
+def other_sides(scene):
+    """The triangle on the other side of each one of a sheet: (t,) int32, -1 for all that have a thickness."""
+    other = np.full(len(scene.triangles), -1, np.int32)
+    if scene.back_of is not None:
+        backs = np.flatnonzero(scene.back_of >= 0)
+        other[backs] = scene.back_of[backs]
+        other[scene.back_of[backs]] = backs
+    return other

@@ -1,0 +1,64 @@
+"""Undersides that hang in the air: what was taken for a footprint, and lies neither on the ground nor on a roof.
+
+Whether a building stands is told by its feet (`find_feet`). What does not stand may still rest on something, as a tower
+does on its podium. Each triangle looks straight down: from what rests nothing that faces up lies far below, and what
+meets a back lies inside of something.
+"""
+
+import numpy as np
+
+from ..rays.ray_scene import RayScene
+from .find_ground import height_below
+
+LEVEL = 0.5  # [m] what rests may be drawn that far above what carries it
+CONTACT = 0.01  # [m] however thin it is
+ROUNDING = 8 * np.finfo(np.float32).eps  # of coordinates, as a share of them
+
+
+def find_hanging(scene, floating):
+    """Footprints that receive light from below.
+
+    Parameters
+    ----------
+    scene : Scene
+        With its ground.
+    floating : (h,) int
+        Surfaces that are footprints but have no foot on the ground.
+
+    Returns
+    -------
+    (t,) bool
+    """
+    hanging = np.zeros(len(scene.triangles), bool)
+    rows = np.flatnonzero(scene.footprint & (scene.triangle_surface >= 0) & np.isin(scene.triangle_surface, floating))
+    if not len(rows):
+        return hanging
+    corners = np.asarray(scene.vertices, float)[scene.triangles]
+    upward = upward_areas(corners)
+    middle = corners[rows].mean(axis=1)
+    slack = ROUNDING * np.abs(corners[rows]).max(axis=(1, 2))
+    height = height_below(scene.vertices, scene.triangles[upward > 0], middle, middle[:, 2] + slack)
+    clear = middle[:, 2] - height > np.clip(thickness_above(scene, corners, rows), CONTACT, LEVEL)
+    start = middle - np.array([0, 0, 1]) * np.maximum(slack, CONTACT / 10)[:, None]
+    down = np.tile(np.float32([0, 0, -1]), (len(rows), 1))
+    met = RayScene(scene.vertices, scene.triangles).trace_closest(start.astype(np.float32), down)
+    inside = (met >= 0) & (scene.footprint[met] | (upward[met] <= 0))
+    hanging[rows[clear & ~inside]] = True
+    return hanging
+
+
+def upward_areas(corners):
+    """Twice the area of triangles, (t, 3, 3), seen from above, negative for those that face down; 0 for walls."""
+    edges = corners[:, 1:] - corners[:, :1]
+    normal = np.cross(edges[:, 0], edges[:, 1])
+    upright = np.sin(np.radians(1)) * np.linalg.norm(normal, axis=1)
+    return np.where(np.abs(normal[:, 2]) > upright, normal[:, 2], 0.0)
+
+
+def thickness_above(scene, corners, rows):
+    """How far the building of each of some triangles reaches above it: (r,) float64 [m]."""
+    own = np.flatnonzero(scene.triangle_surface >= 0)
+    building = np.unique(np.array(scene.surfaces.building_id), return_inverse=True)[1]
+    top = np.full(building.max(initial=-1) + 1, -np.inf)
+    np.maximum.at(top, building[scene.triangle_surface[own]], corners[own, :, 2].max(axis=1))
+    return top[building[scene.triangle_surface[rows]]] - corners[rows, :, 2].min(axis=1)

@@ -1,0 +1,85 @@
+"""Faces without thickness: carports, sails, noise barriers, billboards drawn as single faces.
+
+    sky      sky        What a face encloses is told by what lies on either side of it. Rays leave its back and its
+      ↖      ↗          front and go on from whatever they meet, as light would. Behind the wall of a house most
+        ╲  ╱            of them meet backs; behind cladding they meet the wall at once; between a roof and the
+  back  │  front        ground, and in a room, they never get out. Where they find the sky from both sides, the
+▂▂▂▂▂▂▂▂│▂▂▂▂▂▂▂▂▂▂▂▂   face is a sheet: neither side of it is the inside of anything.
+"""
+
+import numpy as np
+
+from .find_ground import find_ground
+from .follow_rays import faces_of_scene, follow_rays, look_straight
+
+FEW, SOME, MANY = 8, 16, 64  # rays from each triangle: to leave out what is clear, and to judge the others
+CLEARLY_INSIDE = 0.75  # of the few rays meet backs
+ENCLOSED = 0.4  # of the rays meet backs: a wall beside a floor without a roof has half, a vault of faces 0.36
+ESCAPING = 0.1  # of the rays reach the sky
+CLADDING = 0.3  # [m] what stands this close before a front belongs to it
+SLIVER = 0.01  # [m] what is narrower is rounding of the data
+MOST_ROUNDS = 4  # what lies below or behind sheets is judged again, for their backs are no inside
+
+
+def find_sheets(scene):
+    """Triangles of faces that have no thickness and enclose nothing.
+
+    Ground, footprints and faces that close a building are none. Surfaces are judged as a whole. A thing that is drawn
+    from both sides, as two faces in one place, is a sheet too: neither of its backs is an inside.
+
+    Parameters
+    ----------
+    scene : Scene
+        With its ground, where it has any.
+
+    Returns
+    -------
+    (t,) bool
+    """
+    sheet = np.zeros(len(scene.triangles), bool)
+    judged = (scene.triangle_surface >= 0) & ~scene.footprint & ~scene.closure & ~find_ground(scene)
+    if not judged.any():
+        return sheet
+    faces = faces_of_scene(scene)
+
+    def mean(rows, values):
+        return mean_of_surfaces(scene, faces, rows, values)
+
+    rows = np.flatnonzero(judged & (faces.area > 0))
+    rows = rows[mean(rows, widths(faces.corners[rows])) >= SLIVER]
+    rows = rows[mean(rows, follow_rays(faces, rows, -1, FEW, hops=1)[0]) < CLEARLY_INSIDE]
+    rows = rows[mean(rows, look_straight(faces, rows, -1, CLADDING)) < 0.5]
+    for count, least in ((SOME, 1e-9), (MANY, ESCAPING)):
+        for side in (-1, 1):
+            rows = rows[mean(rows, follow_rays(faces, rows, side, count)[1]) >= least]
+    for _ in range(MOST_ROUNDS):
+        found = rows
+        for side in (-1, 1):
+            found = found[mean(found, follow_rays(faces, found, side, MANY, hops=1, sheet=sheet)[0]) < ENCLOSED]
+        if not len(found):
+            break
+        sheet[found] = True
+        rows = rows[~sheet[rows]]
+    return sheet
+
+
+def widths(corners):
+    """Least heights of triangles, (r, 3, 3): (r,) float64."""
+    edges = corners - np.roll(corners, 1, axis=1)
+    doubled = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    return doubled / np.maximum(np.linalg.norm(edges, axis=2).max(axis=1), np.finfo(float).tiny)
+
+
+def mean_of_surfaces(scene, faces, rows, values):
+    """Mean over the surface that each of some triangles belongs to, weighted with areas: (r,) float64.
+
+    Parameters
+    ----------
+    rows : (r,) int
+        All triangles of each surface that is asked for.
+    values : (r,) float64
+    """
+    surface, area = scene.triangle_surface[rows], faces.area[rows]
+    count = len(scene.surfaces)
+    whole, total = np.bincount(surface, area, count), np.bincount(surface, area * values, count)
+    return np.divide(total, whole, out=np.zeros(count), where=whole > 0)[surface]

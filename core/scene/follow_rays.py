@@ -1,0 +1,140 @@
+"""Rays that go on from whatever they meet, on either side of faces, and where they end."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..rays.ray_scene import RayScene
+from ..sampling.random_numbers import GOLDEN, mix, uniform
+from ..sampling.sample_points import additive_recurrence, barycentric_of_square, cosine_direction
+
+HOPS = 8  # from face to face that a ray is followed
+SPACINGS = 16  # of float32, that rays start off their face
+RAYS_PER_TASK = 1 << 18
+PERPENDICULAR = 4  # points of each triangle that look straight ahead
+
+
+@dataclass
+class Faces:
+    """Triangles, and what meets them."""
+
+    ray_scene: RayScene
+    corners: np.ndarray  # (t, 3, 3) float64 [m]
+    frame: np.ndarray  # (t, 3, 3) float64, two tangents and the normal
+    area: np.ndarray  # (t,) float64 [m²]
+    offset: np.ndarray  # (t,) float64 [m], how far off their face rays start
+    footprint: np.ndarray  # (t,) bool, met with its back from either side
+
+
+def faces_of_scene(scene):
+    """Faces of a scene."""
+    corners = np.asarray(scene.vertices, float)[scene.triangles]
+    edges = corners[:, 1:] - corners[:, :1]
+    normal = np.cross(edges[:, 0], edges[:, 1])
+    doubled = np.linalg.norm(normal, axis=1)
+    tiny = np.finfo(float).tiny
+    normal /= np.maximum(doubled, tiny)[:, None]
+    along = edges[:, 0] / np.maximum(np.linalg.norm(edges[:, 0], axis=1), tiny)[:, None]
+    reach = np.abs(corners).max(axis=(1, 2)) + np.abs(edges).max(axis=(1, 2))
+    return Faces(
+        ray_scene=RayScene(scene.vertices, scene.triangles),
+        corners=corners,
+        frame=np.stack([along, np.cross(normal, along), normal], axis=1),
+        area=doubled / 2,
+        offset=SPACINGS * np.finfo(np.float32).eps * reach,
+        footprint=scene.footprint,
+    )
+
+
+def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None):
+    """Cosine-distributed rays from one side of some triangles, sent on likewise from either side of what they meet.
+
+    Every triangle sends the same rays in its own frame, so that no answer hangs on its name or place in a list.
+
+    Parameters
+    ----------
+    faces : Faces
+    rows : (r,) int
+    side : {-1, 1}
+        Back or front.
+    count : int
+        Rays from each triangle.
+    hops : int
+    sheet : (t,) bool, optional
+        Triangles whose backs count as fronts.
+
+    Returns
+    -------
+    backs : (r,) float64
+        Share of the rays that meet a back first.
+    sky : (r,) float64
+        Share that reaches the sky, at once or after hops.
+    """
+    backs, sky = np.zeros((2, len(rows)))
+    first = additive_recurrence(count, 4)
+    step = max(1, RAYS_PER_TASK // count)
+    for begin in range(0, len(rows), step):
+        some = rows[begin : begin + step]
+        u, v, w, x = (np.tile(first[:, k], len(some)) for k in range(4))
+        weights, owner = barycentric_of_square(u, v), np.repeat(np.arange(len(some)), count)
+        rays, met, sides = np.tile(np.arange(count), len(some)), some[owner], np.full(len(owner), float(side))
+        local = cosine_direction(w, x)
+        for hop in range(hops):
+            origins, directions = leave_faces(faces, met, weights, sides, local)
+            hit, *weights = faces.ray_scene.trace_places(origins, directions)
+            along = np.einsum("mx,mx->m", directions, faces.frame[hit, 2])
+            if hop == 0:
+                back = (hit >= 0) & ((along > 0) | faces.footprint[hit])
+                back &= True if sheet is None else ~sheet[hit]
+                backs[begin : begin + step] = np.bincount(owner, back, len(some)) / count
+            risen = (hit < 0) & (directions[:, 2] > 0)
+            sky[begin : begin + step] += np.bincount(owner, risen, len(some)) / count
+            going = hit >= 0
+            owner, rays, met, sides = owner[going], rays[going], hit[going], -np.sign(along[going])
+            weights = [weight[going] for weight in weights]
+            if not len(met):
+                break
+            words = mix((rays + 1).astype(np.uint64) * GOLDEN + np.uint64(hop))
+            local = cosine_direction(*uniform(words, 2).T)
+    return backs, sky
+
+
+def leave_faces(faces, rows, weights, sides, local):
+    """Origins and directions, (m, 3) float32 each, of rays from places on triangles, on one side or the other."""
+    b1, b2 = (np.asarray(weight, float)[:, None] for weight in weights)
+    corners, frame = faces.corners[rows], faces.frame[rows]
+    places = corners[:, 0] + b1 * (corners[:, 1] - corners[:, 0]) + b2 * (corners[:, 2] - corners[:, 0])
+    up = sides[:, None] * frame[:, 2]
+    origins = places + faces.offset[rows, None] * up
+    x, y, z = (np.asarray(part, float)[:, None] for part in local)
+    return origins.astype(np.float32), (x * frame[:, 0] + y * frame[:, 1] + z * up).astype(np.float32)
+
+
+def look_straight(faces, rows, side, reach):
+    """Share of the points of each triangle that have a front straight before one of its sides, no further than `reach`.
+
+    Parameters
+    ----------
+    faces : Faces
+    rows : (r,) int
+    side : {-1, 1}
+    reach : float [m]
+
+    Returns
+    -------
+    (r,) float64
+    """
+    points = additive_recurrence(PERPENDICULAR, 2)
+    weights = barycentric_of_square(*(np.tile(points[:, k], len(rows)) for k in (0, 1)))
+    owner = np.repeat(rows, PERPENDICULAR)
+    ahead = np.zeros((2, len(owner)))
+    origins, directions = leave_faces(
+        faces, owner, weights, np.full(len(owner), float(side)), (*ahead, np.ones(len(owner)))
+    )
+    hit = faces.ray_scene.trace_closest(origins, directions)
+    normal = faces.frame[hit, 2]
+    along = np.einsum("mx,mx->m", directions, normal)
+    away = np.einsum("mx,mx->m", faces.corners[hit, 0] - origins, normal)
+    distance = np.divide(away, along, out=np.full(len(hit), np.inf), where=along < 0)
+    near = (hit >= 0) & (distance < reach)
+    return near.reshape(len(rows), PERPENDICULAR).mean(axis=1)

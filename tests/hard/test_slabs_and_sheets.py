@@ -1,0 +1,338 @@
+"""Slabs that hang in the air, and faces without thickness: what lies under them is lit, and they are on both sides."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from own_rays import BACK, OwnRays
+from radiosity import crossed_strings
+from scenes import assert_mean, suns_towards
+from towns import city_of_polygons
+
+from citypv.core.city.city import City
+from citypv.core.files.read_city import read_city
+from citypv.core.ground.terrain import Layer, Terrain
+from citypv.core.patches.patches import patches_of_scene
+from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.request import Request
+from citypv.core.scene.build_scene import build_scene
+
+ROOT = Path(__file__).parents[2]
+ESTIMATORS = {"gather": trace_gather, "forward": trace_forward}
+SUNS = suns_towards([[0.3, -0.8, 0.6]])
+PATHS = 1 << 16
+ERRORS = 4.5
+CELLS = 0.03  # of the light: what is uneven within cells of patches of 4 m, under things that hang 2 to 5 m up
+
+
+def box(low, high):
+    """Roof, floor, south, east, north, west."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    points = np.array([[x, y, z] for z in (z0, z1) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))], float)
+    return [points[k] for k in ([4, 5, 6, 7], [0, 3, 2, 1], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7])]
+
+
+def sheet(start, along, across):
+    """A rectangle that faces to where along × across points."""
+    start, along, across = (np.array(vector, float) for vector in (start, along, across))
+    return [np.array([start, start + along, start + along + across, start + across])]
+
+
+def posts(size, height):
+    """Four posts below the corners of a slab, without tops."""
+    corners = [(x, y) for x in (-size / 2, size / 2 - 0.1) for y in (-size / 2, size / 2 - 0.1)]
+    return [face for x, y in corners for face in box((x, y, 0), (x + 0.1, y + 0.1, height))[1:]]
+
+
+PLAIN = sheet([-30, -30, 0], [60, 0, 0], [0, 60, 0])
+HOUSE = box((-5, 0, 0), (5, 8, 8))
+
+
+def scene_of(*objects, plain=PLAIN, ground="none", patch_size=4.0, terrain=None):
+    """Scene of a named plain, surface 0, and objects that are buildings without names of their faces."""
+    parts = [plain, *objects] if plain else objects
+    building = [number for number, part in enumerate(parts) for _ in part]
+    thematic = ["TINRelief" if plain and number == 0 else "" for number in building]
+    city = city_of_polygons([face for part in parts for face in part], thematic, building)
+    return build_scene(city, 52.5, 13.4, ground=ground, patch_size=patch_size, terrain=terrain)
+
+
+def trace(scene, estimator="gather", **settings):
+    """Transfer of a scene."""
+    samples = settings.pop("samples", 512 if estimator == "gather" else 300)
+    return ESTIMATORS[estimator](scene, SUNS, Request(samples=samples, estimator=estimator, **settings), silent)
+
+
+def sheets_of(scene):
+    """Surfaces that are taken for sheets, in ascending order."""
+    return sorted(set(scene.triangle_surface[scene.sheet].tolist()))
+
+
+def follow(scene, surface, sheets, **settings):
+    """Light of one surface by paths of the test's own: mean and standard error."""
+    plain = replace(scene, sheet=None)
+    own = OwnRays(plain, patches_of_scene(plain, np.zeros(len(scene.triangles)), 0).offset)
+    rows, both = (np.flatnonzero(np.isin(scene.triangle_surface, chosen)) for chosen in ([surface], sheets))
+    return own.light(rows, PATHS, np.random.default_rng(surface), sheet=both, **settings)
+
+
+def assert_light(scene, surfaces, sheets, covered=0.0):
+    """Gather, forward and single paths agree; covered is what something stands on, and no more."""
+    bounces = 3
+    by_gather, by_forward = (trace(scene, estimator, max_bounces=bounces) for estimator in ESTIMATORS)
+    for surface in surfaces:
+        light, error = follow(scene, surface, sheets, bounces=bounces)
+        for transfer in (by_gather, by_forward):
+            found, stated = transfer.diffuse_relative[surface], transfer.diffuse_relative_standard_error[surface]
+            slack = CELLS * light if transfer is by_gather else 0
+            assert abs(found - light) <= ERRORS * np.hypot(error, stated) + slack, (surface, found, stated, light)
+            assert transfer.covered_share[surface] == pytest.approx(covered, abs=0.003)
+            # The slack tells right from wrong: what stays dark below, or beside, misses a quarter and more.
+            assert ERRORS * np.hypot(error, stated) + slack < 0.2 * light
+
+
+def radiosity_below(size, height, albedo, bounces, *, step=0.5, reach=30.0):
+    """Light of the underside of a level square and of the ground below, by numbers: mean of the underside.
+
+    Squares of half a metre hand light to each other as dA cos cos / (π r²), the ground as far as `reach`; beyond it the
+    ground is lit without obstruction.
+    """
+    under, ground = (np.arange(-half + step / 2, half, step) for half in (size / 2, reach))
+    x, y = (grid.ravel() for grid in np.meshgrid(under, under))
+    gx, gy = (grid.ravel() for grid in np.meshgrid(ground, ground))
+    squared = (x[:, None] - gx) ** 2 + (y[:, None] - gy) ** 2 + height**2
+    kernel = step**2 * height**2 / (np.pi * squared**2)  # (under, ground)
+    first = 1 - kernel.sum(axis=0)  # of the ground, from the sky
+    beyond = 1 - kernel.sum(axis=1)  # of the underside, from the ground beyond
+    above, arriving, total = np.zeros(len(x)), first, np.zeros(len(x))
+    for bounce in range(bounces):
+        above, arriving = albedo * (kernel @ arriving + (beyond if bounce == 0 else 0)), albedo * (above @ kernel)
+        total += above
+    return total.mean()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [10, 20, 40])
+@pytest.mark.parametrize("stands", [False, True], ids=["hangs", "stands on posts"])
+def test_a_canopy_is_lit_from_below(size, stands):
+    """Underside, the wall beside it and the ground; as an object of its own, or in one with its posts."""
+    half = size / 2
+    slab = box((-half, -half, 3), (half, half, 3.2))
+    wall = sheet([-half - 2, half, 0], [0, -size, 0], [0, 0, 6])  # looks east, below the slab and above it
+    scene = scene_of(slab + posts(size, 3) if stands else slab, box((-half - 8, -half, 0), (-half - 2, half, 6)))
+    assert len(wall) == 1 and not sheets_of(scene)
+    assert not scene.footprint[scene.triangle_surface == 2].any()
+    east = len(scene.surfaces) - 3
+    assert_light(scene, [2, east], [])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [10, 20])
+def test_the_underside_of_a_slab_converges_to_its_radiosity(size):
+    """Numeric radiosity in squares of half a metre; patches of 2 to 10 m."""
+    expected = radiosity_below(size, 3, 0.25, 3)
+    for patch_size, allowed in ((10.0, 0.06), (4.0, 0.03), (2.0, 0.02)):
+        scene = scene_of(box((-size / 2, -size / 2, 3), (size / 2, size / 2, 3.01)), patch_size=patch_size)
+        transfer = trace(scene, max_bounces=3, samples=1024)
+        assert transfer.diffuse_relative[2] == pytest.approx(expected, rel=allowed)
+    forward = trace(scene, "forward", max_bounces=3, samples=100)
+    assert_mean(forward.diffuse_relative[2], forward.diffuse_relative_standard_error[2] + 0.005 * expected, expected)
+
+
+UNDER = {  # objects, surfaces to look at (0 is the plain; a box is roof, floor, south, east, north, west), sheets
+    "carport that looks up": ([HOUSE, sheet([-3, -7, 2.5], [6, 0, 0], [0, 6, 0])], [3, 7], [7]),
+    "carport that looks down": ([HOUSE, sheet([-3, -7, 2.5], [0, 6, 0], [6, 0, 0])], [3, 7], [7]),
+    "gabled carport": (
+        [sheet([-5, -3, 3], [10, 0, 0], [0, 3, 2]) + sheet([5, 3, 3], [-10, 0, 0], [0, -3, 2])],
+        [1, 2],
+        [1, 2],
+    ),
+    "sail": ([HOUSE, [np.array([[-3, -7, 3], [3, -7, 4], [0, -1, 5.0]])]], [3, 7], [7]),
+    "noise barrier that looks away": ([HOUSE, sheet([-15, -4, 0], [30, 0, 0], [0, 0, 5])], [3, 7], [7]),
+    "noise barrier that looks at the house": ([HOUSE, sheet([15, -4, 0], [-30, 0, 0], [0, 0, 5])], [3, 7], [7]),
+    "billboard above ground": ([HOUSE, sheet([-3, -7, 4], [6, 0, 0], [0, 0, 3])], [3, 7], [7]),
+    "parapet of single faces": (
+        [
+            HOUSE,
+            sheet([-5, 0, 8], [10, 0, 0], [0, 0, 1]),
+            sheet([5, 0, 8], [0, 8, 0], [0, 0, 1]),
+            sheet([5, 8, 8], [-10, 0, 0], [0, 0, 1]),
+            sheet([-5, 8, 8], [0, -8, 0], [0, 0, 1]),
+        ],
+        [1, 7],
+        [7, 8, 9, 10],
+    ),
+    "carports one above the other": (
+        [sheet([-5, -5, z], [10, 0, 0], [0, 10, 0]) for z in (3, 6)],
+        [1, 2],
+        [1, 2],
+    ),
+    "roof under a slab": ([box((-5, 0, 0), (5, 8, 5)), box((-6, -1, 8), (6, 9, 8.3))], [1, 8], []),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", UNDER)
+def test_gather_is_forward_is_single_paths(name):
+    objects, surfaces, sheets = UNDER[name]
+    scene = scene_of(*objects)
+    assert sheets_of(scene) == sheets
+    assert_light(scene, surfaces, sheets)
+
+
+@pytest.mark.slow
+def test_a_parapet_that_is_a_closed_body():
+    """Its own object, 0.2 m wide on a roof of 8 m."""
+    scene = scene_of(HOUSE, box((-5, 0, 8), (5, 0.2, 9)))
+    assert not sheets_of(scene) and scene.footprint[scene.triangle_surface == 8].all()
+    assert_light(scene, [1], [], covered=0.2 / 8)
+
+
+def test_the_roof_of_a_car_under_a_slab_of_20_m():
+    """It sees the sky in the slot only: none of it is covered, and both estimators agree on the little that arrives."""
+    scene = scene_of(box((-2, -1, 0), (2, 1, 1.5)), box((-10, -10, 3), (10, 10, 3.4)), patch_size=3.0)
+    light, error = follow(scene, 1, [], bounces=3)
+    for estimator, samples in (("gather", 1024), ("forward", 300)):
+        transfer = trace(scene, estimator, samples=samples, max_bounces=3)
+        stated = transfer.diffuse_relative_standard_error[1]
+        assert transfer.covered_share[1] == 0
+        assert transfer.diffuse_relative[1] == pytest.approx(light, abs=ERRORS * np.hypot(stated, error))
+        assert light > 3 * stated
+
+
+@pytest.mark.parametrize("towards", [1, -1], ids=["looks away", "looks at the wall"])
+@pytest.mark.parametrize(("height", "distance"), [(6.0, 1.5), (8.0, 1.0)])
+def test_a_wall_behind_a_board_keeps_its_sky(height, distance, towards):
+    """As long as it is high, 400 m: crossed strings from the wall to the slot between both upper edges."""
+    board = sheet([-200 * towards, -distance, 0], [400 * towards, 0, 0], [0, 0, height])
+    scene = scene_of(box((-5, 0, 0), (5, 8, height)), board, plain=None, patch_size=None)
+    assert sheets_of(scene) == [6]
+    transfer = trace(scene, samples=1 << 15, max_bounces=0)
+    expected = abs(crossed_strings((0, 0), (0, height), (distance, height), (0, height)))
+    assert transfer.covered_share[2] == 0
+    assert transfer.sky_view_factor[2] == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_a_board_that_stands_free_is_lit_as_a_front_however_it_is_drawn(estimator):
+    """Half of the sky and half of the ground: 0.625, drawn once or from both sides."""
+    south, north = sheet([-5, 0, 4], [10, 0, 0], [0, 0, 5]), sheet([5, 0, 4], [-10, 0, 0], [0, 0, 5])
+    for objects in ([south], [north], [south, north]):
+        scene = scene_of(*objects, plain=None)
+        transfer = trace(scene, estimator, samples=4096, max_bounces=1)
+        assert transfer.diffuse_relative == pytest.approx(0.625, abs=0.02)
+        assert len(sheets_of(scene)) == len(objects)
+
+
+@pytest.mark.parametrize("missing", range(7))
+def test_what_encloses_is_no_sheet(missing):
+    """A house, one with a face missing, one face of it turned; the whole is judged the same in another order."""
+    faces = [face for number, face in enumerate(HOUSE) if number != missing]
+    scene = scene_of(faces, box((5, 0, 0), (12, 8, 5)))
+    assert not scene.sheet.any()
+    turned = [face[::-1] if number == 0 else face for number, face in enumerate(faces)]
+    assert not scene_of(turned).sheet.any()
+
+
+OTHERS = {
+    "hall without a floor": box((-20, -20, 0), (20, 20, 5))[:1] + box((-20, -20, 0), (20, 20, 5))[2:],
+    "room drawn from inside": [face[::-1] for face in box((-5, -5, 0), (5, 5, 5))],
+    "cladding": HOUSE + sheet([-4, -0.1, 1], [8, 0, 0], [0, 0, 6]),
+    "storeys in a house": HOUSE + sheet([-5, 0, 3], [10, 0, 0], [0, 8, 0]),
+    "sheet on the ground": HOUSE + sheet([-4, -8, 0.05], [8, 0, 0], [0, 6, 0]),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_what_is_no_sheet_either(name):
+    assert not scene_of(OTHERS[name]).sheet.any()
+
+
+def test_ground_without_a_name_is_no_sheet():
+    """A valley with sides of 45°: from below the sky is seen beyond its rim."""
+    valley = sheet([-30, 0, 0], [60, 0, 0], [0, 30, 30]) + sheet([-30, -30, 30], [60, 0, 0], [0, 30, -30])
+    houses = [box((x, -3, -2), (x + 6, 3, 9)) for x in (-20, 0, 14)]
+    assert not scene_of(valley, *houses, plain=None).sheet.any()
+
+
+def test_sheets_are_the_same_in_any_order():
+    objects = [HOUSE, *(part for name in ("sail", "billboard above ground") for part in UNDER[name][0][1:])]
+    scene = scene_of(*objects)
+    polygons = [face for part in [PLAIN, *objects] for face in part]
+    building = [number for number, part in enumerate([PLAIN, *objects]) for _ in part]
+    order = np.random.default_rng(5).permutation(len(polygons))
+    thematic = np.where(order == 0, "TINRelief", "").tolist()
+    city = city_of_polygons([polygons[k] for k in order], thematic, [building[k] for k in order])
+    again = build_scene(city, 52.5, 13.4, ground="none", patch_size=4.0)
+    assert sheets_of(scene) == sorted(order[sheets_of(again)].tolist()) == [7, 8]
+
+
+HANGING = {
+    "slab": box((-8, -12, 3), (8, -2, 3.3)),
+    "slab far away": box((12, -12, 3), (20, -2, 3.3)),
+    "carport that looks down": sheet([-3, -7, 2.5], [0, 6, 0], [6, 0, 0]),
+    "billboard": sheet([-3, -12, 4], [6, 0, 0], [0, 0, 3]),
+}
+
+
+@pytest.mark.parametrize("ground", ["none", "auto"])
+def test_a_slab_above_streets_in_pieces(ground):
+    """No piece is known as ground: what lies below a thin thing tells that it hangs."""
+    streets = [sheet([x, y, 0], [10, 0, 0], [0, 10, 0]) for x in range(-30, 30, 10) for y in range(-30, 30, 10)]
+    scene = scene_of(*streets, box((-5, -5, 3), (5, 5, 3.01)), plain=None, ground=ground)
+    assert not scene.footprint.any() and not scene.sheet.any()
+    assert scene.vertices[:, 2].max() == pytest.approx(3.01, abs=1e-6)
+    transfer = trace(scene, max_bounces=3)
+    assert transfer.diffuse_relative[37] == pytest.approx(radiosity_below(10, 3, 0.25, 3), rel=0.03)
+
+
+@pytest.mark.parametrize("name", HANGING)
+@pytest.mark.parametrize("given", ["nothing", "a plain", "terrain"])
+def test_the_ground_goes_on_below_what_hangs(name, given):
+    """It does not climb to it, and no wall is carried down to it: rays from below the thing meet ground at 0 m."""
+    terrain = None
+    if given == "terrain":
+        corners = np.array([[-90, -90, 0], [90, -90, 0], [90, 90, 0], [-90, 90, 0]], float)
+        terrain = Terrain("here", [Layer(corners, np.array([[0, 1, 2], [0, 2, 3]]))], [])
+    scene = scene_of(HOUSE, HANGING[name], plain=PLAIN if given == "a plain" else None, ground="auto", terrain=terrain)
+    laid = (scene.triangle_surface < 0) & ~scene.footprint
+    # The scene's origin lies at the middle of its bounds; its lowest point is the ground.
+    assert scene.vertices[scene.triangles[laid]][..., 2].max() < 0.01
+    lowest = len(scene.surfaces) - len(HANGING[name])
+    assert not scene.footprint[scene.triangle_surface >= lowest].any()
+
+
+def test_what_rests_stays_a_footprint():
+    """Towers on a podium, one drawn 0.3 m too high; a slab on the ground; a house on an embankment of 2 m."""
+    podium, tower = box((-10, -10, 0), (10, 10, 4)), box((-4, -4, 4), (4, 4, 20))
+    high, slab = box((5, 5, 4.3), (9, 9, 20)), box((-25, -8, 0), (-15, 2, 0.3))
+    for ground in ("none", "auto"):
+        scene = scene_of(podium, tower, high, slab, ground=ground)
+        floors = scene.surfaces.kind[scene.triangle_surface] == "downward"
+        assert scene.footprint[floors & (scene.triangle_surface >= 0)].all()
+        assert not scene.sheet.any()
+
+
+def test_footprints_and_sheets_of_real_files():
+    """Berlin has none of either that hangs. Four boards stand free in a tile of North Rhine-Westphalia, 22 m²."""
+    scene = build_scene(read_city([ROOT / "tests/data/citygml/nrw_LoD2_32_280_5659_1_NW.gml.gz"]))
+    found = sheets_of(scene)
+    assert len(found) == 4 and scene.surfaces.area[found].sum() == pytest.approx(22, abs=0.5)
+    # From behind they see hardly any back: rays of the test's own from reversed triangles.
+    rows = np.flatnonzero(scene.sheet)
+    turned = replace(scene, triangles=scene.triangles.copy(), sheet=None)
+    turned.triangles[rows] = turned.triangles[rows][:, ::-1]
+    own = OwnRays(turned, patches_of_scene(turned, np.zeros(len(turned.triangles)), 0).offset)
+    assert own.shares(rows, 64, 16, np.random.default_rng(1))[..., BACK].mean(axis=1).max() < 0.4
+    assert any("no thickness" in note for note in scene.report.notes)
+
+
+@pytest.mark.slow
+def test_berlin_has_no_sheet():
+    city = read_city([ROOT / "examples/berlin/berlin_3910_5817.gml"])
+    scene = build_scene(city, patch_size=None)
+    assert isinstance(city, City) and not scene.sheet.any()
+    assert scene.footprint[np.array(scene.surfaces.thematic)[scene.triangle_surface] == "GroundSurface"].all()
