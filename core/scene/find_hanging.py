@@ -42,7 +42,8 @@ def find_hanging(scene, floating):
     start = middle - np.array([0, 0, 1]) * np.maximum(slack, CONTACT / 10)[:, None]
     down = np.tile(np.float32([0, 0, -1]), (len(rows), 1))
     met = RayScene(scene.vertices, scene.triangles).trace_closest(start.astype(np.float32), down)
-    inside = (met >= 0) & (scene.footprint[met] | (upward[met] <= 0))
+    # A ray that runs down along a wall may meet it: that tells nothing.
+    inside = (met >= 0) & (scene.footprint[met] | (upward[met] < 0))
     hanging[rows[clear & ~inside]] = True
     return hanging
 

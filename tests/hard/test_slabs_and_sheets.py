@@ -180,6 +180,7 @@ def test_gather_is_forward_is_single_paths(name):
     objects, surfaces, sheets = UNDER[name]
     scene = scene_of(*objects)
     assert sheets_of(scene) == sheets
+    assert not scene.footprint[np.isin(scene.triangle_surface, surfaces)].any()
     assert_light(scene, surfaces, sheets)
 
 
