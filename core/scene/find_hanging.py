@@ -12,6 +12,7 @@ from .find_ground import height_below
 
 LEVEL = 0.5  # [m] what rests may be drawn that far above what carries it
 CONTACT = 0.01  # [m] however thin it is
+WEIGHTS = (0.55, 0.27, 0.18)  # of the corners in places that look down: seldom above an edge, hardly ever two of three
 ROUNDING = 8 * np.finfo(np.float32).eps  # of coordinates, as a share of them
 
 
@@ -35,16 +36,18 @@ def find_hanging(scene, floating):
         return hanging
     corners = np.asarray(scene.vertices, float)[scene.triangles]
     upward = upward_areas(corners)
-    middle = corners[rows].mean(axis=1)
+    carriers, whole = scene.triangles[upward > 0], RayScene(scene.vertices, scene.triangles)
     slack = ROUNDING * np.abs(corners[rows]).max(axis=(1, 2))
-    height = height_below(scene.vertices, scene.triangles[upward > 0], middle, middle[:, 2] + slack)
-    clear = middle[:, 2] - height > np.clip(thickness_above(scene, corners, rows), CONTACT, LEVEL)
-    start = middle - np.array([0, 0, 1]) * np.maximum(slack, CONTACT / 10)[:, None]
+    near = np.clip(thickness_above(scene, corners, rows), CONTACT, LEVEL)
     down = np.tile(np.float32([0, 0, -1]), (len(rows), 1))
-    met = RayScene(scene.vertices, scene.triangles).trace_closest(start.astype(np.float32), down)
-    # A ray that runs down along a wall may meet it: that tells nothing.
-    inside = (met >= 0) & (scene.footprint[met] | (upward[met] < 0))
-    hanging[rows[clear & ~inside]] = True
+    votes = np.zeros(len(rows), int)
+    for turn in range(3):
+        place = np.einsum("c,rcx->rx", np.roll(WEIGHTS, turn), corners[rows])
+        clear = place[:, 2] - height_below(scene.vertices, carriers, place, place[:, 2] + slack) > near
+        place[:, 2] -= np.maximum(slack, CONTACT / 10)
+        met = whole.trace_closest(place.astype(np.float32), down)
+        votes += clear & ~((met >= 0) & (scene.footprint[met] | (upward[met] < 0)))
+    hanging[rows[votes >= 2]] = True
     return hanging
 
 
