@@ -1,9 +1,13 @@
 """A dozen hard cases against the tracer: positions, shapes, suns and numbers that break ray tracers."""
 
+import tempfile
+from pathlib import Path
+
 import numpy as np
 
 from ..city.city import City
 from ..errors import InputError
+from ..files.read_city import read_city
 from ..progress import silent
 from ..radiosity.trace_gather import trace_gather
 from ..request import Request
@@ -38,6 +42,7 @@ def hard_checks():
         ("face laid 0.1 µm on another: light of the upper one", 1.0, SINGLE, laid),
         ("house without a roof: sky of its walls", 0.5, SINGLE, open_house),
         ("slab of 10 m, 3 m up, as its own object: light of its underside", UNDERSIDE, 0.02 * UNDERSIDE, canopy),
+        ("valley drawn as one object, sides at 45°: sky of its sides", np.sqrt(0.5), 0.001, valley),
         ("wall 1.5 m behind a board of 6 m without thickness: its sky", SLOT, 0.003, board),
         ("sun at zenith: share on walls", 0.0, 0.0, lambda: shares([[0, 0, 1]], SOUTH, np.max)),
         ("sun in the plane of two walls: share on them", 0.0, 0.0, in_plane),
@@ -96,6 +101,17 @@ def board():
     barrier = [[[-200, -1.5, 0], [200, -1.5, 0], [200, -1.5, 6], [-200, -1.5, 6]]]
     scene = scene_of_faces([barrier, faces_of_box((-5, 0, 0), (5, 8, 6))], None)
     return mean_of(trace(scene, samples=1 << 14, max_bounces=0), [3], "sky_view_factor")
+
+
+def valley():
+    """Sky of the two sides of a long valley that is read from a file; by crossed strings the cosine of their slope."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "valley.obj"
+        corners = [(x, y, abs(x)) for x in (-10, 0, 10) for y in (-5000, 5000)]
+        lines = ["o valley", *(f"v {x} {y} {z}" for x, y, z in corners), "f 1 3 4 2", "f 3 5 6 4"]
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        scene = build_scene(read_city(path), 52.5, 13.4, ground="none", patch_size=None)
+    return mean_of(trace(scene, samples=1 << 14, max_bounces=0), np.arange(2), "sky_view_factor")
 
 
 def moved_town():
