@@ -17,21 +17,18 @@ from .energy.pv_system import build_system
 from .errors import InputError
 from .files.read_city import read_city
 from .files.read_terrain import read_terrain
-from .materials.read_albedo import albedo_of_triangles
-from .patches.patches import patches_of_scene
 from .photons.trace_forward import trace_forward
 from .progress import silent
 from .radiosity.sun_sampling_error import trace_sun_samples
 from .radiosity.trace_gather import trace_gather
 from .request import check_request
 from .results.list_findings import rows_of_names
-from .scene.add_backs import add_backs
 from .scene.build_scene import build_scene
 from .sun.check_distance import check_distance
 from .sun.choose_suns import choose_suns, parse_way
 from .sun.keep_suns import weigh_by_year
 from .sun.spread_suns import spread_suns
-from .transfer.plan_effects import plan_effects
+from .transfer.prepare_scene import prepare_scene
 from .transfer.transfer import scale_direct
 from .weather.read_weather import read_weather
 
@@ -133,13 +130,13 @@ def read_year(site, request, suns=None):
 
 def plan_scene(scene, request):
     """What tracing this scene calls for."""
-    scene = add_backs(scene)
-    return plan_effects(scene, patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed), request)
+    return prepare_scene(scene, request).plan
 
 
-def trace_scene(scene, weather, request, progress=silent, folder=None):
+def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepared=None):
     """Transfer of a scene for the suns of a year. Of the weather only the place and the time axis count.
 
+    `prepared` is the scene's PreparedScene, where it is known already.
     What does not fit into the memory lies in `folder`, or in the system's place for temporary files. Whoever cancels
     after some suns (see `core.progress`) gets a Transfer of those, which stand for the whole year then; before, the
     CancelledError.
@@ -147,7 +144,7 @@ def trace_scene(scene, weather, request, progress=silent, folder=None):
     year = weather.data.index, weather.interval, weather.latitude, weather.longitude
     suns = spread_suns(choose_suns(request.suns, *year, request.seed))
     trace = {"gather": trace_gather, "forward": trace_forward}[request.estimator]
-    transfer = trace(scene, suns, request, progress, folder)
+    transfer = trace(scene, suns, request, progress, folder, prepared=prepared)
     return weigh_kept_suns(transfer, year) if transfer.record.interrupted else transfer
 
 
@@ -175,7 +172,7 @@ def weigh_kept_suns(transfer, year):
     return replace(transfer, suns=suns, direct_annual_standard_error=error, error_parts=parts)
 
 
-def measure_sun_sampling(scene, weather, transfer, request, progress=silent):
+def measure_sun_sampling(scene, weather, transfer, request, progress=silent, *, prepared=None):
     """What the choice of suns does to the full load hours, measured on patches of the scene itself.
 
     Reflections are left out: they change more slowly than shadows.
@@ -190,7 +187,7 @@ def measure_sun_sampling(scene, weather, transfer, request, progress=silent):
         return {"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "patches": 0}
     year = weather.data.index, weather.interval, weather.latitude, weather.longitude
     hourly = choose_suns("hourly", *year, request.seed)
-    clustered, exact = trace_sun_samples(scene, transfer, hourly, request, progress)
+    clustered, exact = trace_sun_samples(scene, transfer, hourly, request, progress, prepared=prepared)
     system = build_system(request)
     found, true = (
         compute_surface_energy(one, weather, system, request.threads).full_load_hours for one in (clustered, exact)

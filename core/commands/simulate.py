@@ -19,7 +19,6 @@ from ..study import (
     find_surfaces,
     measure_sun_sampling,
     place_city,
-    plan_scene,
     read_buildings,
     read_year,
     trace_scene,
@@ -27,6 +26,7 @@ from ..study import (
 from ..sun.check_distance import distance_of_weather
 from ..transfer.kept_matrix import is_on_disk
 from ..transfer.plan_effects import describe_plan
+from ..transfer.prepare_scene import prepare_scene
 
 
 class RunLog:
@@ -92,10 +92,11 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         log.say(describe_weather(weather, scene.site))
         log.clock.lap("read weather")
         log.say("What this scene calls for:")
-        for line in describe_plan(plan_scene(scene, request)):
+        prepared = prepare_scene(scene, request)
+        for line in describe_plan(prepared.plan):
             log.say(f"  {line}")
         log.say("Tracing")
-        transfer = trace_until_interrupted(scene, weather, request, log, work.parent)
+        transfer = trace_until_interrupted(scene, weather, request, log, work.parent, prepared=prepared)
         log.clock.lap("trace")
         large = is_on_disk(transfer.visible_share)
         keep = not large or "transfer" in exports
@@ -106,7 +107,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
     return describe_interruption(transfer.record)
 
 
-def trace_until_interrupted(scene, weather, request, log, folder):
+def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     """Transfer of a scene with its error of sun sampling; after Ctrl-C that of the suns that were traced until then.
 
     Parameters
@@ -117,6 +118,7 @@ def trace_until_interrupted(scene, weather, request, log, folder):
     log : RunLog
     folder : path-like
         As of `trace_scene`.
+    prepared : PreparedScene
 
     Returns
     -------
@@ -128,11 +130,11 @@ def trace_until_interrupted(scene, weather, request, log, folder):
         Before any sun was of use, or after a second Ctrl-C.
     """
     with Interruption(log.progress, log.stream) as heard:
-        transfer = trace_scene(scene, weather, request, heard, folder)
+        transfer = trace_scene(scene, weather, request, heard, folder, prepared=prepared)
         # The check takes seconds: after an interruption it is the only thing that tells what the lack of suns does.
         progress = log.progress if heard.asked else heard
         try:
-            sampling = measure_sun_sampling(scene, weather, transfer, request, progress)
+            sampling = measure_sun_sampling(scene, weather, transfer, request, progress, prepared=prepared)
             transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
         except CancelledError:
             log.say("The error of sun sampling was not measured")

@@ -27,19 +27,29 @@ class Found(NamedTuple):
 HEADERS = (["surface", "albedo"], ["surface", "material"], ["surface", "albedo", "material"])
 
 
-def albedo_of_triangles(scene, request):
-    """Albedo of the scene's triangles: (t,) float64. Of what is no Lambertian surface the most that it reflects.
+def albedo_of_triangles(scene, request, found=None):
+    """Albedo of the scene's triangles: (t,) float64; the highest one where it depends on the angle.
+
+    Parameters
+    ----------
+    scene : Scene
+    request : Request
+    found : list of Found, optional
+        Of `name_brdfs`, where it is known already.
 
     Raises
     ------
     InputError
         If the albedo file or a material cannot be used, or is one that the estimator cannot follow.
     """
-    return np.array([brdf.albedo for brdf in brdfs_of_surfaces(scene, request)])[surface_of_triangles(scene)]
+    found = name_brdfs(scene, request) if found is None else found
+    return np.array([one.brdf.albedo for one in found])[surface_of_triangles(scene)]
 
 
-def brdfs_of_triangles(scene, request):
+def brdfs_of_triangles(scene, request, found=None):
     """Laws of reflection other than Lambert's, and which triangles follow them.
+
+    Parameters as of `albedo_of_triangles`.
 
     Returns
     -------
@@ -47,26 +57,10 @@ def brdfs_of_triangles(scene, request):
     finish : (t,) int
         Into `brdfs`; -1 where the triangle is Lambertian.
     """
-    of_surface = brdfs_of_surfaces(scene, request)
+    of_surface = [one.brdf for one in (name_brdfs(scene, request) if found is None else found)]
     brdfs = list(dict.fromkeys(brdf for brdf in of_surface if not isinstance(brdf, Lambertian)))
     place = {brdf: index for index, brdf in enumerate(brdfs)}
     return brdfs, np.array([place.get(brdf, -1) for brdf in of_surface])[surface_of_triangles(scene)]
-
-
-def brdfs_of_surfaces(scene, request):
-    """Law of reflection of each surface and, last, of the generated ground.
-
-    Returns
-    -------
-    list
-        Of n + 1 laws.
-
-    Raises
-    ------
-    InputError
-        See `albedo_of_triangles`.
-    """
-    return [one.brdf for one in name_brdfs(scene, request)]
 
 
 def name_brdfs(scene, request):
@@ -174,18 +168,24 @@ def describe_albedo(scene, request):
         (the same in words), and `surfaces` and `area` [m²] of the
         surfaces that have it. The generated ground comes last, without these.
     """
-    return materials_of_surfaces(scene, request)["albedos"]
+    return materials_of_surfaces(scene, name_brdfs(scene, request))["albedos"]
 
 
-def materials_of_surfaces(scene, request):
-    """What a Transfer tells of the surfaces it was traced with.
+def materials_of_surfaces(scene, found):
+    """What a Transfer says of the surfaces it was traced with.
+
+    Parameters
+    ----------
+    scene : Scene
+    found : list of Found
+        Of `name_brdfs`.
 
     Returns
     -------
     dict
         `albedo` (n,) float64, `material` (n,) list of str, and `albedos`, a list as of `describe_albedo`.
     """
-    *found, ground = name_brdfs(scene, request)
+    *found, ground = found
     rows = {}
     for one, area in zip(found, scene.surfaces.area.tolist(), strict=True):
         count, whole = rows.get(one, (0, 0.0))

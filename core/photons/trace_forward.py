@@ -12,20 +12,18 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
-from ..materials.read_albedo import albedo_of_triangles, brdfs_of_triangles, materials_of_surfaces
+from ..materials.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..patches.facing_scene import FacingScene
-from ..patches.patches import patches_of_scene
 from ..progress import SUN_STAGE, CancelledError, Clock
 from ..radiosity.measure_cover import find_cover
 from ..request import check_request
-from ..scene.add_backs import add_backs
 from ..scene.check_scene import check_scene
 from ..sun.check_suns import check_suns
 from ..sun.keep_suns import end_of_days, keep_suns
 from ..threads import usable_threads
 from ..transfer.incidence import projection_in_front
 from ..transfer.kept_matrix import keep_columns, keep_matrix
-from ..transfer.plan_effects import plan_effects
+from ..transfer.prepare_scene import prepare_scene
 from ..transfer.surface_means import area_means
 from ..transfer.trace_record import TraceRecord, note_interruption
 from ..transfer.transfer import Transfer
@@ -50,7 +48,7 @@ class Direct:
     tally: Tally = field(default_factory=Tally)
 
 
-def trace_forward(scene, suns, request, progress, folder=None):
+def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None):
     """Trace a scene with photons.
 
     Parameters
@@ -63,6 +61,8 @@ def trace_forward(scene, suns, request, progress, folder=None):
         See `core.progress`.
     folder : path-like, optional
         Where matrices of surfaces × suns lie that are too large for the memory.
+    prepared : PreparedScene, optional
+        Of the scene, where it is known already.
 
     Returns
     -------
@@ -83,16 +83,14 @@ def trace_forward(scene, suns, request, progress, folder=None):
     check_suns(suns)
     check_request(request)
     clock = Clock()
-    finishes = materials_of_surfaces(scene, request)
-    scene = add_backs(scene)
-    patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
-    plan = plan_effects(scene, patches, request)
-    merge = area_means(scene.triangle_surface, patches.area, len(scene.surfaces))
-    run, covered_share = prepare_run(scene, patches, request, progress)
+    prepared = prepared or prepare_scene(scene, request)
+    traced, patches, plan = prepared.scene, prepared.patches, prepared.plan
+    merge = area_means(traced.triangle_surface, patches.area, len(scene.surfaces))
+    run, covered_share = prepare_run(prepared, request, progress)
     run.begin("sky and far ground", 1 + plan.far_ground)
     clock.lap("plan, tree and cover")
 
-    box = box_of_scene(scene)
+    box = box_of_scene(traced)
     (sky,) = trace_sources(run, [sky_source(*box, request.seed)], plan.max_bounces)
     far = trace_far_ground(run, box, plan, request.seed)
     clock.lap("sky and far ground")
@@ -132,14 +130,14 @@ def trace_forward(scene, suns, request, progress, folder=None):
             last_bounce_share_direct=direct.last,
             interrupted=note_interruption(direct.kept, len(suns)),
         ),
-        **finishes,
+        **materials_of_surfaces(scene, prepared.materials),
     )
 
 
 SOURCES = ("sky", "far ground", "suns")
 
 
-def prepare_run(scene, patches, request, progress):
+def prepare_run(prepared, request, progress):
     """What photons fall on, and the covered share of each patch.
 
     Returns
@@ -147,14 +145,14 @@ def prepare_run(scene, patches, request, progress):
     Run
     covered_share : (p,) float32
     """
-    threads = usable_threads(request.threads)
+    scene, patches, threads = prepared.scene, prepared.patches, usable_threads(request.threads)
     ray_scene = FacingScene(scene, patches, threads)
     covered_share, covered = find_cover(ray_scene, patches, threads)
     count = len(scene.surfaces)
     surface = np.where(scene.triangle_surface < 0, count, scene.triangle_surface)
     area = np.bincount(surface, patches.area, count + 1)[:-1]
     per_replicate = -(-request.samples * int(patches.receives.sum()) // PHOTON_REPLICATES)
-    target = Target(ray_scene, patches, surface, count, covered, brdfs_of_triangles(scene, request))
+    target = Target(ray_scene, patches, surface, count, covered, brdfs_of_triangles(scene, request, prepared.materials))
     return Run(target, area, per_replicate, threads, progress), covered_share
 
 

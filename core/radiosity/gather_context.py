@@ -6,13 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from ..materials.read_albedo import albedo_of_triangles
 from ..patches.facing_scene import FacingScene
-from ..patches.patches import Patches, patches_of_scene
+from ..patches.patches import Patches
 from ..request import Request
-from ..scene.add_backs import add_backs
 from ..threads import usable_threads
-from ..transfer.plan_effects import EffectPlan, plan_effects
+from ..transfer.plan_effects import EffectPlan
 from ..transfer.surface_means import area_means
 
 
@@ -30,12 +28,12 @@ class GatherContext:
     progress: Callable
 
 
-def prepare_gather(scene, request, progress):
-    """Patches, plan and tree of a scene.
+def prepare_gather(prepared, request, progress):
+    """What the stages of a run share.
 
     Parameters
     ----------
-    scene : Scene
+    prepared : PreparedScene
     request : Request
     progress : callable
         See `core.progress`.
@@ -44,13 +42,12 @@ def prepare_gather(scene, request, progress):
     -------
     GatherContext
     """
-    scene = add_backs(scene)
-    patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
+    scene, patches = prepared.scene, prepared.patches
     threads = usable_threads(request.threads)
     return GatherContext(
         ray_scene=FacingScene(scene, patches, threads),
         patches=patches,
-        plan=plan_effects(scene, patches, request),
+        plan=prepared.plan,
         request=request,
         merge=area_means(scene.triangle_surface, patches.area, len(scene.surfaces)),
         eligible_area=np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0),

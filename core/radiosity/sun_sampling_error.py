@@ -5,13 +5,13 @@ from dataclasses import fields, replace
 import numpy as np
 
 from ..errors import InputError
-from ..materials.read_albedo import albedo_of_triangles
-from ..patches.patches import Patches, patches_of_scene
+from ..patches.patches import Patches
 from ..rays.ray_scene import RayScene
 from ..request import check_request
 from ..scene.check_scene import check_scene
 from ..sun.check_suns import check_suns
 from ..threads import usable_threads
+from ..transfer.prepare_scene import prepare_scene
 from .shadow_points import points_above
 from .sun_visibility import sun_visibility
 
@@ -19,7 +19,7 @@ PATCHES = 500
 FEWEST = 40  # of a kind and orientation
 
 
-def trace_sun_samples(scene, transfer, hourly, request, progress):
+def trace_sun_samples(scene, transfer, hourly, request, progress, *, prepared=None):
     """First light of patches of eligible surfaces under the suns of a Transfer and under hourly ones.
 
     Parameters
@@ -31,6 +31,8 @@ def trace_sun_samples(scene, transfer, hourly, request, progress):
         One for every interval.
     request : Request
     progress : callable
+    prepared : PreparedScene, optional
+        Of the scene, where it is known already.
 
     Returns
     -------
@@ -50,8 +52,9 @@ def trace_sun_samples(scene, transfer, hourly, request, progress):
     if len(transfer.surfaces) != len(scene.surfaces):
         problem = f"{len(transfer.surfaces)} surfaces for a scene of {len(scene.surfaces)}"
         raise InputError("transfer", problem, "give that of the same scene")
-    patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
-    chosen = draw_patches(scene, patches.area, request.seed)
+    prepared = prepared or prepare_scene(scene, request)
+    patches = prepared.patches
+    chosen = draw_patches(prepared.scene, patches.area, request.seed)
     few = take_patches(patches, chosen)
     ray_scene = RayScene(scene.vertices, scene.triangles)
     pair = []
@@ -70,7 +73,7 @@ def trace_sun_samples(scene, transfer, hourly, request, progress):
             threads=usable_threads(request.threads),
             progress=lambda share, rays, way=suns.way: progress(f"error check, {way}", rays, rays / share, "rays"),
         )
-        pair.append(take_surfaces(transfer, scene.triangle_surface[chosen], suns, light.visible_share))
+        pair.append(take_surfaces(transfer, prepared.scene.triangle_surface[chosen], suns, light.visible_share))
     return pair
 
 

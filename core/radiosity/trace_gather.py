@@ -12,6 +12,7 @@ from ..scene.check_scene import check_scene
 from ..sun.check_suns import check_suns
 from ..sun.keep_suns import keep_suns
 from ..transfer.closed_form import ground_view_of_tilt, sky_view_of_tilt
+from ..transfer.prepare_scene import prepare_scene
 from ..transfer.trace_record import TraceRecord, note_interruption
 from ..transfer.transfer import ErrorParts, Transfer
 from .gather_context import prepare_gather
@@ -24,7 +25,7 @@ from .trace_hemisphere import trace_hemisphere
 ONE_POINT = "of direct light: one shadow point per patch tells no spread; ask for --shadow-samples 2 or more"
 
 
-def trace_gather(scene, suns, request, progress, folder=None):
+def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
     """Trace a scene.
 
     Parameters
@@ -36,6 +37,8 @@ def trace_gather(scene, suns, request, progress, folder=None):
         See `core.progress`.
     folder : path-like, optional
         Where matrices of surfaces × suns lie that are too large for the memory.
+    prepared : PreparedScene, optional
+        Of the scene, where it is known already.
 
     Returns
     -------
@@ -54,8 +57,8 @@ def trace_gather(scene, suns, request, progress, folder=None):
     check_suns(suns)
     check_request(request)
     clock = Clock()
-    finishes = materials_of_surfaces(scene, request)
-    context = prepare_gather(scene, request, progress)
+    prepared = prepared or prepare_scene(scene, request)
+    context = prepare_gather(prepared, request, progress)
     patches, plan, merge, ray_scene = context.patches, context.plan, context.merge, context.ray_scene
     clock.lap("plan and tree")
 
@@ -109,7 +112,7 @@ def trace_gather(scene, suns, request, progress, folder=None):
             interrupted=note_interruption(direct.kept, len(suns)),
             standard_error_unknown=ONE_POINT if np.isnan(direct.error.own).any() else None,
         ),
-        **finishes,
+        **materials_of_surfaces(scene, prepared.materials),
     )
 
 

@@ -1,0 +1,44 @@
+"""What tracing a scene needs before the first ray, made once per run: materials, patches, the plan of effects."""
+
+from dataclasses import dataclass
+
+from ..materials.read_albedo import albedo_of_triangles, name_brdfs
+from ..patches.patches import Patches, patches_of_scene
+from ..scene.add_backs import add_backs
+from ..scene.check_scene import check_scene
+from ..scene.scene import Scene
+from .plan_effects import EffectPlan, plan_effects
+
+
+@dataclass
+class PreparedScene:
+    """A scene that can be traced."""
+
+    scene: Scene  # with the backs of sheets
+    materials: list  # of materials.read_albedo.Found: each surface and, last, the generated ground
+    patches: Patches
+    plan: EffectPlan
+
+
+def prepare_scene(scene, request):
+    """Materials, patches and plan of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    request : Request
+
+    Returns
+    -------
+    PreparedScene
+
+    Raises
+    ------
+    InputError
+        The scene, the albedo file, a material or an effect cannot be used.
+    """
+    check_scene(scene)
+    materials = name_brdfs(scene, request)
+    scene = add_backs(scene)
+    patches = patches_of_scene(scene, albedo_of_triangles(scene, request, materials), request.seed)
+    return PreparedScene(scene, materials, patches, plan_effects(scene, patches, request))
