@@ -53,6 +53,7 @@ class FastPower:
         temperature = np.multiply(diffuse_taken, self.diffuse_share, out=aoi_projection)
         effective += temperature
         effective *= hours.spectral_factor
+        np.maximum(effective, 0, out=effective)  # visible shares between days may overshoot a little below 0
         # Cell temperature: air, and heating in proportion to the irradiance; from -1 to 1 between the table's ends.
         np.add(poa_direct, poa_diffuse, out=temperature)
         temperature *= hours.heating / np.float32(HALF)

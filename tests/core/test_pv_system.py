@@ -253,3 +253,15 @@ def test_inverter_names():
 def test_settings_that_mean_nothing(given, words):
     with pytest.raises(InputError, match=words):
         check_settings(Request(**given))
+
+
+def test_shares_that_overshoot_below_zero_give_no_power():
+    """Cubics between traced days may leave a surface slightly less than no direct light."""
+    zero, one = np.zeros((1, 1), np.float32), np.ones((1, 1), np.float32)
+    hours = SimpleNamespace(heating=zero, temp_air=25 * one, wind_speed=one, spectral_factor=one)
+    direct, diffuse = np.array([[-5.0, -5.0]], np.float32), np.array([[1.0, 50.0]], np.float32)
+    found = tabulate_power(build_system(Request())).dc(
+        direct, diffuse, diffuse.copy(), np.full_like(direct, 0.7), hours
+    )
+    assert found[0, 0] == 0
+    assert 0.1 < found[0, 1] / (45 / 1000) < 1.1
