@@ -1,4 +1,4 @@
-"""Walk through the element of one building and collect its polygons and references."""
+"""Collect the polygons and references of one CityGML building element."""
 
 import re
 from typing import NamedTuple
@@ -17,7 +17,7 @@ THEMATIC = {
     "WallSurface", "RoofSurface", "GroundSurface", "ClosureSurface", "OuterCeilingSurface", "OuterFloorSurface",
     "Window", "Door", "WindowSurface", "DoorSurface", "BuildingInstallation", "BuildingConstructiveElement",
 }  # fmt: skip
-# What is no outer surface, or no geometry at all.
+# Elements that are skipped: not an outer surface, or not geometry at all.
 PASSED_BY = {
     "interiorRoom", "buildingRoom", "interiorBuildingInstallation", "interiorFurniture", "buildingFurniture",
     "InteriorWallSurface", "CeilingSurface", "FloorSurface", "appearance", "appearanceMember", "externalReference",
@@ -32,7 +32,7 @@ COORDINATES = ("{*}posList", "{*}pos", "{*}coordinates")
 
 
 class Place(NamedTuple):
-    """Where in the building the walk stands."""
+    """Context of the element that is being read."""
 
     building: int
     part: int = 0
@@ -44,16 +44,16 @@ class Place(NamedTuple):
 
 
 def collect_polygons(element, content, kinds):
-    """Add the polygons of one top-level building to the content of its file.
+    """Append the polygons of one top-level building to the content of its file.
 
     Parameters
     ----------
     element : lxml element
         The building.
     content : FileContent
-        Grows by one building, its polygons and references.
+        One building, its polygons and its references are appended.
     kinds : dict
-        Tag -> kind, kept from building to building so that each tag is understood once.
+        Cache, tag -> kind, shared by all buildings so that each tag is parsed once.
     """
     content.buildings.append(_identifier(element))
     _note_srs_name(element, content)
@@ -85,12 +85,12 @@ def _walk_group(element, place, content, kinds):
 
 
 def _add_implicit(element, place, content, kinds):
-    """Polygons of a shape that is drawn about its own origin, moved to where it stands."""
+    """Append the polygons of an implicit geometry, transformed to world coordinates."""
     name = _identifier(element) or f"line {element.sourceline}"
     anchor = read_anchor(element)
     shape = next(iter(element.iterchildren("{*}relativeGMLGeometry", "{*}relativeGeometry")), None)
     if place.lod is None or anchor is None or shape is None:
-        content.skip("implicit geometry without a shape, a place or a level of detail", name)
+        content.skip("implicit geometry without a shape, a reference point or a level of detail", name)
         return
     local = FileContent(content.path)
     _walk(shape, place, local, kinds)
@@ -118,13 +118,13 @@ def _kind(tag):
 
 
 def _step(child, kind, place, content):
-    """The place inside a child, or None where nothing below it counts."""
+    """Context inside a child element, or None if it is to be skipped."""
     attributes = child.attrib
     if attributes:
         _note_srs_name(child, content)
         if "srsDimension" in attributes:
             place = place._replace(dimension=attributes["srsDimension"])
-    if kind == "interior":  # the voids of a solid never see the sky
+    if kind == "interior":  # cavities inside a solid receive no light
         return None
     if kind == "BuildingPart":
         content.part_count += 1
@@ -172,9 +172,9 @@ def _add_polygon(element, place, content):
         problem = problem or trouble
         (outlines if name in ("exterior", "outerBoundaryIs") else holes).append(points)
     if place.lod is None:
-        problem = problem or "no level of detail"
+        problem = problem or "no level of detail given"
     if len(outlines) != 1:
-        problem = problem or "no outline, or several"
+        problem = problem or "no exterior ring, or more than one"
     if problem:
         content.skip(problem, identifier or f"line {element.sourceline}")
         return
@@ -184,7 +184,7 @@ def _add_polygon(element, place, content):
 
 
 def _read_ring(part, place, content):
-    """Points of one ring (k, 3), and what is wrong with them or None."""
+    """Points of one ring (k, 3), and a problem with them or None."""
     texts, dimension = [], place.dimension
     for element in part.iter(*COORDINATES):
         text = element.text or ""
@@ -195,11 +195,11 @@ def _read_ring(part, place, content):
     try:
         numbers = np.array([float(word) for text in texts for word in text.split()])
     except ValueError:
-        return None, "coordinates that are not numbers"
+        return None, "coordinates that are not numeric"
     if dimension == "2":
-        return None, "coordinates without height"
+        return None, "2D coordinates without heights"
     if len(numbers) % 3:
-        return None, "coordinates that do not come in threes"
+        return None, "number of coordinates is not a multiple of 3"
     if len(numbers) and not np.abs(numbers).max() <= LARGEST_COORDINATE:  # also true for NaN
         problem = f"line {part.sourceline}: a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
         raise InputError(content.path, problem, "correct or remove this polygon")

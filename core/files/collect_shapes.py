@@ -1,4 +1,4 @@
-"""Collect the polygons of one CityJSON object from its geometries, and say what of them cannot be used."""
+"""Collect the polygons of one CityJSON object from its geometries, and report those that cannot be used."""
 
 import re
 from collections import Counter
@@ -12,44 +12,44 @@ from .limits import clean_name
 from .walk_boundaries import DEPTHS, INTERIOR, read_class, walk_boundaries
 
 LOD = re.compile(r"[0-4](\.\d)?")
-SOURCES = ("surface", "solid", "multisurface")  # the order in which one drawing of a building beats another
+SOURCES = ("surface", "solid", "multisurface")  # in order of preference between geometries of the same LoD
 INSTANCE = "GeometryInstance"
-CAVITY = "inner shell of a solid: a cavity never sees the sky"
+CAVITY = "inner shell of a solid: cavities receive no light"
 INSIDE = "interior surface"
-BAD_LOD = "no level of detail that means anything"
-UNSOUND = "geometries have semantics that do not fit their boundaries; what could be told of their classes was kept"
-NO_LOD = "geometries name no level of detail; they are read where a building has no other"
+BAD_LOD = "invalid level of detail"
+UNSOUND = "geometries have semantics that do not match their boundaries; the classes that could be assigned were kept"
+NO_LOD = "geometries give no level of detail; they are used only for buildings without any other"
 
 
 class Owner(NamedTuple):
-    """Whose shapes are read."""
+    """The city object whose geometries are read."""
 
     name: str  # of the city object
     building: int  # into FileContent.buildings
     part: int
-    thematic: str  # of surfaces that name no class of their own
-    line: int  # where the JSON text of the object begins
+    thematic: str  # default for surfaces without a class of their own
+    line: int  # first line of the object's JSON text
 
 
 @dataclass
 class Shapes:
-    """What geometries refer to, and what was met on the way."""
+    """What geometries refer to, and remarks collected while reading."""
 
-    content: object  # FileContent, which grows
+    content: object  # FileContent, polygons are appended
     vertices: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))  # (n, 3) float64, in the file's units
     templates: object = None  # Templates
-    remarks: dict = field(default_factory=dict)  # what is worth a note -> names of objects
+    remarks: dict = field(default_factory=dict)  # remark -> names of objects
 
     def remark(self, words, name):
-        """Remember that something was met in an object."""
+        """Add an object to the list of a remark."""
         self.remarks.setdefault(words, []).append(name)
 
 
 def collect_shapes(one, owner, shapes):
-    """Add the polygons of one city object to the content of its file.
+    """Append the polygons of one city object to the content of its file.
 
-    Several drawings of an object in one LoD (a Solid beside a MultiSurface) are told apart by their ``source``: those
-    with semantics come before those without, solids before surfaces.
+    Several geometries of an object in one LoD (a Solid and a MultiSurface) are distinguished by their ``source``: those
+    with semantics are preferred to those without, solids to surfaces.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def collect_shapes(one, owner, shapes):
     """
     geometries = one.get("geometry")
     if geometries is not None and not isinstance(geometries, list):
-        shapes.content.skip("geometry that is no list", owner.name)
+        shapes.content.skip("geometry is not a list", owner.name)
         return
     drawn = []
     for geometry in geometries or []:
@@ -68,31 +68,31 @@ def collect_shapes(one, owner, shapes):
         if problem:
             shapes.content.skip(problem, owner.name)
         elif geometry["type"] == INSTANCE:
-            shapes.content.polygons += shapes.templates.set_down(geometry, owner, shapes)
+            shapes.content.polygons += shapes.templates.place_instance(geometry, owner, shapes)
         else:
             drawn.append((read_lod(geometry), geometry))
     for lod, geometry in drawn:
-        rivals = sorted({_standing(other) for other_lod, other in drawn if other_lod == lod})
-        source = SOURCES[min(rivals.index(_standing(geometry)), 2)]
+        rivals = sorted({_preference(other) for other_lod, other in drawn if other_lod == lod})
+        source = SOURCES[min(rivals.index(_preference(geometry)), 2)]
         shapes.content.polygons += draw_geometry(geometry, owner, source, shapes)
 
 
 def find_fault(geometry):
-    """Why a geometry has no surfaces to offer, or None."""
+    """Why a geometry has no usable surfaces, or None."""
     if not isinstance(geometry, dict):
-        return "geometry that is no JSON object"
+        return "geometry is not a JSON object"
     kind = geometry.get("type")
     if kind in ("MultiPoint", "MultiLineString"):
         return f"{kind}: no surfaces"
     if not isinstance(kind, str) or (kind not in DEPTHS and kind != INSTANCE):
         return "geometry of an unknown type"
     if {"boundaries", "semantics", "lod"}.intersection(getattr(geometry, "names", ())):
-        return "geometry that gives its boundaries, semantics or level of detail twice"
+        return "geometry with boundaries, semantics or level of detail given twice"
     return BAD_LOD if kind != INSTANCE and read_lod(geometry) is None else None
 
 
 def read_lod(geometry):
-    """LoD as text, "" where there is none, None where it makes no sense."""
+    """LoD as text, "" if missing, None if invalid."""
     lod = geometry.get("lod")
     if lod is None:
         return ""
@@ -101,12 +101,12 @@ def read_lod(geometry):
 
 
 def draw_geometry(geometry, owner, source, shapes):
-    """Polygons of one geometry that is drawn in place.
+    """Polygons of one geometry given in world coordinates.
 
     Parameters
     ----------
     geometry : dict
-        One without a fault, no instance.
+        A valid one (see `find_fault`), not an instance.
     owner : Owner
     source : str
     shapes : Shapes
@@ -141,34 +141,34 @@ def draw_geometry(geometry, owner, source, shapes):
 
 
 def read_rings(rings, vertices):
-    """Rings of one surface as coordinates, and what is wrong with them or None.
+    """Rings of one surface as coordinates, and a problem with them or None.
 
     Parameters
     ----------
     rings : object
-        As in the file: lists of numbers of vertices, the outline first.
+        As in the file: lists of vertex indices, the exterior ring first.
     vertices : array, (n, 3) float64
 
     Returns
     -------
     list of (k, 3) float64 or None, str or None
-        Each ring ends where it begins.
+        Closed: the first point is repeated at the end.
     """
     if not isinstance(rings, list) or not rings or set(map(type, rings)) != {list}:
-        return None, "surface without an outline" if rings == [] else "surface that is no list of rings"
+        return None, "surface without an exterior ring" if rings == [] else "surface is not a list of rings"
     found = []
     for ring in rings:
         if not {int}.issuperset(map(type, ring)):
-            return None, "corner that is no number of a vertex"
+            return None, "vertex index is not an integer"
         if ring and (min(ring) < 0 or max(ring) >= len(vertices)):
-            return None, "corner that is no vertex of the file"
-        closed = ring if len(ring) > 1 and ring[0] == ring[-1] else ring + ring[:1]
-        found.append(vertices[np.array(closed, np.intp)])
+            return None, "vertex index out of range"
+        indices = ring if len(ring) > 1 and ring[0] == ring[-1] else ring + ring[:1]
+        found.append(vertices[np.array(indices, np.intp)])
     return found, None
 
 
-def _standing(geometry):
-    """Smaller for the drawing to be kept: with semantics before without, solids before surfaces."""
+def _preference(geometry):
+    """Sort key of geometries: with semantics before without, solids before surfaces."""
     return not isinstance(geometry.get("semantics"), dict), DEPTHS[geometry["type"]] == 0
 
 

@@ -1,34 +1,34 @@
-"""Tell the buildings among the objects of a CityJSON file, and which of them each part and installation belongs to."""
+"""Find the buildings among the objects of a CityJSON file, and the building of each part and installation."""
 
 import re
 from dataclasses import dataclass, field
 
 MEMBERS = {"BuildingPart", "BuildingInstallation", "BuildingConstructiveElement"}
 INSIDE = {"BuildingRoom", "BuildingFurniture", "BuildingUnit", "BuildingStorey"}
-EXTENSION = re.compile(r"\+?\w*Building\w*", re.ASCII)  # as +NoiseBuilding
+EXTENSION = re.compile(r"\+?\w*Building\w*", re.ASCII)  # such as +NoiseBuilding
 EXTENSION_INSIDE = re.compile(r"Room|Furniture|Unit|Storey|Interior|Space")
 
 
 @dataclass
 class Families:
-    """Objects of one JSON text that carry the shape of buildings, in its order."""
+    """Objects of one JSON text that hold geometry of buildings, in input order."""
 
     buildings: list = field(default_factory=list)  # names
     parts: list = field(default_factory=list)  # names of parts
     owner: dict = field(default_factory=dict)  # name of a building, part, … -> name of its building
-    part: dict = field(default_factory=dict)  # the same -> name of the part it is, or lies in, or None
-    orphans: list = field(default_factory=list)  # parts and the like without a building above them: they are their own
+    part: dict = field(default_factory=dict)  # the same -> name of the part it is, or belongs to, or None
+    orphans: list = field(default_factory=list)  # parts and the like without a parent building: treated as buildings
     skipped: list = field(default_factory=list)  # (reason, name)
-    others: dict = field(default_factory=dict)  # type -> number of objects that are not read
-    extensions: dict = field(default_factory=dict)  # type of an extension -> number read as buildings
+    others: dict = field(default_factory=dict)  # type -> number of objects not read
+    extensions: dict = field(default_factory=dict)  # extension type -> number read as buildings
 
 
 def find_families(objects):
-    """Sort city objects into buildings, what belongs to them, and what is not read.
+    """Sort city objects into buildings, their parts and installations, and objects that are not read.
 
-    Types of extensions whose name speaks of a building are read as one where they have a shape or children, as a part
-    where they have a building among their parents. What should have a building above it and has none (its parents are
-    not there, or run in a circle) is a building of its own.
+    Extension types whose name contains "Building" are read as a building if they have geometry or children, and as a
+    part if one of their parents is a building. A part whose parent building is missing (parents not in the file, or
+    cyclic) is read as a building of its own.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def find_families(objects):
     _add_children(objects, above)
     for name, kind in kinds.items():
         if kind == "no object":
-            families.skipped.append(("city object that is no JSON object, or has no type", name))
+            families.skipped.append(("city object is not a JSON object or has no type", name))
         elif kind in ("inside", "other"):
             families.others[objects[name]["type"]] = families.others.get(objects[name]["type"], 0) + 1
         else:
@@ -72,7 +72,7 @@ def _names(one, key):
 
 
 def _parents(objects, kinds, name):
-    """Parents that are buildings or lie in one; a group of objects has no say."""
+    """Parents that are buildings or belong to one; groups of objects do not count."""
     return [
         parent
         for parent in _names(objects[name], "parents")
@@ -81,7 +81,7 @@ def _parents(objects, kinds, name):
 
 
 def _add_children(objects, above):
-    """Let a parent's list of children speak for a child that names no parent."""
+    """Take the parent of a child that names none from the parents' lists of children."""
     orphans = {name for name, parents in above.items() if not parents}
     for name, one in objects.items():
         if orphans and classify_object(one) in ("building", "member", "extension"):
@@ -112,7 +112,7 @@ def _settle(name, kind, objects, above, families):
 
 
 def _climb(name, objects, above):
-    """The object at the top above a part or installation, and the first part on the way; itself in a circle."""
+    """Topmost ancestor of a part or installation, and the first part on the way; itself if parents are cyclic."""
     start, met, part = name, set(), None
     while name not in met:
         met.add(name)

@@ -1,4 +1,4 @@
-"""Open a user's file for reading, packed with gzip or not, and refuse at the door what cannot be read."""
+"""Open an input file, plain or gzip-compressed, and reject early what cannot be read."""
 
 import gzip
 import io
@@ -8,9 +8,9 @@ from pathlib import Path
 from ..errors import InputError
 from ..progress import untold
 
-LARGEST_GAIN = 200  # bytes unpacked per byte packed; text of cities gains 10 to 30
-FREE_BYTES = 64 * 2**20  # small files may gain more
-BUFFER = 2**18  # bytes read at once, and between two reports
+LARGEST_GAIN = 200  # highest compression ratio accepted; text of city models has 10 to 30
+FREE_BYTES = 64 * 2**20  # decompressed size that is always accepted
+BUFFER = 2**18  # bytes per read and per progress report
 
 
 def open_input(path, tell=untold):
@@ -21,8 +21,8 @@ def open_input(path, tell=untold):
     path : str or path-like
         A file; gzip is recognised by its first bytes, not by its name.
     tell : callable, optional
-        `tell(share)` is called now and then with the share of the file that was read, 0 to 1. An exception raised in it
-        ends the reading.
+        `tell(share)` is called repeatedly with the share of the file read so far, 0 to 1. An exception raised in it
+        stops reading.
 
     Returns
     -------
@@ -37,26 +37,26 @@ def open_input(path, tell=untold):
     if not path.exists():
         raise InputError(path, "no such file", "check the path")
     if path.is_dir():
-        raise InputError(path, "is a folder, a file is needed here", "name a file in it")
+        raise InputError(path, "is a folder, but a file is expected", "give a file in it")
     try:
-        stream, start = _open_told(path, tell)
+        stream, start = _open_reporting(path, tell)
     except OSError as error:
-        raise InputError(path, f"cannot be read ({error.strerror})", "check the rights of the file") from error
+        raise InputError(path, f"cannot be read ({error.strerror})", "check the file permissions") from error
     if not start:
         stream.close()
         raise InputError(path, "the file is empty", "download or export it again")
     if start == b"PK\x03\x04":
         stream.close()
-        raise InputError(path, "is a zip archive", "unpack it and name the files inside")
+        raise InputError(path, "is a zip archive", "unpack it and give the files inside")
     if start[:2] == b"\x1f\x8b":
-        return io.BufferedReader(_Unpacked(stream, path))
+        return io.BufferedReader(_Decompressed(stream, path))
     return stream
 
 
 def open_text(path):
-    """A user's text file, packed with gzip or not, without a byte-order mark.
+    """Open a text file, plain or gzip-compressed; a byte-order mark is skipped.
 
-    Parameters and errors as of `open_input`.
+    Parameters and errors as in `open_input`.
 
     Returns
     -------
@@ -65,9 +65,9 @@ def open_text(path):
     return io.TextIOWrapper(open_input(path), encoding="utf-8-sig", errors="replace")
 
 
-def _open_told(path, tell):
-    """Stream of a file, and its first bytes."""
-    stream = io.BufferedReader(_Told(path.open("rb", buffering=0), path.stat().st_size, tell), BUFFER)
+def _open_reporting(path, tell):
+    """Stream of a file that reports progress, and its first bytes."""
+    stream = io.BufferedReader(_Reporting(path.open("rb", buffering=0), path.stat().st_size, tell), BUFFER)
     try:
         return stream, stream.peek(4)[:4]
     except BaseException:
@@ -75,8 +75,8 @@ def _open_told(path, tell):
         raise
 
 
-class _Told(io.RawIOBase):
-    """Bytes of a file as they stand, and a word on each read."""
+class _Reporting(io.RawIOBase):
+    """Raw bytes of a file; each read is reported."""
 
     def __init__(self, file, size, tell):
         self._file, self._size, self._tell, self._count = file, max(size, 1), tell, 0
@@ -95,8 +95,8 @@ class _Told(io.RawIOBase):
         super().close()
 
 
-class _Unpacked(io.RawIOBase):
-    """Bytes of a gzip file; stops where it unpacks to more than any text does."""
+class _Decompressed(io.RawIOBase):
+    """Decompressed bytes of a gzip file; stops at a decompression bomb."""
 
     def __init__(self, packed, path):
         self._path, self._packed, self._count = path, packed, 0
@@ -110,12 +110,14 @@ class _Unpacked(io.RawIOBase):
         try:
             data = self._stream.read(len(buffer))
         except (OSError, EOFError, zlib.error) as error:
-            cure = "the file is cut or damaged: get it again"
-            raise InputError(self._path, f"byte {self._count} unpacked: gzip breaks off ({error})", cure) from error
+            cure = "the file is truncated or damaged: download or export it again"
+            raise InputError(
+                self._path, f"decompression fails at byte {self._count} of the output ({error})", cure
+            ) from error
         self._count += len(data)
         if self._count > self._limit:
-            problem = f"unpacks to more than {self._limit // 2**20} MiB, more than text can gain"
-            raise InputError(self._path, problem, "unpack it yourself if you trust it")
+            problem = f"decompresses to more than {self._limit // 2**20} MiB, an implausible compression ratio"
+            raise InputError(self._path, problem, "decompress it yourself if you trust it")
         buffer[: len(data)] = data
         return len(data)
 

@@ -1,4 +1,4 @@
-"""Read a file of one JSON text or of several, one after the other, with bounded memory and the place of each fault."""
+"""Read one or more JSON texts from a file with bounded memory; errors give line and column."""
 
 import gc
 import itertools
@@ -11,28 +11,28 @@ from ..errors import InputError
 from ..progress import untold
 from .open_input import open_input
 
-CUT = "the file is cut or damaged: get it again"
+CUT = "the file is truncated or damaged: download or export it again"
 CHUNK = 2**22  # bytes
-# [bytes] what Python keeps for an item, a list and an object, at most.
+# [bytes] upper bound of Python's memory for an item, a list and an object.
 WEIGHTS = ((b",", 32), (b"[", 64), (b"{", 200))
 TEXT_WEIGHT = 2
 FREE_MEMORY = 3 * 2**28  # [bytes]
-MOST_GAIN = 64  # bytes held per byte of the file; a city takes 12
+MOST_GAIN = 64  # bytes of memory per byte of the file; a city model takes 12
 MOST_BLANK = 100_000  # lines
-READ = 0.2  # share of the time that one text takes to be read and decoded
+READ = 0.2  # share of the time spent reading and decoding one text
 TOKENS = re.compile(r'"(?:[^"\\]|\\.)*"?|NaN|-?Infinity', re.DOTALL)
 WORDS = [b"CityJSON", *("CityJSON".encode(encoding) for encoding in ("utf-16-le", "utf-16-be"))]
 SPACE = re.compile(r"[ \t\n\r\x1e]*")
 
 
 class Repeated(dict):
-    """An object that gives some of its names twice; the last one counts."""
+    """A JSON object with duplicate names; the last value counts."""
 
     names = ()
 
 
 class _Pace:
-    """Tells of a part of what is read, as the rest of the time goes into what is made of it."""
+    """Scale progress: reading takes only a part of the time, the rest goes into building polygons."""
 
     def __init__(self, tell):
         self._tell, self.part = tell, READ
@@ -42,12 +42,12 @@ class _Pace:
 
 
 class _NoNumberError(ValueError):
-    """NaN or Infinity, which JSON does not know."""
+    """NaN or Infinity, which JSON does not allow."""
 
 
 @contextmanager
 def _uncollected():
-    """Let Python not look for circles in a tree that has none, again and again while it grows: a third of the time."""
+    """Pause cyclic garbage collection while a tree without cycles grows: it takes a third of the time."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -58,7 +58,7 @@ def _uncollected():
 
 
 def _to_object(pairs):
-    """A dict that remembers which of its names came twice."""
+    """A dict that records its duplicate names."""
     found = dict(pairs)
     if len(found) == len(pairs):
         return found
@@ -75,18 +75,18 @@ DECODER = json.JSONDecoder(object_pairs_hook=_to_object, parse_constant=_refuse_
 
 
 def iterate_json(path, notes, tell=untold):
-    """Yield each JSON text of a file and the line it begins in.
+    """Yield each JSON text of a file and the line it begins on.
 
-    A file of one text a line is read line by line; of any other the whole text is taken into memory.
+    A file with one text per line is read line by line; any other is read into memory as a whole.
 
     Parameters
     ----------
     path : path-like
-        Packed with gzip or not; UTF-8, UTF-16 or UTF-32.
+        Plain or gzip-compressed; UTF-8, UTF-16 or UTF-32.
     notes : list of str
-        Grows where bytes had to be replaced.
+        A note is appended if bytes had to be replaced.
     tell : callable, optional
-        As of `open_input`; of a file of one text it ends at `READ`, and the caller may go on from there.
+        As in `open_input`; for a file of one text it ends at `READ`, and the caller continues from there.
 
     Yields
     ------
@@ -96,7 +96,7 @@ def iterate_json(path, notes, tell=untold):
     Raises
     ------
     InputError
-        No JSON, cut, nested too deeply, NaN in it, or more of it than memory should hold.
+        Not JSON, truncated, nested too deeply, contains NaN, or too large for memory.
     """
     pace = _Pace(tell)
     with open_input(path, pace) as stream:
@@ -108,12 +108,12 @@ def iterate_json(path, notes, tell=untold):
             yield from _iterate_texts(path, _read_text(path, stream, budget, first, notes))
             return
         yield found, 1
-        pace.part = 1.0  # by lines: what is read is done
+        pace.part = 1.0  # line by line: what is read is also processed
         yield from _iterate_lines(path, stream, budget, notes)
 
 
 def speaks_of_cityjson(path):
-    """Whether the word CityJSON stands anywhere in a file; also true of one that cannot be opened, to be told later."""
+    """Whether the word CityJSON occurs in a file; also true if it cannot be opened, so that the reader reports why."""
     before = b""
     try:
         with open_input(path) as stream:
@@ -142,20 +142,20 @@ def _iterate_lines(path, stream, budget, notes):
 
 
 def _decode_alone(path, line, notes):
-    """The one JSON text that a first line holds, or None where it ends later or more follows in it."""
+    """The JSON text on the first line, or None if that line is not exactly one text."""
     try:
         text = _decode(path, line, "utf-8", []).strip()
         with _uncollected():
             value = DECODER.decode(text) if text.endswith("}") else None
     except (ValueError, RecursionError):
-        return None  # told with its place when the whole file is read
+        return None  # reported with line and column when the whole file is read
     if value is not None:
         _decode(path, line, "utf-8", notes)
     return value
 
 
 def _read_line(path, stream, budget):
-    """The next line as bytes; refused where it is longer than memory should hold."""
+    """The next line as bytes; an error if it is too large for memory."""
     pieces = []
     for piece in iter(lambda: stream.readline(CHUNK), b""):
         pieces.append(piece)
@@ -166,7 +166,7 @@ def _read_line(path, stream, budget):
 
 
 def _read_text(path, stream, budget, first, notes):
-    """All text of a file whose first line is in hand."""
+    """The whole text of a file whose first line was already read."""
     pieces, budget = [first], _pay(path, budget, first)
     for piece in iter(lambda: stream.read(CHUNK), b""):
         pieces.append(piece)
@@ -179,8 +179,8 @@ def _read_text(path, stream, budget, first, notes):
 def _pay(path, budget, piece):
     budget -= TEXT_WEIGHT * len(piece) + sum(weight * piece.count(sign) for sign, weight in WEIGHTS)
     if budget < 0:
-        cure = "cut it into tiles, or write it as CityJSONSeq, which is read line by line"
-        raise InputError(path, "more JSON in one piece than memory should hold", cure)
+        cure = "split it into tiles, or write it as CityJSONSeq, which is read line by line"
+        raise InputError(path, "one JSON text that is too large for memory", cure)
     return budget
 
 
@@ -189,8 +189,8 @@ def _decode(path, data, encoding, notes):
         return data.decode("utf-8-sig" if encoding == "utf-8" else encoding)
     except UnicodeDecodeError as error:
         if not encoding.startswith("utf-8"):
-            raise InputError(path, f"byte {error.start}: this is no {encoding} text", "save it as UTF-8") from error
-        words = f"{path} holds bytes that are not UTF-8; they were read as \ufffd."
+            raise InputError(path, f"byte {error.start}: not valid {encoding} text", "save it as UTF-8") from error
+        words = f"{path} contains bytes that are not UTF-8; they were read as \ufffd."
         if words not in notes:
             notes.append(words)
         return data.decode("utf-8", errors="replace").removeprefix("\ufeff")
@@ -201,7 +201,7 @@ def _iterate_texts(path, text, first_line=1):
     place, line = SPACE.match(text).end(), first_line
     line += text.count("\n", 0, place)
     if place == len(text) and first_line == 1:
-        raise InputError(path, "line 1: nothing but blanks", CUT)
+        raise InputError(path, "line 1: nothing but whitespace", CUT)
     while place < len(text):
         try:
             with _uncollected():
@@ -209,13 +209,15 @@ def _iterate_texts(path, text, first_line=1):
         except _NoNumberError as error:
             found = next(token for token in TOKENS.finditer(text, place) if token.group()[0] != '"')
             row = line + text.count("\n", place, found.start())
-            raise InputError(path, f"line {row}: {error} is no number", "correct or remove what it stands in") from None
+            raise InputError(
+                path, f"line {row}: {error} is not a number", "correct or remove the object it belongs to"
+            ) from None
         except json.JSONDecodeError as error:
             raise _syntax_error(path, text, error, first_line) from None
         except RecursionError:
-            raise InputError(path, f"line {line}: lists nested deeper than any city needs", CUT) from None
-        except ValueError:  # Python reads no whole number of more than some thousand digits
-            raise InputError(path, f"line {line}: a number of thousands of digits", CUT) from None
+            raise InputError(path, f"line {line}: lists nested too deeply", CUT) from None
+        except ValueError:  # Python limits integers to some thousand digits
+            raise InputError(path, f"line {line}: a number with thousands of digits", CUT) from None
         yield value, line
         following = SPACE.match(text, end).end()
         line += text.count("\n", place, following)
@@ -226,4 +228,4 @@ def _syntax_error(path, text, error, first_line):
     line = first_line + error.lineno - 1
     if not text[:64].lstrip().startswith(("{", "[")):
         return InputError(path, f"line {line}, column {error.colno}: this is not JSON", "give a CityJSON file")
-    return InputError(path, f"line {line}, column {error.colno}: the JSON breaks off ({error.msg})", CUT)
+    return InputError(path, f"line {line}, column {error.colno}: invalid JSON ({error.msg})", CUT)

@@ -1,4 +1,4 @@
-"""Take an OBJ file apart: vertices, faces of any number of corners, and the object, group and material of each."""
+"""Parse an OBJ file: vertices, polygons with any number of corners, and the object, group and material of each."""
 
 import codecs
 import io
@@ -15,24 +15,24 @@ LONGEST_LINE = 2**20  # characters
 MARKS = {codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 FREE_FORMS = {"l", "p", "curv", "curv2", "surf", "call", "csh"}
 SILENT = {"", "vn", "vt", "vp", "s", "mg", "lod", "bevel", "c_interp", "d_interp", "usemap"}
-CUT = "the file is cut or damaged: get it again"
+CUT = "the file is truncated or damaged: download or export it again"
 
 
 @dataclass
 class ObjParts:
-    """What an OBJ file holds, in its order."""
+    """Contents of an OBJ file, in input order. `faces` are its `f` statements."""
 
     vertices: np.ndarray  # (v, 3) float64, as in the file
     faces: list = field(default_factory=list)  # of (k,) int64 into vertices
     lines: list = field(default_factory=list)  # of each face
     objects: list = field(default_factory=list)  # of each face: number of its `o` statement, 0 before the first
-    groups: list = field(default_factory=list)  # of each face: name of its `g` statement, "" where none
-    materials: list = field(default_factory=list)  # of each face: name of its `usemtl` statement, "" where none
+    groups: list = field(default_factory=list)  # of each face: name of its `g` statement, "" if none
+    materials: list = field(default_factory=list)  # of each face: name of its `usemtl` statement, "" if none
     object_names: list = field(default_factory=list)
     libraries: list = field(default_factory=list)  # (line, text) of each `mtllib` statement
     unnamed: int = 0  # `usemtl` statements without a name
     left_out: dict = field(default_factory=dict)  # keyword -> number of lines
-    comment_crs: str = ""  # a line of comment that speaks of EPSG
+    comment_crs: str = ""  # a comment line that mentions EPSG
 
 
 def parse_obj(path, tell=untold):
@@ -41,9 +41,9 @@ def parse_obj(path, tell=untold):
     Parameters
     ----------
     path : path-like
-        Packed with gzip or not; UTF-8, UTF-16 or any other text.
+        Plain or gzip-compressed; UTF-8, UTF-16 or another text encoding.
     tell : callable, optional
-        As of `open_input`.
+        As in `open_input`.
 
     Returns
     -------
@@ -52,7 +52,7 @@ def parse_obj(path, tell=untold):
     Raises
     ------
     InputError
-        No text, a line that cannot be understood, a coordinate that is not finite, a vertex that is not there.
+        Not text, a line that cannot be parsed, a coordinate that is not finite, a vertex index out of range.
     """
     parts, vertices, faces = ObjParts(np.empty((0, 3)), object_names=[""]), [], []
     number, group, material = 0, "", ""
@@ -88,7 +88,7 @@ def parse_obj(path, tell=untold):
 
 
 def _statements(path, tell):
-    """Line number and words of every statement; a backslash at the end of a line goes on in the next."""
+    """Line number and words of every statement; a trailing backslash continues on the next line."""
     with open_input(path, tell) as stream:
         start = stream.peek(2)[:2] if hasattr(stream, "peek") else b""
         text = io.TextIOWrapper(stream, MARKS.get(start, "utf-8-sig"), errors="replace")
@@ -116,7 +116,7 @@ def _vertex(path, line, words):
     except ValueError:
         values = []
     if len(values) != 3:
-        raise InputError(path, f"line {line}: a vertex without three numbers", CUT)
+        raise InputError(path, f"line {line}: vertex without three numbers", CUT)
     if not all(abs(value) <= LARGEST_COORDINATE for value in values):  # also true for NaN
         problem = f"line {line}: a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
         raise InputError(path, problem, "correct or remove this vertex")
@@ -124,19 +124,19 @@ def _vertex(path, line, words):
 
 
 def _corners(path, line, words, count):
-    """Numbers of a face's vertices from 0; negative numbers of the file count back from the last vertex so far."""
+    """Vertex indices of an `f` statement from 0; negative indices in the file count back from the latest vertex."""
     try:
         corners = [int(word.partition("/")[0]) for word in words[1:]]
     except ValueError:
-        raise InputError(path, f"line {line}: a face whose corners are not numbers of vertices", CUT) from None
+        raise InputError(path, f"line {line}: polygon with vertex indices that are not integers", CUT) from None
     if 0 in corners or any(corner < -count for corner in corners):
-        raise InputError(path, f"line {line}: a face with a corner before the first vertex", CUT)
+        raise InputError(path, f"line {line}: polygon with a vertex index before the first vertex", CUT)
     return [corner - 1 if corner > 0 else count + corner for corner in corners]
 
 
 def _resolve(path, faces, lines, count):
     for face, line in zip(faces, lines, strict=True):
         if face and max(face) >= count:
-            problem = f"line {line}: a face names vertex {max(face) + 1}, the file has {count}"
+            problem = f"line {line}: polygon refers to vertex {max(face) + 1}, the file has {count}"
             raise InputError(path, problem, CUT)
     return [np.array(face, np.int64) for face in faces]

@@ -1,4 +1,4 @@
-"""Stream an XML file element by element, without ever following what it points to."""
+"""Stream an XML file element by element; entities and external references are never resolved."""
 
 import io
 import re
@@ -19,10 +19,10 @@ SAFE = {
     "remove_comments": True,
     "remove_pis": True,
 }
-CUT = "the file is cut or damaged: get it again"
-LONGEST_MESSAGE = 300  # characters of what the parser says; it repeats attributes whole
-MOST_TAGS = 2**22  # held in memory at once; the largest buildings have some ten thousand
-HEAD_BYTES = 2**16  # the root element begins within
+CUT = "the file is truncated or damaged: download or export it again"
+LONGEST_MESSAGE = 300  # characters of a parser message; it quotes whole attributes
+MOST_TAGS = 2**22  # tags in memory at once; the largest buildings have some ten thousand
+HEAD_BYTES = 2**16  # the root element must begin within these
 ROOT = re.compile(rb"<[A-Za-z_][^\s<>/]*")
 NO_CONTENT = re.compile(rb"<!--.*?-->|<\?.*?\?>", re.DOTALL)
 KNOWN_PREFIXES = {
@@ -35,7 +35,7 @@ KNOWN_PREFIXES = {
 
 
 class UndeclaredPrefixError(InputError):
-    """A name bears a prefix that nothing in the file explains."""
+    """A name has a namespace prefix that is not declared."""
 
     def __init__(self, path, line, prefix):
         problem = f"line {line}: the prefix {prefix!r} is not declared"
@@ -53,7 +53,7 @@ def read_root(path, declared=()):
     ----------
     path : path-like
     declared : collection of str
-        Prefixes that the file uses without a declaration, and that are given one.
+        Prefixes that the file uses without declaring them; declarations are added.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def read_root(path, declared=()):
     UndeclaredPrefixError
         A prefix that is neither declared in the file nor given here.
     InputError
-        Not XML, or XML with a document type (its entities could be a bomb or reach outside).
+        Not XML, or XML with a document type (its entities could be a bomb or point to other files).
     """
     with open_input(path) as opened:
         stream = _declare(opened, declared)
@@ -77,13 +77,13 @@ def read_root(path, declared=()):
             raise _syntax_error(path, error) from error
         info = root.getroottree().docinfo
         if info.internalDTD is not None or info.externalDTD is not None:
-            problem = f"line {root.sourceline or 1}: a document type (<!DOCTYPE …>) is not accepted"
+            problem = f"line {root.sourceline or 1}: document types (<!DOCTYPE …>) are not accepted"
             raise InputError(path, problem, "remove it and the entities it declares")
         return root.tag, dict(root.nsmap)
 
 
 def iterate_elements(path, tags, declared=(), tell=untold):
-    """Yield each element that ends and has one of the tags; what lies before it is forgotten afterwards.
+    """Yield each completed element with one of the tags; it and everything before it is freed afterwards.
 
     Parameters
     ----------
@@ -91,9 +91,9 @@ def iterate_elements(path, tags, declared=(), tell=untold):
     tags : sequence of str
         Local names in any namespace.
     declared : collection of str
-        Prefixes that the file uses without a declaration, and that are given one.
+        Prefixes that the file uses without declaring them; declarations are added.
     tell : callable, optional
-        As of `open_input`.
+        As in `open_input`.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def iterate_elements(path, tags, declared=(), tell=untold):
 
 
 def _declare(stream, prefixes):
-    """The same stream with declarations of some prefixes added to its first element."""
+    """The same stream with namespace declarations added to its root element."""
     if not prefixes:
         return stream
     head = stream.read(HEAD_BYTES)
@@ -127,7 +127,7 @@ def _declare(stream, prefixes):
 
 
 class _Joined(io.RawIOBase):
-    """Bytes in hand, then those of a stream."""
+    """Bytes already read, followed by those of a stream."""
 
     def __init__(self, head, stream):
         self._head, self._stream = io.BytesIO(head), stream
@@ -137,7 +137,7 @@ class _Joined(io.RawIOBase):
 
 
 class _Counted:
-    """A stream that ends where more elements follow each other than memory should hold and no building needs."""
+    """A stream that stops with an error if a single building has too many elements for memory."""
 
     def __init__(self, path, stream):
         self._path, self._stream, self.tags = path, stream, 0
@@ -146,8 +146,8 @@ class _Counted:
         data = self._stream.read(size)
         self.tags += data.count(b"<")
         if self.tags > MOST_TAGS:
-            problem = f"more than {MOST_TAGS:,} tags without the end of a building"
-            raise InputError(self._path, problem, "take out what is no building, or split the building")
+            problem = f"more than {MOST_TAGS:,} tags before the end of a building"
+            raise InputError(self._path, problem, "remove what is not a building, or split the building")
         return data
 
 
@@ -168,7 +168,7 @@ def _syntax_error(path, error):
     if "ntity" in message and ("loop" in message or "mplification" in message or "ndeclared" in message):
         return InputError(path, f"line {line}: entities are not accepted ({message})", "write the text out in full")
     if "Resource limit" in message or "too long" in message or "xcessive depth" in message:
-        return InputError(path, f"line {line}: more text or depth than a city needs ({message})", CUT)
+        return InputError(path, f"line {line}: too much text or nested too deeply ({message})", CUT)
     if line == 1 and "Start tag expected" in message:
         return InputError(path, "line 1: this is not XML", "give a CityGML file")
-    return InputError(path, f"line {line}: the XML breaks off ({message})", CUT)
+    return InputError(path, f"line {line}: invalid XML ({message})", CUT)

@@ -1,4 +1,4 @@
-"""Shapes that CityGML draws once about their own origin and sets down at many places (ImplicitGeometry)."""
+"""CityGML ImplicitGeometry: prototypes in local coordinates, instanced at many places."""
 
 from dataclasses import dataclass, replace
 
@@ -6,18 +6,18 @@ import numpy as np
 
 from ..city.polygon import Polygon
 
-NOT_HELD = "implicit geometry whose shape the file does not hold"
+NOT_HELD = "implicit geometry whose prototype is not in the file"
 
 
 @dataclass
 class Anchor:
-    """Where a shape stands, and how it is turned and scaled."""
+    """Position, rotation and scale of one instance."""
 
     matrix: np.ndarray  # (4, 4) float64
     point: np.ndarray  # (3,) float64, in the units of the file
 
     def place(self, polygons):
-        """Polygons of a shape at this place: list of Polygon."""
+        """Polygons of a prototype transformed to this instance: list of Polygon."""
         return [replace(one, rings=[self._move(ring) for ring in one.rings], implicit=True) for one in polygons]
 
     def _move(self, ring):
@@ -34,7 +34,7 @@ def read_anchor(element):
     Returns
     -------
     Anchor or None
-        None where there is no usable point or matrix.
+        None if the point or the matrix is missing or invalid.
     """
     point = _numbers(next(element.iterfind("{*}referencePoint//{*}pos"), None), 3)
     matrix = element.find("{*}transformationMatrix")
@@ -53,12 +53,12 @@ def _numbers(element, count):
 
 
 def place_shapes(content):
-    """Set down the shapes that are named by reference.
+    """Instance the prototypes that are given by reference.
 
     Parameters
     ----------
     content : FileContent
-        Grows by the polygons of its instances.
+        The polygons of its instances are appended.
     """
     for target, anchor, place, name in content.instances:
         shape = content.prototypes.get(target)

@@ -1,4 +1,4 @@
-"""Shapes that a CityJSON file draws once (geometry-templates) and sets down at many places (GeometryInstance)."""
+"""CityJSON geometry-templates, instanced at many places (GeometryInstance)."""
 
 from dataclasses import replace
 
@@ -10,13 +10,13 @@ from .limits import LARGEST_COORDINATE
 from .place_shapes import Anchor
 from .read_vertices import read_numbers, read_vertices
 
-MOST_PLACED = 500_000  # polygons of one file; a template set down a million times fills any memory
-NOT_HELD = "instance of a template that the file does not hold"
-NO_PLACE = "instance without a reference point or with a matrix that is none"
+MOST_PLACED = 500_000  # instanced polygons of one file; a template instanced a million times fills any memory
+NOT_HELD = "instance of a template that is not in the file"
+NO_PLACE = "instance with a missing reference point or an invalid matrix"
 
 
 class Templates:
-    """Templates of one header, each drawn when it is first asked for."""
+    """Templates of one header, each read on first use."""
 
     def __init__(self, path, line, value):
         members = value if isinstance(value, dict) else {}
@@ -26,7 +26,7 @@ class Templates:
         self._vertices, _ = read_vertices(path, line, members.get(name), name=name)
         self._drawn, self._count = {}, 0
 
-    def set_down(self, geometry, owner, shapes):
+    def place_instance(self, geometry, owner, shapes):
         """Polygons of one instance.
 
         Parameters
@@ -55,8 +55,8 @@ class Templates:
             return []
         self._count += len(drawn)
         if self._count > MOST_PLACED:
-            problem = f"its templates set down more than {MOST_PLACED:,} polygons"
-            raise InputError(self._path, problem, "cut the file into tiles")
+            problem = f"its template instances have more than {MOST_PLACED:,} polygons"
+            raise InputError(self._path, problem, "split the file into tiles")
         place = {"building": owner.building, "part": owner.part, "line": owner.line}
         own = [replace(one, thematic=one.thematic or owner.thematic, surface_id="", **place) for one in drawn]
         placed = anchor.place(own)
@@ -66,20 +66,20 @@ class Templates:
         return placed
 
     def _draw(self, number, owner, shapes):
-        """Polygons of one template about its own origin, or why there are none."""
+        """Polygons of one template in local coordinates, or why there are none."""
         geometry = self._shapes[number]
         fault = find_fault(geometry)
         if not fault and geometry["type"] == INSTANCE:
-            fault = "an instance itself"
+            fault = "it is an instance itself"
         if fault:
             return fault
         name = owner._replace(name=f"template {number}", thematic="")
         local = Shapes(shapes.content, self._vertices, None, shapes.remarks)
-        return draw_geometry(geometry, name, "surface", local) or "no surface in it"
+        return draw_geometry(geometry, name, "surface", local) or "it has no surfaces"
 
 
 def _read_anchor(geometry, vertices):
-    """Where an instance stands and how it is turned and scaled, or None."""
+    """Position, rotation and scale of an instance, or None."""
     boundaries, values = geometry.get("boundaries"), geometry.get("transformationMatrix")
     if not isinstance(boundaries, list) or len(boundaries) != 1 or type(boundaries[0]) is not int:
         return None

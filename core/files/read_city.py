@@ -1,4 +1,4 @@
-"""One door for every format: files and folders to a City."""
+"""Read buildings of every format: files and folders to a City."""
 
 from functools import partial
 from pathlib import Path
@@ -23,17 +23,17 @@ def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=sile
     Parameters
     ----------
     paths : path-like or list of path-like
-        Files or folders; a folder stands for the files of buildings in it.
+        Files or folders; of a folder all files with buildings are read.
     lod : str, optional
-        Level of detail; by default the best of 2.x of each building, else 3, else 1.
+        Level of detail; by default each building's best of 2.x, else 3, else 1.
     unit : {'m', 'ft', 'us-ft'}
-        Of coordinates in files that name no coordinate reference system.
+        Of coordinates in files without a coordinate reference system.
     up : {'z', 'y'}
-        Axis that points to the sky, for formats that do not say.
+        Vertical axis, for formats that do not define it.
     orient : {'auto', 'as-drawn'}
-        Turn over polygons that face into their building, or leave all as they are drawn.
+        Flip polygons that face into their building, or keep all as drawn.
     progress : callable, optional
-        See `core.progress`: bytes of the files, then polygons that are joined. Nothing is left of what is cancelled.
+        See `core.progress`: bytes of the files, then polygons joined. If cancelled, nothing is kept.
 
     Returns
     -------
@@ -42,10 +42,10 @@ def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=sile
     Raises
     ------
     InputError
-        A file cannot be used, or a folder holds none.
+        A file cannot be used, or a folder has none.
     """
     if up not in ("z", "y"):
-        raise InputError("--up", f"{up!r} is no axis", "choose z or y")
+        raise InputError("--up", f"{up!r} is not an axis", "choose z or y")
     contents = read_files(list_files(paths), up, progress)
     return join_contents(contents, lod=lod, unit=unit, orient=orient, progress=progress)
 
@@ -68,12 +68,12 @@ def read_files(files, up, progress=silent):
 
 
 def tell_bytes(progress, before, size, total, share):
-    """Report the files before this one and a share of it, which ends no sooner than all of it is taken apart."""
+    """Report the files before this one and a share of it; 1 is reached only when it is completely parsed."""
     progress(READING, before + min(share, LAST) * size, total, "B")
 
 
 def list_files(paths):
-    """Files named by files and folders, those of a folder in the order of their names.
+    """Expand files and folders to files, those of a folder sorted by name.
 
     Returns
     -------
@@ -86,13 +86,13 @@ def list_files(paths):
             continue
         inside = sorted(file for file in Path(path).iterdir() if file.is_file() and _is_city(file))
         if not inside:
-            raise InputError(path, "a folder without files of buildings", f"known are {', '.join(READERS)}")
+            raise InputError(path, "a folder without building files", f"known types are {', '.join(READERS)}")
         files += inside
     return files
 
 
 def _is_city(file):
-    """Whether a file of a folder is read: by its name, and of JSON, which may be anything, by what is in it."""
+    """Whether a file in a folder is read: by its suffix and, for JSON, by its content."""
     reader = READERS.get(_suffix(file))
     return reader is not None and (reader is not read_cityjson or speaks_of_cityjson(file))
 

@@ -1,4 +1,4 @@
-"""Read CityGML 1.0, 2.0 and 3.0: buildings with their parts, holes, references and levels of detail."""
+"""Read CityGML 1.0, 2.0 and 3.0: buildings with parts, holes, references and levels of detail."""
 
 from ..city.polygon import FileContent
 from ..errors import InputError
@@ -9,14 +9,14 @@ from .place_shapes import place_shapes
 from .resolve_references import resolve_references
 
 MEMBERS = ("cityObjectMember", "featureMember", "member")
-MOST_UNDECLARED = 16  # prefixes; a file with more is no city
+MOST_UNDECLARED = 16  # prefixes; a file with more is not accepted
 
 
 def read_content(path, tell=untold):
-    """Every polygon of one CityGML file, all levels of detail, before any choice.
+    """Read all polygons of one CityGML file, at all levels of detail.
 
-    A prefix that the file uses without declaring it (as of an extension whose schema was forgotten) is given a
-    declaration, and that is noted. `tell` is as of `open_input`.
+    A namespace prefix that the file uses without declaring it (such as that of an extension) is declared on the fly,
+    with a note. `tell` is as in `open_input`.
 
     Returns
     -------
@@ -31,7 +31,7 @@ def read_content(path, tell=untold):
                 raise
             declared.append(error.prefix)
         else:
-            words = "{} uses the prefix {!r} without declaring it; it was read as if it had."
+            words = "{} uses the prefix {!r} without declaring it; a declaration was added."
             content.notes += [words.format(path, prefix) for prefix in declared]
             return content
 
@@ -53,9 +53,9 @@ def _read_declared(path, declared, tell):
             for child in element.iterchildren("*"):
                 other = child.tag.rpartition("}")[2]
                 others[other] = others.get(other, 0) + (other != "Building")
-    content.notes += [f"{count} {name} left out: no building." for name, count in sorted(others.items()) if count]
+    content.notes += [f"{count} {name} left out: not a building." for name, count in sorted(others.items()) if count]
     if not content.buildings:
-        raise InputError(path, "no buildings in it", "give a file that holds buildings")
+        raise InputError(path, "contains no buildings", "give a file with buildings")
     resolve_references(content)
     place_shapes(content)
     return content

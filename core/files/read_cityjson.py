@@ -1,4 +1,4 @@
-"""Read CityJSON 1.0, 1.1 and 2.0, as one text or as a sequence of features: buildings with parts and installations.
+"""Read CityJSON 1.0 to 2.0 and CityJSONSeq: buildings with parts and installations.
 
 CityJSON: Ledoux et al. (2019), doi:10.1186/s40965-019-0064-0.
 """
@@ -22,23 +22,23 @@ VERSION = re.compile(r"[12]\.\d+(\.\d+)?")
 OLD = re.compile(r"0\.\d")
 MOST_NAMED = 5  # in a note
 SHORT = 60  # characters of a name in a note
-MOST_TYPES = 30  # each with a note of its own
-DRAWN = 0.8  # share of the time when the last object of one text is drawn
-OBJECTS_AT_ONCE = 64  # between two reports
-TWICE = "building given twice in the file"
-ORPHANS = "parts or installations have no building above them; they stand as buildings"
-AGAIN = "city object whose name comes again later in the file"
+MOST_TYPES = 30  # types listed in notes
+DRAWN = 0.8  # share of the time when the last object of one text is read
+OBJECTS_AT_ONCE = 64  # objects per progress report
+TWICE = "duplicate building in the file"
+ORPHANS = "parts or installations have no parent building; they are read as buildings"
+AGAIN = "city object whose name is used again later in the file"
 
 
 def read_cityjson(path, tell=untold):
-    """Every polygon of the buildings of one CityJSON file, all levels of detail, before any choice.
+    """Read all building polygons of one CityJSON file, at all levels of detail.
 
     Parameters
     ----------
     path : path-like
-        ``.json`` or ``.jsonl``, whichever of the two it holds; gzip is welcome.
+        ``.json`` or ``.jsonl``, with either content; plain or gzip-compressed.
     tell : callable, optional
-        As of `open_input`, with the share of the work.
+        As in `open_input`, with the share of the work done.
 
     Returns
     -------
@@ -47,7 +47,7 @@ def read_cityjson(path, tell=untold):
     Raises
     ------
     InputError
-        The file is missing, cut, not CityJSON, without buildings, or none of them has a shape that can be used.
+        The file is missing, truncated, not CityJSON, without buildings, or none of them has usable geometry.
     """
     path = Path(path)
     content = FileContent(path)
@@ -58,26 +58,26 @@ def read_cityjson(path, tell=untold):
             reading.start(value, line)
         elif kind != "CityJSONFeature":
             word = clean_name(str(kind))[:60]
-            raise InputError(path, f"line {line}: JSON, but no CityJSON (type {word!r})", "give a CityJSON file")
+            raise InputError(path, f"line {line}: JSON, but not CityJSON (type {word!r})", "give a CityJSON file")
         elif reading.templates is None:
-            cure = "give the head of the sequence, of type CityJSON, as its first line"
-            raise InputError(path, f"line {line}: a CityJSONFeature before any head", cure)
+            cure = "put the header object, of type CityJSON, on the first line"
+            raise InputError(path, f"line {line}: a CityJSONFeature before the header", cure)
         reading.add(value, line, tell if kind == "CityJSON" else untold)
     reading.finish()
     return content
 
 
 class _Reading:
-    """One file while it is read."""
+    """State of one file while it is read."""
 
     def __init__(self, path, content):
         self.path, self.content = path, content
         self.transform, self.templates, self.remarks = None, None, {}
         self.others, self.extensions = {}, {}
-        self.seen = {}  # name of a building -> hashes of the shapes it came with
+        self.seen = {}  # name of a building -> hashes of its geometries so far
 
     def start(self, header, line):
-        """Take transform, templates and coordinate reference system from a CityJSON object."""
+        """Read transform, templates and coordinate reference system of a CityJSON object."""
         _refuse_repeated(self.path, header, line)
         self.transform = read_transform(self.path, line, header.get("transform"))
         self.templates = Templates(self.path, line, header.get("geometry-templates"))
@@ -87,29 +87,29 @@ class _Reading:
 
     def _check_version(self, version, line):
         if version is None:
-            self._note(f"{self.path} names no version of CityJSON.")
+            self._note(f"{self.path} gives no CityJSON version.")
             return
         text = clean_name(str(version))[:20]
         if not VERSION.fullmatch(text):
-            old = "bring it to 2.0, for example with cjio's upgrade"
+            old = "convert it to 2.0, for example with cjio's upgrade"
             cure = old if OLD.match(text) else "give CityJSON 1.0 to 2.0"
-            raise InputError(self.path, f"line {line}: CityJSON of version {text!r}", cure)
+            raise InputError(self.path, f"line {line}: unsupported CityJSON version {text!r}", cure)
         if self.transform is None and not text.startswith("1.0"):
-            self._note(f"{self.path} has no transform; its vertices were read as coordinates.")
+            self._note(f"{self.path} has no transform; its vertices were read as real coordinates.")
 
     def add(self, text, line, tell=untold):
-        """Take the buildings from the objects of one JSON text."""
+        """Read the buildings among the objects of one JSON text."""
         _refuse_repeated(self.path, text, line)
         objects = text.get("CityObjects", {})
         if not isinstance(objects, dict):
-            raise InputError(self.path, f"line {line}: CityObjects is no JSON object", "export the file again")
+            raise InputError(self.path, f"line {line}: CityObjects is not a JSON object", "export the file again")
         transform = self.transform
         if text["type"] == "CityJSONFeature" and "transform" in text:
             transform = read_transform(self.path, line, text["transform"]) or transform
-            self._note(f"{self.path} has features with a transform of their own; it was applied.")
+            self._note(f"{self.path} has features with their own transform; it was applied.")
         vertices, whole = read_vertices(self.path, line, text.get("vertices"), transform)
         if transform is not None and not whole:
-            self._note(f"{self.path} has a transform and yet vertices that are not whole numbers; it was applied.")
+            self._note(f"{self.path} has a transform, but vertices that are not integers; it was applied.")
         for name in getattr(objects, "names", ()):
             self.content.skip(AGAIN, clean_name(name))
         self._add_objects(objects, Shapes(self.content, vertices, self.templates, self.remarks), line, tell)
@@ -135,11 +135,11 @@ class _Reading:
                 kind = one["type"] if one["type"] in ("BuildingInstallation", "BuildingConstructiveElement") else ""
                 place = building[families.owner[name]], part[families.part[name]]
                 collect_shapes(one, Owner(clean_name(name), *place, kind, line), shapes)
-                one.pop("geometry", None)  # what was taken makes room for what comes
-        self._tell_repeated(first, first_building, line)
+                one.pop("geometry", None)  # frees memory
+        self._drop_duplicates(first, first_building, line)
 
-    def _tell_repeated(self, first, first_building, line):
-        """Leave out a building that came before point for point; give another of the same name a number."""
+    def _drop_duplicates(self, first, first_building, line):
+        """Drop exact duplicates of earlier buildings; number other buildings of the same name."""
         content, drawn = self.content, {}
         for polygon in content.polygons[first:]:
             drawn.setdefault(polygon.building, []).append(polygon)
@@ -152,7 +152,7 @@ class _Reading:
                 gone.add(building)
                 content.skip(TWICE, name)
             elif earlier:
-                words = f"{self.path}, line {line}: another building bears the name of an earlier one, number added"
+                words = f"{self.path}, line {line}: another building has the name of an earlier one, number added"
                 content.buildings[building] = self._number(name, len(earlier) + 1)
                 self._note(f"{words}: {content.buildings[building]}")
             earlier.add(shape)
@@ -180,32 +180,32 @@ class _Reading:
             self.content.notes.append(words)
 
     def finish(self):
-        """Say what was met, and refuse a file that gives nothing."""
+        """Write the notes, and raise an error if the file has no usable buildings."""
         content = self.content
         for kind, count in sorted(self.extensions.items())[:MOST_TYPES]:
-            content.notes.append(f"{count} {clean_name(kind)} read as buildings: a type of an extension.")
+            content.notes.append(f"{count} {clean_name(kind)} (extension type) read as buildings.")
         for kind, count in sorted(self.others.items())[:MOST_TYPES]:
-            content.notes.append(f"{count} {clean_name(kind)} left out: no building.")
+            content.notes.append(f"{count} {clean_name(kind)} left out: not a building.")
         for words, names in self.remarks.items():
             named = [name[:SHORT] for name in dict.fromkeys(names)]
             more = " …" if len(named) > MOST_NAMED else ""
             content.notes.append(f"{len(names)} {words}: {', '.join(named[:MOST_NAMED])}{more}")
         if not content.buildings:
-            raise InputError(self.path, f"no buildings in it{self._met()}", "give a file that holds buildings")
+            raise InputError(self.path, f"contains no buildings{self._met()}", "give a file with buildings")
         if not content.polygons and content.skipped:
             reason, names = max(content.skipped.items(), key=lambda item: len(item[1]))
-            problem = f"no building has a shape that can be used ({reason}: {len(names)}, as {names[0]!r})"
+            problem = f"no building has usable geometry ({reason}: {len(names)}, for example {names[0]!r})"
             raise InputError(self.path, problem, "correct or export the file again")
 
     def _met(self):
-        """What there is instead, in brackets."""
+        """What the file contains instead, in brackets."""
         met = [f"{count} {clean_name(kind)[:40]}" for kind, count in sorted(self.others.items())]
         met += [f"{reason}: {len(names)}" for reason, names in self.content.skipped.items()]
         return f" ({', '.join(met[:MOST_NAMED])}{' …' if len(met) > MOST_NAMED else ''})" if met else ""
 
 
 def _shape_of(polygons):
-    """A number that two buildings share only where they are drawn point for point alike."""
+    """Hash of a building's geometry: equal only if all points are equal."""
     rings = [ring for polygon in polygons for ring in polygon.rings]
     lods = tuple((polygon.lod, len(polygon.rings)) for polygon in polygons)
     return hash((lods, tuple(map(len, rings)), np.concatenate(rings).tobytes() if rings else b""))
@@ -219,7 +219,7 @@ def _refuse_repeated(path, text, line):
 
 
 def _srs_names(header):
-    """Spellings of the coordinate reference system: that of 1.0 and later, and the code of earlier drafts."""
+    """Spellings of the coordinate reference system: as in 1.0 and later, and as in earlier drafts."""
     metadata = header.get("metadata")
     for members in (metadata if isinstance(metadata, dict) else {}, header):
         yield from _spellings(members.get("referenceSystem"))

@@ -1,6 +1,6 @@
-"""Read the material libraries that an OBJ file names: the diffuse colour of each material, and nothing else.
+"""Read the material libraries of an OBJ file: only the diffuse colour of each material.
 
-A library is an addition, never a condition: what is wrong with it becomes a note, and its colours stay unknown.
+Libraries are optional: problems with one become notes, and its colours stay unknown.
 """
 
 import re
@@ -10,11 +10,11 @@ from ..errors import InputError
 from .limits import clean_name
 from .open_input import open_input
 
-LARGEST = 2**24  # bytes of a library, unpacked; a material takes some hundred
+LARGEST = 2**24  # bytes of a decompressed library; a material takes some hundred
 MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
-ELSEWHERE = re.compile(r"[/\\:\0]")  # in a name, leads to another folder or device
+ELSEWHERE = re.compile(r"[/\\:\0]")  # characters that lead to another folder or device
 SHORT = 60  # characters of a name in a note
-MOST_LIBRARIES = 16  # of one OBJ file; one is usual
+MOST_LIBRARIES = 16  # per OBJ file; one is usual
 
 
 def read_libraries(path, statements, notes):
@@ -23,23 +23,23 @@ def read_libraries(path, statements, notes):
     Parameters
     ----------
     path : path-like
-        The OBJ file. Its libraries are looked for beside it, and nowhere else.
+        The OBJ file. Its libraries must lie in the same folder.
     statements : list of (int, str)
         Line and text of each ``mtllib``.
     notes : list of str
-        Grows by what could not be read.
+        Problems are appended.
 
     Returns
     -------
     dict of str to (3,) tuple of float, or None
-        Linear light from 0 to 1 by the name of the material; None where no colour or a texture is told.
+        Material name -> linear RGB from 0 to 1; None if it has no colour, or a texture.
     """
     folder, lines = Path(path).parent, {}
     for line, text in statements:
         for name in name_libraries(folder, text):
             lines.setdefault(name, line)
     if len(lines) > MOST_LIBRARIES:
-        notes.append(f"{path} names {len(lines)} files with mtllib; the first {MOST_LIBRARIES} were looked at.")
+        notes.append(f"{path} names {len(lines)} files with mtllib; only the first {MOST_LIBRARIES} were read.")
     colours = {}
     for name, line in list(lines.items())[:MOST_LIBRARIES]:
         library, refusal = find_library(folder, name)
@@ -49,42 +49,42 @@ def read_libraries(path, statements, notes):
             found, refusal = {}, error.problem
         if refusal:
             words = f"{path}, line {line}: mtllib {clean_name(name)[:SHORT]}: {refusal}"
-            notes.append(f"{words}; its materials have no colours.")
-        colours = found | colours  # the first that tells of a material counts
+            notes.append(f"{words}; its materials get no colours.")
+        colours = found | colours  # the first definition of a material counts
     return colours
 
 
 def name_libraries(folder, text):
-    """Names in a statement: all of it where such a file is there, as names may hold blanks; else each word."""
+    """File names in a statement: all of it if there is such a file (names may contain spaces), else each word."""
     return [text] if find_library(folder, text)[0] else text.split() or [""]
 
 
 def find_library(folder, name):
-    """The file of that name in a folder, or None and why not."""
+    """Path of a file in a folder, or None and the reason."""
     name = name.removeprefix("./")
     if not name:
-        return None, "it names no file"
+        return None, "no file name given"
     if ELSEWHERE.search(name) or name in (".", ".."):
-        return None, "only a file beside the OBJ file is read"
+        return None, "only files in the folder of the OBJ file are read"
     try:
         found = (folder / name).is_file()
-    except (OSError, ValueError):  # a name that the system does not take
+    except (OSError, ValueError):  # not a valid file name on this system
         found = False
-    return (folder / name, "") if found else (None, "there is no such file beside it")
+    return (folder / name, "") if found else (None, "no such file in the folder of the OBJ file")
 
 
 def read_mtl(path, notes):
-    """Diffuse colours of one library: dict of name to (3,) tuple of float or None, as of `read_libraries`.
+    """Diffuse colours of one library: dict of name to (3,) tuple of float or None, as in `read_libraries`.
 
     Raises
     ------
     InputError
-        It cannot be read, or is larger than any library.
+        The file cannot be read, or is too large.
     """
     with open_input(path) as stream:
         data = stream.read(LARGEST + 1)
     if len(data) > LARGEST:
-        raise InputError(path, f"larger than {LARGEST // 2**20} MiB", "give a smaller one")
+        raise InputError(path, f"larger than {LARGEST // 2**20} MiB", "give a smaller library")
     text = data.decode(MARKS.get(data[:2], "utf-8-sig"), errors="replace")
     colours, textured, wrong, name = {}, set(), {}, None
     for line, row in enumerate(text.split("\n"), start=1):
@@ -100,13 +100,13 @@ def read_mtl(path, notes):
                 wrong.setdefault(name, line)
     if wrong:
         name, line = next(iter(wrong.items()))
-        words = f"{path}: {len(wrong)} materials have a Kd that is no colour from 0 to 1, and stay without"
+        words = f"{path}: {len(wrong)} materials have an invalid Kd (not a colour from 0 to 1) and get no colour"
         notes.append(f"{words}: {name[:SHORT]!r}, line {line}{' …' if len(wrong) > 1 else '.'}")
     return {name: None if name in textured else colour for name, colour in colours.items() if name}
 
 
 def read_colour(words):
-    """Three numbers from 0 to 1, or one that stands for all; None for anything else, as CIE XYZ and spectra."""
+    """Three numbers from 0 to 1, or one for all three; None for anything else, such as CIE XYZ and spectra."""
     try:
         values = [float(word) for word in words]
     except ValueError:

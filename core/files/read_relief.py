@@ -1,4 +1,4 @@
-"""Read the triangles of a TIN relief from CityGML."""
+"""Read the triangles of a CityGML TINRelief."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from ..ground.terrain import Layer
 from .limits import LARGEST_COORDINATE
 from .parse_xml import CUT, iterate_elements
 
-INSIDE = ("Building", "Bridge", "Tunnel")  # their triangles are no terrain
+INSIDE = ("Building", "Bridge", "Tunnel")  # triangles inside these are not terrain
 
 
 def read_relief(path):
@@ -23,12 +23,12 @@ def read_relief(path):
     layer : Layer
         Points in the order and the units of the file.
     crs : str or None
-        What pyproj.CRS.from_user_input understands.
+        As accepted by pyproj.CRS.from_user_input.
 
     Raises
     ------
     InputError
-        Not XML, no triangles in it, or coordinates that are not numbers.
+        Not XML, no triangles, or coordinates that are not numeric.
     """
     corners, srs_names = [], {}
     for element in iterate_elements(path, ("Envelope", "Triangle", *INSIDE)):
@@ -40,12 +40,14 @@ def read_relief(path):
                 _note_srs_names(element, srs_names)
             corners.append(_read_triangle(element, path))
     if not corners:
-        raise InputError(path, "no TIN relief in it", "give terrain as triangles, a GeoTIFF or an ASC grid")
+        raise InputError(path, "contains no TINRelief", "give terrain as triangles, a GeoTIFF or an ASC grid")
     points, index = np.unique(np.concatenate(corners), axis=0, return_inverse=True)
     named = {name_crs(text, points[0, 0]) for text in srs_names if text}
     named.discard(None)
     if len({crs.split("+")[0] for crs in named}) > 1:
-        raise InputError(path, f"two coordinate reference systems: {' and '.join(sorted(named))}", "convert it to one")
+        raise InputError(
+            path, f"uses two coordinate reference systems: {' and '.join(sorted(named))}", "convert it to one"
+        )
     return (Layer(points, index.reshape(-1, 3)), max(named, key=len, default=None))
 
 
@@ -66,9 +68,11 @@ def _read_triangle(element, path):
     try:
         numbers = np.array([float(word) for text in texts for word in text.replace(",", " ").split()])
     except ValueError:
-        raise InputError(path, f"line {line}: coordinates that are not numbers", CUT) from None
+        raise InputError(path, f"line {line}: coordinates that are not numeric", CUT) from None
     if len(numbers) not in (9, 12):
-        raise InputError(path, f"line {line}: a triangle of {len(numbers)} numbers", "give three corners with heights")
+        raise InputError(
+            path, f"line {line}: a triangle with {len(numbers)} numbers", "give three vertices with heights"
+        )
     if not np.abs(numbers).max() <= LARGEST_COORDINATE:  # also true for NaN
         problem = f"line {line}: a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
         raise InputError(path, problem, "correct or remove this triangle")

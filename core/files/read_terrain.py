@@ -1,4 +1,4 @@
-"""Read terrain of any format into the coordinate reference system of a city."""
+"""Read terrain of any supported format into the coordinate reference system of a city."""
 
 from pathlib import Path
 
@@ -19,18 +19,18 @@ KNOWN = (*RASTERS, *RELIEFS, ".obj")
 
 
 def read_terrain(path, city, unit="m", up="z"):
-    """Read a TIN relief of CityGML, an OBJ mesh, a GeoTIFF or an ASC grid.
+    """Read a CityGML TINRelief, an OBJ mesh, a GeoTIFF or an ASC grid.
 
-    Places are brought to the city's coordinate reference system, heights to metres; heights keep the zero level of
-    their file. A file that names no system is taken to stand in the city's.
+    Horizontal coordinates are transformed to the city's coordinate reference system, heights are converted to metres
+    but keep their vertical datum. A file without a system is assumed to be in the city's.
 
     Parameters
     ----------
     path : path-like
-        Packed with gzip or not.
+        Plain or gzip-compressed.
     city : City
     unit : {'m', 'ft', 'us-ft'}
-        Of files that name no system.
+        Of files without a coordinate reference system.
     up : {'z', 'y'}
         Of OBJ files.
 
@@ -42,7 +42,7 @@ def read_terrain(path, city, unit="m", up="z"):
     Raises
     ------
     InputError
-        The file cannot be read, or lies elsewhere.
+        The file cannot be read, or lies outside the city.
     """
     open_input(path).close()
     suffixes = [suffix.lower() for suffix in Path(path).suffixes if suffix.lower() != ".gz"]
@@ -55,9 +55,9 @@ def read_terrain(path, city, unit="m", up="z"):
         terrain.layers = [_place(*read_relief(path), terrain, city.crs, UNITS[unit])]
     elif suffix == ".obj":
         terrain.layers = [_read_obj(path, UNITS[unit], up)]
-        terrain.notes.append(f"{path} names no coordinate reference system; taken as the city's.")
+        terrain.notes.append(f"{path} has no coordinate reference system; the city's is assumed.")
     else:
-        raise InputError(path, "no terrain of a known format", f"give one of {', '.join(KNOWN)}")
+        raise InputError(path, "not a known terrain format", f"give one of {', '.join(KNOWN)}")
     _check_place(terrain, low, high)
     return terrain
 
@@ -65,17 +65,17 @@ def read_terrain(path, city, unit="m", up="z"):
 def _read_obj(path, factor, up):
     parts = parse_obj(path)
     if not any(len(face) > 2 for face in parts.faces):
-        raise InputError(path, "no faces in it", "give an OBJ file of terrain")
+        raise InputError(path, "contains no polygons", "give an OBJ file of terrain")
     points = parts.vertices if up == "z" else parts.vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
     fans = [np.column_stack([np.full(len(f) - 2, f[0]), f[1:-1], f[2:]]) for f in parts.faces if len(f) > 2]
     return Layer(points * factor, np.concatenate(fans))
 
 
 def _place(layer, crs, terrain, city_crs, unit):
-    """A relief whose points stand as in the file, brought to the city's system."""
+    """Transform a relief from the system of its file to the city's."""
     if crs is None or city_crs is None:
-        who = f"{terrain.source} names no coordinate reference system; taken as the city's."
-        terrain.notes.append(who if crs is None else f"The city names no coordinate reference system; taken as {crs}.")
+        own = f"{terrain.source} has no coordinate reference system; the city's is assumed."
+        terrain.notes.append(own if crs is None else f"The city has no coordinate reference system; {crs} is assumed.")
         return Layer(layer.points * unit, layer.triangles)
     plane, factor = plane_of(crs)
     x, y = layer.points[:, :2].T
@@ -88,9 +88,9 @@ def _place(layer, crs, terrain, city_crs, unit):
 def _check_place(terrain, low, high):
     points = np.concatenate([layer.points for layer in terrain.layers]) if terrain.layers else np.empty((0, 3))
     if not len(points):
-        raise InputError(terrain.source, "no heights where the city is", "give terrain of the city's place")
+        raise InputError(terrain.source, "has no heights at the city", "give terrain that covers the city")
     apart = np.maximum(np.maximum(points.min(axis=0)[:2] - high, low - points.max(axis=0)[:2]), 0)
     if apart.any():
         distance = float(np.hypot(*apart))
-        problem = f"lies {distance / 1000:,.1f} km away from the buildings"
-        raise InputError(terrain.source, problem, "give terrain of the city's place, in its system and unit")
+        problem = f"is {distance / 1000:,.1f} km away from the buildings"
+        raise InputError(terrain.source, problem, "give terrain that covers the city, in its system and unit")

@@ -1,4 +1,4 @@
-"""Vertices of a CityJSON file: whole numbers and the transform that makes coordinates of them."""
+"""Vertices of a CityJSON file: integers and the transform to real coordinates."""
 
 from dataclasses import dataclass
 from itertools import chain
@@ -8,7 +8,7 @@ import numpy as np
 from ..errors import InputError
 from .limits import LARGEST_COORDINATE
 
-LARGEST_NUMBER = 1e8  # of a scale or of a member of a matrix
+LARGEST_NUMBER = 1e8  # of a scale or an element of a matrix
 
 
 @dataclass
@@ -20,25 +20,25 @@ class Transform:
 
 
 def read_transform(path, line, value):
-    """Transform of a CityJSON object, or None where it has none.
+    """Transform of a CityJSON object, or None if it has none.
 
     Raises
     ------
     InputError
-        It is not three numbers of scale, none of them 0, and three of translate.
+        It is not three scale factors, none of them 0, and three offsets.
     """
     if value is None:
         return None
     members = value if isinstance(value, dict) else {}
     scale, translate = (read_numbers(members.get(name), 3) for name in ("scale", "translate"))
     if scale is None or translate is None or not scale.all():
-        problem = f"line {line}: the transform is not a scale and a translate of three numbers each, no scale 0"
+        problem = f"line {line}: the transform needs three numbers each for scale (none 0) and translate"
         raise InputError(path, problem, "correct it, or export the file again")
     return Transform(scale, translate)
 
 
 def read_numbers(value, count, largest=LARGEST_NUMBER):
-    """A list of numbers as an array, or None where it is anything else or one of them is too large."""
+    """A list of numbers as an array, or None if it is anything else or a number is too large."""
     if not isinstance(value, list) or len(value) != count or not {int, float}.issuperset(map(type, value)):
         return None
     return np.array(value, float) if all(abs(number) <= largest for number in value) else None
@@ -51,29 +51,29 @@ def read_vertices(path, line, value, transform=None, name="vertices"):
     ----------
     path : path-like
     line : int
-        Where the JSON text of the vertices begins.
+        First line of the JSON text of the vertices.
     value : object
-        What the file gives; None stands for no vertices.
+        As in the file; None means no vertices.
     transform : Transform, optional
     name : str
-        Of the list, for errors.
+        Of the list, for error messages.
 
     Returns
     -------
     points : array, (n, 3) float64
         In the units of the file.
     whole : bool
-        True where each number is a whole one.
+        True if all numbers are integers.
 
     Raises
     ------
     InputError
-        Names the first vertex that is not three finite numbers of the size of coordinates.
+        Names the first vertex that is not three finite numbers of plausible size.
     """
     if value is None:
         return np.empty((0, 3)), True
     if not isinstance(value, list):
-        raise InputError(path, f"line {line}: {name} is no list", "give a list of three numbers for each vertex")
+        raise InputError(path, f"line {line}: {name} is not a list", "give a list of three numbers for each vertex")
     numbers = _to_array(value)
     if numbers is None:
         first = next(k for k, vertex in enumerate(value) if _to_array([vertex]) is None)
@@ -88,7 +88,7 @@ def read_vertices(path, line, value, transform=None, name="vertices"):
 
 
 def _to_array(value):
-    """Rows of three numbers, or None; True and False are no numbers here."""
+    """Rows of three numbers, or None; True and False do not count as numbers."""
     if not value:
         return np.empty((0, 3))
     if set(map(type, value)) != {list} or set(map(len, value)) != {3}:
@@ -97,7 +97,7 @@ def _to_array(value):
         return None
     try:
         return np.array(value, float)
-    except OverflowError:  # a whole number beyond any float
+    except OverflowError:  # an integer too large for a float
         return np.array([[_to_float(number) for number in row] for row in value])
 
 

@@ -1,13 +1,14 @@
-"""Let xlinks find their polygons, so that a polygon named by several elements is there once."""
+"""Resolve xlinks, so that a polygon referenced by several elements exists once."""
 
-MISSING = "reference to a polygon that the file does not hold"
+MISSING = "reference to a polygon that is not in the file"
 
 
 def resolve_references(content):
-    """Give every polygon what its references say about it: thematic class, further LoDs, orientation.
+    """Apply references to their polygons: thematic class, further LoDs, orientation.
 
-    A Solid that names the polygons of its boundary surfaces adds nothing; a boundary surface that names polygons of
-    a Solid gives them its class. Polygons named by another building stay with the building that draws them.
+    A Solid that references the polygons of its boundary surfaces adds nothing; a boundary surface that references
+    polygons of a Solid gives them its class. Polygons referenced by another building stay with the building that
+    defines them.
 
     Parameters
     ----------
@@ -34,6 +35,6 @@ def _apply(reference, polygon):
     if reference.thematic and not polygon.thematic:
         polygon.thematic, polygon.source = reference.thematic, "surface"
     if reference.flipped and reference.source == "solid" and reference.part in (0, polygon.part):
-        polygon.flipped = True  # the solid says that its outside is the other side; a neighbour's solid has no say
+        polygon.flipped = True  # the solid defines its outside; a neighbour's solid does not
     if reference.lod not in polygon.lods():
         polygon.more_lods = (*polygon.more_lods, reference.lod)

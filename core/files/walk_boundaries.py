@@ -1,43 +1,43 @@
-"""Walk through the nested boundaries of a CityJSON geometry beside its semantics, surface by surface."""
+"""Walk the nested boundaries of a CityJSON geometry together with its semantics, surface by surface."""
 
 from typing import NamedTuple
 
-# How many lists stand around the surfaces of a geometry, less one.
+# Nesting depth of the surfaces of a geometry type, less one.
 DEPTHS = {"MultiSurface": 0, "CompositeSurface": 0, "Solid": 1, "MultiSolid": 2, "CompositeSolid": 2}
 THEMATIC = {
     "WallSurface", "RoofSurface", "GroundSurface", "ClosureSurface", "OuterCeilingSurface", "OuterFloorSurface",
     "Window", "Door",
 }  # fmt: skip
 INTERIOR = {"InteriorWallSurface", "CeilingSurface", "FloorSurface"}
-NO_NESTING = "boundaries that are not nested as their type asks"
+NO_NESTING = "boundaries not nested as required by the geometry type"
 
 
 class Surface(NamedTuple):
     """One surface of a geometry."""
 
-    rings: object  # as they stand in the file
-    semantics: dict  # its object of semantics, or an empty one
+    rings: object  # as in the file
+    semantics: dict  # its semantic object, or an empty one
     inner: bool  # in a shell that bounds a cavity
 
 
 def walk_boundaries(geometry):
-    """Surfaces of one geometry with what is said of each.
+    """Surfaces of one geometry with their semantics.
 
     Parameters
     ----------
     geometry : dict
-        With a type of DEPTHS, ``boundaries`` and perhaps ``semantics``.
+        With a type in DEPTHS, ``boundaries`` and optionally ``semantics``.
 
     Returns
     -------
     surfaces : list of Surface
     matching : bool
-        False where the semantics are not nested as the boundaries; what can be told of them is kept.
+        False if the semantics are not nested like the boundaries; those that can be assigned are kept.
 
     Raises
     ------
     ValueError
-        The boundaries are not nested as the type asks.
+        The boundaries are not nested as the type requires.
     """
     depth, semantics = DEPTHS[geometry["type"]], geometry.get("semantics")
     found = []
@@ -50,15 +50,15 @@ def walk_boundaries(geometry):
     if semantics.get("values") is not None:
         matching = _align(semantics["values"], geometry["boundaries"], depth, values)
         leaves = [] if matching else _leaves(semantics["values"])
-        if len(leaves) == len(found):  # nested otherwise, but one for each: their order is beyond doubt
+        if len(leaves) == len(found):  # nested differently, but one per surface: their order is clear
             values = leaves
-    told, sound = _look_up(values + [None] * (len(found) - len(values)), semantics["surfaces"])
-    pairs = zip(found, told, strict=True)
+    meanings, sound = _look_up(values + [None] * (len(found) - len(values)), semantics["surfaces"])
+    pairs = zip(found, meanings, strict=True)
     return [Surface(rings, meaning, inner) for (rings, inner), meaning in pairs], matching and sound
 
 
 def read_class(semantics):
-    """Thematic class of a surface: one that CityJSON knows, or ""."""
+    """Thematic class of a surface: one defined by CityJSON, or ""."""
     kind = semantics.get("type")
     return kind if isinstance(kind, str) and kind in THEMATIC | INTERIOR else ""
 
@@ -74,7 +74,7 @@ def _flatten(boundaries, depth, inner, found):
 
 
 def _align(values, boundaries, depth, aligned):
-    """Append one value for each surface, None where there is none; True where the two are nested alike."""
+    """Append one value per surface, None if missing; True if values and boundaries are nested alike."""
     matching = values is None or (isinstance(values, list) and len(values) == len(boundaries))
     values = values if isinstance(values, list) else []
     for k, below in enumerate(boundaries):
@@ -88,7 +88,7 @@ def _align(values, boundaries, depth, aligned):
 
 
 def _leaves(values):
-    """All that is no list, in its order; without recursion, since a file may nest as it likes."""
+    """All items that are not lists, in order; without recursion, since a file may be nested to any depth."""
     leaves, stack = [], [values]
     while stack:
         value = stack.pop()
@@ -100,10 +100,10 @@ def _leaves(values):
 
 
 def _look_up(values, surfaces):
-    """The semantics that each number names, an empty object where it names none; and whether all could be told."""
-    told, sound = [], True
+    """Semantic object of each index, an empty one if there is none; and whether all indices were valid."""
+    found, sound = [], True
     for value in values:
         known = type(value) is int and 0 <= value < len(surfaces) and isinstance(surfaces[value], dict)
-        told.append(surfaces[value] if known else {})
+        found.append(surfaces[value] if known else {})
         sound &= known or value is None
-    return told, sound
+    return found, sound

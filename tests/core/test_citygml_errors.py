@@ -20,7 +20,7 @@ LAUGHS = (
 OUTSIDE = '<!DOCTYPE x SYSTEM "http://localhost:1/x.dtd"><CityModel xmlns="http://www.opengis.net/citygml/2.0"/>'
 FILES = {
     "empty": (b"", "empty"),
-    "cut": (GOOD[: len(GOOD) // 2], r"line \d+: the XML breaks off"),
+    "cut": (GOOD[: len(GOOD) // 2], r"line \d+: invalid XML"),
     "cut in the head": (GOOD[:60], r"line \d+: "),
     "no xml": (b"hello", "line 1"),
     "binary": (bytes(range(1, 200)), "line 1"),
@@ -34,11 +34,11 @@ FILES = {
         GOOD.replace(b"<CityModel ", b'<CityModel xmlns:places="' + b"urn:a b " * 200 + b'" ', 1),
         "breaks off",
     ),
-    "cut gzip": (gzip.compress(GOOD)[:-40], "gzip breaks off"),
-    "long attribute": (GOOD.replace(b'"house"', b'"' + b"x" * 11_000_000 + b'"'), r"line \d+: more text or depth"),
+    "cut gzip": (gzip.compress(GOOD)[:-40], "decompression fails"),
+    "long attribute": (GOOD.replace(b'"house"', b'"' + b"x" * 11_000_000 + b'"'), r"line \d+: too much text or nested"),
     "deep": (
         GOOD.replace(b"</bldg:Building>", b"<a>" * 400 + b"</a>" * 400 + b"</bldg:Building>"),
-        "more text or depth",
+        "too much text or nested",
     ),
 }
 
@@ -63,7 +63,7 @@ def test_missing_file(tmp_path):
 
 
 def test_folder_without_files_of_buildings(tmp_path):
-    with pytest.raises(InputError, match="folder without files of buildings"):
+    with pytest.raises(InputError, match="folder without building files"):
         read_city(tmp_path)
 
 
@@ -75,7 +75,7 @@ def test_gzip_bomb_stops_early(tmp_path):
             packed.write(blanks)
     size = (tmp_path / "bomb.gml.gz").stat().st_size
     assert LARGEST_GAIN * size < 300 * 2**20
-    with pytest.raises(InputError, match="unpacks to more than"):
+    with pytest.raises(InputError, match="decompresses to more than"):
         read_city(tmp_path / "bomb.gml.gz")
 
 

@@ -123,7 +123,7 @@ def test_polygons_that_cannot_be_used_are_left_out_with_reason_and_name(tmp_path
     city = read(tmp_path, text.building(walls))
     assert city.surface_id == ["good"]
     assert city.report.skipped == {
-        "coordinates that are not numbers": ["word"], "no area": ["flat"], "fewer than three points": ["two"],
+        "coordinates that are not numeric": ["word"], "no area": ["flat"], "fewer than three points": ["two"],
     }  # fmt: skip
 
 
@@ -156,7 +156,7 @@ def test_installation_shades_and_other_objects_are_named(tmp_path):
     city = read(tmp_path, text.building(text.surface(text.members(text.polygon("a", SQUARE))), balcony),
                 "<cityObjectMember><Bridge/></cityObjectMember>")  # fmt: skip
     assert city.thematic == ["WallSurface", "BuildingInstallation"]
-    assert city.report.notes == ["1 Bridge left out: no building."]
+    assert city.report.notes == ["1 Bridge left out: not a building."]
 
 
 TURN = "0 -1 0 10 1 0 0 20 0 0 2 30 0 0 0 1"  # a quarter turn to the left, twice as high, then a step
@@ -190,10 +190,10 @@ def test_implicit_geometry_stands_where_its_matrix_and_point_put_it(tmp_path):
 @pytest.mark.parametrize(
     ("drawn", "reason"),
     [
-        (installation(' xlink:href="#nowhere">'), "whose shape the file does not hold"),
-        (installation(shape(), point=""), "without a shape, a place or a level of detail"),
-        (installation(shape(), matrix="1 2 3"), "without a shape, a place or a level of detail"),
-        (installation(shape(), point="1 nan 3"), "without a shape, a place or a level of detail"),
+        (installation(' xlink:href="#nowhere">'), "whose prototype is not in the file"),
+        (installation(shape(), point=""), "without a shape, a reference point or a level of detail"),
+        (installation(shape(), matrix="1 2 3"), "without a shape, a reference point or a level of detail"),
+        (installation(shape(), point="1 nan 3"), "without a shape, a reference point or a level of detail"),
     ],
 )
 def test_implicit_geometry_that_cannot_be_placed_is_reported(tmp_path, drawn, reason):

@@ -19,35 +19,41 @@ HEAD = {key: value for key, value in model({}, []).items() if key != "CityObject
 FEATURE = {**model({"b": house(solid())}), "type": "CityJSONFeature"}
 BAD_DOCUMENTS = {
     "empty": ("", "empty"),
-    "blank": (" \n\n", "nothing but blanks"),
-    "cut": (TEXT[:200], r"line 1, column \d+: the JSON breaks off"),
-    "cut on several lines": (json.dumps(GOOD, indent=1)[:200], r"line \d\d, column \d+: the JSON breaks off"),
-    "cut in a sequence": ("\n".join(map(json.dumps, (HEAD, FEATURE)))[:-5], r"line 2, column \d+: the JSON breaks off"),
+    "blank": (" \n\n", "nothing but whitespace"),
+    "cut": (TEXT[:200], r"line 1, column \d+: invalid JSON"),
+    "cut on several lines": (json.dumps(GOOD, indent=1)[:200], r"line \d\d, column \d+: invalid JSON"),
+    "cut in a sequence": ("\n".join(map(json.dumps, (HEAD, FEATURE)))[:-5], r"line 2, column \d+: invalid JSON"),
     "no json": ("hello", "line 1, column 1: this is not JSON"),
     "a list": ("[1, 2]", "no CityJSON"),
     "geojson": ('{"type": "FeatureCollection"}', "no CityJSON .type 'FeatureCollection'"),
-    "a feature alone": ('{"type": "CityJSONFeature"}', "give the head of the sequence"),
-    "old": (json.dumps({**GOOD, "version": "0.9"}), "version '0.9'; bring it to 2.0"),
+    "a feature alone": ('{"type": "CityJSONFeature"}', "put the header object"),
+    "old": (json.dumps({**GOOD, "version": "0.9"}), "version '0.9'; convert it to 2.0"),
     "new": (json.dumps({**GOOD, "version": "3.0"}), "version '3.0'"),
-    "deep": (TEXT[:-1] + ', "x": ' + "[" * 200_000 + "}", "nested deeper"),
-    "NaN": (TEXT.replace("[2, 0, 0]", "[NaN, 0, 0]"), "line 1: NaN is no number"),
-    "NaN in line 3": (TEXT.replace("[2, 0, 0]", '["NaN",\n"\\"", \n-Infinity, 0]'), "line 3: -Infinity is no number"),
+    "deep": (TEXT[:-1] + ', "x": ' + "[" * 200_000 + "}", "nested too deeply"),
+    "NaN": (TEXT.replace("[2, 0, 0]", "[NaN, 0, 0]"), "line 1: NaN is not a number"),
+    "NaN in line 3": (
+        TEXT.replace("[2, 0, 0]", '["NaN",\n"\\"", \n-Infinity, 0]'),
+        "line 3: -Infinity is not a number",
+    ),
     "1e308": (TEXT.replace("[2, 0, 0]", "[1e308, 0, 0]"), "line 1: vertex 1 of vertices is not finite or beyond"),
     "1e999": (TEXT.replace("[2, 0, 0]", "[1e999, 0, 0]"), "line 1: vertex 1 of vertices is not finite or beyond"),
-    "digits": (TEXT.replace("[2, 0, 0]", f"[{'9' * 5000}, 0, 0]"), "line 1: a number of thousands of digits"),
+    "digits": (TEXT.replace("[2, 0, 0]", f"[{'9' * 5000}, 0, 0]"), "line 1: a number with thousands of digits"),
     "400 digits": (TEXT.replace("[2, 0, 0]", f"[{'9' * 400}, 0, 0]"), "vertex 1 of vertices is not finite or beyond"),
     "huge": (TEXT.replace("[2, 0, 0]", f"[{'9' * 30}, 0, 0]"), "vertex 1 of vertices is not finite or beyond"),
     "words": (TEXT.replace("[2, 0, 0]", '["2", "0", "0"]'), "vertex 1 of vertices is not three numbers"),
     "true": (TEXT.replace("[2, 0, 0]", "[true, 0, 0]"), "vertex 1 of vertices is not three numbers"),
     "ragged": (TEXT.replace("[2, 0, 0]", "[2, 0]"), "vertex 1 of vertices is not three numbers"),
-    "no vertices": (json.dumps({**GOOD, "vertices": {}}), "vertices is no list"),
+    "no vertices": (json.dumps({**GOOD, "vertices": {}}), "vertices is not a list"),
     "overflow": (json.dumps({**GOOD, "transform": {"scale": [9e7] * 3, "translate": [0] * 3}}), "vertex 1 of vertices"),
-    "transform": (json.dumps({**GOOD, "transform": {"scale": [1, 1]}}), "transform is not a scale and a translate"),
-    "flat": (json.dumps({**GOOD, "transform": {"scale": [1, 0, 1], "translate": [0] * 3}}), "no scale 0"),
-    "objects": (json.dumps({**GOOD, "CityObjects": []}), "CityObjects is no JSON object"),
+    "transform": (json.dumps({**GOOD, "transform": {"scale": [1, 1]}}), "transform needs three numbers each for scale"),
+    "flat": (json.dumps({**GOOD, "transform": {"scale": [1, 0, 1], "translate": [0] * 3}}), "none 0"),
+    "objects": (json.dumps({**GOOD, "CityObjects": []}), "CityObjects is not a JSON object"),
     "twice": (TEXT[:-1] + ', "vertices": []}', "line 1: vertices is given twice"),
     "long attribute": ('{"a": "' + "x" * 11_000_000, "line 1, column"),
-    "no such vertices": (json.dumps({**GOOD, "vertices": []}), "no building has a shape .*corner that is no vertex"),
+    "no such vertices": (
+        json.dumps({**GOOD, "vertices": []}),
+        "no building has usable geometry .*vertex index out of range",
+    ),
     "blank lines": (json.dumps(HEAD) + "\n" * 150_000, "blank lines"),
 }
 
@@ -64,18 +70,18 @@ def test_refused_with_file_place_and_cure(tmp_path, name):
 
 
 BAD_PIECES = {
-    "corner that is no vertex of the file": {"boundaries": [[[[0, 1, 99]]]]},
-    "corner that is no number of a vertex": {"boundaries": [[[[0, True, 1.5]]]]},
-    "surface that is no list of rings": {"boundaries": [[[0, 1, 2]]]},
-    "surface without an outline": {"boundaries": [[[]]]},
-    "boundaries that are not nested as their type asks": {"boundaries": [7]},
-    "no level of detail that means anything": {"lod": "good"},
+    "vertex index out of range": {"boundaries": [[[[0, 1, 99]]]]},
+    "vertex index is not an integer": {"boundaries": [[[[0, True, 1.5]]]]},
+    "surface is not a list of rings": {"boundaries": [[[0, 1, 2]]]},
+    "surface without an exterior ring": {"boundaries": [[[]]]},
+    "boundaries not nested as required by the geometry type": {"boundaries": [7]},
+    "invalid level of detail": {"lod": "good"},
     "geometry of an unknown type": {"type": "Blob"},
     "MultiPoint: no surfaces": {"type": "MultiPoint"},
-    "inner shell of a solid: a cavity never sees the sky": {"boundaries": [SHELL[:5], SHELL[:1]]},
+    "inner shell of a solid: cavities receive no light": {"boundaries": [SHELL[:5], SHELL[:1]]},
     "interior surface": {"semantics": {"surfaces": [{"type": "FloorSurface"}], "values": [[0] + [None] * 5]}},
-    "instance of a template that the file does not hold": {**instance(), "template": 4},
-    "instance without a reference point or with a matrix that is none": {**instance(), "boundaries": [99]},
+    "instance of a template that is not in the file": {**instance(), "template": 4},
+    "instance with a missing reference point or an invalid matrix": {**instance(), "boundaries": [99]},
 }
 
 
@@ -130,7 +136,7 @@ def test_a_name_given_twice_is_reported(tmp_path):
     doubled = TEXT.replace('"b": {', '"b": ' + json.dumps(house(solid())) + ', "b": {')
     (tmp_path / "city.json").write_text(doubled, encoding="utf-8")
     report = read_city(tmp_path / "city.json").report
-    assert report.skipped == {"city object whose name comes again later in the file": ["b"]}
+    assert report.skipped == {"city object whose name is used again later in the file": ["b"]}
 
 
 def test_names_of_any_kind_fit_into_a_line(tmp_path):

@@ -34,7 +34,7 @@ def test_buildings_of_a_group_stay_buildings(tmp_path):
     objects = {"g": group, "a": house(at(0), parents=["g"]), "b": house(at(1), parents=["g"])}
     city = read(tmp_path, model(objects, row(2)))
     assert city.building_id == ["a"] * 6 + ["b"] * 6
-    assert "1 CityObjectGroup left out: no building." in city.report.notes
+    assert "1 CityObjectGroup left out: not a building." in city.report.notes
 
 
 def test_a_part_of_a_part_belongs_to_the_building_at_the_top(tmp_path):
@@ -64,7 +64,7 @@ def test_parents_in_a_circle_or_missing_are_noted(tmp_path):
         "d": house(solid(), kind="BuildingInstallation", parents=["c"]),
     }
     city = read(tmp_path, model(objects))
-    words = "3 parts or installations have no building above them; they stand as buildings: a, b, c"
+    words = "3 parts or installations have no parent building; they are read as buildings: a, b, c"
     assert words in city.report.notes
     assert set(city.building_id) == {"a", "c"}
 
@@ -137,7 +137,7 @@ def test_values_of_semantics(tmp_path, name):
     city = read(tmp_path, model({"b": house(solid(semantics=semantics))}))
     words = {"R": "RoofSurface", "W": "WallSurface", "_": ""}
     assert city.thematic == [words[letter] for letter in letters]
-    assert any("semantics that do not fit" in note for note in city.report.notes) == noted
+    assert any("semantics that do not match" in note for note in city.report.notes) == noted
 
 
 @pytest.mark.parametrize(
@@ -151,7 +151,7 @@ def test_without_lod_a_shape_is_read_where_there_is_no_other(tmp_path):
     bare = {key: value for key, value in at(1).items() if key != "lod"}
     city = read(tmp_path, model({"a": house(solid(), bare), "b": house(bare)}, row(2)))
     assert city.report.lods_chosen == {"": 6, "2": 6}
-    assert any("name no level of detail" in note for note in city.report.notes)
+    assert any("give no level of detail" in note for note in city.report.notes)
 
 
 def test_instances_stand_at_their_corners_and_far_ones_are_left_out(tmp_path):
@@ -180,7 +180,7 @@ def test_numbers_that_are_not_whole_are_noted(tmp_path):
     vertices = [[x + 0.5, y, z] for x, y, z in CUBE]
     transform = {"scale": [1, 1, 1], "translate": [0, 0, 0]}
     notes = read(tmp_path, model({"b": house(solid())}, vertices, transform=transform)).report.notes
-    assert any("not whole numbers" in note for note in notes)
+    assert any("not integers" in note for note in notes)
 
 
 @pytest.mark.parametrize("name", ["city.json", "city.jsonl", "city.city.jsonl"])
@@ -201,7 +201,7 @@ def test_a_feature_with_templates_of_the_head(tmp_path):
 def test_features_of_one_name(tmp_path):
     again = read_lines(tmp_path, head(), feature("a"), feature("b", 1), feature("a"), feature("b", 2))
     assert again.building_id == ["a"] * 6 + ["b"] * 6 + ["b~2"] * 6
-    assert again.report.skipped == {"building given twice in the file": ["a"]}
+    assert again.report.skipped == {"duplicate building in the file": ["a"]}
     assert any("number added: b~2" in note for note in again.report.notes)
 
 

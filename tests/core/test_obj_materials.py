@@ -66,7 +66,7 @@ def test_a_real_file_with_materials_and_no_library():
     assert city.colours == {"DefaultMaterial": None}
     assert len(city.material) == len(city)
     (note,) = [note for note in city.report.notes if "materials" in note]
-    assert f"1 materials for {len(city)} of {len(city)} faces: DefaultMaterial. 0 have" in note
+    assert f"1 materials for {len(city)} of {len(city)} polygons: DefaultMaterial. 0 have" in note
 
 
 def test_names_and_colours_reach_city_and_scene(tmp_path):
@@ -125,24 +125,24 @@ def test_usemtl_without_a_name(tmp_path):
     path = write_cube(tmp_path, ["grey", "", "grey"], mtl=MTL)
     city = read_city(path)
     assert city.material == ["grey", "", "grey", "grey", "grey", "grey"]
-    assert any("1 lines usemtl" in note and "name no material" in note for note in city.report.notes)
+    assert any("1 usemtl lines" in note and "name no material" in note for note in city.report.notes)
     nothing = read_city(write_cube(tmp_path, [""]))
     assert (set(nothing.material), nothing.colours) == ({""}, {})
 
 
 REFUSED = {
-    "missing.mtl": "there is no such file beside it",
-    "../city.mtl": "only a file beside the OBJ file",
-    "..": "only a file beside the OBJ file",
-    "sub/city.mtl": "only a file beside the OBJ file",
-    "sub\\city.mtl": "only a file beside the OBJ file",
-    "C:city.mtl": "only a file beside the OBJ file",
-    "": "it names no file",
-    "./": "it names no file",
-    "folder": "there is no such file beside it",
-    "n" * 5000: "there is no such file beside it",
+    "missing.mtl": "no such file in the folder of the OBJ file",
+    "../city.mtl": "only files in the folder of the OBJ file",
+    "..": "only files in the folder of the OBJ file",
+    "sub/city.mtl": "only files in the folder of the OBJ file",
+    "sub\\city.mtl": "only files in the folder of the OBJ file",
+    "C:city.mtl": "only files in the folder of the OBJ file",
+    "": "no file name given",
+    "./": "no file name given",
+    "folder": "no such file in the folder of the OBJ file",
+    "n" * 5000: "no such file in the folder of the OBJ file",
     "empty.mtl": "the file is empty",
-    "packed.mtl": "gzip breaks off",
+    "packed.mtl": "decompression fails",
 }
 
 
@@ -156,7 +156,7 @@ def test_libraries_that_are_not_read(tmp_path, name):
         (folder / "city.mtl").write_text(MTL)
     (inner / "empty.mtl").write_bytes(b"")
     (inner / "packed.mtl").write_bytes(gzip.compress(MTL.encode())[:40])
-    reason = REFUSED.get(name, "only a file beside the OBJ file")
+    reason = REFUSED.get(name, "only files in the folder of the OBJ file")
     if name.startswith("/"):
         name = str(tmp_path / "city.mtl")
     path = write_cube(inner, ["grey"], head=f"mtllib {name}\n")
@@ -186,7 +186,7 @@ def test_colours_that_are_none(tmp_path, text):
     mtl = f"newmtl grey\nKd 0.5 0.5 0.5\nKd {text}\nnewmtl good\nKd 0.2 0.2 0.2\n"
     path = write_cube(tmp_path, ["grey", "good"], mtl=mtl)
     assert read_city(path).colours == {"grey": None, "good": (0.2,) * 3}
-    (note,) = notes_of(path, "no colour from 0 to 1")
+    (note,) = notes_of(path, "not a colour from 0 to 1")
     assert "1 materials" in note and "'grey', line 3" in note
 
 

@@ -190,7 +190,7 @@ def test_installations_shade_and_rooms_do_not(tmp_path):
     city = read(tmp_path, model(objects, CUBE + [[x + 5, y, z] for x, y, z in CUBE]))
     assert city.thematic.count("BuildingInstallation") == 6
     assert len(city) == 12
-    assert "1 BuildingRoom left out: no building." in city.report.notes
+    assert "1 BuildingRoom left out: not a building." in city.report.notes
 
 
 @pytest.mark.parametrize(

@@ -181,7 +181,7 @@ def test_marks_for_gaps_are_no_heights(tmp_path):
     heights[40, 40] = -32767.0
     city = town(-60.0, -60.0, 0.0)
     terrain = read_terrain(write_asc(tmp_path / "gaps.asc", heights, west=-300.0, south=-300.0), city)
-    assert any("taken as gaps" in note for note in terrain.notes)
+    assert any("treated as gaps" in note for note in terrain.notes)
     scene = build_scene(city, 50.0, 8.0, terrain=terrain)
     assert any("gaps" in note and "%" in note for note in scene.report.notes)
     vertices = scene.vertices[np.unique(ground(scene))]
@@ -200,25 +200,25 @@ def test_gzip_and_plain_are_the_same(tmp_path):
 
 def test_terrain_of_another_place_is_refused():
     city = town(389_000.0, 5_819_000.0, 30.0, "EPSG:25833")
-    with pytest.raises(InputError, match=r"km away from the buildings|no heights where the city is"):
+    with pytest.raises(InputError, match=r"km away from the buildings|no heights at the city"):
         read_terrain(ASC, city)
     for path in (TIF, TIN):
-        with pytest.raises(InputError, match=r"km away|no heights where|does not lie"):
+        with pytest.raises(InputError, match=r"km away|no heights at the city|does not lie"):
             read_terrain(path, city)
 
 
 @pytest.mark.parametrize(
     ("name", "data", "problem"),
     [
-        ("a.tif", b"II*\0" + bytes(50), "is no grid that can be read"),
-        ("a.tif", TIF.read_bytes()[:90_000], "is no grid that can be read|no heights where"),
-        ("a.asc", b"hello", "is no grid that can be read"),
-        ("a.asc", b"ncols 5\nnrows 5\n", "is no grid that can be read"),
-        ("a.txt", b"1 2 3", "no terrain of a known format"),
-        ("a.obj", b"v 1 2 3\n", "no faces in it"),
-        ("a.gml", b"<a/>", "no TIN relief in it"),
-        ("a.gml", b"<a><Triangle><posList>1 2 3</posList></Triangle></a>", "a triangle of 3 numbers"),
-        ("a.gml", b"<a><Triangle><posList>1 2 x</posList></Triangle></a>", "not numbers"),
+        ("a.tif", b"II*\0" + bytes(50), "is not a readable raster"),
+        ("a.tif", TIF.read_bytes()[:90_000], "is not a readable raster|no heights at the city"),
+        ("a.asc", b"hello", "is not a readable raster"),
+        ("a.asc", b"ncols 5\nnrows 5\n", "is not a readable raster"),
+        ("a.txt", b"1 2 3", "not a known terrain format"),
+        ("a.obj", b"v 1 2 3\n", "contains no polygons"),
+        ("a.gml", b"<a/>", "contains no TINRelief"),
+        ("a.gml", b"<a><Triangle><posList>1 2 3</posList></Triangle></a>", "a triangle with 3 numbers"),
+        ("a.gml", b"<a><Triangle><posList>1 2 x</posList></Triangle></a>", "not numeric"),
         ("a.gml", b"<a><Triangle><posList>nan 0 0 1 0 0 1 1 0</posList></Triangle></a>", "not finite"),
         ("a.tif", b"", "the file is empty"),
     ],
