@@ -1,4 +1,4 @@
-"""Places from one coordinate reference system to another, and the unit of its heights."""
+"""Transform horizontal coordinates between coordinate reference systems, and find the unit of heights."""
 
 import numpy as np
 import pyproj
@@ -7,9 +7,9 @@ from ..errors import InputError
 
 
 def plane_of(crs):
-    """The horizontal part of a coordinate reference system, and metres per unit of its heights.
+    """Horizontal part of a coordinate reference system, and metres per unit of its heights.
 
-    Heights follow the unit of their own axis, or of the plane where they have none; on degrees they are metres.
+    Heights have the unit of the vertical axis or, without one, of the horizontal axes; metres if those are in degrees.
 
     Returns
     -------
@@ -25,15 +25,15 @@ def plane_of(crs):
 
 
 def bring_places(places, source, target, path):
-    """Places, east first, from one coordinate reference system to another.
+    """Transform points, east first, from one coordinate reference system to another.
 
     Parameters
     ----------
     places : array, (k, 2) float64
-        In the unit of their system.
+        In the units of the source system.
     source, target : str or pyproj.CRS
     path : path-like
-        Named in errors.
+        For error messages.
 
     Returns
     -------
@@ -42,11 +42,11 @@ def bring_places(places, source, target, path):
     Raises
     ------
     InputError
-        One of them has no place in the other.
+        A point lies outside the area in which the target system is defined.
     """
     (source, _), (target, _) = plane_of(source), plane_of(target)
     turn = pyproj.Transformer.from_crs(source, target, always_xy=True)
     there = np.column_stack(turn.transform(*np.asarray(places, float).T))
     if not np.isfinite(there).all():
-        raise InputError(path, f"does not lie where {target.name} is defined", "give terrain of the city's place")
+        raise InputError(path, f"does not lie where {target.name} is defined", "give terrain that covers the city")
     return there

@@ -1,15 +1,15 @@
-"""Refuse polygons and terrain that cannot be used: each error names the array, the place in it and the cure."""
+"""Check polygons and terrain: each error names the array, the row and the cure."""
 
 import numpy as np
 
 from ..check_arrays import UNIT, check_array, check_triangles
 from ..errors import InputError
 
-WIDEST = 400e3  # [m] beyond it the tracer's float32 does not know places to a few centimetres
+WIDEST = 400e3  # [m] beyond it the tracer's float32 coordinates err by more than a few centimetres
 
 
 def check_rings(points, ring_start, polygon_start, name_surface=None):
-    """Refuse polygons whose rings do not follow each other, or have points that are no numbers.
+    """Raise an error if rings are not consecutive or points are not finite.
 
     Parameters
     ----------
@@ -17,7 +17,7 @@ def check_rings(points, ring_start, polygon_start, name_surface=None):
     ring_start : array, (r + 1,) int into points
     polygon_start : array, (n + 1,) int into ring_start
     name_surface : callable, optional
-        `name_surface(point)`: identifier of the surface a point belongs to, for the message.
+        `name_surface(point)`: id of the surface a point belongs to, for the message.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def check_rings(points, ring_start, polygon_start, name_surface=None):
 
 
 def check_starts(name, starts, last, least=0):
-    """Refuse starts that do not run from 0 to the last one, upwards.
+    """Raise an error if start indices do not increase from 0 to `last`.
 
     Parameters
     ----------
@@ -37,20 +37,20 @@ def check_starts(name, starts, last, least=0):
     starts : array, (k + 1,) int
     last : int
     least : int
-        Fewest members of each.
+        Fewest members per row.
     """
     starts = check_array(name, starts, ("k + 1",), kind="i", most=np.inf, least=-np.inf)
     if not len(starts) or starts[0] != 0 or starts[-1] != last:
         ends = f"runs from {starts[0]} to {starts[-1]}" if len(starts) else "is empty"
-        raise InputError(name, ends, f"let it run from 0 to {last}")
+        raise InputError(name, ends, f"it must run from 0 to {last}")
     short = np.diff(starts) < least
     if short.any():
         first = int(np.flatnonzero(short)[0])
-        raise InputError(name, f"row {first} has {np.diff(starts)[first]} members", f"give each {least} or more")
+        raise InputError(name, f"row {first} has {np.diff(starts)[first]} members", f"each needs at least {least}")
 
 
 def check_city(city):
-    """Refuse a city without polygons, with columns of different length, or with points that are no numbers.
+    """Raise an error if a city has no polygons, columns of different length, or points that are not finite.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def check_city(city):
     """
     count = len(city.surface_id)
     if not count:
-        raise InputError("city", "no polygon in it", "give at least one")
+        raise InputError("city", "contains no polygons", "give at least one")
     for name in ("building_id", "thematic"):
         if len(getattr(city, name)) != count:
             raise InputError(name, f"{len(getattr(city, name))} rows for {count} surfaces", "give one for each")
@@ -76,13 +76,13 @@ def check_city(city):
 
 
 def surface_of_point(city, point):
-    """Identifier of the surface that a point belongs to."""
+    """Id of the surface that a point belongs to."""
     ring = np.searchsorted(city.ring_start, point, side="right") - 1
     return city.surface_id[int(np.searchsorted(city.polygon_start, ring, side="right")) - 1]
 
 
 def check_parts(city, points, surfaces, footprint):
-    """Refuse points, surfaces and footprints that are not those of a city.
+    """Raise an error if points, surfaces or footprints do not match the city.
 
     Parameters
     ----------
@@ -103,13 +103,13 @@ def check_parts(city, points, surfaces, footprint):
 
 
 def check_patch_size(patch_size):
-    """Refuse what is no length."""
+    """Raise an error if a patch size is not a positive length."""
     if patch_size is not None and not patch_size > 0:
         raise InputError("--patch-size", f"{patch_size} is not a length", "give metres above 0")
 
 
 def check_extent(city):
-    """Refuse a city that is too wide for the tracer's numbers, as where one polygon stands at 0, 0 by mistake.
+    """Raise an error if a city is too wide for float32, for example because one polygon is at 0, 0 by mistake.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def check_extent(city):
     Raises
     ------
     InputError
-        Names the surface that stands furthest away from the others.
+        Names the surface furthest away from the others.
     """
     span = float(np.ptp(city.points, axis=0).max())
     if span > WIDEST:
@@ -126,14 +126,12 @@ def check_extent(city):
         furthest = int(away.argmax())
         name = surface_of_point(city, furthest)
         source = city.report.files[0] if city.report.files else "city"
-        problem = (
-            f"{span / 1e3:,.0f} km wide; surface {name!r} stands {away[furthest] / 1e3:,.0f} km away from the middle"
-        )
-        raise InputError(source, problem, "take out what stands elsewhere, or correct its coordinates")
+        problem = f"{span / 1e3:,.0f} km wide; surface {name!r} is {away[furthest] / 1e3:,.0f} km away from the middle"
+        raise InputError(source, problem, "remove it, or correct its coordinates")
 
 
 def check_terrain(terrain):
-    """Refuse terrain without triangles, or with some that cannot be used.
+    """Raise an error if terrain has no triangles or invalid ones.
 
     Parameters
     ----------
@@ -142,13 +140,13 @@ def check_terrain(terrain):
     Raises
     ------
     InputError
-        Names the terrain's source.
+        Names the file of the terrain.
     """
     for layer in terrain.layers:
         try:
             check_triangles(layer.points, layer.triangles)
         except InputError as error:
             problem = f"{error.source}: {error.problem}"
-            raise InputError(terrain.source, problem, f"{error.cure}; where there is no height, leave a gap") from error
+            raise InputError(terrain.source, problem, f"{error.cure}; leave a gap where there is no height") from error
     if not any(len(layer.triangles) for layer in terrain.layers):
-        raise InputError(terrain.source, "no triangle in it", "give terrain of the city's place")
+        raise InputError(terrain.source, "contains no triangles", "give terrain that covers the city")

@@ -1,4 +1,4 @@
-"""One level of detail per building, never two."""
+"""Choose one level of detail per building."""
 
 import re
 
@@ -6,12 +6,12 @@ from ..errors import InputError
 
 
 def rank_lod(lod):
-    """Order of preference: the best of 2.x, then 3.x, then 1.x, then the shell of 4; 0 is a footprint, no building.
+    """Preference: the highest 2.x, then 3.x, 1.x, and the outer shell of 4; 0 is a footprint and never chosen.
 
     Returns
     -------
     tuple
-        Larger is better.
+        The largest is preferred.
     """
     whole, _, part = lod.partition(".")
     order = {"2": 4, "3": 3, "1": 2, "4": 1}.get(whole, 0)
@@ -19,19 +19,19 @@ def rank_lod(lod):
 
 
 def choose_lod(lods, wanted=None):
-    """LoD to keep of one building.
+    """LoD to use for one building.
 
     Parameters
     ----------
     lods : collection of str
-        What the building has; "" is a shape of a format that knows no levels, and suits every wish.
+        LoDs of the building; "" is geometry of a format without LoDs, and matches every request.
     wanted : str, optional
-        ``"2"`` takes the best of 2.x, ``"2.2"`` exactly that.
+        ``"2"`` takes the highest 2.x, ``"2.2"`` exactly that.
 
     Returns
     -------
     str or None
-        None where the building has nothing to offer.
+        None if the building has no matching LoD.
     """
     if wanted is None:
         candidates = [lod for lod in lods if lod == "" or rank_lod(lod)[0] > 0]
@@ -46,11 +46,11 @@ def check_lod(lod):
     Raises
     ------
     InputError
-        It is none of 0, 1, 2, 3, 4 or 0.0 … 4.9.
+        It is not one of 0, 1, 2, 3, 4 or 0.0 … 4.9.
     """
     if lod is None:
         return None
     text = str(lod).strip()
     if not re.fullmatch(r"[0-4](\.\d)?", text):
-        raise InputError("--lod", f"{text!r} is no level of detail", "give 1, 2, 3 or one such as 2.2")
+        raise InputError("--lod", f"{text!r} is not a level of detail", "give 1, 2, 3, or for example 2.2")
     return text

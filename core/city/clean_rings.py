@@ -1,4 +1,4 @@
-"""Open the rings of polygons and take out points that say nothing."""
+"""Open the rings of polygons and remove duplicate points."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from .measure_polygons import next_in_ring
 
 
 def clean_rings(rings, polygon_start):
-    """Open the rings and take out points that repeat the one before.
+    """Open the rings and remove points that repeat the one before.
 
     Parameters
     ----------
@@ -42,5 +42,5 @@ def clean_rings(rings, polygon_start):
 
 
 def starts_of(counts):
-    """Where each of consecutive pieces begins, and the last one ends, (n + 1,) int64."""
+    """Start index of each of consecutive pieces, and the end of the last one, (n + 1,) int64."""
     return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Bring coordinates in degrees or feet to metres on a plane, x east, y north."""
+"""Convert coordinates in degrees or feet to planar metres, x east, y north."""
 
 import warnings
 
@@ -13,13 +13,13 @@ UNITS = {"m": 1.0, "ft": 0.3048, "us-ft": 1200 / 3937}  # [m]
 def convert_to_metres(points, crs, unit="m"):
     """Points in metres, and the coordinate reference system they are then in.
 
-    Degrees become a transverse Mercator plane through the middle of the points, true to scale there. Feet become
-    metres of the same projection; heights follow the unit of their own axis, or of the plane where they have none.
+    Degrees are projected to a transverse Mercator plane centred on the points, with scale 1 there. Feet become metres
+    of the same projection; heights have the unit of the vertical axis or, without one, of the horizontal axes.
 
     Parameters
     ----------
     points : array, (m, 3) float64
-        In the units and the order of the file.
+        In the units and the axis order of the file.
     crs : str or None
     unit : {'m', 'ft', 'us-ft'}
         For points without a coordinate reference system.
@@ -29,13 +29,13 @@ def convert_to_metres(points, crs, unit="m"):
     points : array, (m, 3) float64 [m]
     crs : str or None
     note : str or None
-        What was done, as a sentence.
+        What was converted, as a sentence.
 
     Raises
     ------
     InputError
-        The unit is not known, or the points have no place on a plane: coordinates from the centre of the Earth, beyond
-        90 or 360 degrees, or half a world apart.
+        The unit is not known, or the points cannot be projected to a plane: geocentric coordinates, beyond 90 or 360
+        degrees, or too far apart.
     """
     if unit not in UNITS:
         raise InputError("--unit", f"{unit!r} is not known", f"choose one of {', '.join(UNITS)}")
@@ -47,7 +47,7 @@ def convert_to_metres(points, crs, unit="m"):
     if plane.is_geographic:
         return _project(points, system, plane)
     if plane.is_geocentric:
-        raise InputError(crs, "coordinates from the centre of the Earth", "project them to a plane first")
+        raise InputError(crs, "geocentric coordinates are not supported", "project them to a plane first")
     factor = plane.axis_info[0].unit_conversion_factor
     height_factor = _height_factor(system, factor)
     points, turned = _east_first(points, plane)
@@ -90,7 +90,7 @@ def _project(points, system, plane):
     east, north = pyproj.Proj(local)(longitude, latitude)
     if not (np.isfinite(east).all() and np.isfinite(north).all()):
         places = " and ".join(f"{values.min():g} to {values.max():g}" for values in (longitude, latitude))
-        problem = f"longitudes and latitudes of {places}: no plane holds places so far apart"
+        problem = f"longitudes and latitudes of {places}: too far apart for one plane"
         raise InputError(system.name, problem, "correct the coordinates, or give one city at a time")
     note = f"Degrees of {system.name} projected to metres around their middle."
     height = points[:, 2] * (_height_factor(system, 1.0) if len(system.axis_info) > 2 else 1.0)
@@ -103,7 +103,7 @@ def _within(longitude, latitude, area, margin=1.0):
 
 
 def _east_first(points, plane):
-    """Files of planar systems write east first, whatever the registry says; the few that do not are turned."""
+    """Swap axes if needed: most files with planar systems give east first, whatever the registry's axis order."""
     area = plane.area_of_use
     if area is None or not len(points):
         return points, None
@@ -111,7 +111,7 @@ def _east_first(points, plane):
     x, y = np.median(points[:, 0]), np.median(points[:, 1])
     if _within(*_arrays(back.transform(x, y)), area) or not _within(*_arrays(back.transform(y, x)), area):
         return points, None
-    return points[:, [1, 0, 2]], "Coordinates stand north first in the file; turned to east first."
+    return points[:, [1, 0, 2]], "Coordinates are north first in the file; swapped to east first."
 
 
 def _arrays(pair):

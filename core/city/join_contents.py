@@ -1,4 +1,4 @@
-"""Bring the contents of several files to one coordinate reference system in metres, and join them."""
+"""Join the contents of several files in one coordinate reference system in metres."""
 
 from functools import partial
 
@@ -11,9 +11,9 @@ from .assemble_city import assemble_city
 from .convert_to_metres import convert_to_metres
 from .name_crs import name_crs
 
-IN_DEGREES = "implicit geometry in a system of degrees"
+IN_DEGREES = "implicit geometry in a coordinate reference system in degrees"
 JOINING = "joining polygons"  # name of the stage
-BROUGHT = 0.1  # share of the time until all stand in one coordinate reference system
+BROUGHT = 0.1  # share of the time until all are in one coordinate reference system
 
 
 def join_contents(contents, lod=None, unit="m", orient="auto", progress=silent):
@@ -24,7 +24,7 @@ def join_contents(contents, lod=None, unit="m", orient="auto", progress=silent):
     contents : list of FileContent
     lod : str, optional
     unit : {'m', 'ft', 'us-ft'}
-        Where no file names a coordinate reference system.
+        If no file gives a coordinate reference system.
     orient : {'auto', 'as-drawn'}
         See `assemble_city`.
     progress : callable, optional
@@ -37,7 +37,7 @@ def join_contents(contents, lod=None, unit="m", orient="auto", progress=silent):
     Raises
     ------
     InputError
-        The files stand in different coordinate reference systems.
+        The files use different coordinate reference systems.
     """
     count = sum(len(content.polygons) for content in contents)
     progress(JOINING, 0, count, "polygons")
@@ -61,7 +61,7 @@ def join_contents(contents, lod=None, unit="m", orient="auto", progress=silent):
 
 
 def leave_out_degrees(content):
-    """Leave out shapes in metres whose place is in degrees: the two cannot be added."""
+    """Leave out implicit geometry: its coordinates in metres cannot be added to a reference point in degrees."""
     for polygon in content.polygons:
         if polygon.implicit:
             content.skip(IN_DEGREES, polygon.surface_id or f"line {polygon.line}")
@@ -69,23 +69,25 @@ def leave_out_degrees(content):
 
 
 def tell_joined(progress, count, share):
-    """Report what is done of the polygons' way from the files into the City."""
+    """Report progress of joining polygons."""
     progress(JOINING, (BROUGHT + (1 - BROUGHT) * share) * count, count, "polygons")
 
 
 def _crs_of(content):
-    """The one system that a file names, or None."""
+    """The coordinate reference system of a file, or None."""
     easting = next((polygon.rings[0][0, 0] for polygon in content.polygons if len(polygon.rings[0])), None)
     named = {}
     for srs_name, line in content.srs_names.items():
         crs = name_crs(srs_name, easting)
         if crs is None:
-            content.notes.append(f"{content.path}, line {line}: srsName {srs_name!r} means nothing to PROJ.")
+            content.notes.append(f"{content.path}, line {line}: srsName {srs_name!r} is not known to PROJ.")
         else:
             named.setdefault(crs, (srs_name, line))
     if len({crs.split("+")[0] for crs in named}) > 1:
         spellings = " and ".join(f"{name!r} (line {line})" for name, line in list(named.values())[:2])
-        raise InputError(content.path, f"two coordinate reference systems: {spellings}", "convert it to one of them")
+        raise InputError(
+            content.path, f"uses two coordinate reference systems: {spellings}", "convert it to one of them"
+        )
     return max(named, key=len, default=None)
 
 
@@ -93,9 +95,9 @@ def _common_crs(contents):
     named = {content.crs: content for content in contents if content.crs}
     if len({crs.split("+")[0] for crs in named}) > 1:
         first, second = list(named)[:2]
-        problem = f"stands in {second}, but {named[first].path} in {first}"
-        raise InputError(named[second].path, problem, "bring all files to one coordinate reference system")
+        problem = f"is in {second}, but {named[first].path} in {first}"
+        raise InputError(named[second].path, problem, "convert all files to one coordinate reference system")
     for content in contents:
         if named and content.crs is None:
-            content.notes.append(f"{content.path} names no coordinate reference system; taken as {max(named)}.")
+            content.notes.append(f"{content.path} has no coordinate reference system; {max(named)} is assumed.")
     return max(named, key=len, default=None)

@@ -4,10 +4,10 @@ import numpy as np
 
 
 def measure_polygons(points, ring_start, polygon_start):
-    """Area and unit normal of every polygon, holes taken off.
+    """Area without holes and unit normal of every polygon.
 
-    The area vector of a ring is half the sum of p_i x p_(i+1). It gives the area of a planar ring exactly and that of
-    its best plane otherwise. A hole counts against its outline, whichever way it runs.
+    The area vector of a ring is half the sum of p_i x p_(i+1): exact for a planar ring, else the area on its best-fit
+    plane. Holes are subtracted whatever their orientation.
 
     Parameters
     ----------
@@ -19,7 +19,7 @@ def measure_polygons(points, ring_start, polygon_start):
     -------
     area : array, (n,) float64 [m²]
     normal : array, (n, 3) float64
-        Unit length; zero where the area is.
+        Unit length; zero if the area is zero.
     """
     vectors = measure_rings(points, ring_start)  # (r, 3)
     polygon_count = len(polygon_start) - 1
@@ -37,8 +37,8 @@ def measure_polygons(points, ring_start, polygon_start):
 def measure_rings(points, ring_start):
     """Area vector of every ring, (r, 3) float64 [m²]: along the normal, as long as the area is large."""
     ring_of_point = np.repeat(np.arange(len(ring_start) - 1), np.diff(ring_start))
-    # The first point of each ring is its origin, so that nothing is lost far from the system's own.
-    first = ring_start[:-1][ring_of_point]  # empty rings, which have none, are not among them
+    # Relative to the first point of each ring, so that no precision is lost far from the origin.
+    first = ring_start[:-1][ring_of_point]  # empty rings have no points
     local = points - points[first] if len(points) else points
     following = next_in_ring(ring_start)
     cross = np.cross(local, local[following]) if len(points) else local

@@ -1,15 +1,15 @@
-"""From the many spellings of a coordinate reference system to one that pyproj understands."""
+"""Normalise the spelling of a coordinate reference system for pyproj."""
 
 import re
 
 import pyproj
 
-# German surveys name planar systems by a word; heights follow after "*".
+# Names used by German surveys; the vertical system follows after "*".
 ADV_NAMES = {
     r"ETRS89_UTM(\d\d)": lambda zone: f"EPSG:258{zone}",
     r"DE_DHDN_3GK(\d)": lambda zone: f"EPSG:3146{4 + int(zone)}",
 }
-# Swiss files name the datum only; the size of the coordinates tells the grid (LV03: 6 digits, LV95: 7 digits).
+# Swiss files often name the datum only; the size of coordinates tells LV03 (6 digits) from LV95 (7 digits).
 SWISS_NAMES = ("CH1903", "CH1903+", "LV03", "LV95")
 
 
@@ -19,15 +19,15 @@ def name_crs(srs_name, easting=None):
     Parameters
     ----------
     srs_name : str
-        As it stands in the file: ``EPSG:25833``, ``urn:ogc:def:crs:EPSG::25833``,
+        As in the file: ``EPSG:25833``, ``urn:ogc:def:crs:EPSG::25833``,
         ``urn:adv:crs:ETRS89_UTM32*DE_DHHN2016_NH``, ``http://www.opengis.net/def/crs/EPSG/0/6697``, ``CH1903``, …
     easting : float, optional
-        First coordinate of any point [units of the system]; tells Swiss grids apart.
+        First coordinate of any point [units of the system]; distinguishes the Swiss grids.
 
     Returns
     -------
     str or None
-        None where the spelling means nothing to us or to PROJ.
+        None if the spelling is not known to us or to PROJ.
     """
     text = srs_name.strip()
     for name in _candidates(text, easting):

@@ -207,4 +207,4 @@ def test_implicit_geometry_in_degrees_is_reported(tmp_path):
     ring = text.polygon("w", near).replace("<gml:Polygon", '<gml:Polygon srsName="EPSG:4979"')
     city = read(tmp_path, text.building(text.surface(text.members(ring)), installation(shape(), point="48 11 0")))
     assert city.surface_id == ["w"]
-    assert city.report.skipped == {"implicit geometry in a system of degrees": ["m"]}
+    assert city.report.skipped == {"implicit geometry in a coordinate reference system in degrees": ["m"]}

@@ -143,5 +143,5 @@ def test_units_without_a_system():
 
 def test_degrees_half_a_world_apart_are_refused():
     points = np.array([[0.0, 0, 0], [0, -1, 0], [0, 161, 0]])
-    with pytest.raises(InputError, match=r"WGS 84: longitudes and latitudes of -1 to 161 and 0 to 0: no plane"):
+    with pytest.raises(InputError, match=r"WGS 84: longitudes and latitudes of -1 to 161 and 0 to 0: too far apart"):
         convert_to_metres(points, "EPSG:4326")

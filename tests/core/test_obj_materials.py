@@ -66,7 +66,7 @@ def test_a_real_file_with_materials_and_no_library():
     assert city.colours == {"DefaultMaterial": None}
     assert len(city.material) == len(city)
     (note,) = [note for note in city.report.notes if "materials" in note]
-    assert f"1 materials for {len(city)} of {len(city)} polygons: DefaultMaterial. 0 have" in note
+    assert f"1 materials on {len(city)} of {len(city)} polygons: DefaultMaterial. 0 have" in note
 
 
 def test_names_and_colours_reach_city_and_scene(tmp_path):

@@ -169,7 +169,7 @@ def test_same_building_in_two_tiles_counts_once(tmp_path):
 
 
 def test_files_in_two_systems_are_refused():
-    with pytest.raises(InputError, match=r"EPSG:25832.*bring all files"):
+    with pytest.raises(InputError, match=r"EPSG:25832.*convert all files"):
         read_city([find("denhaag_1BwBP.gml"), find("hannover_LGLN_LoD2_32_550_5802_3bld.gml")])
 
 

@@ -101,7 +101,7 @@ REFUSED = {
     "no_geometry.city.json": "no buildings in it",
     "sample.city.jsonl": "no building has a shape",
     "sample_late_attribute.city.jsonl": "no building has a shape",
-    "cityparquet_metadata.json": "no CityJSON",
+    "cityparquet_metadata.json": "not CityJSON",
     **dict.fromkeys(("csol.json", "cube.json", "cube10.json", "cube2.json", "msol.json"), "no buildings in it"),
     **dict.fromkeys(("msol2.json", "nonmanifold.json", "torus.city.json"), "no buildings in it"),
 }

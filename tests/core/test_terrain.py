@@ -172,7 +172,7 @@ def test_what_lies_in_the_earth_sees_only_backs(tmp_path):
 def test_another_zero_level_is_suspected(tmp_path):
     city = town(-60.0, -60.0, 47.0)
     scene = build_scene(city, 50.0, 8.0, terrain=read_terrain(sloping(tmp_path / "slope.asc", 0.0), city))
-    assert any("47.0 m above the terrain" in note and "zero level" in note for note in scene.report.notes)
+    assert any("47.0 m above the terrain" in note and "vertical datum" in note for note in scene.report.notes)
 
 
 def test_marks_for_gaps_are_no_heights(tmp_path):

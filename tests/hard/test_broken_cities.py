@@ -85,7 +85,7 @@ def test_a_city_whose_parts_do_not_fit():
         refused(words, split_into_cells, replace(TOWN, **parts), 5.0)
     nothing = city_of_polygons([np.zeros((0, 3))])
     nothing.surface_id, nothing.building_id, nothing.thematic = [], [], []
-    refused("city: no polygon in it", build_scene, nothing, 52, 13)
+    refused("city: contains no polygons", build_scene, nothing, 52, 13)
 
 
 def test_settings_of_a_scene():
@@ -151,7 +151,7 @@ def test_ground_and_terrain():
     refused("--patch-size: -10", build_ground, TOWN, TOWN.points, scene.surfaces, footprint, -10.0)
     refused("--patch-size: nan", build_terrain, feet, TOWN.points, TERRAIN, np.nan)
     for layers in ([], [Layer(np.zeros((0, 3)), np.zeros((0, 3), int))]):
-        refused("hill.asc: no triangle in it", build_scene, TOWN, 52, 13, terrain=Terrain("hill.asc", layers))
+        refused("hill.asc: contains no triangles", build_scene, TOWN, 52, 13, terrain=Terrain("hill.asc", layers))
     beyond = Terrain("hill.asc", [Layer(TERRAIN.layers[0].points, TERRAIN.layers[0].triangles + 5)])
     refused("hill.asc: triangles: triangle . is", build_scene, TOWN, 52, 13, terrain=beyond)
     refused(r"places: shape \(3, 3\)", measure_heights, TERRAIN, np.zeros((3, 3)))

@@ -141,7 +141,7 @@ def test_a_house_on_the_edge_of_its_terrain():
 def test_terrain_of_another_zero_level(away):
     """500 m above or below: said, finite, and no light from under the ground."""
     scene = stand(lambda x, y: 0 * x + away, (-5, -5, 0), (5, 5, 10))
-    assert any("500.0 m" in note and "zero level" in note for note in scene.report.notes)
+    assert any("500.0 m" in note and "vertical datum" in note for note in scene.report.notes)
     transfer = trace(scene, samples=1024)
     for name in ("diffuse_relative", "direct_reflected", "diffuse_relative_standard_error"):
         assert np.isfinite(getattr(transfer, name)).all()
