@@ -1,4 +1,4 @@
-"""The ground of a city without terrain: a triangulated surface through the feet of its buildings."""
+"""Generate the ground of a city without terrain: a TIN through the base edges ("feet") of its buildings."""
 
 import numpy as np
 import shapely
@@ -10,22 +10,22 @@ from .find_feet import COINCIDENT, FOOTPRINT_STEP, find_feet
 from .ground_points import spread_points
 
 DEFAULT_PATCH = 10.0  # [m]
-REACH = 3.0  # building heights that the ground goes beyond the city's edge
+REACH = 3.0  # [building heights] extent of the ground beyond the city's edge
 SHORTEST_REACH = 30.0  # [m]
-ROUNDS = 6  # of halving foot edges that the triangulation misses
+ROUNDS = 6  # of halving foot edges that are missing in the triangulation
 SHORTEST_EDGE = 0.5  # [m]
-HANG = 0.005  # [m] a foot this far above the ground is worth another point
-ABREAST = 0.25  # [m] feet this close beside each other get the height of the higher one
-CONTROL_COUNT = 32  # points on the rim whose heights are weighted means of the feet's
+HANG = 0.005  # [m] foot edges further above the ground are refined
+ABREAST = 0.25  # [m] feet closer together than this get the height of the higher one
+CONTROL_COUNT = 32  # points on the rim; their heights are weighted means of the feet's heights
 
 
 def build_ground(city, points, surfaces, footprint, patch_size=None, *, ground_height=None):
-    """Ground that meets the foot of every wall, with courtyards and passages, growing coarser with distance.
+    """TIN that meets the foot of every wall, with courtyards and passages, coarser with distance.
 
-    The feet's edges are cut into pieces of at most half a patch, and again where the triangulation misses them, so
-    that no wall hangs between two of its points. Where feet of different height meet, the ground takes the higher
-    one: it covers a strip of the lower wall rather than leave a gap below the other. Where a footprint lies, it is the
-    floor; the ground keeps courtyards and goes on below what hangs in the air.
+    Foot edges are split into pieces of at most half a patch, and again where they are missing in the triangulation, so
+    that no gap opens below a wall between two ground points. Where feet of different height meet, the ground takes the
+    higher one: it covers a strip of the lower wall rather than leave a gap below the other. Footprints replace the
+    ground below buildings; courtyards, and the ground below overhanging footprints, are kept.
 
     Parameters
     ----------
@@ -43,14 +43,14 @@ def build_ground(city, points, surfaces, footprint, patch_size=None, *, ground_h
     -------
     vertices : array, (v, 3) float64 [m]
     triangles : array, (t, 3) int64
-        Facing up.
+        Oriented upwards.
     hanging : array, (h,) int64
-        Footprints that hang in the air: passages, bridges, towers on other buildings.
+        Footprints above the ground: passages, bridges, towers on other buildings.
 
     Raises
     ------
     InputError
-        An array or the length cannot be used.
+        An array or the patch size is invalid.
     """
     check_patch_size(patch_size)
     check_parts(city, points, surfaces, footprint)
@@ -69,7 +69,7 @@ def build_ground(city, points, surfaces, footprint, patch_size=None, *, ground_h
 
 
 def feet_or_corners(city, points, surfaces, footprint, ground_height=None):
-    """Feet of a city; where nothing stands on the ground, the corners of its bounds."""
+    """Feet of a city; if nothing stands on the ground, the edges of its bounding rectangle."""
     feet = find_feet(city, points, surfaces, footprint, ground_height)
     if not len(feet.start):
         low, high = points.min(axis=0), points.max(axis=0)
@@ -81,7 +81,7 @@ def feet_or_corners(city, points, surfaces, footprint, ground_height=None):
 
 
 def cut_feet(feet, longest):
-    """Points along the feet, one per place, and the edges between them."""
+    """Points along the feet, without duplicates in plan view, and the edges between them."""
     length = np.linalg.norm((feet.end - feet.start)[:, :2], axis=1)
     edges_kept = length > COINCIDENT
     start, end, length = feet.start[edges_kept], feet.end[edges_kept], length[edges_kept]
@@ -99,7 +99,7 @@ def cut_feet(feet, longest):
 
 
 def _merge_places(points):
-    """Lowest point at each place seen from above, and the place of each point."""
+    """Lowest point at each distinct plan position, and the position index of each point."""
     _, place = np.unique(np.round(points[:, :2] / COINCIDENT).astype(np.int64), axis=0, return_inverse=True)
     place = place.reshape(-1)
     order = np.lexsort([points[:, 2], place])
@@ -108,7 +108,7 @@ def _merge_places(points):
 
 
 def _highest_foot(feet, places):
-    """Height of the highest foot edge through each place, [m], unless it hangs far above the lowest."""
+    """Height [m] of the highest foot edge at each position, leaving out edges too far above the lowest."""
     lines = shapely.linestrings(np.stack([feet.start[:, :2], feet.end[:, :2]], axis=1))
     place, edge = shapely.STRtree(lines).query(shapely.points(places[:, :2]), "dwithin", distance=ABREAST)
     span = feet.end[edge] - feet.start[edge]
@@ -122,7 +122,7 @@ def _highest_foot(feet, places):
 
 
 def _interpolate_heights(foot_points, low, high):
-    """Heights between the feet, and from the feet out to a rim that tends to their mean."""
+    """Interpolator of heights between the feet, and out to a rim at about their mean height."""
     angle = 2 * np.pi * np.arange(CONTROL_COUNT) / CONTROL_COUNT
     rim = 0.5 * (low + high) + np.hypot(*(high - low)) * np.column_stack([np.cos(angle), np.sin(angle)])
     squared = ((rim[:, None] - foot_points[None, :, :2]) ** 2).sum(axis=2)
@@ -133,7 +133,7 @@ def _interpolate_heights(foot_points, low, high):
 
 
 def _triangulate(feet, foot_points, edges, free):
-    """Delaunay triangles of all points; foot edges that are missing are halved, then those that hang."""
+    """Delaunay TIN of all points; missing foot edges are halved, in later rounds only those above the ground."""
     for turn in range(ROUNDS):
         vertices = np.concatenate([foot_points, free])
         triangulation = Delaunay(vertices[:, :2])
@@ -149,7 +149,7 @@ def _triangulate(feet, foot_points, edges, free):
 
 
 def _hang(corners, ends):
-    """Edges, given by their ends (k, 2, 3), that are above the ground at a quarter, the middle or three quarters."""
+    """Edges, given by their ends (k, 2, 3), that are above the ground at 1/4, 1/2 or 3/4 of their length."""
     if not len(ends):
         return np.zeros(0, bool)
     shares = np.array([0.25, 0.5, 0.75])[:, None, None]
@@ -158,7 +158,7 @@ def _hang(corners, ends):
 
 
 def drop_on_triangles(corners, places):
-    """Height of the lowest triangle above or below each place, [m]; infinite where there is none.
+    """Height [m] of the lowest triangle at each plan position; infinite where there is none.
 
     Parameters
     ----------
@@ -171,14 +171,14 @@ def drop_on_triangles(corners, places):
     normal = np.cross(b - a, c - a)
     sloped = ((places[place, :2] - a[:, :2]) * normal[:, :2]).sum(axis=1)
     height = np.full(len(places), np.inf)
-    steep = np.abs(normal[:, 2]) < 1e-9  # slivers without a face seen from above
+    steep = np.abs(normal[:, 2]) < 1e-9  # slivers without area in plan view
     rise = np.divide(sloped, normal[:, 2], out=np.zeros(len(place)), where=~steep)
     np.minimum.at(height, place[~steep], (a[:, 2] - rise)[~steep])
     return height
 
 
 def under_buildings(vertices, triangles, footprints):
-    """Triangles that lie wholly under buildings, where the footprints are the floor."""
+    """Triangles completely under buildings, where footprints replace the ground."""
     if not len(footprints):
         return np.zeros(len(triangles), bool)
     blocks = shapely.get_parts(shapely.buffer(shapely.union_all(footprints), COINCIDENT))
@@ -214,7 +214,7 @@ def _has_edges(triangulation, edges):
 
 
 def faces_up(vertices, triangles):
-    """Triangles turned to face up, without those that are lines seen from above."""
+    """Triangles oriented upwards, without those that have no area in plan view."""
     a, b, c = (vertices[triangles[:, k], :2] for k in range(3))
     doubled = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     triangles = np.where(doubled[:, None] < 0, triangles[:, ::-1], triangles)

@@ -1,4 +1,4 @@
-"""Ground from measured terrain: fine at the buildings, coarse at the horizon, closed below, walls joined to it."""
+"""Ground from measured terrain: fine at the buildings, coarse at the horizon, watertight, with walls joined to it."""
 
 from dataclasses import dataclass
 
@@ -14,30 +14,30 @@ from .build_ground import DEFAULT_PATCH, REACH, SHORTEST_REACH, cut_feet, drop_o
 from .ground_points import spread_points
 from .terrain import HORIZON, measure_heights
 
-TOLERANCE, SLACK = 0.15, 0.01  # [m], [m/m] the ground may miss the terrain by that much plus more with distance
-ROUNDS = 8  # of adding points where it misses more
+TOLERANCE, SLACK = 0.15, 0.01  # [m], [m/m] largest height error of the ground, and its growth with distance
+ROUNDS = 8  # of adding points where the error is larger
 MOST_POINTS = 60_000
-JOINED = 0.01  # [m] a foot this close to the ground stands on it
-SUNK = 0.05  # [m] a wall that is carried down ends that far below the ground
-SUSPICIOUS = 3.0  # [m] more than that between feet and terrain is rather another zero level
-BELOW = 10.0  # [m] under the lowest point of ground and city the earth is closed
+JOINED = 0.01  # [m] a foot this close to the ground counts as on it
+SUNK = 0.05  # [m] walls extended downwards end that far below the ground
+SUSPICIOUS = 3.0  # [m] a larger offset between feet and terrain suggests another vertical datum
+BELOW = 10.0  # [m] depth of the bottom below the lowest point of ground and city
 
 
 @dataclass
 class Ground:
-    """Triangles of the ground and what joins the buildings to it."""
+    """Triangles of the ground and of the wall extensions that join the buildings to it."""
 
     vertices: np.ndarray  # (v, 3) float64 [m]
-    triangles: np.ndarray  # (t, 3) int64: the ground facing up, walls carried down, sides and bottom
-    hidden: np.ndarray  # (t,) bool: sides and bottom, which no light reaches
-    hanging: np.ndarray  # (h,) int64 footprints that hang in the air
-    raised: np.ndarray  # (r,) int64 surfaces whose feet end above the terrain: carried down
-    buried: np.ndarray  # (b,) int64 surfaces whose feet end below the terrain: cut by it
+    triangles: np.ndarray  # (t, 3) int64: ground, upward; wall extensions; sides and bottom
+    hidden: np.ndarray  # (t,) bool: sides and bottom, which receive no light
+    hanging: np.ndarray  # (h,) int64 footprints above the ground
+    raised: np.ndarray  # (r,) int64 surfaces that end above the terrain: extended downwards
+    buried: np.ndarray  # (b,) int64 surfaces that end below the terrain: cut by it
     notes: list  # sentences for the report
 
 
 def build_terrain(feet, points, terrain, patch_size=None):
-    """Ground of measured heights, with every wall joined to it.
+    """Ground from terrain heights, with every wall joined to it.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def build_terrain(feet, points, terrain, patch_size=None):
     points : array, (m, 3) float64 [m]
         Of the city, z up, local origin.
     terrain : Terrain
-        In the frame of the points.
+        In the coordinate frame of the points.
     patch_size : float, optional
         [m] Distance of ground points near the buildings.
 
@@ -56,7 +56,7 @@ def build_terrain(feet, points, terrain, patch_size=None):
     Raises
     ------
     InputError
-        The terrain has no height under any building, or cannot be used.
+        The terrain is invalid, or has no height under any building.
     """
     check_patch_size(patch_size)
     check_terrain(terrain)
@@ -83,7 +83,7 @@ def build_terrain(feet, points, terrain, patch_size=None):
 
 
 def _spread(foot_places, feet, terrain, bounds, patch_size):
-    """Places of the ground and their heights; gaps are bridged, and said."""
+    """Ground points with heights; gaps are interpolated, with a note."""
     low, high, reach = bounds
     found = np.concatenate([layer.points for layer in terrain.layers])
     near = low[:2] - reach, high[:2] + reach
@@ -95,7 +95,7 @@ def _spread(foot_places, feet, terrain, bounds, patch_size):
     gap = np.isnan(heights)
     if gap[: len(foot_places)].all():
         problem = "has no height under any building"
-        raise InputError(terrain.source, problem, "give terrain of the city's place, in its system and unit")
+        raise InputError(terrain.source, problem, "give terrain that covers the city, in its system and unit")
     inside = ((places >= near[0]) & (places <= near[1])).all(axis=1)
     rim = np.arange(len(places)) >= len(places) - 32  # spread_points ends with them
     keep = ~gap | inside | rim
@@ -104,15 +104,15 @@ def _spread(foot_places, feet, terrain, bounds, patch_size):
         count, feet_in = int((gap & inside & ~rim).sum()), int(gap[: len(foot_places)].sum())
         share = count / max(int((inside & ~rim).sum()), 1)
         notes.append(
-            f"The terrain has gaps: {100 * share:.1f} % of the ground's points near the buildings, {feet_in:,} of them "
-            "at walls; heights there are those between or of the nearest ones around."
+            f"The terrain has gaps: {100 * share:.1f} % of the ground points near the buildings, {feet_in:,} of them "
+            "at walls; heights there are interpolated, or those of the nearest point."
         )
     heights[gap] = _bridge(places[~gap], heights[~gap], places[gap])
     return places[keep], heights[keep], notes
 
 
 def _bridge(places, heights, gaps):
-    """Heights in gaps: linear between what is around them, the nearest beyond the edge."""
+    """Heights in gaps: interpolated linearly, beyond the convex hull the nearest height."""
     if not len(gaps):
         return np.empty(0)
     nearest = heights[cKDTree(places).query(gaps)[1]]
@@ -123,12 +123,12 @@ def _bridge(places, heights, gaps):
 
 
 def _refine(vertices, terrain, foot_places):
-    """Add the terrain's own points, in each triangle the one it misses most, until it misses none by too much."""
+    """Greedy refinement: in each triangle add the terrain point with the largest error, until all are in tolerance."""
     feet = cKDTree(foot_places)
     low, high = vertices.min(axis=0)[:2], vertices.max(axis=0)[:2]
     own = np.concatenate([layer.points for layer in terrain.layers])
     own = own[((own[:, :2] > low) & (own[:, :2] < high)).all(axis=1)]
-    own = own[np.abs(measure_heights(terrain, own[:, :2]) - own[:, 2]) < JOINED]  # not under the finer layer
+    own = own[np.abs(measure_heights(terrain, own[:, :2]) - own[:, 2]) < JOINED]  # not covered by a finer layer
     distance = feet.query(own[:, :2])[0]
     own, distance = own[distance > 1.0], distance[distance > 1.0]
     allowed = TOLERANCE + SLACK * distance
@@ -153,7 +153,7 @@ def _refine(vertices, terrain, foot_places):
 
 
 def _join(feet, ground, longest):
-    """Walls carried down to the ground: (vertices, triangles), surfaces raised and buried, and what to say of it."""
+    """Wall extensions down to the ground: (vertices, triangles), surfaces above and below the ground, and notes."""
     edge, start, end = _pieces(feet, longest)
     shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])[:, None, None]
     between = (1 - shares) * start + shares * end
@@ -176,20 +176,20 @@ def _join(feet, ground, longest):
     apart = float(np.median((between[..., 2] - height)[:, own])) if own.any() else 0.0
     if abs(apart) > SUSPICIOUS:
         where = "above" if apart > 0 else "below"
-        words.append(f"The buildings' feet lie {abs(apart):.1f} m {where} the terrain (median): "
-                     "are unit and zero level of both heights the same?")  # fmt: skip
+        words.append(                     f"The buildings' feet are {abs(apart):.1f} m {where} the terrain (median): "
+                     "check that both heights have the same unit and vertical datum.")  # fmt: skip
     if len(raised):
         area = float((np.linalg.norm(along[:, :2], axis=1) * above[lifted]).sum())
         words.append(f"{len(raised)} surfaces end above the terrain, by up to {above.max():.1f} m: "
-                     f"walls carried down, about {area:,.0f} m² that belong to no row.")  # fmt: skip
+                     f"walls extended downwards, about {area:,.0f} m² without a row in the results.")  # fmt: skip
     if len(buried):
         words.append(f"{len(buried)} surfaces end below the terrain, by up to {below.max():.1f} m: "
-                     "cut by it, what lies below receives nothing.")  # fmt: skip
+                     "their parts below the terrain receive no light.")  # fmt: skip
     return (vertices, triangles), raised, buried, words
 
 
 def _pieces(feet, longest):
-    """Foot edges cut into pieces, each place once, that of a wall before that of its floor: edge, start, end."""
+    """Foot edges split into pieces, without duplicates (walls win over footprints): edge, start, end."""
     length = np.linalg.norm((feet.end - feet.start)[:, :2], axis=1)
     count = np.maximum(np.ceil(length / longest), 1).astype(np.int64)
     edge = np.repeat(np.arange(len(count)), count)
@@ -205,7 +205,7 @@ def _pieces(feet, longest):
 
 
 def _close(vertices, depth):
-    """Sides and bottom of the ground, so that what lies in the earth sees only backs: vertices, triangles."""
+    """Sides and bottom of the ground, so that rays from below ground meet only back faces: vertices, triangles."""
     order = np.array(shapely.convex_hull(shapely.multipoints(vertices[:, :2])).exterior.coords)[:-1]
     nearest = cKDTree(vertices[:, :2]).query(order)[1]
     top = vertices[nearest]

@@ -1,4 +1,4 @@
-"""The feet of buildings: the edges on which footprints and walls meet the ground."""
+"""Find the feet of buildings: edges along which footprints and walls meet the ground."""
 
 from dataclasses import dataclass
 
@@ -9,32 +9,34 @@ from scipy.spatial import cKDTree
 from ..city.measure_polygons import next_in_ring, polygon_bounds
 from .find_floating import GENTLE, find_floating, measure_objects
 
-# What is that far above a foot beside it hangs in the air [m]:
-LOWEST_STEP = 6.0  # the lowest footprint of a building; up to there it stands on an embankment
-FOOTPRINT_STEP = 2.5  # a further footprint: a passage, a bridge, a tower on a podium
-WALL_STEP = 0.5  # a wall without a footprint: a bay, a dormer
-SLOPE = 0.5  # [m/m] ground is not steeper between two feet; a thin thing is a sign of gentle slopes only
+# An edge further above a neighbouring foot than this does not stand on the ground [m]:
+LOWEST_STEP = 6.0  # the lowest footprint of a building (it may stand on an embankment)
+FOOTPRINT_STEP = 2.5  # other footprints: a passage, a bridge, a tower on a podium
+WALL_STEP = 0.5  # walls without a footprint: a bay, a dormer
+SLOPE = 0.5  # [m/m] steepest ground between two feet; next to thin objects only gentle slopes are assumed
 NEIGHBOURS = 32
-INSIDE = 0.3  # [m] this deep inside of another, lower footprint it stands on a building; less is a careless outline
+INSIDE = (
+    0.3  # [m] an edge this deep inside another, lower footprint stands on that building; less is inaccurate outlines
+)
 COINCIDENT = 0.01  # [m]
 
 
 @dataclass
 class Feet:
-    """Edges on which a city stands."""
+    """Edges along which a city meets the ground."""
 
     start: np.ndarray  # (e, 3) float64 [m]
     end: np.ndarray  # (e, 3) float64 [m]
-    step: np.ndarray  # (e,) float64 [m] how far it may stand above a foot beside it
-    footprints: np.ndarray  # (f,) shapely polygons seen from above, those on the ground
-    hanging: np.ndarray  # (h,) int64 footprints that hang in the air
-    polygon: np.ndarray  # (e,) int64 the footprint or wall that each edge belongs to, -1 where none
+    step: np.ndarray  # (e,) float64 [m] largest height above a neighbouring foot
+    footprints: np.ndarray  # (f,) shapely polygons in plan view, those on the ground
+    hanging: np.ndarray  # (h,) int64 footprints above the ground
+    polygon: np.ndarray  # (e,) int64 the footprint or wall that each edge belongs to, -1 if none
     on_footprint: np.ndarray  # (e,) bool: edge of a footprint, else the lower edge of a wall
     outward: np.ndarray  # (e, 2) float64 away from the building, of any length
 
 
 def find_feet(city, points, surfaces, footprint, ground_height=None):
-    """Edges of footprints and lower edges of walls that stand on the ground.
+    """Edges of footprints and lower edges of walls that meet the ground.
 
     Slabs, canopies and boards that hang in the air are told by what lies below or beside them: no thing stands on an
     embankment higher than itself.
@@ -79,14 +81,14 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     hanging = np.flatnonzero(footprint)[~standing]
     polygon = polygon_of_point[edge]
     along, normal = (end - start)[edge], surfaces.normal[polygon]
-    # What a footprint covers lies to the left of its edges seen from its front.
+    # The inside of a footprint is to the left of its edges, seen from its front.
     aside = np.sign(normal[:, 2:]) * np.column_stack([along[:, 1], -along[:, 0]])
     outward = np.where(footprint[polygon, None], aside, normal[:, :2])
     return Feet(start[edge], end[edge], step, shapes[standing], hanging, polygon, footprint[polygon], outward)
 
 
 def _is_lowest(city, low, footprint):
-    """Footprints that begin within half a storey of their building's lowest one, (n,) bool."""
+    """Footprints within half a storey (1.5 m) of their building's lowest one, (n,) bool."""
     _, building = np.unique(np.array(city.building_id), return_inverse=True)
     lowest = np.full(building.max(initial=-1) + 1, np.inf)
     np.minimum.at(lowest, building[footprint], low[footprint])
@@ -94,7 +96,7 @@ def _is_lowest(city, low, footprint):
 
 
 def outline_polygons(city, points, chosen):
-    """Polygons seen from above, with their holes, (k,) shapely; mended where they cross themselves."""
+    """Polygons in plan view, with holes, (k,) shapely; self-intersections are repaired."""
     shapes = []
     for polygon in chosen:
         first, last = city.polygon_start[polygon], city.polygon_start[polygon + 1]
@@ -106,7 +108,7 @@ def outline_polygons(city, points, chosen):
 
 
 def _is_wall_bottom(start, end, surfaces, polygon_of_point):
-    """Edges of walls with the wall above them: normal x direction points up."""
+    """Lower edges of walls: normal x direction points up."""
     normal = surfaces.normal[polygon_of_point]
     steep = np.abs(surfaces.surface_tilt - 90) < 10
     steep &= np.array(surfaces.thematic) != "ClosureSurface"
@@ -116,7 +118,7 @@ def _is_wall_bottom(start, end, surfaces, polygon_of_point):
 
 
 def _above_another(shapes, low, footprints, middles, own):
-    """Edges over a lower footprint that is not their own: they stand on a building."""
+    """Edges above another, lower footprint: they stand on a building."""
     above = np.zeros(len(middles), bool)
     if not len(shapes) or not len(middles):
         return above
@@ -128,11 +130,11 @@ def _above_another(shapes, low, footprints, middles, own):
 
 
 def _stands(points, step, slope, others=None):
-    """Points that no foot nearby lies far below: z - z' <= step + slope * distance (a slope filter, as for LiDAR)."""
+    """Points on the ground by a slope filter, as for LiDAR: z - z' <= step + slope * distance for all nearby feet."""
     others = points if others is None else others
     if not len(points):
         return np.zeros(0, bool)
-    # Of several feet at one place only the lowest can make the others hang.
+    # Of several feet at one position only the lowest matters.
     _, place = np.unique(np.round(others[:, :2] / COINCIDENT).astype(np.int64), axis=0, return_inverse=True)
     order = np.lexsort([others[:, 2], place.reshape(-1)])
     lowest = others[order[np.unique(place.reshape(-1)[order], return_index=True)[1]]]

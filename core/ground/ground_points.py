@@ -1,17 +1,17 @@
-"""Points of the open ground: dense near the buildings, sparser with distance."""
+"""Sample points of the open ground: dense near the buildings, sparser with distance."""
 
 import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
 GROWTH = 0.35  # [m/m] how much a patch may grow per metre of distance from the nearest foot
-KEEP_AWAY = 0.5  # of a patch: closer to a foot no point is needed
+KEEP_AWAY = 0.5  # [patch sizes] no points closer to a foot than this
 
 
 def spread_points(foot_places, footprints, low, high, patch_size):
-    """Centres of square cells of a quadtree, outside of footprints.
+    """Centres of quadtree cells outside the footprints.
 
-    A cell is quartered as long as it is larger than patch_size + GROWTH * (distance to the nearest foot).
+    A cell is split as long as it is larger than patch_size + GROWTH * (distance to the nearest foot).
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def spread_points(foot_places, footprints, low, high, patch_size):
     Returns
     -------
     places : array, (p, 2) float64 [m]
-        The corners of the ground and points on its rim are among them.
+        Includes the corners of the ground and points on its rim.
     """
     tree = cKDTree(foot_places)
     size = _root_size(high - low, patch_size)
@@ -45,7 +45,7 @@ def spread_points(foot_places, footprints, low, high, patch_size):
 
 
 def _root_size(extent, patch_size):
-    """Largest cell: patch_size doubled until four of them span the ground."""
+    """Size of the root cells: patch_size doubled until four of them span the ground."""
     doublings = max(int(np.log2(max(extent.max() / (4 * patch_size), 1.0))), 0)
     return patch_size * 2.0**doublings
 

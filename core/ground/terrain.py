@@ -1,4 +1,4 @@
-"""The ground as it was measured: triangulated layers, the finest first, and its height anywhere."""
+"""Measured terrain: triangulated layers, the finest first, and its height at any position."""
 
 from dataclasses import dataclass, field
 
@@ -7,12 +7,12 @@ import shapely
 
 from ..check_arrays import check_array
 
-HORIZON = 5000.0  # [m] terrain further away than this beyond the city's edge is left out
+HORIZON = 5000.0  # [m] terrain further than this beyond the city's edge is left out
 
 
 @dataclass
 class Layer:
-    """Triangles of one resolution; a gap is where there is none."""
+    """Triangles of one resolution; gaps have no triangles."""
 
     points: np.ndarray  # (v, 3) float64 [m], x east, y north, z up
     triangles: np.ndarray  # (t, 3) int64
@@ -20,19 +20,19 @@ class Layer:
 
 @dataclass
 class Terrain:
-    """What was read from a terrain file, in the coordinate reference system of the city."""
+    """Terrain read from a file, in the coordinate reference system of the city."""
 
     source: str
     layers: list = field(default_factory=list)  # of Layer, the finest first
     notes: list = field(default_factory=list)  # sentences for the report
 
     def moved(self, move):
-        """The same terrain with its points moved by a function (v, 3) -> (v, 3)."""
+        """The same terrain with its points transformed by a function (v, 3) -> (v, 3)."""
         return Terrain(self.source, [Layer(move(one.points), one.triangles) for one in self.layers], self.notes)
 
 
 def measure_heights(terrain, places):
-    """Height of a terrain, of its highest triangle where several lie above each other.
+    """Height of a terrain; the highest triangle wins where several overlap.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def measure_heights(terrain, places):
 
 
 def _highest(layer, places):
-    """Height of the highest triangle at each place, NaN where none is; only triangles near the places are asked."""
+    """Height of the highest triangle at each position, NaN if none; only triangles near the positions are tested."""
     corners = layer.points[layer.triangles]  # (t, 3, 3)
     low, high = corners[..., :2].min(axis=1), corners[..., :2].max(axis=1)
     near = ((low <= places.max(axis=0)) & (high >= places.min(axis=0))).all(axis=1)
