@@ -1,4 +1,4 @@
-"""Polygons with holes to triangles, each on its polygon's own plane."""
+"""Triangulate polygons with holes, each on its own plane."""
 
 import mapbox_earcut
 import numpy as np
@@ -8,17 +8,17 @@ from scipy.spatial import cKDTree
 from .check_geometry import check_rings
 from .measure_polygons import measure_polygons
 
-THIN = 1e-9  # a triangle whose area is below this share of its longest edge squared has none
-TIE = 1e-6  # areas that differ by less than this share are equal: rounding must not choose between diagonals
-LOST_SHARE = 1e-6  # of a polygon's area: more of it lost or doubled means that a hole went missing
-TOUCHING = 1e-4  # [m] a corner this close to another is the same
+THIN = 1e-9  # relative to the longest edge squared: triangles of less area are degenerate
+TIE = 1e-6  # areas that differ by less than this share count as equal, so that rounding does not choose the diagonal
+LOST_SHARE = 1e-6  # of a polygon's area: a larger error of the triangulated area means that a hole was lost
+TOUCHING = 1e-4  # [m] vertices closer than this are the same
 
 
 def triangulate(points, ring_start, polygon_start):
-    """Cut polygons into triangles that keep their orientation.
+    """Triangulate polygons, keeping their orientation.
 
-    Triangles stay as they are, quadrilaterals are cut along the diagonal that leaves the larger smallest triangle,
-    everything else goes through ear clipping (mapbox_earcut) in coordinates of the polygon's best plane.
+    Triangles stay as they are, quadrilaterals are split along the diagonal whose smaller triangle is larger, all others
+    are triangulated by ear clipping (mapbox_earcut) in coordinates of the polygon's best-fit plane.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def triangulate(points, ring_start, polygon_start):
     Raises
     ------
     InputError
-        A ring does not follow the one before, or a point is no number.
+        Rings are not consecutive, or a point is not finite.
     """
     check_rings(points, ring_start, polygon_start)
     area, normal = measure_polygons(points, ring_start, polygon_start)
@@ -67,9 +67,9 @@ def triangulate(points, ring_start, polygon_start):
 
 
 def project_to_planes(points, normal, polygon_of_point):
-    """Coordinates of each point on its polygon's plane, seen from the front, (m, 2) float64 [m].
+    """Coordinates of each point in its polygon's plane, seen from the front, (m, 2) float64 [m].
 
-    Distances from the first point of the polygon keep their digits far from the origin.
+    They are relative to the polygon's first point, to keep their precision far from the origin.
     """
     first = np.unique(polygon_of_point, return_index=True)[1]
     start = np.zeros(len(normal), np.int64)
@@ -80,7 +80,7 @@ def project_to_planes(points, normal, polygon_of_point):
 
 
 def plane_axes(normal):
-    """Two unit vectors in each plane that make a right-handed system with its normal, each (n, 3)."""
+    """Two unit vectors in each plane that form a right-handed system with its normal, each (n, 3)."""
     level = np.hypot(normal[:, 0], normal[:, 1]) < 1e-12
     right = np.column_stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))])
     right[level] = [1.0, 0.0, 0.0]
@@ -89,7 +89,7 @@ def plane_axes(normal):
 
 
 def _cut_quads(plane, first):
-    """Both halves of each quadrilateral (q, 2, 3), and whether a diagonal inside it exists (q,)."""
+    """Two triangles of each quadrilateral (q, 2, 3), and whether it has an inner diagonal (q,)."""
     halves = first[:, None, None, None] + np.array([[[0, 1, 2], [0, 2, 3]], [[1, 2, 3], [1, 3, 0]]])  # (q, 2, 2, 3)
     smallest = _signed_area(plane, halves).min(axis=2)  # (q, 2) of each diagonal
     gain = smallest[:, 1] - smallest[:, 0]
@@ -109,10 +109,10 @@ def _clip_ears(plane, rings):
 
 
 def clip_touching_holes(plane, rings, area, otherwise):
-    """Triangles of a polygon whose holes touch its outline, where ear clipping alone may lose a hole.
+    """Triangles of a polygon whose holes touch its exterior ring, where ear clipping alone may lose a hole.
 
-    The holes are taken off the outline first; what is left has no holes that touch. Every corner of it is a corner of
-    the polygon, so no point is added.
+    The holes are subtracted first; the remaining pieces have no touching holes. All their vertices are vertices of the
+    polygon, so no point is added.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def clip_touching_holes(plane, rings, area, otherwise):
         Starts of the polygon's rings into plane.
     area : float [m²]
     otherwise : array, (t, 3) int64
-        Kept where nothing better comes out.
+        Returned if the result is not better.
     """
     shapes = [shapely.Polygon(plane[rings[k] : rings[k + 1]]) for k in range(len(rings) - 1)]
     shapes = shapely.make_valid(np.array(shapes, dtype=object))
@@ -160,7 +160,7 @@ def _longest_square(plane, triangles):
 
 
 def _orient(plane, triangles):
-    """Every triangle counter-clockwise seen from the front, and which of them have an area."""
+    """Triangles counter-clockwise seen from the front, and which of them are not degenerate."""
     signed = _signed_area(plane, triangles)
     triangles = np.where(signed[:, None] < 0, triangles[:, ::-1], triangles)
     return triangles, np.abs(signed) > THIN * _longest_square(plane, triangles)

@@ -1,10 +1,10 @@
-"""Refuse scenes that cannot be traced, before any ray."""
+"""Check that a scene can be traced, before any ray."""
 
 from ..check_arrays import check_array, check_triangles
 
 
 def check_scene(scene):
-    """Refuse a scene that cannot be traced.
+    """Raise an error if a scene cannot be traced.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What each surface is for photovoltaics: its kind by tilt, its orientation by azimuth, whether it is eligible."""
+"""Classify surfaces for photovoltaics: kind by tilt, orientation by azimuth, eligibility."""
 
 import numpy as np
 
@@ -23,7 +23,7 @@ def measure_tilt(normal):
     surface_tilt : array, (n,) float64 [°]
         0 faces the zenith, 90 is a wall, 180 faces the ground.
     surface_azimuth : array, (n,) float64 [°]
-        Clockwise from true north; 0 where the surface is level.
+        Clockwise from true north; 0 if the surface is level.
     """
     normal = check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)
     across = np.hypot(normal[:, 0], normal[:, 1])
@@ -35,10 +35,10 @@ def measure_tilt(normal):
 
 
 def classify(area, surface_tilt, surface_azimuth, thematic):
-    """Kind, orientation and eligibility of surfaces (Bredemeier et al., CityPV, their selection of faces).
+    """Kind, orientation and eligibility of surfaces, as selected by Bredemeier et al., CityPV.
 
     Facades are steeper than 89° and not steeper than 91°, roofs between 15° and 60°; both need 6.25 m² and an azimuth
-    within 30° of a cardinal direction. Everything else is named too, for it shades and reflects.
+    within 30° of a cardinal direction. All other surfaces get a kind too, since they shade and reflect.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Split large polygons into the cells of a grid on their own plane."""
+"""Split large polygons into grid cells on their own plane."""
 
 import numpy as np
 import shapely
@@ -9,30 +9,30 @@ from ..city.measure_polygons import measure_polygons
 from ..city.triangulate import plane_axes
 from ..errors import InputError
 
-MOST_ELEMENTS = 1e6  # of one polygon
-SLIVER = 1e-6  # [m²] pieces below it are rounding
+MOST_ELEMENTS = 1e6  # largest number of cells per polygon
+SLIVER = 1e-6  # [m²] smaller pieces are rounding errors and dropped
 
 
 def split_into_cells(city, grid_size):
-    """City whose polygons larger than a cell are cut along a grid.
+    """City whose polygons larger than a cell are split along a grid.
 
     Parameters
     ----------
     city : City
     grid_size : float [m]
-        Side of a cell; its rows run level, its columns up the slope.
+        Side of a cell; rows are horizontal, columns run up the slope.
 
     Returns
     -------
     city : City
         Cells are named ``id#1``, ``id#2``, …; polygons that fit into one cell keep their name.
     parent : array, (n,) int64
-        Polygon of the given city that each one belongs to.
+        Index of the original polygon of each.
 
     Raises
     ------
     InputError
-        grid_size is not positive, would make too many cells, or the city cannot be used.
+        grid_size is not positive or gives too many cells, or the city is invalid.
     """
     if not grid_size > 0:
         raise InputError("--grid-size", f"{grid_size} is not positive", "give the side of a cell in metres")
@@ -71,8 +71,8 @@ def _cut(rings, axes, grid_size):
     low, high = flat[0][:, :2].min(axis=0), flat[0][:, :2].max(axis=0)
     columns, rows = np.maximum(np.ceil((high - low) / grid_size - 1e-9), 1)
     if columns * rows > MOST_ELEMENTS:
-        problem = f"{grid_size:g} m would make {columns * rows:.0e} cells of one polygon"
-        raise InputError("--grid-size", problem, "give a larger one")
+        problem = f"{grid_size:g} m gives {columns * rows:.0e} cells in one polygon"
+        raise InputError("--grid-size", problem, "give a larger size")
     columns, rows = int(columns), int(rows)
     if columns * rows == 1:
         return [rings]

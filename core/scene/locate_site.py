@@ -1,4 +1,4 @@
-"""Where a scene stands on Earth, and how far grid north is from true north there."""
+"""Latitude, longitude and meridian convergence (grid north against true north) of a scene."""
 
 import math
 
@@ -6,42 +6,43 @@ import pyproj
 
 from ..errors import InputError
 
-STEP = 100.0  # [m] northwards on the grid; long against rounding, short against the bend of a meridian
+STEP = 100.0  # [m] northwards on the grid; large against rounding, small against the curvature of a meridian
 
 
 def locate_site(crs, point, latitude=None, longitude=None):
     """Latitude, longitude and meridian convergence of a point.
 
-    The convergence is found by walking a little way north on the grid and asking for the azimuth of that walk on the
-    ellipsoid, so that no convention of signs has to be trusted.
+    The convergence is the ellipsoidal azimuth of a short step to grid north, which avoids differing sign conventions.
 
     Parameters
     ----------
     crs : str or None
-        What pyproj.CRS.from_user_input understands; planar, in metres.
+        As accepted by pyproj.CRS.from_user_input; planar, in metres.
     point : sequence of float, (2,) or (3,) [m]
         East and north in that system.
     latitude, longitude : float, optional
-        [°] From the user; they win over the system's.
+        [°] Given by the user; override those of the system.
 
     Returns
     -------
     latitude, longitude : float or None
-        [°] None where neither the system nor the user tells.
+        [°] None if neither the system nor the user gives them.
     convergence : float
-        [°] Azimuth of grid north seen from true north; 0 where no system is known.
+        [°] Azimuth of grid north from true north; 0 without a system.
 
     Raises
     ------
     InputError
-        Latitude or longitude is out of bounds, or only one of them is given and no system is known.
+        Latitude or longitude is out of range, or only one of them is given and there is no system.
     """
     _check_bounds(latitude, longitude)
     if crs is None:
         if (latitude is None) != (longitude is None):
             missing = "longitude" if longitude is None else "latitude"
             raise InputError(
-                f"--{missing}", "is missing and the files name no place", "give both --latitude D --longitude D"
+                f"--{missing}",
+                "is missing, and the files have no coordinate reference system",
+                "give both --latitude D --longitude D",
             )
         return latitude, longitude, 0.0
     system = pyproj.CRS.from_user_input(crs)
@@ -50,7 +51,7 @@ def locate_site(crs, point, latitude=None, longitude=None):
     here = globe.transform(point[0], point[1])
     north = globe.transform(point[0], point[1] + STEP)
     if not all(math.isfinite(value) for value in (*here, *north)):
-        problem = f"the point {point[0]:.0f}, {point[1]:.0f} lies outside of {plane.name}"
+        problem = f"the point {point[0]:.0f}, {point[1]:.0f} lies outside {plane.name}"
         raise InputError(crs, problem, "correct the srsName, or give --latitude and --longitude")
     azimuth, _, _ = plane.get_geod().inv(*here, *north)
     return (
@@ -63,4 +64,4 @@ def locate_site(crs, point, latitude=None, longitude=None):
 def _check_bounds(latitude, longitude):
     for name, value, bound in (("latitude", latitude, 90), ("longitude", longitude, 360)):
         if value is not None and not abs(value) <= bound:  # also true for NaN
-            raise InputError(f"--{name}", f"{value} is out of bounds", f"give degrees between -{bound} and {bound}")
+            raise InputError(f"--{name}", f"{value} is out of range", f"give degrees between -{bound} and {bound}")
