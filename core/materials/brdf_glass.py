@@ -1,4 +1,4 @@
-"""Panes of clear glass: unpolarised light is reflected by Fresnel's equations, the rest is lost into the building.
+"""Clear glass panes: unpolarised light is reflected by Fresnel's equations, the rest is transmitted and lost.
 
 See `brdf_lambertian` for the three functions.
 """
@@ -12,29 +12,29 @@ from .brdf_mirror import MIRRORED
 
 @dataclass(frozen=True)
 class Glass:
-    """Like a mirror, the more so the flatter light arrives."""
+    """Specular reflection that increases towards grazing incidence."""
 
     refractive_index: float = 1.52  # of soda-lime glass in visible light
-    interfaces: int = 2  # between glass and air: 1 of a solid block, 2 of a pane, 4 of double glazing
+    interfaces: int = 2  # between glass and air: 1 for a solid block, 2 for a pane, 4 for double glazing
     albedo: float = 1.0  # at grazing incidence
 
     def sample(self, arriving, draws):
-        """The mirrored direction, with Fresnel's share: leaving (n, 3) and share (n,) float64."""
+        """Specular direction with Fresnel reflectance: leaving (n, 3) and share (n,) float64."""
         return arriving * MIRRORED, reflect_interfaces(arriving[:, 2], self.refractive_index, self.interfaces)
 
     def pdf(self, arriving, leaving):
-        """No density: (n,) zeros."""
+        """Zero, as the distribution is a delta function: (n,)."""
         return np.zeros(len(leaving))
 
     def evaluate(self, arriving, leaving):
-        """Nothing in any other direction: (n,) zeros."""
+        """Zero in all other directions: (n,)."""
         return np.zeros(len(leaving))
 
 
 def reflect_interfaces(cosine, refractive_index, interfaces):
-    """Share of unpolarised light that parallel interfaces between air and clear glass reflect.
+    """Reflectance of parallel interfaces between air and clear glass for unpolarised light.
 
-    Each polarisation goes to and fro between them without interference: R_k = k R / (1 + (k - 1) R).
+    Multiple reflections between them add up without interference, for each polarisation: R_k = k R / (1 + (k - 1) R).
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def reflect_interfaces(cosine, refractive_index, interfaces):
 
 
 def fresnel(cosine, refractive_index):
-    """Share of light reflected where it enters glass, perpendicular and parallel to the plane of incidence.
+    """Reflectance of one interface, for polarisation perpendicular and parallel to the plane of incidence.
 
     Returns
     -------

@@ -1,7 +1,7 @@
-"""Glossy faces: mirrors of countless facets that lean this way and that (GGX).
+"""Glossy surfaces: microfacets with a GGX distribution of normals.
 
-See `brdf_lambertian` for the three functions. Light that meets a second facet is lost, so that a rough face reflects
-less than its facets do: under an even sky 3 % less at a roughness of 0.1, 15 % at 0.3, 59 % at 1.
+See `brdf_lambertian` for the three functions. Only single scattering is modelled, so that a rough surface reflects
+less than its facets: under an isotropic sky 3 % less at a roughness of 0.1, 15 % at 0.3, 59 % at 1.
 
 References
 ----------
@@ -17,13 +17,13 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Glossy:
-    """Facets of one reflectance."""
+    """Microfacets of constant reflectance."""
 
     albedo: float  # of each facet
-    roughness: float  # α of GGX: 0 would be a mirror, 1 is dull
+    roughness: float  # α of GGX: 0 would be a mirror, 1 is nearly diffuse
 
     def sample(self, arriving, draws):
-        """Mirror at facets drawn as they are seen: leaving (n, 3) and share (n,) float64, 0 where it would sink."""
+        """Reflect at sampled visible facets: leaving (n, 3) and share (n,) float64, 0 below the surface."""
         facet = sample_facets(arriving, self.roughness, draws.astype(float))
         leaving = 2 * (arriving * facet).sum(axis=1, keepdims=True) * facet - arriving
         above = np.where(leaving[:, 2] > 0, leaving[:, 2], 1.0)
@@ -31,7 +31,7 @@ class Glossy:
         return leaving, np.where(leaving[:, 2] > 0, self.albedo * (1 + masked) / (1 + masked + shadowed), 0.0)
 
     def pdf(self, arriving, leaving):
-        """Density of visible facets, over the stretch of a mirror: (n,) float64 [1/sr]."""
+        """Density of visible normals times the Jacobian of reflection: (n,) float64 [1/sr]."""
         facet = halfway(arriving, leaving)
         density = facet_density(facet, self.roughness) / (1 + hidden(arriving[:, 2], self.roughness))
         return np.where(leaving[:, 2] > 0, density / (4 * arriving[:, 2]), 0.0)
@@ -46,28 +46,28 @@ class Glossy:
 
 
 def halfway(arriving, leaving):
-    """Normal of the facets that mirror one direction into the other: (n, 3) float64."""
+    """Half vector of two directions: (n, 3) float64."""
     facet = arriving + leaving
     return facet / np.maximum(np.linalg.norm(facet, axis=1, keepdims=True), np.finfo(float).tiny)
 
 
 def facet_density(facet, roughness):
-    """D: area of facets by the direction of their normal [1/sr]."""
+    """Distribution of normals D: facet area per solid angle of the normal [1/sr]."""
     squeezed = facet[:, 2] ** 2 * (roughness**2 - 1) + 1
     return np.where(facet[:, 2] > 0, roughness**2 / (np.pi * squeezed**2), 0.0)
 
 
 def hidden(cosine, roughness):
-    """Λ: how much area of facets is hidden in a direction, over what is seen."""
+    """Λ of Smith's masking function: hidden over visible facet area in a direction."""
     tangent_squared = (1 - cosine**2) / cosine**2
     return (np.sqrt(1 + roughness**2 * np.maximum(tangent_squared, 0)) - 1) / 2
 
 
 def sample_facets(seen_from, roughness, draws):
-    """Normals of facets as often as they are seen: (n, 3) float64.
+    """Sample the distribution of visible normals: (n, 3) float64.
 
-    The surface is stretched until its facets make a half sphere, whose outline, seen from the side, is half a disk and
-    half an ellipse; a point of it is drawn and lifted to the sphere.
+    Stretching turns the facets into a hemisphere; its projection along the view direction is half a disk and half an
+    ellipse. A point is sampled there and projected back to the sphere.
     """
     stretched = seen_from * [roughness, roughness, 1]
     stretched /= np.linalg.norm(stretched, axis=1, keepdims=True)

@@ -1,13 +1,13 @@
-"""Faces that look equally bright from everywhere.
+"""Lambertian (ideally diffuse) surfaces.
 
-Every `brdf_` file holds one law of reflection as a dataclass with the same three functions. Directions are unit vectors
-in the frame of the face, whose normal is z; both point away from the face: `arriving` to where light comes from.
+Every `brdf_` file has one BRDF as a dataclass with the same three functions. Directions are unit vectors in the local
+frame of the surface, whose normal is z; both point away from it: `arriving` points to where the light comes from.
 
-    sample(arriving, draws)      one direction `leaving` for each row, and the share of the light that takes it
-    pdf(arriving, leaving)       density of those directions [1/sr], 0 where a law knows one direction only
-    evaluate(arriving, leaving)  reflected radiance over arriving irradiance [1/sr]; 0 likewise
+    sample(arriving, draws)      one sampled direction `leaving` per row, and its sample weight `share`
+    pdf(arriving, leaving)       probability density of those directions [1/sr]; 0 for specular (delta) BRDFs
+    evaluate(arriving, leaving)  reflected radiance over incident irradiance [1/sr]; 0 likewise
 
-The share is evaluate · cos / pdf: its mean is the share of all light that is reflected. `albedo` is the most it can be.
+The share is evaluate · cos / pdf: its mean is the directional reflectance. `albedo` is its upper bound.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Lambertian:
-    """The same radiance in all directions."""
+    """Same radiance in all directions."""
 
     albedo: float
 
@@ -40,9 +40,9 @@ class Lambertian:
         return leaving, np.full(len(leaving), float(self.albedo))
 
     def pdf(self, arriving, leaving):
-        """cos/π above the face: (n,) float64 [1/sr]."""
+        """cos/π above the surface: (n,) float64 [1/sr]."""
         return np.maximum(leaving[:, 2], 0) / np.pi
 
     def evaluate(self, arriving, leaving):
-        """ρ/π above the face: (n,) float64 [1/sr]."""
+        """ρ/π above the surface: (n,) float64 [1/sr]."""
         return np.where((arriving[:, 2] > 0) & (leaving[:, 2] > 0), self.albedo / np.pi, 0.0)

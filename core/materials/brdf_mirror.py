@@ -1,4 +1,4 @@
-"""Faces that reflect like a mirror. See `brdf_lambertian` for the three functions."""
+"""Mirrors (ideal specular reflection). See `brdf_lambertian` for the three functions."""
 
 from dataclasses import dataclass
 
@@ -9,18 +9,18 @@ MIRRORED = np.array([-1.0, -1.0, 1.0])
 
 @dataclass(frozen=True)
 class Mirror:
-    """One direction, and the same share of light from everywhere."""
+    """Specular reflection with the same reflectance at all angles."""
 
     albedo: float
 
     def sample(self, arriving, draws):
-        """The mirrored direction: leaving (n, 3) and share (n,) float64."""
+        """Specular direction: leaving (n, 3) and share (n,) float64."""
         return arriving * MIRRORED, np.full(len(arriving), float(self.albedo))
 
     def pdf(self, arriving, leaving):
-        """No density: (n,) zeros."""
+        """Zero, as the distribution is a delta function: (n,)."""
         return np.zeros(len(leaving))
 
     def evaluate(self, arriving, leaving):
-        """Nothing in any other direction: (n,) zeros."""
+        """Zero in all other directions: (n,)."""
         return np.zeros(len(leaving))

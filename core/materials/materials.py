@@ -1,6 +1,6 @@
-"""Named materials: how walls, roofs and streets reflect, each with its source.
+"""Named materials: reflection of walls, roofs and streets, each with its source.
 
-The albedo of a material is the middle of its source's range. Real facades differ; a measured albedo is better.
+The albedo of a material is the middle of the range in its source. Real facades differ; a measured albedo is better.
 """
 
 import re
@@ -18,7 +18,7 @@ STOKES = "Fresnel's equations, G. G. Stokes (1862), Proceedings of the Royal Soc
 DE_SOTO = "Fresnel's equations, glass of W. De Soto et al. (2006), doi:10.1016/j.solener.2005.06.010"
 HALE = "Fresnel's equations, water of G. M. Hale, M. R. Querry (1973), doi:10.1364/AO.12.000555"
 
-DIFFUSE = {  # name -> least and most albedo, source
+DIFFUSE = {  # name -> lowest and highest albedo, source
     "aluminium": (0.85, 0.85, PVSYST),
     "asphalt": (0.05, 0.20, OKE),
     "black paint": (0.02, 0.15, OKE),
@@ -43,7 +43,7 @@ DIFFUSE = {  # name -> least and most albedo, source
     "tile": (0.10, 0.35, OKE),
     "white paint": (0.50, 0.90, OKE),
 }
-CLEAR = {  # name -> law, source
+CLEAR = {  # name -> BRDF, source
     "glass": (Glass(interfaces=2), STOKES),
     "double glazing": (Glass(interfaces=4), STOKES),
     "photovoltaic module": (Glass(refractive_index=1.526, interfaces=1), DE_SOTO),
@@ -54,18 +54,18 @@ WORDS = (*DIFFUSE, *CLEAR, "mirror", "glossy:ROUGHNESS")
 
 @dataclass(frozen=True)
 class MaterialSpec:
-    """What is said of a surface, as in a line of the albedo file: an albedo, a material, or both."""
+    """Albedo, material, or both, as given for a surface in a line of the albedo file."""
 
     albedo: float | None = None
     material: str = ""
 
     def brdf(self):
-        """Law of reflection.
+        """BRDF of this specification.
 
         Raises
         ------
         InputError
-            The albedo is no share of light, or the material is not known.
+            The albedo is not between 0 and 1, or the material is not known.
         """
         if self.albedo is not None and not 0 <= self.albedo <= 1:
             raise InputError(self.material or "albedo", f"albedo {self.albedo:g}", "give a number from 0 to 1")
@@ -73,14 +73,14 @@ class MaterialSpec:
 
 
 def brdf_of_material(name, albedo=None):
-    """Law of reflection of a material.
+    """BRDF of a material.
 
     Parameters
     ----------
     name : str
-        Of a material, or `mirror`, or `glossy:ROUGHNESS` with a roughness above 0 and up to 1.
+        A named material, `mirror`, or `glossy:ROUGHNESS` with a roughness above 0 and up to 1.
     albedo : float, optional
-        Instead of the material's own. Mirrors and glossy faces have none of their own; glass and water take none.
+        Overrides the material's own. Required for mirrors and glossy surfaces; not allowed for glass and water.
 
     Returns
     -------
@@ -100,33 +100,33 @@ def brdf_of_material(name, albedo=None):
         return Lambertian((least + most) / 2 if albedo is None else albedo)
     if name == "mirror" or word == "glossy":
         if albedo is None:
-            raise InputError(name, "has no albedo of its own", "give one")
+            raise InputError(name, "needs an albedo", "give one")
         return Mirror(albedo) if name == "mirror" else Glossy(albedo, read_roughness(name, number))
-    raise InputError(name, "is no material", f"use {', '.join(WORDS)}")
+    raise InputError(name, "is not a known material", f"use one of {', '.join(WORDS)}")
 
 
 def read_roughness(name, text):
-    """Roughness of a glossy face."""
+    """Roughness of a glossy surface."""
     try:
         roughness = float(text)
     except ValueError:
         roughness = 0.0
     if not 0 < roughness <= 1:
-        raise InputError(name, "names no roughness above 0 and up to 1", "write glossy:0.1")
+        raise InputError(name, "needs a roughness above 0 and up to 1", "write for example glossy:0.1")
     return roughness
 
 
 def recognise_material(name):
-    """Material that a name from another program means: "White_Paint.001" is white paint; "" where it means none.
+    """Known material for a name from another program: "White_Paint.001" is white paint; "" if there is none.
 
-    Capitals, underscores, hyphens and the number of a copy do not count; a part of a name is not enough.
+    Case, underscores, hyphens and the number of a copy are ignored; the whole name must match.
     """
     plain = " ".join(re.sub(r"\.\d+$", "", name).replace("_", " ").replace("-", " ").lower().split())
     return plain if plain in (*DIFFUSE, *CLEAR, "mirror") else ""
 
 
 def describe_brdf(brdf):
-    """How a law reflects, in a word or two."""
+    """Short description of a BRDF."""
     if isinstance(brdf, Glossy):
         return f"glossily, roughness {brdf.roughness:.2g}"
     return {Lambertian: "evenly", Mirror: "as a mirror", Glass: "as glass or water"}[type(brdf)]

@@ -1,4 +1,4 @@
-"""How every triangle reflects: by its albedo, or by its material."""
+"""Assign a BRDF to every triangle, from albedos and materials."""
 
 import csv
 from pathlib import Path
@@ -12,16 +12,16 @@ from .brdf_lambertian import Lambertian
 from .materials import MaterialSpec, describe_brdf
 from .shader_material import named_material
 
-FILE, MATERIALS = "--albedo-file", "materials"  # where an albedo may come from
+FILE, MATERIALS = "--albedo-file", "materials"  # possible sources of an albedo
 
 
 class Found(NamedTuple):
-    """How a surface reflects, and where that was found."""
+    """BRDF of a surface, and its source."""
 
     source: str
-    name: str  # it is called by there; "" for a surface's own line, or for all alike
-    material: str  # name of what it is made of, "" where no more than an albedo is given
-    brdf: object  # law of reflection
+    name: str  # key in that source; "" for a surface's own line, or if one value applies to all
+    material: str  # name of the material, "" if only an albedo is given
+    brdf: object  # Lambertian, Mirror, Glossy or Glass
 
 
 HEADERS = (["surface", "albedo"], ["surface", "material"], ["surface", "albedo", "material"])
@@ -40,7 +40,7 @@ def albedo_of_triangles(scene, request, found=None):
     Raises
     ------
     InputError
-        If the albedo file or a material cannot be used, or is one that the estimator cannot follow.
+        If the albedo file or a material is invalid, or is not supported by the estimator.
     """
     found = name_brdfs(scene, request) if found is None else found
     return np.array([one.brdf.albedo for one in found])[surface_of_triangles(scene)]
@@ -54,8 +54,8 @@ def brdfs_of_triangles(scene, request, found=None):
     Returns
     -------
     brdfs : list
-    finish : (t,) int
-        Into `brdfs`; -1 where the triangle is Lambertian.
+    brdf_index : (t,) int
+        Into `brdfs`; -1 for Lambertian triangles.
     """
     of_surface = [one.brdf for one in (name_brdfs(scene, request) if found is None else found)]
     brdfs = list(dict.fromkeys(brdf for brdf in of_surface if not isinstance(brdf, Lambertian)))
@@ -64,20 +64,20 @@ def brdfs_of_triangles(scene, request, found=None):
 
 
 def name_brdfs(scene, request):
-    """Law of reflection of each surface and, last, of the generated ground, and where it was found.
+    """BRDF of each surface and, last, of the generated ground, with its source.
 
-    What the albedo file says of a surface counts before what it says of its material, that before the material itself
-    (where `request.materials` has it, or `request.file_materials` asks for those of the city's files), that before what
-    the file says of its kind, and that before `request.albedo`. A cell ``id#k`` is what the file says of ``id``.
-    Generated ground takes the ground's albedo, unless it has a material or the file names the kind `ground`.
+    In order of precedence: the albedo file's line for the surface, its line for the surface's material, the material
+    itself (from `request.materials` or, with `request.file_materials`, from the city's files), the albedo file's line
+    for the kind, `request.albedo`. A cell ``id#k`` takes the line of ``id``. Generated ground takes the ground albedo,
+    unless it has a material or the file has a line for the kind `ground`.
 
     Returns
     -------
     list of Found
         n + 1.
     """
-    finishes = read_albedo(request.albedo_file) if request.albedo_file else {}
-    of_key = {key: (finish.material, finish.brdf()) for key, finish in finishes.items()}
+    specs = read_albedo(request.albedo_file) if request.albedo_file else {}
+    of_key = {key: (spec.material, spec.brdf()) for key, spec in specs.items()}
     surfaces = scene.surfaces
     materials = surfaces.material or [""] * len(surfaces)
     whole = [whole_of_cell(name) if of_key else name for name in surfaces.surface_id]
@@ -112,26 +112,24 @@ def whole_of_cell(name):
 
 
 def brdfs_of_materials(scene, request):
-    """How each material reflects that the request or, if it asks for them, the city's files tell of: name to Found."""
-    found, finishes = {}, {}
+    """BRDFs of the materials given by the request or, if requested, by the city's files: name -> Found."""
+    found, specs = {}, {}
     if request.file_materials:
         if not scene.colours:
-            raise InputError(
-                "--materials", "no file of this city names materials", "leave it out, or use --albedo-file"
-            )
-        finishes = {name: named_material(name, colour) for name, colour in scene.colours.items()}
-    for name, finish in (finishes | request.materials).items():
-        if finish is None:
+            raise InputError("--materials", "the files of this city have no materials", "omit it, or use --albedo-file")
+        specs = {name: named_material(name, colour) for name, colour in scene.colours.items()}
+    for name, spec in (specs | request.materials).items():
+        if spec is None:
             continue
         try:
-            found[name] = Found(MATERIALS, name, name, finish.brdf())
+            found[name] = Found(MATERIALS, name, name, spec.brdf())
         except InputError as error:
             raise InputError(f"Material {name!r}", f"{error.source}: {error.problem}", error.cure) from error
     return found
 
 
 def check_keys(of_key, names, kinds, request):
-    """Refuse an albedo file that names what is not there."""
+    """Raise an error if the albedo file names something that does not exist."""
     unused = set(of_key) - names - kinds
     if unused:
         raise InputError(
@@ -142,31 +140,31 @@ def check_keys(of_key, names, kinds, request):
 
 
 def check_followed(found, request):
-    """Refuse laws that gather cannot follow.
+    """Raise an error for BRDFs that the gather estimator does not support.
 
-    To take a mirror for a dull face would send its light everywhere instead of where it goes, and glass has no albedo
-    to be dull with: the user has to choose.
+    Replacing a mirror by a diffuse surface would send its light into wrong directions, and glass has no diffuse albedo:
+    the user has to choose.
     """
     if request.estimator != "gather":
         return
     for surface, (source, name, _, brdf) in found:
         if not isinstance(brdf, Lambertian):
             place = "Materials" if source == MATERIALS else request.albedo_file
-            problem = f"{name or surface!r} reflects {describe_brdf(brdf)}, and gather spreads all light evenly"
-            cure = "use --estimator forward (Estimator in the panel), or give a material that reflects evenly"
+            problem = f"{name or surface!r} reflects {describe_brdf(brdf)}, but --estimator gather needs diffuse surfaces"
+            cure = "use --estimator forward (Estimator in the panel), or a material that reflects diffusely"
             raise InputError(place, problem, cure)
 
 
 def describe_albedo(scene, request):
-    """Where the albedo of the surfaces came from.
+    """Sources of the albedos of the surfaces.
 
     Returns
     -------
     list of dict
-        One for each source, name in it and law: `from`, `name`, `material` ("" where no more than an albedo is given),
-        `albedo` (the highest one where it depends on the angle), `law` (lambertian, mirror, glossy, glass), `reflects`
-        (the same in words), and `surfaces` and `area` [m²] of the
-        surfaces that have it. The generated ground comes last, without these.
+        One per source, name in it and BRDF: `from`, `name`, `material` ("" if only an albedo is given), `albedo` (the
+        highest one if it depends on the angle), `law` (lambertian, mirror, glossy, glass), `reflects` (the same in
+        words), and count (`surfaces`) and `area` [m²] of the surfaces with it. The generated ground comes last, without
+        these two.
     """
     return materials_of_surfaces(scene, name_brdfs(scene, request))["albedos"]
 
@@ -183,7 +181,7 @@ def materials_of_surfaces(scene, found):
     Returns
     -------
     dict
-        `albedo` (n,) float64, `material` (n,) list of str, and `albedos`, a list as of `describe_albedo`.
+        `albedo` (n,) float64, `material` (n,) list of str, and `albedos`, a list as in `describe_albedo`.
     """
     *found, ground = found
     rows = {}
@@ -199,7 +197,7 @@ def materials_of_surfaces(scene, found):
 
 
 def describe_row(one):
-    """A source, a name in it and a law in words."""
+    """Source, name and BRDF as plain values."""
     plain = {"from": one.source, "name": one.name, "material": one.material}
     law = type(one.brdf).__name__.lower()
     return plain | {"albedo": one.brdf.albedo, "law": law, "reflects": describe_brdf(one.brdf)}
@@ -233,19 +231,19 @@ def read_albedo(path):
     rows = csv.reader(text.splitlines())
     header = next(rows, None)
     if header not in HEADERS:
-        raise InputError(path, "line 1 is not the header surface,albedo", "put it there")
-    finishes = {}
+        raise InputError(path, "line 1 is not the header surface,albedo", "add it")
+    specs = {}
     for number, row in enumerate(rows, start=2):
         if len(row) != len(header):
             problem = f"line {number} is not {'a name and a number' if header == HEADERS[0] else 'as the header'}"
             raise InputError(path, problem, f"write {','.join(['name', *header[1:]])}")
         cells = dict(zip(header, row, strict=True))
-        finishes[row[0]] = spec_of_row(path, number, cells.get("albedo", ""), cells.get("material", ""))
-    return finishes
+        specs[row[0]] = spec_of_row(path, number, cells.get("albedo", ""), cells.get("material", ""))
+    return specs
 
 
 def spec_of_row(path, number, albedo, material):
-    """What a line of the file says, once it is known to mean a law of reflection."""
+    """MaterialSpec of a line of the file, checked to give a valid BRDF."""
     if not material or albedo:
         try:
             value = float(albedo)
@@ -253,9 +251,9 @@ def spec_of_row(path, number, albedo, material):
             raise InputError(path, f"line {number} is not a name and a number", "write name,albedo") from error
         if not 0 <= value <= 1:
             raise InputError(path, f"line {number}: albedo {albedo}", "give a number from 0 to 1")
-    finish = MaterialSpec(value if albedo or not material else None, material)
+    spec = MaterialSpec(value if albedo or not material else None, material)
     try:
-        finish.brdf()
+        spec.brdf()
     except InputError as error:
         raise InputError(path, f"line {number}: {error.source} {error.problem}", error.cure) from error
-    return finish
+    return spec

@@ -1,11 +1,11 @@
-"""What a shader of computer graphics says of light: its colour and finish as a MaterialSpec of ours.
+"""Convert a computer-graphics shader (base colour, metallic, roughness, transmission) to a MaterialSpec.
 
-The albedo is the luminance of the base colour, Y = 0.2126 R + 0.7152 G + 0.0722 B (ITU-R BT.709-6, of linear light):
-what "RGB to BW" gives in Blender. It is what an eye sees reflected. The sun's light goes on beyond that: about half of
-its power is infrared, of which bricks, tiles and leaves reflect more, and no colour tells how much.
+The albedo is the luminance of the base colour, Y = 0.2126 R + 0.7152 G + 0.0722 B (ITU-R BT.709-6, linear RGB), as
+given by "RGB to BW" in Blender. This is the visible reflectance. About half of the solar power is infrared, of which
+bricks, tiles and leaves reflect more; a colour does not tell how much.
 
-A shader mixes metal, glass and a dull base; here the one that is more than half of it counts. The clear coat over a
-dull base (4 % straight on) is left out.
+A shader mixes metal, glass and a diffuse base; the one with more than half of the weight is taken. The clear coat over
+a diffuse base (4 % at normal incidence) is neglected.
 
 References
 ----------
@@ -17,8 +17,8 @@ from .materials import MaterialSpec, recognise_material
 WEIGHTS = (0.2126, 0.7152, 0.0722)
 DECIMALS = 4  # of an albedo
 HALF = 0.5
-SMOOTH = 0.05  # α 0.0025: a mirrored sun is blurred by less than its own width of 0.5°
-ROUGH = 0.7  # α 0.49: GGX would lose 29 % of an even sky between its facets
+SMOOTH = 0.05  # α 0.0025: the reflected sun is blurred by less than its angular diameter of 0.5°
+ROUGH = 0.7  # α 0.49: GGX without multiple scattering would lose 29 % of an isotropic sky
 
 
 def luminance(colour):
@@ -27,25 +27,25 @@ def luminance(colour):
 
 
 def albedo_of_colour(colour):
-    """Luminance without the rounding errors of colours, which are float32."""
+    """Luminance, rounded to remove the float32 errors of colours."""
     return round(luminance(colour), DECIMALS)
 
 
 def shader_material(colour, metallic=0.0, roughness=0.5, transmission=0.0):
-    """MaterialSpec of a face with such a shader.
+    """MaterialSpec of a surface with such a shader.
 
     Parameters
     ----------
     colour : (3,) float, optional
         Linear Rec. 709.
     metallic, roughness, transmission : float, optional
-        From 0 to 1, as in Blender's Principled BSDF. Of everything, None is what is not known (as where a texture
-        tells it).
+        From 0 to 1, as in Blender's Principled BSDF. For all parameters None means unknown, for example given by a
+        texture.
 
     Returns
     -------
     MaterialSpec or None
-        None where something that matters is not known.
+        None if a parameter that matters is unknown.
     """
     if metallic is None or (transmission is None and metallic < HALF):
         return None
@@ -60,18 +60,18 @@ def shader_material(colour, metallic=0.0, roughness=0.5, transmission=0.0):
 
 
 def named_material(name, colour=None):
-    """Material that a file names, as a MaterialSpec: by its name where it is in the tables, else by its diffuse colour.
+    """MaterialSpec of a material in a file: by its name if that is known, else by its diffuse colour.
 
     Parameters
     ----------
     name : str
     colour : (3,) float, optional
-        Linear Rec. 709; None where it is not known.
+        Linear Rec. 709; None if unknown.
 
     Returns
     -------
     MaterialSpec or None
-        None where neither tells.
+        None if neither is known.
     """
     word = recognise_material(name)
     if word and word != "mirror":

@@ -1,4 +1,4 @@
-"""Embree behind one small interface: closest hits and shadow rays, by packets or single rays.
+"""Ray tracing with Embree: closest hits and shadow rays, in packets or as single rays.
 
 In: triangles, ray origins, directions. Out: hit triangles, barycentric weights, visibility. Read first: ray_scene.py.
 """

@@ -1,4 +1,4 @@
-"""Which way into Embree is taken: packets where they prove themselves, single rays elsewhere."""
+"""Choose how Embree is called: packets of rays if a self-test passes, else single rays."""
 
 import functools
 import os
@@ -11,38 +11,38 @@ from .embree_packets import PacketTree
 from .embree_rays import RayTree
 
 TREES = {"packets": PacketTree, "rays": RayTree}
-VARIABLE = "CITYPV_ENGINE"  # of the environment, to insist on one
+VARIABLE = "CITYPV_ENGINE"  # environment variable that forces one engine
 PROOF_RAYS = 1000
 
 
 def choose_engine():
-    """The engine of this process.
+    """Choose the engine of this process.
 
     Returns
     -------
     engine : str
-        Of `TREES`.
+        A key of `TREES`.
     reason : str
 
     Raises
     ------
     InputError
-        The environment asks for an engine that does not exist, or for packets where they do not work.
+        The environment variable names an unknown engine, or packets where they do not work.
     """
     asked = os.environ.get(VARIABLE)
     if asked and asked not in TREES:
-        raise InputError(VARIABLE, f"{asked!r} is no engine", f"set it to {' or '.join(TREES)}, or to nothing")
+        raise InputError(VARIABLE, f"{asked!r} is not an engine", f"set it to {' or '.join(TREES)}, or unset it")
     if asked == "rays":
-        return "rays", f"{VARIABLE} asks for them"
+        return "rays", f"requested by {VARIABLE}"
     fault = fault_of_packets()
     if fault and asked:
-        raise InputError(VARIABLE, f"packets do not work here: {fault}", "set it to rays, or to nothing")
-    return ("rays", f"no packets: {fault}") if fault else ("packets", "they agree with single rays here")
+        raise InputError(VARIABLE, f"packets do not work here: {fault}", "set it to rays, or unset it")
+    return ("rays", f"no packets: {fault}") if fault else ("packets", "they agree with single rays on a test scene")
 
 
 @functools.cache
 def fault_of_packets():
-    """Why packets cannot be used in this process, "" where they can: they answer as single rays do on a small scene."""
+    """Why packets cannot be used in this process, "" if they agree with single rays on a small test scene."""
     vertices, triangles, origins, directions = scene_of_proof()
     try:
         packets, rays = PacketTree(vertices, triangles), RayTree(vertices, triangles)
@@ -63,7 +63,7 @@ def fault_of_packets():
 
 
 def scene_of_proof():
-    """A few hundred triangles in a box, and rays through them.
+    """Test scene: a few hundred random triangles in a box, and rays through them.
 
     Returns
     -------

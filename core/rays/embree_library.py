@@ -1,7 +1,7 @@
-"""The Embree library that the embreex wheel carries, spoken to directly.
+"""Load the Embree library bundled with the embreex wheel, and call its C interface directly.
 
-embreex hands over one ray after the other. The same library takes packets of rays with one direction several times as
-fast; its C interface (github.com/RenderKit/embree, version 4) is called here through ctypes, without a compiler.
+embreex traces one ray at a time. The same library traces packets of rays with one direction several times as fast; its
+C interface (github.com/RenderKit/embree, version 4) is called here through ctypes, without a compiler.
 """
 
 import ctypes
@@ -9,7 +9,7 @@ import functools
 from importlib import metadata
 
 POINTER = ctypes.c_void_p
-# The C functions in use: result, arguments.
+# C functions used: result type, argument types.
 PROTOTYPES = {
     "rtcNewDevice": (POINTER, [ctypes.c_char_p]),
     "rtcGetDeviceProperty": (ctypes.c_ssize_t, [POINTER, ctypes.c_int]),
@@ -28,12 +28,12 @@ PROTOTYPES = {
     "rtcReleaseScene": (None, [POINTER]),
     "rtcReleaseDevice": (None, [POINTER]),
 }
-VERSION_MAJOR, NATIVE_PACKETS = 1, {16: 34, 8: 33, 4: 32}  # properties of a device
-TRIANGLES, INDICES, VERTICES = 0, 0, 1  # kinds of geometry and of buffers
-THREE_WORDS, THREE_FLOATS = 0x5003, 0x9003  # formats of a row
+VERSION_MAJOR, NATIVE_PACKETS = 1, {16: 34, 8: 33, 4: 32}  # device properties
+TRIANGLES, INDICES, VERTICES = 0, 0, 1  # geometry and buffer types
+THREE_WORDS, THREE_FLOATS = 0x5003, 0x9003  # buffer formats
 ROBUST = 1 << 2
-COHERENT = 1 << 16  # a hint that the rays of a packet run side by side
-ROW = 12  # bytes of three words or floats
+COHERENT = 1 << 16  # hint that the rays of a packet are coherent
+ROW = 12  # [bytes] stride of three integers or floats
 
 
 class Arguments(ctypes.Structure):
@@ -50,31 +50,31 @@ class Arguments(ctypes.Structure):
 
 
 class LibraryError(Exception):
-    """The library is not there, or does not answer as expected."""
+    """The library is missing, or does not behave as expected."""
 
 
 @functools.cache
 def load_library():
-    """Load the library beside embreex.
+    """Load the library bundled with embreex.
 
     Returns
     -------
     library : ctypes.CDLL
     device : int
-        Its handle, alive as long as the process.
+        Device handle, kept for the lifetime of the process.
     width : int
-        Rays in the widest packet that this processor traces natively.
+        Widest packet that this processor traces natively.
 
     Raises
     ------
     LibraryError
-        With the reason in words.
+        With the reason.
     """
-    import embreex.rtcore_scene  # noqa: F401, loads what the library itself depends on
+    import embreex.rtcore_scene  # noqa: F401, loads the library's own dependencies
 
     paths = [entry.locate() for entry in metadata.files("embreex") or () if "embree4" in entry.name.lower()]
     if not paths:
-        raise LibraryError("embreex carries no Embree 4 library of its own")
+        raise LibraryError("embreex has no Embree 4 library bundled")
     try:
         library = ctypes.CDLL(str(paths[0]))
         for name, (result, arguments) in PROTOTYPES.items():
@@ -84,17 +84,17 @@ def load_library():
         raise LibraryError(f"its library cannot be loaded ({error})") from error
     device = library.rtcNewDevice(None)
     if not device:
-        raise LibraryError("Embree starts no device")
+        raise LibraryError("Embree cannot create a device")
     if library.rtcGetDeviceProperty(device, VERSION_MAJOR) != 4:
         raise LibraryError("its library is not Embree 4")
     widths = [width for width, number in NATIVE_PACKETS.items() if library.rtcGetDeviceProperty(device, number)]
     if not widths:
-        raise LibraryError("this processor traces no packets natively")
+        raise LibraryError("this processor has no native support for ray packets")
     return library, device, max(widths)
 
 
 def build_tree(library, device, vertices, triangles):
-    """Handle of a committed scene of triangles; the arrays must outlive it, `vertices` with one row to spare."""
+    """Handle of a committed triangle scene; the arrays must outlive it, `vertices` needs one spare row at the end."""
     scene, mesh = library.rtcNewScene(device), library.rtcNewGeometry(device, TRIANGLES)
     library.rtcSetSceneFlags(scene, ROBUST)
     share = library.rtcSetSharedGeometryBuffer
@@ -106,7 +106,7 @@ def build_tree(library, device, vertices, triangles):
     library.rtcCommitScene(scene)
     if error := library.rtcGetDeviceError(device):
         library.rtcReleaseScene(scene)
-        raise LibraryError(f"Embree built no tree (error {error})")
+        raise LibraryError(f"Embree could not build its BVH (error {error})")
     return scene
 
 

@@ -1,4 +1,4 @@
-"""Packets of rays through Embree's own library."""
+"""Trace packets of rays with the Embree library."""
 
 import ctypes
 
@@ -9,7 +9,7 @@ from .embree_library import COHERENT, Arguments, address_of, build_tree, load_li
 
 
 class PacketTree:
-    """Embree's tree over triangles, asked by packets. Methods as of `RayScene`, for arrays that are known to be good.
+    """Embree's BVH over triangles, traced in packets. Methods as in `RayScene`, without input checks.
 
     Parameters
     ----------
@@ -23,12 +23,12 @@ class PacketTree:
 
     def __init__(self, vertices, triangles):
         self._library, device, self._width = load_library()
-        # Embree reads the last vertex as four floats: one more row keeps that inside the array.
+        # Embree reads each vertex as four floats: a spare row keeps the last read inside the array.
         self._vertices = np.zeros((len(vertices) + 1, 3), np.float32)
         self._vertices[:-1] = vertices
         self._triangles = np.ascontiguousarray(triangles, np.uint32)
         self._scene = build_tree(self._library, device, self._vertices, self._triangles)
-        # Sun rays of a packet run side by side, those of a hemisphere do not.
+        # Shadow rays of a packet are coherent, hemisphere rays are not.
         self._arguments = Arguments(feature_mask=-1), Arguments(flags=COHERENT, feature_mask=-1)
         incoherent, coherent = map(ctypes.addressof, self._arguments)
         self._closest = (address_of(self._library, f"rtcIntersect{self._width}"), self._scene, incoherent, self._width)
@@ -40,24 +40,24 @@ class PacketTree:
             self._scene = None
 
     def trace_closest(self, origins, directions):
-        """First triangle on each ray: (n,) int32, -1 for none."""
+        """First triangle hit by each ray: (n,) int32, -1 for none."""
         return self.trace_places(origins, directions)[0]
 
     def trace_places(self, origins, directions):
-        """First triangle on each ray and the barycentric weights of the place: (n,) int32, (n,) and (n,) float32."""
+        """First triangle hit by each ray and barycentric coordinates of the hit: (n,) int32, (n,) and (n,) float32."""
         hit = np.empty(len(origins), np.int32)
         b1, b2 = np.empty((2, len(origins)), np.float32)
         packet_loops.trace_closest(self._closest, (origins, directions), (hit, b1, b2))
         return hit, b1, b2
 
     def trace_blocked(self, origins, direction):
-        """Whether anything stands on each ray of one direction, (1, 3): (n,) bool."""
+        """Whether each ray is blocked, for one direction (1, 3): (n,) bool."""
         blocked = np.empty(len(origins), bool)
         packet_loops.trace_blocked(self._blocked, origins, direction[0], blocked)
         return blocked
 
     def trace_shadow_rays(self, position, wanted, directions):
-        """Which points of patches, (c, m, 3), see the suns that are wanted, (c, s): (c, s, m) bool."""
+        """Which points of patches, (c, m, 3), see the requested suns, (c, s): (c, s, m) bool."""
         free = np.zeros((*wanted.shape, position.shape[1]), bool)
         packet_loops.trace_shadow_rays(self._blocked, position, wanted, directions, free)
         return free

@@ -1,6 +1,6 @@
-"""Loops that fill packets of rays, hand them to Embree and read the answers (compiled by numba).
+"""Loops that fill ray packets, call Embree and read the results (compiled by numba).
 
-A packet is Embree's RTCRayHit of `width` rays: 12 rows of what a ray is, 9 of what it met, each as wide as the packet.
+A packet is Embree's RTCRayHit of `width` rays: 12 rows for the rays, 9 for the hits, each as wide as the packet.
 """
 
 import numpy as np
@@ -28,7 +28,7 @@ def call_embree(_, function, valid, scene, packet, arguments):
 
 @njit(nogil=True, cache=True)
 def aligned(count):
-    """Float32 zeros at an address that is a multiple of 64."""
+    """Float32 zeros, aligned to 64 bytes."""
     whole = np.zeros(count + 16, np.float32)
     skipped = (-(whole.ctypes.data // 4)) % 16
     return whole[skipped : skipped + count]
@@ -36,16 +36,16 @@ def aligned(count):
 
 @njit(nogil=True, cache=True)
 def trace_closest(tree, rays, found):
-    """What rays meet first.
+    """Closest hits of rays.
 
     Parameters
     ----------
     tree : tuple of int
-        Addresses of Embree's function, of the scene and of the arguments, and the width of a packet.
+        Addresses of Embree's function, scene and arguments, and the packet width.
     rays : tuple of (n, 3) and (n, 3) float32
         Origins and directions.
     found : tuple of (n,) int32, (n,) and (n,) float32
-        Written: the triangle, -1 for none, and the barycentric weights of the place.
+        Output: triangle, -1 for none, and barycentric coordinates of the hit.
     """
     function, scene, arguments, width = tree
     (origins, directions), (hit, b1, b2) = rays, found
@@ -74,7 +74,7 @@ def trace_closest(tree, rays, found):
 
 @njit(nogil=True, cache=True)
 def trace_blocked(tree, origins, direction, blocked):
-    """Whether anything stands on each ray of one direction, written into `blocked`, (n,) bool."""
+    """Whether each ray of one direction is blocked, written to `blocked`, (n,) bool."""
     function, scene, arguments, width = tree
     packet, valid = aligned(ROWS * width), aligned(width).view(np.int32)
     packet.view(np.int32)[MASK * width : (MASK + 1) * width] = -1
@@ -94,7 +94,7 @@ def trace_blocked(tree, origins, direction, blocked):
 
 @njit(nogil=True, cache=True)
 def trace_shadow_rays(tree, position, wanted, directions, free):
-    """Which points of each patch see each sun that is wanted.
+    """Which points of each patch see each requested sun.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def trace_shadow_rays(tree, position, wanted, directions, free):
     wanted : (c, s) bool
     directions : (s, 3) float32
     free : (c, s, m) bool
-        Written where wanted.
+        Output, for requested pairs only.
     """
     function, scene, arguments, width = tree
     packet, valid = aligned(ROWS * width), aligned(width).view(np.int32)
@@ -110,7 +110,7 @@ def trace_shadow_rays(tree, position, wanted, directions, free):
     point_count = position.shape[1]
     for patch in range(len(position)):
         for first in range(0, point_count, width):
-            # The points stay in the packet; one sun after the other gives it its direction.
+            # The origins stay in the packet; only the direction changes from sun to sun.
             lanes = min(width, point_count - first)
             for lane in range(width):
                 valid[lane] = -1 if lane < lanes else 0

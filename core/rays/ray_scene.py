@@ -1,7 +1,7 @@
-"""What a ray meets: Embree behind one small interface.
+"""Ray queries on a triangle scene: closest hits and shadow rays with Embree.
 
-Packets of rays go straight into Embree's library where that proves itself (`choose_engine`), single rays through
-embreex (github.com/trimesh/embreex) everywhere else. Both give the same answers.
+Packets of rays go directly to the Embree library if its self-test passes (`choose_engine`), else single rays go through
+embreex (github.com/trimesh/embreex). Both give the same results.
 """
 
 import threading
@@ -16,21 +16,21 @@ from .choose_engine import TREES, choose_engine
 
 
 class RayScene:
-    """Triangles that can be asked what a ray meets.
+    """Triangles for ray queries.
 
     Parameters
     ----------
     vertices : (v, 3) float
-        [m], finite, with a local origin.
+        [m], finite, relative to a local origin.
     triangles : (t, 3) int
     engine : str, optional
-        Of `choose_engine.TREES`; if not given, the faster one that works here.
+        A key of `choose_engine.TREES`; by default the faster one that works here.
 
     Raises
     ------
     InputError
-        If an array has the wrong shape, names a vertex that does not exist or holds a number that is not finite:
-        Embree must never see one.
+        If an array has the wrong shape, a vertex index is out of range or a number is not finite, which Embree does not
+        check.
     """
 
     def __init__(self, vertices, triangles, engine=None):
@@ -43,7 +43,7 @@ class RayScene:
             self._tree = TREES[self.engine](vertices.astype(np.float32), triangles.astype(np.int32))
 
     def trace_closest(self, ray_origins, ray_directions):
-        """First triangle on each ray.
+        """First triangle hit by each ray.
 
         Parameters
         ----------
@@ -52,7 +52,7 @@ class RayScene:
         Returns
         -------
         hit_triangles : (n,) int32
-            -1 where the ray meets nothing.
+            -1 if the ray hits nothing.
         """
         ray_origins, ray_directions = usable_pairs(ray_origins, ray_directions)
         if not self.triangle_count or not len(ray_origins):
@@ -61,7 +61,7 @@ class RayScene:
             return self._tree.trace_closest(ray_origins, ray_directions)
 
     def trace_places(self, ray_origins, ray_directions):
-        """First triangle on each ray, and where on it.
+        """First triangle hit by each ray, and the position of the hit.
 
         Parameters
         ----------
@@ -70,9 +70,9 @@ class RayScene:
         Returns
         -------
         hit_triangles : (n,) int32
-            -1 where the ray meets nothing.
+            -1 if the ray hits nothing.
         b1, b2 : (n,) float32
-            Barycentric weights of the second and third corner; without meaning where nothing is met.
+            Barycentric coordinates for the second and third vertex; undefined if nothing is hit.
         """
         ray_origins, ray_directions = usable_pairs(ray_origins, ray_directions)
         if not self.triangle_count or not len(ray_origins):
@@ -82,7 +82,7 @@ class RayScene:
             return self._tree.trace_places(ray_origins, ray_directions)
 
     def trace_blocked(self, ray_origins, ray_direction):
-        """Whether anything stands on each ray.
+        """Whether each ray is blocked.
 
         Parameters
         ----------
@@ -102,20 +102,20 @@ class RayScene:
             return self._tree.trace_blocked(ray_origins, ray_direction)
 
     def trace_shadow_rays(self, position, wanted, directions):
-        """Which points of some patches see which suns.
+        """Which points of patches see which suns.
 
         Parameters
         ----------
         position : (c, m, 3) float32
             Points of each patch.
         wanted : (c, s) bool
-            Suns that each patch asks for.
+            Suns requested for each patch.
         directions : (s, 3) float32
 
         Returns
         -------
         free : (c, s, m) bool
-            False for suns that were not asked for.
+            False for suns that were not requested.
         """
         usable_rays("position", position.reshape(-1, 3))
         directions = usable_rays("directions", directions)
@@ -133,13 +133,13 @@ class RayScene:
 
 
 def usable_rays(name, rays):
-    """Ray origins or directions as the engines take them: (n, 3) float32, finite, row by row or column by column."""
+    """Ray origins or directions for the engines: (n, 3) float32, finite, contiguous in C or Fortran order."""
     rays = np.asarray(check_array(name, rays, ("n", 3)), np.float32)
     return rays if rays.flags.c_contiguous or rays.flags.f_contiguous else np.ascontiguousarray(rays)
 
 
 def usable_pairs(ray_origins, ray_directions):
-    """Ray origins and as many directions."""
+    """Ray origins and the same number of directions."""
     ray_origins = usable_rays("ray_origins", ray_origins)
     ray_directions = usable_rays("ray_directions", ray_directions)
     if len(ray_origins) != len(ray_directions):

@@ -1,4 +1,4 @@
-"""Random numbers and point sets: where rays start and which way they go.
+"""Random numbers and low-discrepancy point sets for ray origins and directions.
 
 In: keys and counts. Out: Sobol points, barycentric weights, cosine-weighted directions. Read first: sample_points.py.
 """

@@ -6,15 +6,15 @@ from numba import njit
 from .random_numbers import uniform
 from .sample_points import DIGITS, HEMISPHERE_REPLICATES
 
-CELL_DIVISIONS = 8  # each patch is judged in 64 cells, whether they lie inside or under something
+CELL_DIVISIONS = 8  # each patch is divided into 64 cells, tested for being inside or under something
 HALF, ONE, TURN, UNIT = np.float32(0.5), np.float32(1), np.float32(2 * np.pi), np.float32(2.0**-DIGITS)
 
 
 def hemisphere_rays(patches, chosen, sequence):
-    """Origins, directions and cells of the hemisphere rays of some patches.
+    """Origins, directions and cells of the hemisphere rays of patches.
 
-    Position and direction come from one four-dimensional sequence, whose digits are turned over at random for each
-    patch and replicate: pairs from two-dimensional ones would be correlated.
+    Position and direction come from one four-dimensional Sobol sequence with a random digital shift for each patch and
+    replicate; pairs from two-dimensional sequences would be correlated.
 
     Parameters
     ----------
@@ -26,53 +26,53 @@ def hemisphere_rays(patches, chosen, sequence):
     Returns
     -------
     origins, directions : (c, rays, 3) float32
-        Coordinate by coordinate in the memory: all x, then all y, then all z.
+        In memory all x come first, then all y, then all z.
     cells : (c, rays) uint8
-        Which of the patch's CELL_DIVISIONS² cells each ray starts in.
+        Index of the patch cell, of CELL_DIVISIONS², in which each ray starts.
     """
     count, rays = len(chosen), len(sequence) * HEMISPHERE_REPLICATES
-    turned = (uniform(patches.key[chosen], 4 * HEMISPHERE_REPLICATES) * (1 << DIGITS)).astype(np.uint32)
+    shift = (uniform(patches.key[chosen], 4 * HEMISPHERE_REPLICATES) * (1 << DIGITS)).astype(np.uint32)
     origins, directions = np.empty((2, 3, count, rays), np.float32)
     cells = np.empty((count, rays), np.uint8)
     made = origins, directions, cells
     frames = np.concatenate([patches.tangents[chosen], patches.normal[chosen, None]], axis=1)
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     digits = np.ascontiguousarray(sequence.T)
-    make_rays((start, patches.edges[chosen], frames), turned.reshape(count, HEMISPHERE_REPLICATES, 4), digits, made)
+    make_rays((start, patches.edges[chosen], frames), shift.reshape(count, HEMISPHERE_REPLICATES, 4), digits, made)
     return np.moveaxis(origins, 0, -1), np.moveaxis(directions, 0, -1), cells
 
 
 @njit(nogil=True, cache=True)
-def make_rays(places, turned, sequence, made):
-    """Make the rays of c patches.
+def make_rays(places, shift, sequence, made):
+    """Generate the rays of c patches.
 
     Parameters
     ----------
     places : tuple of (c, 3), (c, 2, 3) and (c, 3, 3) float32
-        Where the rays start: corner, edges and frame of each patch.
-    turned : (c, HEMISPHERE_REPLICATES, 4) uint32
-        Digits to turn over.
+        Corner, edges and local frame of each patch.
+    shift : (c, HEMISPHERE_REPLICATES, 4) uint32
+        Digital shifts (XOR masks).
     sequence : (4, rays / HEMISPHERE_REPLICATES) uint32
     made : tuple of (3, c, rays), (3, c, rays) float32 and (c, rays) uint8
-        Written: origins, directions, cells.
+        Output: origins, directions, cells.
     """
     (start, edges, frames), (origins, directions, cells) = places, made
     samples = sequence.shape[1]
-    cosine, sine, last = table_of_turns(samples)
+    cosine, sine, last = table_of_angles(samples)
     b1, b2, along, across, height = np.empty((5, samples), np.float32)
     for patch in range(len(start)):
-        for replicate in range(turned.shape[1]):
+        for replicate in range(shift.shape[1]):
             first = replicate * samples
-            turn = turned[patch, replicate]
+            mask = shift[patch, replicate]
             for sample in range(samples):
-                s, t = fraction(sequence[0, sample] ^ turn[0]), fraction(sequence[1, sample] ^ turn[1])
+                s, t = fraction(sequence[0, sample] ^ mask[0]), fraction(sequence[1, sample] ^ mask[1])
                 b1[sample] = s * HALF if t > s else s - t * HALF
                 b2[sample] = t - s * HALF if t > s else t * HALF
-            # The leading digits of the angle choose an entry of the table; the others turn all of them alike.
-            rest = TURN * fraction(turn[3] & ((1 << last) - 1))
+            # The leading digits of the angle select an entry of the table; the others rotate all entries alike.
+            rest = TURN * fraction(mask[3] & ((1 << last) - 1))
             cosine_rest, sine_rest = np.cos(rest), np.sin(rest)
             for sample in range(samples):
-                u, entry = fraction(sequence[2, sample] ^ turn[2]), (sequence[3, sample] ^ turn[3]) >> last
+                u, entry = fraction(sequence[2, sample] ^ mask[2]), (sequence[3, sample] ^ mask[3]) >> last
                 radius = np.sqrt(u)
                 along[sample] = radius * (cosine[entry] * cosine_rest - sine[entry] * sine_rest)
                 across[sample] = radius * (sine[entry] * cosine_rest + cosine[entry] * sine_rest)
@@ -89,8 +89,8 @@ def make_rays(places, turned, sequence, made):
 
 
 @njit(nogil=True, cache=True)
-def table_of_turns(count):
-    """Cosine and sine of the angles that the leading digits of so many points stand for, and how many digits follow."""
+def table_of_angles(count):
+    """Cosine and sine of the angles given by the leading digits of `count` points, and number of other digits."""
     leading = 0
     while (1 << leading) < count:
         leading += 1
@@ -108,7 +108,7 @@ def fraction(digits):
 
 @njit(nogil=True, cache=True)
 def cell_at(b1, b2, divisions):
-    """Which of the `divisions`² congruent sub-triangles holds a point: `cell_of_point` for one point."""
+    """Which of the `divisions`² congruent sub-triangles contains a point: `cell_of_point` for one point."""
     row = int(min(b2 * np.float32(divisions), np.float32(divisions - 1)))
     along = int(min(b1 * np.float32(divisions), np.float32(divisions - 1)))
     inverted = (b1 + b2) * np.float32(divisions) - np.float32(row) - np.float32(along) >= ONE
@@ -116,7 +116,7 @@ def cell_at(b1, b2, divisions):
 
 
 def rays_from_patches(patches, chosen, b1, b2, local):
-    """Rays from points of patches, given by barycentric weights, into directions of their own frames.
+    """Rays from points on patches (barycentric coordinates) in directions given in the patches' local frames.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def rays_from_patches(patches, chosen, b1, b2, local):
 
 
 def points_of_patches(patches, chosen, b1, b2):
-    """Points in front of patches, from where rays start: (c, m, 3) float32. Parameters as above."""
+    """Ray origins just in front of patches: (c, m, 3) float32. Parameters as in `rays_from_patches`."""
     edges = patches.edges[chosen]
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     points = np.empty((*b1.shape, 3), np.float32)

@@ -1,4 +1,4 @@
-"""Random numbers counted per surface and sample, so that no result depends on threads, chunks or order."""
+"""Counter-based random numbers per surface and sample, so that results do not depend on threads, chunks or order."""
 
 import hashlib
 
@@ -8,7 +8,7 @@ GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 
 
 def mix(words):
-    """Scatter 64-bit words (SplitMix64's finalizer; Steele et al. 2014, doi:10.1145/2660193.2660195).
+    """Hash 64-bit words (SplitMix64's finalizer; Steele et al. 2014, doi:10.1145/2660193.2660195).
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def mix(words):
 
 
 def key_of_names(names, seed):
-    """One 64-bit key per name: (n,) uint64, the same wherever the name stands in the list."""
+    """One 64-bit key per name: (n,) uint64, independent of the position in the list."""
     digests = b"".join(hashlib.blake2b(name.encode(), digest_size=8).digest() for name in names)
     stream = np.uint64(int(GOLDEN) * (seed + 1) % 2**64)
     return mix(np.frombuffer(digests, dtype="<u8") + stream)

@@ -1,16 +1,16 @@
-"""Where on a triangle rays start, and into which direction of its hemisphere they go."""
+"""Sample points on triangles and cosine-weighted directions of the hemisphere."""
 
 import functools
 
 import numpy as np
 from scipy.stats.qmc import Sobol
 
-DIGITS = 24  # binary ones of float32 numbers below 1
-HEMISPHERE_REPLICATES = 4  # independent sets of hemisphere rays per patch; their spread is the standard error
+DIGITS = 24  # binary digits of float32 numbers below 1
+HEMISPHERE_REPLICATES = 4  # independent sets of hemisphere rays per patch; their variance gives the standard error
 
 
 def additive_recurrence(count, dimensions):
-    """Low-discrepancy points: multiples of the powers of the generalised golden ratio, modulo 1.
+    """Low-discrepancy points (R-sequence): multiples of the powers of the generalised golden ratio, modulo 1.
 
     Returns
     -------
@@ -30,8 +30,8 @@ def additive_recurrence(count, dimensions):
 def sobol_digits(count):
     """The first four-dimensional points of Sobol's sequence, as binary fractions.
 
-    Of 2^k of them, every slice of the square that should hold one holds one; so it stays when all digits of a
-    coordinate are turned over where those of a random number are 1.
+    The first 2^k of them form a digital net; a digital shift (XOR of each coordinate with a random number) keeps this
+    property.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def sobol_digits(count):
 
 
 def shifted(points, shifts):
-    """One coordinate of a point set, moved by random shifts on the torus.
+    """One coordinate of a point set, shifted at random modulo 1 (Cranley-Patterson rotation).
 
     Parameters
     ----------
@@ -96,13 +96,13 @@ def cosine_direction(u, v):
 
 
 def cell_of_point(b1, b2, divisions):
-    """Which of the `divisions`² congruent sub-triangles holds a point.
+    """Which of the `divisions`² congruent sub-triangles contains a point.
 
-    A row of cells runs along b2 = const; within it upright and inverted cells take turns.
+    A row of cells runs along b2 = const; within it upright and inverted cells alternate.
 
     Returns
     -------
-    (...) unsigned int, as short as holds them
+    (...) unsigned int, of the smallest sufficient size
     """
     dtype = np.min_scalar_type(divisions**2 - 1)
     row = np.minimum(b2 * divisions, divisions - 1).astype(np.int32)
@@ -113,12 +113,12 @@ def cell_of_point(b1, b2, divisions):
 
 
 def cell_corners(divisions):
-    """Barycentric corners of the congruent sub-triangles, in the order of `cell_of_point`.
+    """Barycentric coordinates of the vertices of the congruent sub-triangles, in the order of `cell_of_point`.
 
     Returns
     -------
     (divisions², 3, 2) float32
-        For each cell three corners, each with the weights of the second and third vertex.
+        For each cell three vertices, each with the coordinates for the second and third vertex of the triangle.
     """
     row, place = cell_places(divisions)
     along, inverted = np.divmod(place, 2)
@@ -128,21 +128,21 @@ def cell_corners(divisions):
 
 
 def cell_places(divisions):
-    """Row and place in the row of each cell, in the order of `cell_of_point`: two (cells,) int."""
+    """Row and position in the row of each cell, in the order of `cell_of_point`: two (cells,) int."""
     row = np.repeat(np.arange(divisions), 2 * (divisions - np.arange(divisions)) - 1)
     return row, np.arange(divisions**2) - row * (2 * divisions - row)
 
 
 @functools.cache
 def cell_contacts(divisions):
-    """Which cells touch each other, in an edge or a corner: (cells, cells) bool."""
+    """Which cells share an edge or a vertex: (cells, cells) bool."""
     corners = np.rint(cell_corners(divisions) * divisions).astype(int)
     names = corners[..., 0] * (divisions + 1) + corners[..., 1]
     return (names[:, None, :, None] == names[None, :, None, :]).any(axis=(2, 3))
 
 
 def stratified_points(uniform_numbers, divisions):
-    """One uniform point in each of the `divisions`² congruent sub-triangles.
+    """Stratified sampling: one uniform point in each of the `divisions`² congruent sub-triangles.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def stratified_points(uniform_numbers, divisions):
 
 
 def cells_inside(divisions, larger):
-    """In which of the `larger`² cells each of the `divisions`² lies (its middle, where it lies in several).
+    """Which of the `larger`² cells contains each of the `divisions`² (by centroid if it overlaps several).
 
     Returns
     -------
@@ -171,13 +171,13 @@ def cells_inside(divisions, larger):
 
 
 def grid_of(count):
-    """Rows and columns of a square that is cut into so many rectangles, a power of two: two int."""
+    """Rows and columns of the unit square divided into `count` rectangles, a power of two: two int."""
     power = count.bit_length() - 1
     return 1 << power // 2, 1 << (power - power // 2)
 
 
 def neighbouring_order(count):
-    """Order of the rectangles of `grid_of` along a path that turns at the end of each row: (count,) int."""
+    """Boustrophedon order of the rectangles of `grid_of`, reversing every other row: (count,) int."""
     columns = grid_of(count)[1]
     row, column = np.divmod(np.arange(count), columns)
     return row * columns + np.where(row % 2, columns - 1 - column, column)
@@ -185,7 +185,7 @@ def neighbouring_order(count):
 
 @functools.cache
 def points_of_grid(count):
-    """The first `count` two-dimensional points of Sobol's sequence: one in each rectangle of `grid_of`, in their order.
+    """First `count` two-dimensional Sobol points: one in each rectangle of `grid_of`, in the order of the rectangles.
 
     Parameters
     ----------
@@ -195,10 +195,10 @@ def points_of_grid(count):
     Returns
     -------
     (count, 2) uint32
-        Coordinates along the columns and the rows, multiples of 2^-DIGITS.
+        Coordinates along columns and rows, multiples of 2^-DIGITS.
     """
     digits = sobol_digits(count)[:, :2]
     rows, columns = grid_of(count)
-    along, across = digits.astype(np.int64).T  # 2^DIGITS times a side does not fit into their own 32 bits
+    along, across = digits.astype(np.int64).T  # 2^DIGITS times a side overflows 32 bits
     rectangle = (across * rows >> DIGITS) * columns + (along * columns >> DIGITS)
     return digits[np.argsort(rectangle)]

@@ -135,7 +135,7 @@ def test_an_albedo_file_from_the_panel(addon, tmp_path):
 def test_gather_refuses_a_mirror_in_one_line_and_forward_takes_it(addon):
     add_wall_and_ground(build_material("chrome", (0.5, 0.5, 0.5), Metallic=1.0, Roughness=0.0))
     with pytest.raises(
-        RuntimeError, match=r"'chrome' reflects as a mirror, and gather .*; use --estimator forward"
+        RuntimeError, match=r"'chrome' reflects as a mirror, but --estimator gather .*; use --estimator forward"
     ) as told:
         trace(addon)
     assert len(str(told.value).strip().splitlines()) == 1
@@ -220,7 +220,7 @@ def test_the_users_choice_counts_before_name_and_shader(addon):
     material.citypv_material = "double glazing"
     assert describe_material(material) == "double glazing: Reflects as glass or water"
     material.citypv_material = "cheese"
-    assert describe_material(material).startswith("cheese: is no material")
+    assert describe_material(material).startswith("cheese: is not a known material")
     other = build_material("from a file", RED)
     other["citypv_material"] = "tile"
     assert read_finish(other) == MaterialSpec(material="tile")

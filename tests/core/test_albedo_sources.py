@@ -80,12 +80,12 @@ def test_materials_that_cannot_be_used():
     for finishes, words in (
         (
             MaterialSpec(material="glass"),
-            r"Materials: 'Glas' reflects as glass or water, and gather .*; use --estimator forward",
+            r"Materials: 'Glas' reflects as glass or water, but --estimator gather .*; use --estimator forward",
         ),
-        (MaterialSpec(0.5, "glossy:0.2"), "Materials: 'Glas' reflects glossily, roughness 0.2, and gather"),
+        (MaterialSpec(0.5, "glossy:0.2"), "Materials: 'Glas' reflects glossily, roughness 0.2, but --estimator gather"),
         (MaterialSpec(1.2), "Material 'Glas': albedo: albedo 1.2; give a number from 0 to 1"),
-        (MaterialSpec(0.5, "cheese"), "Material 'Glas': cheese: is no material; use alu"),
-        (MaterialSpec(material="mirror"), "Material 'Glas': mirror: has no albedo of its own"),
+        (MaterialSpec(0.5, "cheese"), "Material 'Glas': cheese: is not a known material; use one of alu"),
+        (MaterialSpec(material="mirror"), "Material 'Glas': mirror: needs an albedo"),
     ):
         with pytest.raises(InputError, match=words) as caught:
             trace_gather(material_street("Glas"), suns, Request(materials={"Glas": finishes}), silent)

@@ -86,10 +86,10 @@ def test_packets_of_any_number_of_points(points):
 
 def test_without_a_library_single_rays_stand_in(afresh, monkeypatch):
     def nothing():
-        raise LibraryError("embreex carries no Embree 4 library of its own")
+        raise LibraryError("embreex has no Embree 4 library bundled")
 
     monkeypatch.setattr("citypv.core.rays.embree_packets.load_library", nothing)
-    assert choose_engine.choose_engine() == ("rays", "no packets: embreex carries no Embree 4 library of its own")
+    assert choose_engine.choose_engine() == ("rays", "no packets: embreex has no Embree 4 library bundled")
     transfer = trace_gather(courtyard(), suns_towards([[0.2, -0.5, 1]]), Request(), silent)
     assert transfer.record.engine == "rays"
     monkeypatch.setenv(choose_engine.VARIABLE, "packets")

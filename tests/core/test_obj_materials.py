@@ -104,7 +104,7 @@ def test_what_they_do_to_the_albedo(tmp_path):
     # From Python a material may be told otherwise.
     asked = Request(file_materials=True, materials={"Bild": MaterialSpec(0.5)})
     assert albedo_of_triangles(scene, asked)[rows[3]] == pytest.approx(0.5)
-    with pytest.raises(InputError, match="--materials: no file of this city names materials"):
+    with pytest.raises(InputError, match="--materials: the files of this city have no materials"):
         albedo_of_triangles(scene_of(write_cube(tmp_path, name="plain.obj")), asked)
 
 
