@@ -1,33 +1,33 @@
-"""Refuse arrays that cannot be used, at the door: each error names the array, the place in it and the cure."""
+"""Check arrays on input: each error names the array, the row and the cure."""
 
 import numpy as np
 
 from .errors import InputError
 
-LARGEST = 1e9  # [m] Embree works in float32; beyond this nothing of a city is left in it
-UNIT = 1e-3  # by how much the length of a unit vector may be off
+LARGEST = 1e9  # [m] Embree works in float32, which cannot resolve a city beyond this
+UNIT = 1e-3  # tolerance of the length of unit vectors
 MOST_SEED = 2**32 - 1
 KINDS = {"f": ("fiu", "numbers"), "i": ("iu", "integers"), "b": ("b", "booleans")}
 
 
 def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, row="row", name_row=None):
-    """Refuse an array of the wrong shape or type, or with a value that is not finite or out of bounds.
+    """Raise an error if an array has the wrong shape or type, or a value that is not finite or out of range.
 
     Parameters
     ----------
     name : str
-        Of the array, for the message.
+        Name of the array, for the message.
     values : array_like
     shape : tuple of int or str
-        A letter stands for any length.
+        A string means any length.
     kind : {'f', 'i', 'b'}
         Numbers, integers or booleans.
     least, most : float
         Bounds, inclusive.
     row : str
-        What a row is called in the message.
+        Name of a row in the message.
     name_row : callable, optional
-        `name_row(index)`: of which surface the row is, for the message.
+        `name_row(index)`: surface of a row, for the message.
 
     Returns
     -------
@@ -47,7 +47,7 @@ def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, 
     kinds, noun = KINDS[kind]
     if values.dtype.kind not in kinds:
         raise InputError(name, f"values of type {values.dtype}", f"give {noun}")
-    # The bounds are compared so that a NaN, which lies in no bounds, fails too.
+    # Compared so that NaN fails too.
     if kind != "b" and values.size and not (values.min() >= least and values.max() <= most):
         inside = ((values >= least) & (values <= most)).reshape(len(values), -1).all(axis=1)
         first = int(np.flatnonzero(~inside)[0])
@@ -58,7 +58,7 @@ def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, 
 
 
 def describe_row(values, least, most):
-    """What a row is; of a long one, the first value that is out of bounds."""
+    """Values of a row; of a long one, the first value that is out of range."""
     if values.size <= 4:
         return f"is {values}"
     column = int(np.flatnonzero(~((values >= least) & (values <= most)).ravel())[0])
@@ -66,7 +66,7 @@ def describe_row(values, least, most):
 
 
 def check_triangles(vertices, triangles):
-    """Refuse vertices and triangles that Embree must not see.
+    """Check vertices and triangles, since Embree does not.
 
     Parameters
     ----------
@@ -82,13 +82,13 @@ def check_triangles(vertices, triangles):
     if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
         outside = ((triangles < 0) | (triangles >= len(vertices))).any(axis=1)
         first = int(np.flatnonzero(outside)[0])
-        problem = f"triangle {first} is {triangles[first]}, a vertex beyond the {len(vertices)} given"
+        problem = f"triangle {first} is {triangles[first]}, but there are {len(vertices)} vertices"
         raise InputError("triangles", problem, "check the indices")
     return vertices, triangles
 
 
 def check_unit(name, values):
-    """Refuse vectors that are not of unit length.
+    """Raise an error if vectors are not of unit length.
 
     Parameters
     ----------
@@ -104,6 +104,6 @@ def check_unit(name, values):
 
 
 def check_seed(seed):
-    """Refuse what no random numbers can start from."""
+    """Raise an error if a seed is not valid."""
     if not (isinstance(seed, int | np.integer) and 0 <= seed <= MOST_SEED):
-        raise InputError("--seed", f"{seed!r} is no seed", f"give a whole number from 0 to {MOST_SEED}")
+        raise InputError("--seed", f"{seed!r} is not a seed", f"give a whole number from 0 to {MOST_SEED}")

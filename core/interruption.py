@@ -1,4 +1,4 @@
-"""Ctrl-C while suns are traced: the first one ends the tracing with what is there, the second one ends the program."""
+"""Ctrl-C while suns are traced: the first ends tracing and keeps the suns done, the second ends the program."""
 
 import os
 import signal
@@ -6,21 +6,21 @@ import threading
 
 from .progress import SUN_STAGE, CancelledError
 
-ANSWER = "\nInterrupting: suns that are done are kept; Ctrl-C again leaves at once and writes nothing\n"
+ANSWER = "\nInterrupting: finished suns are kept; press Ctrl-C again to quit at once without results\n"
 
 
 class Interruption:
-    """A progress that ends its task with CancelledError after Ctrl-C (or a request to end, SIGTERM).
+    """Progress report that ends its task with CancelledError after Ctrl-C (SIGINT) or SIGTERM.
 
-    Before the first sun there is nothing to keep: Ctrl-C is KeyboardInterrupt then, as ever, and so is a second one.
-    Signals reach the main thread only; in others this passes on the progress and no more.
+    Before the first sun there is nothing to keep, and Ctrl-C raises KeyboardInterrupt as usual; so does a second one.
+    Signals reach the main thread only; in other threads this only passes on progress.
 
     Parameters
     ----------
     progress : callable
-        See `core.progress`; gets every report until the interruption.
+        See `core.progress`; receives every report until the interruption.
     stream : text stream, optional
-        Where to answer.
+        For the message after Ctrl-C.
     """
 
     def __init__(self, progress, stream=None):
@@ -28,15 +28,15 @@ class Interruption:
         self.asked, self.worthwhile, self.before = False, False, {}
 
     def __enter__(self):
-        """Hear the signals."""
+        """Install the signal handlers."""
         if threading.current_thread() is threading.main_thread():
-            self.before = {number: signal.signal(number, self.hear) for number in (signal.SIGINT, signal.SIGTERM)}
+            self.before = {number: signal.signal(number, self.handle) for number in (signal.SIGINT, signal.SIGTERM)}
         return self
 
     def __exit__(self, *_):
-        """Let those hear them who did before."""
+        """Restore the previous signal handlers."""
         for number, handler in self.before.items():
-            # What was not installed from Python cannot be installed again; Python's own way takes its place.
+            # A handler not installed from Python cannot be restored; Python's default takes its place.
             signal.signal(number, signal.default_int_handler if handler is None else handler)
 
     def __call__(self, stage, done, total, unit):
@@ -46,11 +46,11 @@ class Interruption:
         self.worthwhile |= stage == SUN_STAGE
         self.progress(stage, done, total, unit)
 
-    def hear(self, number, frame):
-        """A signal came."""
+    def handle(self, number, frame):
+        """Handle a signal."""
         if self.asked or not self.worthwhile:
             raise KeyboardInterrupt
         self.asked = True
         if self.stream is not None:
-            # Not through the stream itself: the main thread may be writing to it just now.
+            # Not through the stream object: the main thread may be writing to it.
             os.write(self.stream.fileno(), ANSWER.encode())

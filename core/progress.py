@@ -1,19 +1,18 @@
-"""How long tasks tell what they have done.
+"""Progress reports of long tasks.
 
-A report is a callable `progress(stage, done, total, unit)`. It is called now and then from the thread that started the
-task, for each stage first with nothing done; an exception raised in it ends the task. Of a task that is ended by
-CancelledError the finished part is kept, where it is of use by itself: the suns that are traced. Where nothing is, the
-exception reaches the caller.
+A report is a callable `progress(stage, done, total, unit)`. It is called repeatedly from the thread that started the
+task, first with nothing done in each stage; an exception raised in it ends the task. If it raises CancelledError, the
+finished part is kept if it can be used: the suns traced so far. Otherwise the exception reaches the caller.
 """
 
 import sys
 import time
 
-SUN_STAGE = "suns"  # the stage from which on a cancelled task leaves something of use
+SUN_STAGE = "suns"  # from this stage on, a cancelled task returns a partial result
 
 
 class CancelledError(Exception):
-    """The user wants the task to end, and to keep what is done."""
+    """The user ends the task, keeping what is done."""
 
 
 def silent(stage, done, total, unit):
@@ -21,21 +20,21 @@ def silent(stage, done, total, unit):
 
 
 def untold(share):
-    """Tell nobody which share of a task is done, 0 to 1."""
+    """Report nothing; `share` is the part of a task that is done, 0 to 1."""
 
 
 class TerminalProgress:
     """Progress as one line per stage, with rate and time left, on a terminal or in a log.
 
-    On a terminal the line is renewed in place; in a log a line is written every ten seconds.
+    On a terminal the line is updated in place; in a log a line is written every ten seconds.
 
     Parameters
     ----------
     stream : text stream, optional
-        By default the error stream.
+        By default standard error.
     lasting : bool
-        Whether a stage that has ended keeps its line. Else the terminal is as before, and a log has only the lines of
-        every ten seconds.
+        Whether a finished stage keeps its line. If not, the line is erased on a terminal, and a log has only the lines
+        written every ten seconds.
     """
 
     def __init__(self, stream=None, *, lasting=True):
@@ -45,7 +44,7 @@ class TerminalProgress:
         self.stage, self.started, self.shown = None, 0.0, 0.0
 
     def __call__(self, stage, done, total, unit):
-        """Renew the line of a stage."""
+        """Update the line of a stage."""
         now = time.monotonic()
         if stage != self.stage:
             self.stage, self.started, self.shown = stage, now, now - 9.0 * (self.lasting or self.live)
@@ -75,13 +74,13 @@ class Clock:
         self.seconds, self.last = {}, time.perf_counter()
 
     def lap(self, stage):
-        """Note the seconds since the last lap."""
+        """Record the seconds since the last lap."""
         now = time.perf_counter()
         self.seconds[stage], self.last = now - self.last, now
 
 
 def describe_progress(done, total, unit, seconds):
-    """Share done, rate and time left (or time taken) in words."""
+    """Share done, rate and time left (or time taken) as text."""
     rate = done / seconds if seconds > 0 else 0.0
     words = f"{100 * done / max(total, 1):.0f} %"
     if rate > 0:

@@ -1,4 +1,4 @@
-"""How a setting is declared: default, unit, range and meaning in one place."""
+"""Declaration of a setting: default, unit, range and help text in one place."""
 
 from dataclasses import dataclass, field
 
@@ -7,22 +7,22 @@ from .errors import InputError
 
 @dataclass(frozen=True)
 class Setting:
-    """How one setting is written, what it means, and which values it takes."""
+    """Option name, help text and valid values of one setting."""
 
-    group: str  # city, weather, electricity, light or run: which commands have it
-    words: str  # what it is, for --help and tooltips
+    group: str  # city, weather, electricity, light or run: selects the commands that have it
+    words: str  # help text, for --help and tooltips
     # text, texts, names, number, integer, choice, switch (on|off), flag, pairs (KEY=on|off …), shares, place
     kind: str = "text"
-    title: str = ""  # in Blender's panel; "" where a property of another shape stands for it there
+    title: str = ""  # label in Blender's panel; "" if a property of another type replaces it there
     unit: str = ""
-    option: str | None = None  # on the command line; None: as the field is called; "": it has none
+    option: str | None = None  # on the command line; None: the field's name; "": no option
     metavar: str | None = None
-    choices: dict | None = None  # value -> what it means
+    choices: dict | None = None  # value -> help text
     least: float | None = None  # smallest value
     most: float | None = None  # largest value
-    above: float | None = None  # every value is larger than this
-    none: str = ""  # word for None on the command line, where a user may ask for it
-    panel: str = ""  # of Blender's sidebar that shows it: import, classify, trace, sampling, energy; "": none by itself
+    above: float | None = None  # exclusive lower bound
+    none: str = ""  # word for None on the command line, if users may give it
+    panel: str = ""  # panel of Blender's sidebar that shows it: import, classify, trace, sampling, energy; "": none
     subtype: str = "NONE"  # of Blender's property
 
 
@@ -35,14 +35,14 @@ def setting(default, group, words, **details):
 
 
 def check_number(option, value, details):
-    """Refuse a number out of its range, or a fraction where a whole number is wanted."""
+    """Raise an error if a number is out of range, or not an integer where one is needed."""
     whole = details.kind == "integer"
     noun = "a whole number" if whole else "a number"
     words = f"{noun} {describe_range(details)}".strip()
     cure = f"give {words}{f' [{details.unit}]' if details.unit else ''}{f', or {details.none}' if details.none else ''}"
     if whole and not float(value).is_integer():
         raise InputError(option, f"{value} is not a whole number", cure)
-    # Compared so that a NaN, which lies in no range, fails too.
+    # Compared so that NaN fails too.
     inside = (details.least is None or value >= details.least) and (details.most is None or value <= details.most)
     if not (inside and (details.above is None or value > details.above)):
         raise InputError(option, f"{value} is out of range", cure)
@@ -56,7 +56,7 @@ def check_place(option, place):
 
 
 def describe_range(details):
-    """The range of a number in words."""
+    """Range of a number as text."""
     if details.above is not None:
         return f"above {details.above:g}"
     if details.least is None:

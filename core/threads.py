@@ -1,13 +1,13 @@
-"""Work shared out to threads, with results that do not depend on their number."""
+"""Distribute work to threads, with results that do not depend on their number."""
 
 import os
 from concurrent.futures import ThreadPoolExecutor
 
-ROWS_PER_SLICE = 1 << 11  # of a hundred and some columns, so that a slice stays near the processor
+ROWS_PER_SLICE = 1 << 11  # with some hundred columns, a slice fits into the processor's cache
 
 
 def usable_threads(threads=None):
-    """How many threads to use: what was asked for, else every processor this process may run on."""
+    """Number of threads: as requested, else all processors available to this process."""
     if threads is not None:
         return max(1, int(threads))
     affinity = getattr(os, "sched_getaffinity", None)  # not on Windows and macOS
@@ -15,7 +15,7 @@ def usable_threads(threads=None):
 
 
 def map_in_order(function, tasks, threads):
-    """Results of `function(task)` in the order of the tasks, from several threads, a few tasks ahead at most."""
+    """Yield results of `function(task)` in task order, from several threads, with a bounded queue."""
     tasks = iter(tasks)
     with ThreadPoolExecutor(threads) as pool:
         waiting = [pool.submit(function, task) for _, task in zip(range(2 * threads), tasks, strict=False)]
@@ -30,6 +30,6 @@ def map_in_order(function, tasks, threads):
 
 
 def work_in_slices(work, count, threads):
-    """Results of `work(rows)` for slices of rows that make up `count`, in their order; the same for any threads."""
+    """Results of `work(rows)` for consecutive slices of `count` rows, in order, for any number of threads."""
     starts = range(0, count, ROWS_PER_SLICE)
     return list(map_in_order(work, (slice(start, min(start + ROWS_PER_SLICE, count)) for start in starts), threads))

@@ -1,10 +1,10 @@
-"""Where the light of sun, sky and far ground enters the scene.
+"""Emit photons: light of sun, sky and far ground enters through the bounding box of the scene.
 
-       sky                      All light that can meet the scene passes through the box around it. It carries
-    ↘   ↓   ↙                   the same density of rays as the paper's sun-facing disk (Eq. 3) and sky
-  ┌───────────┐ lid             hemisphere (Eq. 1), but no ray passes the scene by, rays that would rise from
-↘ │   ▟▙      │ ↙  sky, sun     the sky are never made, and nothing hangs on the radius of a hemisphere or on
-↗ │▂▂▂██▂▂▂▂▂▂│ ↖  far ground   the axes of a disk. All photons of a source carry the same power.
+       sky                      All light that can reach the scene passes through its bounding box, with the
+    ↘   ↓   ↙                   same ray density as from the paper's sun-facing disk (Eq. 3) and sky
+  ┌───────────┐ lid             hemisphere (Eq. 1). But no ray misses the box, rays that would rise from
+↘ │   ▟▙      │ ↙  sky, sun     the sky are never generated, and nothing depends on the radius of the
+↗ │▂▂▂██▂▂▂▂▂▂│ ↖  far ground   hemisphere or the axes of the disk. All photons of a source have equal power.
   └───────────┘ bottom
 """
 
@@ -14,20 +14,20 @@ import numpy as np
 
 from ..sampling.random_numbers import GOLDEN, key_of_names, mix
 
-MARGIN = 64 * np.finfo(np.float32).eps  # of the largest coordinate: how far the box stands off
+MARGIN = 64 * np.finfo(np.float32).eps  # of the largest coordinate: margin of the box
 INWARDS = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)  # lid, bottom, sides
 
 
 @dataclass
 class Source:
-    """Light that enters the box around a scene: parallel from a sun, or isotropic from above or below the horizon."""
+    """Light that enters the bounding box: parallel from a sun, or isotropic from above or below the horizon."""
 
     name: str
     low: np.ndarray  # (3,) float64 [m], corner of the box
     size: np.ndarray  # (3,) float64 [m]
-    travel: np.ndarray | None  # (3,) float64, the way of a sun's rays; None where the light is isotropic
+    travel: np.ndarray | None  # (3,) float64, direction of a sun's rays; None if the light is isotropic
     rising: bool  # from below the horizon
-    power: np.ndarray  # (6,) float64 [m²], what enters through each side of the box, per irradiance
+    power: np.ndarray  # (6,) float64 [m²], power entering through each side of the box, per irradiance
     key: np.uint64  # of its random numbers
 
     @property
@@ -37,7 +37,7 @@ class Source:
 
 
 def box_of_scene(scene):
-    """Box around all triangles, standing a little off: low corner and size, (3,) float64 [m] each."""
+    """Bounding box of all triangles, with a small margin: low corner and size, (3,) float64 [m] each."""
     if not len(scene.triangles):
         return np.zeros(3), np.zeros(3)
     points = np.asarray(scene.vertices, float)[scene.triangles.ravel()]
@@ -73,7 +73,7 @@ def far_ground_source(low, size, seed):
 
 
 def sun_source(box, direction, number, seed):
-    """A sun of irradiance 1 on what faces it.
+    """A sun of normal irradiance 1.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def sun_source(box, direction, number, seed):
     direction : (3,) float64
         Towards the sun.
     number : int
-        Its place among the suns.
+        Its index.
     seed : int
 
     Returns
@@ -106,14 +106,14 @@ def emit_photons(source, replicate, place):
     ----------
     source : Source
     replicate, place : (m,) int64
-        Which set of photons, and the place in it.
+        Index of the photon set, and of the photon in it.
 
     Returns
     -------
     origins, directions : (m, 3) float32
     """
     numbers = low_discrepancy(source.key, replicate, place, source.dimensions)
-    # The first number chooses the side in proportion to what enters there; what is left of it is uniform again.
+    # The first number selects the side in proportion to its power; rescaled, it is uniform again.
     bounds = np.cumsum(source.power) / source.power.sum()
     lit = np.flatnonzero(source.power)
     side = lit[np.searchsorted(bounds[lit][:-1], numbers[:, 0], side="right")]
@@ -124,7 +124,7 @@ def emit_photons(source, replicate, place):
     axis = np.abs(normal).argmax(axis=1)
     row = np.arange(len(side))
     share = np.empty((len(side), 3))
-    share[row, axis] = normal[row, axis] < 0  # the far side of the box where the light travels backwards
+    share[row, axis] = normal[row, axis] < 0  # the far side of the box if light enters against the axis
     share[row, (axis + 1) % 3] = along
     share[row, (axis + 2) % 3] = numbers[:, 1]
     origins = source.low + share * source.size
@@ -136,13 +136,13 @@ def emit_photons(source, replicate, place):
 
 
 def diffuse_directions(axis, sign, numbers, rising):
-    """Cosine-distributed directions inwards from the sides of the box, mirrored at the horizon where they fall (or
-    rise): the light is as dense above the horizon whichever way it comes.
+    """Cosine-distributed directions inwards from the sides of the box, mirrored at the horizon if they have the wrong
+    sign: isotropic light has the same density on both sides of the horizon.
 
     Parameters
     ----------
     axis, sign : (m,)
-        The inward normal: its axis, and which way along it.
+        Axis and sign of the inward normal.
     numbers : (m, 2) float64
     rising : bool
 
@@ -162,9 +162,9 @@ def diffuse_directions(axis, sign, numbers, rising):
 
 
 def low_discrepancy(key, replicate, place, dimensions):
-    """Points of independent low-discrepancy sets: an additive recurrence, shifted at random for each set.
+    """Independent low-discrepancy sets: an additive recurrence with a random shift per set.
 
-    It is counted in integers modulo 2⁶⁴, so the ten-millionth point is as exact as the first.
+    It is computed in integers modulo 2⁶⁴, so that the ten-millionth point is as exact as the first.
 
     Parameters
     ----------

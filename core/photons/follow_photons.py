@@ -1,8 +1,8 @@
-"""Photons from their source to where they end: what they meet, what they leave there, where they go on.
+"""Trace photons from their source to their end: hits, deposits and reflections.
 
-Weights are shares of the power a photon started with, rounded to multiples of 2⁻²⁶. Sums of up to 10⁸ of them are exact
-in float64, whatever their order: they come out the same to the last bit on any number of threads, and what was emitted
-is found again without a remainder.
+Weights are shares of a photon's initial power, rounded to multiples of 2⁻²⁶. Sums of up to 10⁸ of them are exact in
+float64 whatever their order: results are the same to the last bit on any number of threads, and emitted power is
+accounted for without a remainder.
 """
 
 from dataclasses import dataclass, field, fields
@@ -22,15 +22,15 @@ QUANTUM = 2.0**-26
 
 @dataclass
 class Tally:
-    """Where the light of a source went, in photons: `emitted` is the sum of all others."""
+    """Energy balance of a source, in photons: `emitted` is the sum of all others."""
 
     emitted: float = 0.0
-    escaped: float = 0.0  # past everything
-    absorbed: float = 0.0  # at fronts
-    on_backs: float = 0.0  # backs of faces and footprints
-    closed: float = 0.0  # faces that close a building or lie on the ground
-    buried: float = 0.0  # below the ground, where no far ground shines
-    cut: float = 0.0  # reflected at the last bounce that is followed
+    escaped: float = 0.0  # hit nothing
+    absorbed: float = 0.0  # on front sides
+    on_backs: float = 0.0  # hit a back side or a footprint
+    closure: float = 0.0  # hit a closure surface or a surface that lies on the ground
+    covered: float = 0.0  # from the far ground, hit a covered cell below the ground
+    cut: float = 0.0  # left after the last bounce
 
     def add(self, other):
         """Add another tally to this one."""
@@ -38,59 +38,59 @@ class Tally:
             setattr(self, entry.name, getattr(self, entry.name) + getattr(other, entry.name))
 
     def remainder(self):
-        """What is missing from the sum: 0."""
+        """Emitted power that is not accounted for: 0."""
         return self.emitted - sum(getattr(self, entry.name) for entry in fields(self)[1:])
 
 
 @dataclass
 class Target:
-    """What photons fall on."""
+    """Scene as seen by photons."""
 
     ray_scene: FacingScene
     patches: Patches
-    surface: np.ndarray  # (p,) int, of each patch; `surface_count` where it has none
+    surface: np.ndarray  # (p,) int, of each patch; `surface_count` if it has none
     surface_count: int
-    buried: np.ndarray  # (p, CELL_DIVISIONS²) bool, cells of patches that lie inside or under something
-    finishes: tuple  # laws of reflection other than Lambert's, and (p,) int, which of them patches follow; -1 for none
+    covered: np.ndarray  # (p, CELL_DIVISIONS²) bool, cells of patches that lie inside or under something
+    brdfs: tuple  # BRDFs other than Lambertian, and (p,) int, index of each patch into them; -1 for Lambertian
 
 
 @dataclass
 class Photons:
-    """Light under way."""
+    """Photons in flight."""
 
     origins: np.ndarray  # (m, 3) float32
     directions: np.ndarray  # (m, 3) float32
     weight: np.ndarray  # (m,) float64, multiples of QUANTUM
-    number: np.ndarray  # (m,) int64, among all photons of the source
-    row: np.ndarray  # (m,) int64, of the replicate among those that are followed together
+    number: np.ndarray  # (m,) int64, index among all photons of the source
+    row: np.ndarray  # (m,) int64, index of the replicate among those traced together
 
     def take(self, chosen):
-        """Some of them."""
+        """Select photons."""
         return Photons(**{entry.name: getattr(self, entry.name)[chosen] for entry in fields(self)})
 
 
 @dataclass
 class Deposits:
-    """What photons left on n surfaces, in photons."""
+    """Sums of photons that arrived on n surfaces."""
 
     first_replicate: int
-    first: np.ndarray  # (r, n) float64, at first hit, for r replicates from the first on
+    first: np.ndarray  # (r, n) float64, at first hit, for r replicates from `first_replicate` on
     reflected: np.ndarray  # (r, n) float64, at later hits
-    arrived: float = 0.0  # at all hits, on all patches
-    last: float = 0.0  # of it at the last bounce
+    arrived: float = 0.0  # total of all hits, on all patches
+    last: float = 0.0  # its part at the last bounce
     ray_count: int = 0
     tally: Tally = field(default_factory=Tally)
 
 
 def follow_photons(target, source, numbers, per_replicate, max_bounces):
-    """Emit photons and follow each until it escapes, ends on a back or has been reflected `max_bounces` times.
+    """Emit photons and trace each until it escapes, hits a back side or was reflected `max_bounces` times.
 
     Parameters
     ----------
     target : Target
     source : Source
     numbers : range
-        Which photons of the source, counted through all replicates.
+        Indices of photons of the source, counted over all replicates.
     per_replicate : int
         Photons in each replicate.
     max_bounces : int
@@ -110,7 +110,7 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
         photons, places = meet_fronts(target, photons, found.tally, source if bounce == 0 else None)
         sums = found.first if bounce == 0 else found.reflected
         deposit(photons, target.surface[places[0]], sums)
-        # Where faces coincide and look the same way, all of them are lit; the light goes on once.
+        # Coincident surfaces of the same orientation are all lit, but the photon is reflected once.
         row, double = target.ray_scene.find_doubles(places)
         if len(row):
             deposit(photons.take(row), target.surface[double], sums)
@@ -123,22 +123,22 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
 
 
 def meet_fronts(target, photons, tally, source=None):
-    """Trace photons to what they meet, and keep those that arrive on the front of a face that receives.
+    """Trace photons to their next hit, and keep those on the front side of a receiving patch.
 
     Parameters
     ----------
     target : Target
     photons : Photons
     tally : Tally
-        Of what ends here; changed in place.
+        Balance of photons that end here; changed in place.
     source : Source, optional
-        Where the photons come from straight away.
+        Given at first hit only: the source of the photons.
 
     Returns
     -------
     Photons
     places : tuple of (m,) int32, (m,) float32 and (m,) float32
-        Patch, and barycentric weights of its second and third corner.
+        Patch, and barycentric coordinates for its second and third vertex.
     """
     patches = target.patches
     places = target.ray_scene.trace_places(photons.origins, photons.directions)
@@ -147,32 +147,32 @@ def meet_fronts(target, photons, tally, source=None):
     back = meets_back(patches, hit, photons.directions)
     if source is not None:
         back |= slip_past_edges(target, places, photons.directions, ~missed & ~back)
-    closed = ~missed & ~back & ~patches.receives[hit]
-    buried = np.zeros(len(hit), bool)
+    closure = ~missed & ~back & ~patches.receives[hit]
+    covered = np.zeros(len(hit), bool)
     if source is not None and source.rising:
-        # The ground has no thickness: what rises below it meets walls that go on down there.
-        buried = ~missed & ~back & ~closed & target.buried[hit, cell_of_point(b1, b2, CELL_DIVISIONS)]
-    ends = (("escaped", missed), ("on_backs", back), ("closed", closed), ("buried", buried))
+        # The ground has no thickness: photons rising from below it may hit walls that extend below ground.
+        covered = ~missed & ~back & ~closure & target.covered[hit, cell_of_point(b1, b2, CELL_DIVISIONS)]
+    ends = (("escaped", missed), ("on_backs", back), ("closure", closure), ("covered", covered))
     for name, chosen in ends:
         setattr(tally, name, getattr(tally, name) + float(photons.weight[chosen].sum()))
-    lit = ~(missed | back | closed | buried)
+    lit = ~(missed | back | closure | covered)
     return photons.take(lit), tuple(part[lit] for part in places)
 
 
 def slip_past_edges(target, places, directions, front):
-    """Photons that only rounding let past the back of one face onto the front of the next, where both meet in an edge.
+    """Photons that slip through a shared edge by rounding: past the back of one patch onto the front of the next.
 
-    Who arrives nearer to an edge than rays start from it looks back from where they do: a photon that came from
-    outside finds the way free.
+    For hits closer to an edge than the ray offset, a ray is traced back from the offset point: it is free only if the
+    photon came from outside.
 
     Parameters
     ----------
     target : Target
     places : tuple
-        As of `meet_fronts`.
+        As in `meet_fronts`.
     directions : (m, 3) float32
     front : (m,) bool
-        Photons that met a front.
+        Photons that hit a front side.
 
     Returns
     -------
@@ -199,9 +199,9 @@ def deposit(photons, surface, sums):
     ----------
     photons : Photons
     surface : (m,) int
-        Where each has arrived.
+        Surface hit by each photon.
     sums : (r, n) float64
-        By replicate and surface; changed in place. Surface n is left out.
+        By replicate and surface; changed in place. Hits on surface n are dropped.
     """
     replicates, count = sums.shape
     place = photons.row * (count + 1) + surface
@@ -209,7 +209,7 @@ def deposit(photons, surface, sums):
 
 
 def reflect_photons(target, key, photons, places, bounce):
-    """Photons that go on from the places where they arrived; what the faces absorb leaves their weight.
+    """Reflect photons at their hits; the absorbed part is removed from their weight.
 
     Parameters
     ----------
@@ -218,11 +218,11 @@ def reflect_photons(target, key, photons, places, bounce):
         Of the source.
     photons : Photons
     places : tuple
-        As of `meet_fronts`.
+        As in `meet_fronts`.
     bounce : int
     """
     draws = draw_for_photons(key, photons.number, bounce)
-    origins, directions, share = scatter(target.patches, places, photons.directions, draws, target.finishes)
+    origins, directions, share = scatter(target.patches, places, photons.directions, draws, target.brdfs)
     weight = np.rint(photons.weight * share / QUANTUM) * QUANTUM
     going = weight > 0
     return Photons(origins, directions, weight, photons.number, photons.row).take(going)

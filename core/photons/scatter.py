@@ -1,25 +1,25 @@
-"""How faces send light on."""
+"""Reflect photons by the BRDF of the patch they hit."""
 
 import numpy as np
 
 from ..sampling.random_numbers import GOLDEN, mix, uniform
 from ..sampling.sample_points import cosine_direction
 
-NUMBERS = 3  # random numbers per reflection: two for the direction, one to choose by
+NUMBERS = 3  # random numbers per reflection: two for the direction, one for a choice
 STREAM = np.uint64(0x5CA77E4)
-FLATTEST = 1e-7  # cosine that rounding may leave to light that just meets a front
+FLATTEST = 1e-7  # smallest cosine of incidence, against rounding at grazing incidence
 
 
 def leave_patches(patches, places, local):
-    """Rays from places on patches into directions of the patches' own frames.
+    """Rays from points on patches in directions given in the patches' local frames.
 
-    They start where gathering rays may start: a little above the face, an offset inside its edges.
+    They start like hemisphere rays of gather: slightly above the patch, an offset inside its edges.
 
     Parameters
     ----------
     patches : Patches
     places : tuple of (m,) int, (m,) float32 and (m,) float32
-        The patch, and barycentric weights of its second and third corner.
+        Patch, and barycentric coordinates for its second and third vertex.
     local : tuple of three (m,) float
         Along the two tangents and the normal.
 
@@ -37,33 +37,33 @@ def leave_patches(patches, places, local):
     return origins, x * tangents[:, 0] + y * tangents[:, 1] + z * normal
 
 
-def scatter(patches, places, directions, draws, finishes):
-    """Reflect photons by the law of the face that each meets.
+def scatter(patches, places, directions, draws, brdfs):
+    """Reflect photons by the BRDF of the patch that each hits.
 
     Parameters
     ----------
     patches : Patches
     places : tuple
-        As of `leave_patches`.
+        As in `leave_patches`.
     directions : (m, 3) float32
-        In which the photons arrived.
+        Directions of travel on arrival.
     draws : (m, NUMBERS) float32
         Uniform random numbers.
-    finishes : tuple of list and (p,) int
-        Laws of reflection other than Lambert's, and which of them each patch follows; -1 for Lambert's.
+    brdfs : tuple of list and (p,) int
+        BRDFs other than Lambertian, and the index of each patch into them; -1 for Lambertian.
 
     Returns
     -------
     origins, directions : (m, 3) float32
     share : (m,) float64
-        Of the light that is reflected.
+        Sample weight: reflected share of the light.
     """
     hit = places[0]
     share = patches.albedo[hit].astype(float)
     local = np.stack(cosine_direction(draws[:, 0], draws[:, 1]))
-    brdfs, finish = finishes
-    for index, brdf in enumerate(brdfs):
-        chosen = np.flatnonzero(finish[hit] == index)
+    others, brdf_index = brdfs
+    for index, brdf in enumerate(others):
+        chosen = np.flatnonzero(brdf_index[hit] == index)
         arriving = arrive_on_patches(patches, hit[chosen], directions[chosen])
         leaving, share[chosen] = brdf.sample(arriving, draws[chosen])
         local[:, chosen] = leaving.T
@@ -71,7 +71,7 @@ def scatter(patches, places, directions, draws, finishes):
 
 
 def arrive_on_patches(patches, hit, directions):
-    """Where light comes from, in the frames of the patches it falls on: (m, 3) float64, of unit length."""
+    """Directions towards the origin of light, in the local frames of the patches: (m, 3) float64, unit length."""
     axes = np.concatenate([patches.tangents[hit], patches.normal[hit, None]], axis=1).astype(float)
     arriving = -np.einsum("mij,mj->mi", axes, directions.astype(float))
     arriving[:, 2] = np.maximum(arriving[:, 2], FLATTEST)
@@ -86,7 +86,7 @@ def draw_for_photons(key, number, bounce):
     key : uint64
         Of the source.
     number : (m,) int64
-        Of the photon among all of its source.
+        Index of the photon among all of its source.
     bounce : int
     """
     own = mix(key + mix(number.astype(np.uint64) ^ STREAM))

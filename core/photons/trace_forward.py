@@ -1,11 +1,11 @@
-"""From a scene and its suns to the Transfer: the forward estimator.
+"""Trace a scene with photons, to a Transfer: the forward estimator.
 
-Photons start at sun, sky and far ground and leave their light where they arrive (Bredemeier et al., Eq. 1 to 4). They
-are reflected at the very place that they meet, and what they leave is counted for whole surfaces: nothing is taken for
-even over a patch, so what comes out has noise but no bias. Every source is followed through all reflections; the cost
-is (suns + 2) · samples · patches photons, of at most 1 + max_bounces rays each.
+Photons start at sun, sky and far ground and are counted where they hit (Bredemeier et al., Eq. 1 to 4). They are
+reflected at the exact hit point, and summed per surface: there is no assumption of constant radiosity per patch, so
+results are noisy but unbiased. Every source is traced through all reflections; the cost is (suns + 2) · samples ·
+patches photons, of at most 1 + max_bounces rays each.
 
-Which share of a surface is covered is no matter of light: a few hemisphere rays tell it, as in gather.
+The covered share of a surface is geometry, and estimated with a few hemisphere rays as in gather.
 """
 
 from dataclasses import asdict, dataclass, field
@@ -31,19 +31,19 @@ from .emit_photons import box_of_scene, far_ground_source, sky_source, sun_sourc
 from .follow_photons import Tally, Target
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, trace_sources
 
-WHOLE = 1 - 1e-6  # share that rounding may leave of a surface that is covered as a whole
+WHOLE = 1 - 1e-6  # covered share from which a surface counts as completely covered
 
 
 @dataclass
 class Direct:
-    """Under each sun, per DNI."""
+    """Results for each sun, per DNI."""
 
     visible_share: np.ndarray  # (n, s) float32
-    reflected: np.ndarray  # (n, s) float32, without what the far ground reflects at first bounce
-    annual: np.ndarray  # (PHOTON_REPLICATES, n) float64, all light weighted with the suns' weights
-    photons: np.ndarray  # (n,) float64, sum of squares of what single photons bring to it
-    kept: int  # of the suns; fewer than all where somebody interrupted
-    last: float = 0.0  # share of the last bounce in all light, the largest of all suns
+    reflected: np.ndarray  # (n, s) float32, without the first reflection from the far ground
+    annual: np.ndarray  # (PHOTON_REPLICATES, n) float64, sum over suns by their weights
+    photons: np.ndarray  # (n,) float64, sum of squares of the contribution of one photon per sun
+    kept: int  # number of suns; fewer than all if interrupted
+    last: float = 0.0  # share of the last bounce in the total, largest over all suns
     ray_count: int = 0
     tally: Tally = field(default_factory=Tally)
 
@@ -67,17 +67,17 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     Returns
     -------
     Transfer
-        Shares end at 1. Of what chance gives a surface beyond that nothing is lost: `diffuse_relative` keeps it, and
-        `direct_reflected` takes it in, so that sums stay unbiased. `settings` say what was decided and traced, and
-        under `photons` where the light of sky, far ground and suns went. Whoever cancels after some suns (see
-        `core.progress`) gets those that were traced as `suns`, and is told so by `interrupted`.
+        Shares are clipped at 1. Noise above that is kept, so that sums stay unbiased: it remains in `diffuse_relative`,
+        and is added to `direct_reflected`. `record` has what was decided and traced, and under `photons` the energy
+        balance of sky, far ground and suns. If cancelled after some suns (see `core.progress`), `suns` are those that
+        were traced, and `record.interrupted` says so.
 
     Raises
     ------
     CancelledError
-        It was cancelled before any sun was of use.
+        Cancelled before any sun could be used.
     InputError
-        If a number, an array or a setting cannot be used: no ray is traced with it.
+        If a number, an array or a setting is invalid; raised before any ray is traced.
     """
     check_scene(scene)
     check_suns(suns)
@@ -157,7 +157,7 @@ def prepare_run(prepared, request, progress):
 
 
 def trace_far_ground(run, box, plan, seed):
-    """Light of the open ground beyond the scene, per radiosity; its arrival is the first reflection already."""
+    """Light from the far ground, per radiosity; its arrival already counts as the first reflection."""
     if not plan.far_ground:
         return no_light(len(run.area))
     (light,) = trace_sources(run, [far_ground_source(*box, seed)], plan.max_bounces - 1)
@@ -165,19 +165,19 @@ def trace_far_ground(run, box, plan, seed):
 
 
 def trace_direct(run, lit, far, max_bounces, merge, *, folder):
-    """Visible share and reflected irradiance of the surfaces for every sun. Whoever cancels keeps those that are done.
+    """Visible share and reflected irradiance of the surfaces for every sun; if cancelled, for those that are done.
 
     Parameters
     ----------
     run : Run
     lit : tuple of box, Suns and Request
     far : Light
-        Of the far ground, which shines by the suns' light.
+        Of the far ground, which reflects the suns' light.
     max_bounces : int
     merge : (n, p) sparse
-        Averages patches over their surface.
+        Averages patches over surfaces.
     folder : path-like or None
-        As of `keep_matrix`.
+        As in `keep_matrix`.
 
     Returns
     -------
@@ -208,27 +208,27 @@ def trace_direct(run, lit, far, max_bounces, merge, *, folder):
     found.annual += far.whole * (suns.weight[:done] @ height[:done])
     found.photons += (far.photon * (suns.weight[:done] @ height[:done])) ** 2
     if found.kept < len(suns):
-        weight = suns.weight[:done].sum() or np.nan  # the sums hold no more than these
+        weight = suns.weight[:done].sum() or np.nan  # the sums have only these suns
         found.annual /= weight
         found.photons /= weight**2
     return found
 
 
 def add_sun(run, suns, index, light, merge_and_beyond, *, found):
-    """Add one sun to what was found.
+    """Add the result of one sun.
 
     Parameters
     ----------
     run : Run
     suns : Suns
     index : int
-        Which of them.
+        Index of the sun.
     light : Light
-        Of it.
+        Result of the sun.
     merge_and_beyond : tuple of (n, p) sparse and (n,) float64
-        Averages patches over their surface; what the sun's light on the far ground brings after its first arrival.
+        Averages patches over surfaces; light from the far ground after its first arrival.
     found : Direct
-        Written.
+        Output.
     """
     merge, beyond = merge_and_beyond
     aoi_projection = projection_in_front(run.target.patches.normal, suns.direction[index : index + 1].astype("f4"))
@@ -248,16 +248,16 @@ def add_sun(run, suns, index, light, merge_and_beyond, *, found):
 def standard_error(replicates, photons, unreachable):
     """Standard error of the mean of independent replicates.
 
-    Where a few photons arrive, or none, their spread tells little: one more might have come. Its light counts as well,
-    which takes √(k + 1) for √k photons.
+    With few or no photons their variance is not reliable. The contribution of one more photon is added, which gives
+    √(k + 1) instead of √k for k photons.
 
     Parameters
     ----------
     replicates : (PHOTON_REPLICATES, n) float64
     photons : (n,) float64
-        Square of what one photon brings.
+        Square of the contribution of one photon.
     unreachable : (n,) bool
-        Where none can arrive.
+        Surfaces that no photon can reach.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Photons of one source after the other, on several threads, added up to the irradiance of surfaces."""
+"""Trace photons of one source after the other, on several threads, and sum the irradiance of surfaces."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -9,16 +9,16 @@ import numpy as np
 from ..threads import map_in_order
 from .follow_photons import Tally, Target, follow_photons
 
-PHOTON_REPLICATES = 16  # independent sets of photons of each source; their spread is the standard error
+PHOTON_REPLICATES = 16  # independent sets of photons of each source; their variance gives the standard error
 PHOTONS_PER_TASK = 1 << 16
 
 
 @dataclass
 class Run:
-    """What the passes of all sources share."""
+    """Data shared by all sources."""
 
     target: Target
-    area: np.ndarray  # (n,) float64 [m²], of what is traced of each surface
+    area: np.ndarray  # (n,) float64 [m²], traced area of each surface
     per_replicate: int  # photons
     threads: int
     progress: Callable
@@ -27,7 +27,7 @@ class Run:
     done: int = 0
 
     def begin(self, stage, sources):
-        """The next stage has so many sources."""
+        """Start a stage with a number of sources."""
         self.stage, self.total, self.done = stage, sources * self.per_replicate * PHOTON_REPLICATES, 0
         if self.total:
             self.progress(self.stage, 0, self.total, "photons")
@@ -35,23 +35,23 @@ class Run:
 
 @dataclass
 class Light:
-    """Irradiance of n surfaces by one source."""
+    """Irradiance of n surfaces from one source."""
 
     first: np.ndarray  # (PHOTON_REPLICATES, n) float64
     reflected: np.ndarray  # (PHOTON_REPLICATES, n) float64
-    photon: np.ndarray  # (n,) float64, what a single photon brings
-    last: float = 0.0  # share of the last bounce in all light
+    photon: np.ndarray  # (n,) float64, contribution of a single photon
+    last: float = 0.0  # share of the last bounce in the total
     ray_count: int = 0
     tally: Tally = field(default_factory=Tally)
 
     @property
     def whole(self):
-        """First hits and reflections together: (PHOTON_REPLICATES, n) float64."""
+        """Sum of first hits and reflections: (PHOTON_REPLICATES, n) float64."""
         return self.first + self.reflected
 
 
 def trace_sources(run, sources, max_bounces):
-    """Trace sources, each with as many photons.
+    """Trace sources, each with the same number of photons.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def trace_sources(run, sources, max_bounces):
     Yields
     ------
     Light
-        Of each source, in their order.
+        Of each source, in order.
     """
     count = run.per_replicate * PHOTON_REPLICATES
     ranges = [range(first, min(first + PHOTONS_PER_TASK, count)) for first in range(0, count, PHOTONS_PER_TASK)]
@@ -77,12 +77,12 @@ def trace_sources(run, sources, max_bounces):
 
 
 def no_light(count):
-    """Light of a source that does not shine on any of some surfaces."""
+    """Zero irradiance."""
     return Light(*np.zeros((2, PHOTON_REPLICATES, count)), np.zeros(count))
 
 
 def add_deposits(run, source, found, max_bounces):
-    """Irradiance by one source from the deposits of its photons.
+    """Irradiance from one source, from the deposits of its photons.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def add_deposits(run, source, found, max_bounces):
         run.done += int(part.tally.emitted)
         run.progress(run.stage, run.done, run.total, "photons")
     light.last = last / arrived if max_bounces and arrived else 0.0
-    # Hits per area over the density of photons on what faces them unshaded (Eq. 1 to 4).
+    # Hits per area, relative to the photon density on an unshaded surface facing the source (Eq. 1 to 4).
     per_photon = source.power.sum() / max(run.per_replicate, 1) / np.where(run.area > 0, run.area, np.inf)
     light.first *= per_photon
     light.reflected *= per_photon

@@ -246,7 +246,7 @@ def test_an_interruption_is_heard_once_and_the_old_handlers_come_back():
     with Interruption(lambda *report: told.append(report)) as heard:
         heard("sky and reflections", 1, 2, "rays")
         with pytest.raises(KeyboardInterrupt):
-            heard.hear(signal.SIGINT, None)
+            heard.handle(signal.SIGINT, None)
         heard("suns", 1, 2, "rays")
         signal.raise_signal(signal.SIGINT)
         assert heard.asked

@@ -80,7 +80,12 @@ def test_types_of_extensions(tmp_path):
     }
     city = read(tmp_path, model(objects, row(3)))
     assert city.building_id == ["a"] * 12 + ["z"] * 6
-    for words in ("1 +NoiseBuilding (extension type) read as", "1 BuildingZ (extension type) read as", "1 BuildingZ left out", "1 +BuildingRoomZ left"):
+    for words in (
+        "1 +NoiseBuilding (extension type) read as",
+        "1 BuildingZ (extension type) read as",
+        "1 BuildingZ left out",
+        "1 +BuildingRoomZ left",
+    ):
         assert any(note.startswith(words) for note in city.report.notes)
 
 

@@ -161,9 +161,9 @@ def test_closed_furnace(albedo, bounces, mirrors):
     """
     scene = join(room((0, 0, 0), (4, 5, 3)))
     patches = patches_of_scene(scene, np.full(12, albedo), 0)
-    finishes = ([Mirror(albedo)], np.where(np.arange(12) < mirrors, 0, -1))
+    brdfs = ([Mirror(albedo)], np.where(np.arange(12) < mirrors, 0, -1))
     ray_scene = RayScene(scene.vertices, scene.triangles)
-    target = Target(ray_scene, patches, np.arange(12), 12, np.zeros((12, 64), bool), finishes)
+    target = Target(ray_scene, patches, np.arange(12), 12, np.zeros((12, 64), bool), brdfs)
     count = 20_000
     generator = np.random.default_rng(0)
     places = (generator.choice(12, count, p=patches.area / patches.area.sum()), *barycentric(generator, count))
@@ -178,7 +178,7 @@ def test_closed_furnace(albedo, bounces, mirrors):
         received += np.bincount(places[0], photons.weight, 12)
     expected = bounces + 1 if albedo == 1 else (1 - albedo ** (bounces + 1)) / (1 - albedo)
     assert received.sum() == pytest.approx(count * expected, rel=1e-6)
-    assert tally.escaped == tally.on_backs == tally.closed == 0
+    assert tally.escaped == tally.on_backs == tally.closure == 0
     assert received * patches.area.sum() / patches.area / count == pytest.approx(expected, rel=0.1)
 
 

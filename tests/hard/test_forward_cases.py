@@ -84,7 +84,7 @@ def test_walls_that_go_on_below_the_ground(depth):
     """The far ground shines from below the horizon, but not from below the ground."""
     parts = [PLAIN, *box((-5, -5, -depth), (5, 5, 10))]
     transfer = trace(parts, samples=8000, max_bounces=1)
-    assert transfer.record.photons["far ground"]["buried"] > 0
+    assert transfer.record.photons["far ground"]["covered"] > 0
     known = gathered(parts, max_bounces=1)
     walls = slice(16, 24)
     # The line of the ground runs through cells of the patches; both estimators ask the same cells.
