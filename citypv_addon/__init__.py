@@ -1,4 +1,4 @@
-"""What Blender shows of CityPV: properties, panels, registration. Nothing is computed here."""
+"""Blender user interface of CityPV: properties, panels, registration. Nothing is computed here."""
 
 import atexit
 
@@ -24,7 +24,7 @@ CLASSES = (Settings, *STEPS, CancelStep, SelectGroup, SelectBuildings, CopyGroup
 
 
 def register():
-    """Make settings, operators, panels and the command known to Blender."""
+    """Register settings, operators, panels and the command."""
     for item in CLASSES:
         bpy.utils.register_class(item)
     bpy.types.Scene.citypv = bpy.props.PointerProperty(type=Settings)
@@ -33,12 +33,12 @@ def register():
     register_command()
     start_drawing()
     if bpy.app.module:
-        # Blender as a Python module may crash at its end while classes are registered.
+        # Blender as a Python module may crash on exit while classes are registered.
         atexit.register(unregister)
 
 
 def unregister():
-    """Take everything back, in reverse; a second call finds nothing to do."""
+    """Unregister everything in reverse order; a second call does nothing."""
     atexit.unregister(unregister)
     if not hasattr(bpy.types.Scene, "citypv"):
         return

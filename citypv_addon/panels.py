@@ -1,4 +1,4 @@
-"""The panels of the sidebar's tab CityPV, one for each step."""
+"""Panels of the sidebar tab CityPV, one per step."""
 
 import bpy
 
@@ -13,7 +13,7 @@ class _Panel:
     bl_space_type, bl_region_type, bl_category = "VIEW_3D", "UI", "CityPV"
 
     def start(self, context):
-        """Begin a column of settings."""
+        """Start a column of settings."""
         self.layout.use_property_split, self.layout.use_property_decorate = True, False
         column = self.layout.column()
         column.enabled = Step.current is None
@@ -21,18 +21,18 @@ class _Panel:
 
 
 class MainPanel(_Panel, bpy.types.Panel):
-    """The head: what to do, or what is running."""
+    """Header: next step, or the running one."""
 
     bl_idname, bl_label = "CITYPV_PT_main", "CityPV"
 
     def draw(self, context):
-        """Show what is running, or the first thing to do."""
+        """Show the running step, or what to do first."""
         if Step.current is not None:
             self.layout.label(text=f"{Step.current.title}: Esc cancels", icon="SORTTIME")
         elif find_city(context.scene)[0] is None:
             self.layout.label(text="Choose a city and import it", icon="INFO")
         else:
-            self.layout.label(text="Five steps, one after the other", icon="INFO")
+            self.layout.label(text="Run the five steps in order", icon="INFO")
 
 
 class _Step(_Panel):
@@ -152,7 +152,7 @@ class ColourPanel(_Step, bpy.types.Panel):
 
 
 class MaterialPanel(bpy.types.Panel):
-    """What a material reflects."""
+    """Reflection of a material."""
 
     bl_idname, bl_label = "CITYPV_PT_material", "CityPV"
     bl_space_type, bl_region_type, bl_context = "PROPERTIES", "WINDOW", "material"
@@ -163,7 +163,7 @@ class MaterialPanel(bpy.types.Panel):
         return context.material is not None
 
     def draw(self, context):
-        """Show the choice, and what is taken."""
+        """Show the user's choice, and the resulting reflection."""
         self.layout.use_property_split, self.layout.use_property_decorate = True, False
         self.layout.prop(context.material, "citypv_material")
         self.layout.label(text=describe_material(context.material))
@@ -173,7 +173,7 @@ PANELS = (MainPanel, ImportPanel, ClassifyPanel, TracePanel, EnergyPanel, Colour
 
 
 def draw_step(layout, column, operator, icon):
-    """Show the button of a step, and while it runs how far it is and a button that ends it."""
+    """Show the button of a step and, while it runs, its progress and a cancel button."""
     title = column.operator(operator, icon=icon).bl_rna.name
     if Step.current is not None and Step.current.title == title:
         row = layout.row(align=True)
@@ -182,7 +182,7 @@ def draw_step(layout, column, operator, icon):
 
 
 def draw_table(layout, context, key, head):
-    """Show the rows that a step left on the city: cells between bars."""
+    """Show a table that a step stored on the city, with cells separated by bars."""
     city, _ = find_city(context.scene)
     if city is None or key not in city:
         return
@@ -195,13 +195,13 @@ def draw_table(layout, context, key, head):
 
 
 def draw_lines(layout, context, key):
-    """Show the sentence that a step left on the city."""
+    """Show a sentence that a step stored on the city."""
     city, _ = find_city(context.scene)
     if city is not None and city.get(key):
         layout.box().label(text=city[key])
 
 
 def draw_import_menu(menu, context):
-    """Show the import in the menu File > Import."""
+    """Add the import to the menu File > Import."""
     menu.layout.operator_context = "INVOKE_DEFAULT"
     menu.layout.operator("citypv.choose_city", text="City for CityPV (.gml, .json, .obj)")

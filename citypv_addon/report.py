@@ -1,4 +1,4 @@
-"""How the panels show the report: sentences, and rows with a button that selects their faces."""
+"""Report in the panels: sentences, and rows with buttons that select their faces."""
 
 import textwrap
 
@@ -13,16 +13,16 @@ TITLES = {
     "material": "Materials",
     "repaired": "Repaired",
     "skipped": "Left out",
-    "inside": "Inside, switched off",
+    "inside": "Inside or covered",
     "sheet": "Without thickness",
 }
 CLOSED = ("orientation", "eligible", "class", "material")
 FOUND = ("repaired", "skipped", "inside", "sheet")
-WIDTH = 40  # characters of a line in the panel
+WIDTH = 40  # characters per line in the panel
 
 
 def draw_report(layout, context):
-    """Show what was read, and the buttons that hand it over."""
+    """Show the import report, and its buttons."""
     city, _ = find_city(context.scene)
     if city is None or REPORT not in city:
         return
@@ -37,7 +37,7 @@ def draw_report(layout, context):
 
 
 def draw_rows(layout, context, headings):
-    """Show the rows of some headings, each heading in a part that folds away."""
+    """Show the rows of headings, each in a collapsible subpanel."""
     city, _ = find_city(context.scene)
     for heading in headings:
         rows = read_rows(city, heading)
@@ -60,7 +60,7 @@ def _draw_row(column, row):
 
 
 def _draw_finding(column, row):
-    # What was left out has no faces to select.
+    # Elements that were left out have no faces to select.
     line = column.row(align=True)
     if len(row["surfaces"]):
         line.operator("citypv.select_group", text=row["name"]).group = row["key"]

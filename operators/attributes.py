@@ -1,4 +1,4 @@
-"""What stands on the faces in Blender: names, codes, titles and units of the attributes.
+"""Face attributes in Blender: names, codes, titles and units.
 
 Every attribute is called `citypv_` + name and lives on the faces (domain FACE).
 
@@ -19,6 +19,6 @@ ORIENTATION_CODES = {"none": 0, "north": 1, "east": 2, "south": 3, "west": 4}
 CODES = {"kind": KIND_CODES, "orientation": ORIENTATION_CODES}
 
 
-QUANTITIES = tuple(column for column in COLUMNS if column.title)  # results on the faces, as a legend titles them
+QUANTITIES = tuple(column for column in COLUMNS if column.title)  # results stored as face attributes
 RESULTS = {quantity.name: quantity for quantity in QUANTITIES}
 TITLES = {"kind": "Kind of surface", "orientation": "Orientation"} | {q.name: q.title for q in QUANTITIES}

@@ -1,4 +1,4 @@
-"""The legend of the picture: colour bar, title, unit and ticks as objects that hang on the camera."""
+"""The legend of the rendered picture: colour bar, title, unit and ticks as objects parented to the camera."""
 
 from pathlib import Path
 
@@ -15,13 +15,13 @@ DISTANCE = 1.0  # of the legend's plane in front of the camera [m]
 COLLECTION = "CityPV legend"
 FONT = "Inter.woff2"
 
-# Layout in parts of the picture's height, from its lower left corner.
+# Layout in fractions of the picture's height, from its lower left corner.
 LEFT, BAR_BOTTOM, BAR_WIDTH, BAR_HEIGHT = 0.055, 0.085, 0.62, 0.026
 TITLE_SIZE, TEXT_SIZE, GAP = 0.036, 0.028, 0.014
 
 
 def build_legend(scene, camera, scale, note=""):
-    """Build the legend of a scale in front of a camera, in place of an earlier one.
+    """Build the legend of a scale in front of a camera, replacing an earlier one.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def load_font():
 
 
 def _draw_bar(page, scale):
-    # A strip of narrow faces that carry the attribute themselves, in the material of the city.
+    # A strip of narrow faces with the attribute itself, in the material of the city.
     page.strip(np.linspace(scale.low, scale.high, 257), scale)
     for tick in scale.ticks:
         place = LEFT + BAR_WIDTH * (tick - scale.low) / (scale.high - scale.low)
@@ -75,7 +75,7 @@ def _draw_classes(page, scale):
 
 
 class _Page:
-    """The plane in front of the camera; places and sizes in parts of the picture's height."""
+    """The plane in front of the camera; positions and sizes in fractions of the picture's height."""
 
     def __init__(self, scene, camera, collection):
         render = scene.render

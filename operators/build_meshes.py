@@ -1,4 +1,4 @@
-"""Scene → two Blender objects: the city, and the ground that was generated under it."""
+"""Build two Blender objects from a Scene: the city and the generated ground."""
 
 import bpy
 import numpy as np
@@ -41,7 +41,7 @@ def build_meshes(scene, name="City"):
 
 
 def show_objects(stage, *items):
-    """Link objects to the collection "CityPV" of a Blender scene, made where it is missing."""
+    """Link objects to the collection "CityPV" of a Blender scene, created if missing."""
     target = bpy.data.collections.get(COLLECTION) or bpy.data.collections.new(COLLECTION)
     if target.name not in stage.collection.children:
         stage.collection.children.link(target)
@@ -50,7 +50,7 @@ def show_objects(stage, *items):
 
 
 def remove_city(*items):
-    """Remove objects with their meshes; None is passed over."""
+    """Remove objects with their meshes; None is skipped."""
     for item in filter(None, items):
         mesh = item.data
         bpy.data.objects.remove(item)
@@ -58,7 +58,7 @@ def remove_city(*items):
 
 
 def read_vertices(item):
-    """Read the vertices of an object in the world: (v, 3) float64 [m]."""
+    """Read the vertices of an object in world coordinates: (v, 3) float64 [m]."""
     points = np.empty(3 * len(item.data.vertices), dtype=np.float32)
     item.data.vertices.foreach_get("co", points)
     matrix = np.array(item.matrix_world, dtype=np.float64)
@@ -72,7 +72,7 @@ def _build_object(name, scene, chosen):
 
 
 def _write_buildings(city, scene, surfaces):
-    # The names stand on the object, in the order of the file; the faces carry their place in that list.
+    # The names are stored on the object, in file order; the faces store their index into that list.
     number = {name: place for place, name in enumerate(dict.fromkeys(scene.surfaces.building_id))}
     city[BUILDINGS] = list(number)
     numbers = np.array([number[name] for name in scene.surfaces.building_id], dtype=np.int32)
@@ -80,7 +80,7 @@ def _write_buildings(city, scene, surfaces):
 
 
 def _build_mesh(name, vertices, triangles):
-    # Only the vertices in use, in the order of the scene.
+    # Only vertices in use, in scene order.
     used, corners = np.unique(triangles, return_inverse=True)
     corners = np.ascontiguousarray(corners.ravel(), dtype=np.int32)
     mesh = bpy.data.meshes.new(name)
@@ -96,7 +96,7 @@ def _build_mesh(name, vertices, triangles):
 
 
 def _write_site(item, site):
-    # Where the local axes stand on Earth; what is unknown is left out.
+    # Georeference of the local axes; unknown values are omitted.
     known = {
         "latitude": site.latitude,
         "longitude": site.longitude,

@@ -47,5 +47,5 @@ def read_properties(settings):
 
 
 def settings_of_panel(panel):
-    """Names of the settings that a panel shows as they are: list of str."""
+    """Names of the settings that a panel shows without changes: list of str."""
     return [name for name, _, details in declared_settings() if details.panel == panel]

@@ -1,4 +1,4 @@
-"""The button that does what Esc does."""
+"""Cancel button, with the same effect as Esc."""
 
 import bpy
 
@@ -6,7 +6,7 @@ from .run_step import Step
 
 
 class CancelStep(bpy.types.Operator):
-    """End the step that is running, and keep the suns that were traced; once more: keep nothing"""
+    """Cancel the running step, keeping the suns traced so far; press again to discard them"""
 
     bl_idname = "citypv.cancel"
     bl_label = "Cancel"
@@ -17,6 +17,6 @@ class CancelStep(bpy.types.Operator):
         return Step.current is not None
 
     def execute(self, context):
-        """Ask it to end."""
+        """Request cancellation."""
         Step.current.cancel()
         return {"FINISHED"}

@@ -1,4 +1,4 @@
-"""Classify: a City → its scene on the ground, with kind and orientation on every face."""
+"""Classify: build the Scene of a City on its ground, with kind and orientation on every face."""
 
 import bpy
 
@@ -16,9 +16,9 @@ from .write_attributes import write_classes
 
 
 class ClassifyCity(Step, bpy.types.Operator):
-    """Sort the surfaces into facades, roofs and others by tilt and orientation, and stand the city on its ground.
+    """Classify surfaces as facades, roofs and others by tilt and orientation, and put the city on its ground.
 
-    Without an imported city, meshes are taken as they stand: the chosen collection's, else the selected ones"""
+    Without an imported city, meshes are used: those of the chosen collection, else the selected ones"""
 
     bl_idname = "citypv.classify"
     bl_label = "Classify surfaces"
@@ -26,7 +26,7 @@ class ClassifyCity(Step, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        """There is a city of this session, or meshes to make one of."""
+        """There is a city in this session, or meshes to build one from."""
         cls.poll_message_set("Import a city first (one from an opened file must be imported again), or select meshes")
         return find_session(find_city(context.scene)[0]) is not None or _has_mesh(context)
 
@@ -41,7 +41,7 @@ class ClassifyCity(Step, bpy.types.Operator):
 
     @staticmethod
     def work(task, progress):
-        """Stand the city on its ground: local axes, triangles, kinds; and look what lies inside."""
+        """Put the city on its ground (local axes, triangles, kinds), and find covered surfaces."""
         from ..core.results.list_findings import list_findings
         from ..core.study import stand_city
 

@@ -1,4 +1,4 @@
-"""Colour: show an attribute of the faces, with its legend; render the picture."""
+"""Colour: show a face attribute with its legend, and render a picture."""
 
 import bpy
 
@@ -24,13 +24,13 @@ class ColourCity(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        """There are faces with something to show."""
+        """There are faces with results."""
         cls.poll_message_set("Classify the city first")
         city, _ = find_city(context.scene)
         return city is not None and PREFIX + "kind" in city.data.attributes
 
     def execute(self, context):
-        """Colour, and say which range was taken."""
+        """Colour the faces, and store the range used."""
         leave_edit_mode(context)
         settings, (city, ground) = context.scene.citypv, find_city(context.scene)
         ends = {} if settings.auto_range else {"low": settings.low, "high": settings.high}
@@ -49,7 +49,7 @@ class ColourCity(bpy.types.Operator):
 
 
 class RenderCity(bpy.types.Operator):
-    """Place camera and legend for a picture of the coloured city, and render it"""
+    """Set up camera and legend for a picture of the coloured city, and render it"""
 
     bl_idname = "citypv.render"
     bl_label = "Render picture"
@@ -63,7 +63,7 @@ class RenderCity(bpy.types.Operator):
         return city is not None and read_scale(city) is not None
 
     def execute(self, context):
-        """Set the stage and render it."""
+        """Set up the scene and render it."""
         leave_edit_mode(context)
         city, _ = find_city(context.scene)
         camera = place_camera(context.scene, read_vertices(city))

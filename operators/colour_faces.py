@@ -1,4 +1,4 @@
-"""Colour the faces of the city by one attribute: material, missing faces, ground, and colours for the solid view."""
+"""Colour faces by an attribute: material, faces without result, ground, and colours for solid view."""
 
 import bpy
 import numpy as np
@@ -14,7 +14,7 @@ COLOUR_ATTRIBUTE = PREFIX + "colour"
 
 
 def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="viridis"):
-    """Colour the city by an attribute of its faces; what is missing and the generated ground stay grey.
+    """Colour the city by a face attribute; faces without result and the generated ground stay grey.
 
     The colours are those of the legend exactly: Attribute → Map Range → Color Ramp → Emission. The colour attribute
     `citypv_colour` shows the same in the viewport's solid mode.
@@ -36,7 +36,9 @@ def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="vi
     """
     values = read_face_attribute(city.data, attribute)
     if values is None:
-        raise InputError(city.name, f"its faces have no {TITLES[attribute].lower()} yet", "run the step that makes it")
+        raise InputError(
+            city.name, f"its faces have no {TITLES[attribute].lower()} yet", "run the step that computes it"
+        )
     scale = build_scale(attribute, *_range_of(city, values, attribute, low, high), colour_map)
     missing = ~np.isfinite(values.astype(np.float64))
     _set_materials(city.data, [build_colour_material(scale), build_plain_material("CityPV missing", MISSING)], missing)
@@ -60,7 +62,7 @@ def read_scale(city):
 
 
 def show_exact_colours(scene):
-    """Set the scene's view transform to Standard: every other one bends the scale."""
+    """Set the scene's view transform to Standard: all others distort the colour scale."""
     scene.view_settings.view_transform = "Standard"
     scene.view_settings.look = "None"
     scene.view_settings.exposure = 0.0
@@ -68,7 +70,7 @@ def show_exact_colours(scene):
 
 
 def build_colour_material(scale, name=MATERIAL):
-    """Material that shows an attribute in the colours of its scale, whatever the light."""
+    """Emission material that shows an attribute in the colours of its scale, independent of lighting."""
     nodes, links, output = _empty_material(name)
     attribute = nodes.new("ShaderNodeAttribute")
     attribute.attribute_type, attribute.attribute_name = "GEOMETRY", PREFIX + scale.attribute
@@ -89,7 +91,7 @@ def build_colour_material(scale, name=MATERIAL):
 
 
 def build_plain_material(name, colour):
-    """Material of one colour (six hexadecimal digits, sRGB), whatever the light."""
+    """Emission material of one colour (six hexadecimal digits, sRGB)."""
     nodes, links, output = _empty_material(name)
     emission = nodes.new("ShaderNodeEmission")
     emission.inputs["Color"].default_value = linear_colour(colour)
@@ -98,7 +100,7 @@ def build_plain_material(name, colour):
 
 
 def build_ground_material(name="CityPV ground"):
-    """Neutral grey, darker in narrow streets and courtyards, so that the eye reads the depth."""
+    """Neutral grey with ambient occlusion, so that narrow streets and courtyards appear darker."""
     nodes, links, output = _empty_material(name)
     occlusion = nodes.new("ShaderNodeAmbientOcclusion")
     occlusion.samples, occlusion.inputs["Distance"].default_value = 4, 25.0
@@ -120,7 +122,7 @@ def _range_of(city, values, attribute, low, high):
 
 def _empty_material(name):
     material = bpy.data.materials.get(name) or bpy.data.materials.new(name)
-    material[PREFIX + "part"] = "colours"  # no material of a building
+    material[PREFIX + "part"] = "colours"  # not a building material
     if material.node_tree is None:
         material.use_nodes = True
     nodes = material.node_tree.nodes
@@ -129,7 +131,7 @@ def _empty_material(name):
 
 
 def _set_stops(ramp, scale):
-    # A new ramp has two stops; a class begins at its stop, a continuous scale passes through it.
+    # A new ramp has two stops; a class starts at its stop, a continuous scale passes through it.
     count = len(scale.stops)
     positions = np.arange(count) / count if scale.classes else np.linspace(0, 1, count)
     ramp.interpolation = "CONSTANT" if scale.classes else "LINEAR"
@@ -148,7 +150,7 @@ def _set_materials(mesh, materials, second):
 
 
 def _write_colour_attribute(mesh, colours):
-    # One colour per corner, as the solid view and vertex colours of other formats want it.
+    # One colour per face corner, as needed by solid view and by vertex colours of other formats.
     attribute = mesh.color_attributes.get(COLOUR_ATTRIBUTE)
     if attribute is None:
         attribute = mesh.color_attributes.new(COLOUR_ATTRIBUTE, "BYTE_COLOR", "CORNER")

@@ -1,4 +1,4 @@
-"""Which colour a value gets, and the ticks of the legend."""
+"""Colour scale of an attribute, and the ticks of its legend."""
 
 from dataclasses import dataclass, field
 
@@ -7,7 +7,7 @@ import numpy as np
 from ..core.results.colour_map import MAPS, MISSING, linear_light, mix_stops, srgb_colour, srgb_light, tick_step
 from .attributes import CODES, RESULTS, TITLES
 
-# One colour per code, told apart by colour-blind eyes too: M. Okabe and K. Ito (2008).
+# One colour per code, safe for colour-blind viewers: M. Okabe and K. Ito (2008).
 CLASS_COLOURS = {
     "kind": {
         "facade": "e69f00",
@@ -23,15 +23,15 @@ CLASS_COLOURS = {
 
 @dataclass
 class ColourScale:
-    """How the values of one attribute become colours."""
+    """Mapping from values of one attribute to colours."""
 
     attribute: str  # name without prefix
     title: str
-    unit: str  # "" where it has none
+    unit: str  # "" if it has none
     low: float
     high: float
-    stops: np.ndarray  # (k, 3) sRGB in 0–1, equally spaced from low to high; one per class where there are classes
-    ticks: np.ndarray  # (j,) values written beside the bar; empty where there are classes
+    stops: np.ndarray  # (k, 3) sRGB in 0–1, equally spaced from low to high, or one per class
+    ticks: np.ndarray  # (j,) values labelled beside the bar; empty for classes
     classes: list = field(default_factory=list)  # names of the codes 0, 1, …; empty for a continuous scale
 
 
@@ -57,20 +57,20 @@ def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
         return ColourScale(attribute, TITLES[attribute], "", -0.5, len(names) - 0.5, stops, np.empty(0), names)
     stops = np.array([srgb_colour(text) for text in MAPS[colour_map].split()])
     step = tick_step(low, high)
-    # Ticks are the multiples of the step that lie on the bar.
+    # Ticks are the multiples of the step within the range.
     ticks = np.arange(np.ceil(low / step - 1e-6), np.floor(high / step + 1e-6) + 1) * step
     return ColourScale(attribute, TITLES[attribute], RESULTS[attribute].legend_unit, low, high, stops, ticks)
 
 
 def format_tick(value, scale):
-    """Text of a tick: as many decimals as the distance of the ticks asks for."""
+    """Label of a tick, with the number of decimals that the tick distance needs."""
     step = tick_step(scale.low, scale.high)
     decimals = max(0, int(-np.floor(np.log10(step) + 1e-9)))
     return f"{value + 0.0:,.{decimals}f}".replace(",", " ")
 
 
 def colours_of_values(scale, values):
-    """Colours of values: (f,) → (f, 3) sRGB in 0–1; `MISSING` where a value is NaN."""
+    """Colours of values: (f,) → (f, 3) sRGB in 0–1; `MISSING` if a value is NaN."""
     place = (np.asarray(values, dtype=float) - scale.low) / (scale.high - scale.low)
     colours = np.tile(srgb_colour(MISSING), (len(place), 1))
     known = np.isfinite(place)

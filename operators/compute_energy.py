@@ -1,4 +1,4 @@
-"""Energy: Transfer × weather → irradiation and full load hours on every face."""
+"""Energy: combine Transfer and weather to irradiation and full load hours on every face."""
 
 import bpy
 
@@ -11,7 +11,7 @@ from .write_attributes import write_results
 
 
 class WeighEnergy(Step, bpy.types.Operator):
-    """Weigh the traced light with a year's weather: irradiation and full load hours of every surface"""
+    """Compute irradiation and full load hours of every surface from the traced light and a year of weather"""
 
     bl_idname = "citypv.energy"
     bl_label = "Compute energy"
@@ -19,7 +19,7 @@ class WeighEnergy(Step, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        """The city was traced in this session."""
+        """The city has been traced in this session."""
         cls.poll_message_set("Trace the light first")
         session = find_session(find_city(context.scene)[0])
         return session is not None and session.transfer is not None
@@ -31,7 +31,7 @@ class WeighEnergy(Step, bpy.types.Operator):
 
     @staticmethod
     def work(task, progress):
-        """Read the weather and weigh the light with it."""
+        """Read the weather and compute the energy."""
         from ..core.study import check_settings, compute_energy, read_year
 
         session, request = task

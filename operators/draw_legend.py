@@ -1,4 +1,4 @@
-"""Draw the legend of the coloured city into the 3D view."""
+"""Draw the legend of the coloured city in the 3D view."""
 
 import blf
 import bpy
@@ -10,26 +10,26 @@ from .colour_faces import read_scale
 from .colour_scale import format_tick
 from .session import find_city
 
-PAPER = (0.95, 0.95, 0.94, 0.94)  # behind the legend, as all colours here sRGB with alpha
+PAPER = (0.95, 0.95, 0.94, 0.94)  # background of the legend; all colours here are sRGB with alpha
 ENERGY = {name for name, quantity in RESULTS.items() if quantity.owner == "energy"}  # depend on the weather
 
 _handlers = []
 
 
 def start_drawing():
-    """Draw the legend from now on, in every 3D view."""
+    """Start drawing the legend in all 3D views."""
     if not bpy.app.background:
         _handlers.append(bpy.types.SpaceView3D.draw_handler_add(draw_legend, (), "WINDOW", "POST_PIXEL"))
 
 
 def stop_drawing():
-    """Draw no legend any more."""
+    """Stop drawing the legend."""
     while _handlers:
         bpy.types.SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
 
 
 def draw_legend():
-    """Draw the legend of the city in the current 3D view, where it has one and the panel asks for it."""
+    """Draw the legend of the city in the current 3D view, if it has one and the panel enables it."""
     context = bpy.context
     settings = getattr(context.scene, "citypv", None)
     if settings is None or not settings.show_legend or not context.space_data.overlay.show_overlays:
@@ -51,7 +51,7 @@ def draw_legend():
 
 
 def _draw_bar(scale, left, bottom, width, height):
-    # The colours between two stops are mixed by the graphics card.
+    # The graphics card interpolates colours between two stops.
     count = len(scale.stops)
     places = [left + width * i / (count - 1) for i in range(count)]
     points = [(x, y) for x in places for y in (bottom, bottom + height)]

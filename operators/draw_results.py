@@ -14,7 +14,7 @@ def draw_results(folder, scene, transfer, energy, note, *, pictures):
         Printed beside the legend.
     pictures : list of {'blend', 'preview'}
     """
-    # bpy is imported here: the command line works without Blender where no picture is asked for.
+    # bpy is imported here, so that the command line works without Blender if no picture is requested.
     if "blend" in pictures:
         from .write_blend import write_blend
 

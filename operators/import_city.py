@@ -1,4 +1,4 @@
-"""Import: files of buildings → a City and its mesh."""
+"""Import: read building files into a City, and show its mesh."""
 
 import os
 from pathlib import Path
@@ -16,20 +16,23 @@ SUFFIXES = (".gml", ".xml", ".citygml", ".json", ".jsonl", ".obj", ".gz")  # the
 
 
 class ImportCity(Step, bpy.types.Operator):
-    """Read the buildings of a file or folder (CityGML, CityJSON, OBJ) and show them, in place of an earlier import"""
+    """Read the buildings of a file or folder (CityGML, CityJSON, OBJ) and show them, replacing an earlier import"""
 
     bl_idname = "citypv.import_city"
     bl_label = "Import city"
     bl_options = {"REGISTER", "UNDO"}
 
     filepath: bpy.props.StringProperty(
-        name="File", description="File or folder; without one, the panel's", subtype="FILE_PATH", options={"SKIP_SAVE"}
+        name="File",
+        description="File or folder; empty: as in the panel",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
     )
     files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
 
     def prepare(self, context):
-        """Read which files are meant, and how."""
+        """Read the paths and options."""
         settings = context.scene.citypv
         if self.files and self.directory:
             paths = [str(Path(self.directory, file.name)) for file in self.files if file.name]
@@ -40,7 +43,7 @@ class ImportCity(Step, bpy.types.Operator):
 
     @staticmethod
     def work(task, progress):
-        """Read the files; triangles without ground show what was read."""
+        """Read the files, and triangulate them without ground for display."""
         from ..core.files.read_city import read_city
 
         paths, request = task
@@ -55,7 +58,7 @@ class ImportCity(Step, bpy.types.Operator):
 
 
 class ChooseCity(bpy.types.Operator):
-    """Choose files of buildings and import them"""
+    """Choose building files and import them"""
 
     bl_idname = "citypv.choose_city"
     bl_label = "Import city"
@@ -77,19 +80,19 @@ class ChooseCity(bpy.types.Operator):
 
 
 def triangulate_import(city, request, progress):
-    """Return a city, its scene without ground, and what reading came upon."""
+    """Return a city, its scene without ground, and the findings of reading."""
     from ..core.results.list_findings import list_findings
     from ..core.scene.build_scene import build_scene
 
     progress("triangulating", 0, len(city), "polygons")
     place = {"latitude": request.latitude, "longitude": request.longitude}
     scene = build_scene(city, **place, ground="none", patch_size=None)
-    # What is covered shows once the city stands on its ground.
+    # Covered surfaces can only be found once the city is on its ground.
     return city, scene, list_findings(scene, covered_share=[0.0] * len(scene.surfaces))
 
 
 def show_import(context, city, scene, findings):
-    """Show a city in place of an earlier one; return what to tell."""
+    """Show a city, replacing an earlier one; return the message for the user."""
     remove_city(*find_city(context.scene))
     item, ground = build_meshes(scene)
     show_objects(context.scene, item, ground)

@@ -1,4 +1,4 @@
-"""Keep the report of a city on its object, so that a saved file still has it: sentences, groups, ids."""
+"""Store the import report on the city's object, so that it is saved with the file: sentences, groups, ids."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ NAMES_SHOWN = 3
 
 
 def keep_report(item, scene, findings):
-    """Keep what was read on the city's object; return it in one sentence.
+    """Store the import report on the city's object; return a one-sentence summary.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def keep_report(item, scene, findings):
 
 
 def describe_import(scene):
-    """What was read and where it stands, in sentences: files, buildings, levels of detail, place, notes."""
+    """Import report in sentences: files, buildings, levels of detail, location, notes."""
     report, site = scene.report, scene.site
     names = [Path(path).name for path in report.files]
     lines = [", ".join(names[:NAMES_SHOWN]) + (f" … {len(names)} files" if len(names) > NAMES_SHOWN else "")]
@@ -56,15 +56,15 @@ def describe_import(scene):
 
 
 def describe_place(site):
-    """Where the city stands on Earth, in words."""
+    """Location on Earth as text."""
     if site.latitude is None or site.longitude is None:
-        return "Place on Earth unknown: give latitude and longitude"
+        return "Location unknown: give latitude and longitude"
     north, east = "N" if site.latitude >= 0 else "S", "E" if site.longitude >= 0 else "W"
     return f"{abs(site.latitude):.5f}° {north}, {abs(site.longitude):.5f}° {east}, altitude {site.altitude:.1f} m"
 
 
 def write_number(value):
-    """Write a number with thin gaps between thousands, and one decimal where it is small."""
+    """Format a number with thin spaces between thousands, and one decimal if it is small."""
     digits = 1 if isinstance(value, float) and value < 100 else 0
     return f"{value:,.{digits}f}".replace(",", " ")
 
@@ -88,11 +88,11 @@ def find_row(item, key):
         if row["key"] == key:
             return row
     known = ", ".join(row["key"] for row in rows[:NAMES_SHOWN])
-    raise InputError(item.name, f"its report has no group {key!r}", f"give one such as {known}")
+    raise InputError(item.name, f"its report has no group {key!r}", f"give for example {known}")
 
 
 def find_faces(item, key):
-    """Faces of a group: (f,) bool. A key `building/ID` stands for the faces of a building.
+    """Faces of a group: (f,) bool. The key `building/ID` means the faces of a building.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def find_faces(item, key):
     heading, _, name = key.partition("/")
     if heading == "building":
         if name not in item.get(BUILDINGS, ()):
-            raise InputError(item.name, f"it has no building {name!r}", "see the report for the buildings' ids")
+            raise InputError(item.name, f"it has no building {name!r}", "see the report for building ids")
         chosen, wanted = "building", [list(item[BUILDINGS]).index(name)]
     else:
         chosen, wanted = "surface", np.array(find_row(item, key)["surfaces"])
@@ -114,7 +114,7 @@ def find_faces(item, key):
 
 
 def describe_row(row):
-    """One line of a row: how many, which area, the first ids."""
+    """One line for a row: count, area, first ids."""
     first = row["ids"].split("\n", NAMES_SHOWN)
     names = ", ".join(first[:NAMES_SHOWN]) + (" …" if len(first) > NAMES_SHOWN else "")
     return " · ".join(filter(None, (row["count"], row["area"], names)))

@@ -1,4 +1,4 @@
-"""The groups of a city's report: kinds, orientations, classes of the file, and what reading came upon."""
+"""Groups of a city's report: kinds, orientations, classes of the file, and findings of reading."""
 
 from dataclasses import dataclass, field
 
@@ -9,14 +9,14 @@ from .attributes import KIND_CODES, ORIENTATION_CODES
 
 @dataclass
 class Group:
-    """Surfaces, or what was left out, under a name."""
+    """A named group of surfaces, or of elements that were left out."""
 
     heading: str  # kind, orientation, eligible, class, material, repaired, skipped, inside or sheet
     name: str
     surfaces: np.ndarray  # (k,) int64 rows of the scene's surfaces; empty for what was left out
     count: int
-    area: float | None  # [m²]; None where what was left out has no shape
-    ids: list = field(default_factory=list)  # of what was found; empty where the surfaces say it all
+    area: float | None  # [m²]; None for elements left out that have no geometry
+    ids: list = field(default_factory=list)  # ids of findings; empty if the surfaces are sufficient
 
 
 def list_groups(scene, findings):

@@ -1,4 +1,4 @@
-"""Place a camera that frames the whole city from the south-east above, under a plain sky."""
+"""Place a camera that frames the whole city from above the south-east, with a plain background."""
 
 import bpy
 import numpy as np
@@ -8,12 +8,12 @@ from ..core.results.colour_map import GROUND
 from .colour_scale import linear_colour
 
 LENS, SENSOR_WIDTH = 60.0, 36.0  # [mm]
-AZIMUTH, ELEVATION = 150.0, 38.0  # where the camera stands, seen from the city [°]
+AZIMUTH, ELEVATION = 150.0, 38.0  # of the camera, seen from the city [°]
 MARGIN_SIDE, MARGIN_TOP, MARGIN_BOTTOM = 0.04, 0.05, 0.20  # of the frame's half width and half height
 
 
 def place_camera(scene, points, width=1600, height=900):
-    """Place the camera of a Blender scene so that all points lie in the frame, above the legend's strip.
+    """Place the camera of a Blender scene so that all points are in the frame, above the legend.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def place_camera(scene, points, width=1600, height=900):
 
 
 def camera_axes(azimuth, elevation):
-    """Right, up and forward of a camera that stands at an azimuth and elevation [°] and looks at the origin."""
+    """Right, up and forward vectors of a camera at an azimuth and elevation [°] that looks at the origin."""
     azimuth, elevation = np.radians([azimuth, elevation])
     horizontal = np.cos(elevation)
     forward = -np.array([np.sin(azimuth) * horizontal, np.cos(azimuth) * horizontal, np.sin(elevation)])
@@ -58,7 +58,7 @@ def camera_axes(azimuth, elevation):
 
 
 def frame_points(points, axes, tan_x, tan_y):
-    """Nearest place of a camera that sees all points inside the margins.
+    """Nearest camera position with all points inside the margins.
 
     In the camera's axes a point (x, y, z) is seen from (c_x, c_y, c_z) where x - c_x ≤ (z - c_z) tan_x, and so on
     for the other three edges. Each edge's tightest point gives one bound; two opposite bounds give the depth c_z.
@@ -70,14 +70,14 @@ def frame_points(points, axes, tan_x, tan_y):
     bound_right, bound_left = np.max(x - tan_x * z), np.max(-x - tan_x * z)
     bound_top, bound_bottom = np.max(y - tan_top * z), np.max(-y - tan_bottom * z)
     depth = min(-(bound_right + bound_left) / (2 * tan_x), -(bound_top + bound_bottom) / (tan_top + tan_bottom))
-    # What is left over of the frame is shared between the two sides.
+    # Centre: the remaining width is split between the two sides.
     across = (bound_right - bound_left) / 2
     height = ((bound_top + tan_top * depth) + (-bound_bottom - tan_bottom * depth)) / 2
     return across * right + height * up + (depth - 1.0) * forward
 
 
 def set_background(scene):
-    """Give the scene a plain sky in the colour of the ground (by nodes, which every renderer heeds)."""
+    """Set a plain background in the colour of the ground (with nodes, which every renderer supports)."""
     world = bpy.data.worlds.get("CityPV sky") or bpy.data.worlds.new("CityPV sky")
     if world.node_tree is None:
         world.use_nodes = True

@@ -1,4 +1,4 @@
-"""Keep Blender's own chatter off the standard output, which belongs to the program that calls it."""
+"""Suppress Blender's own messages on standard output, which is reserved for the calling program."""
 
 import ctypes
 import io
@@ -9,12 +9,12 @@ from contextlib import contextmanager, redirect_stdout, suppress
 
 @contextmanager
 def quieten():
-    """Drop what Blender prints to the standard output meanwhile; errors go elsewhere and stay."""
+    """Discard what Blender prints to standard output; standard error is not affected."""
     _flush()
     kept, sink = os.dup(1), os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(sink, 1)
-        # Reports of operators come through Python, the progress of a render does not.
+        # Operator reports are printed by Python, render progress by C.
         with redirect_stdout(io.StringIO()):
             yield
     finally:
@@ -25,7 +25,7 @@ def quieten():
 
 
 def _flush():
-    # Blender writes through C's buffers, which Python does not empty.
+    # Blender writes to C's stdio buffers, which Python does not flush.
     sys.stdout.flush()
     with suppress(OSError, AttributeError):
         ctypes.CDLL("ucrtbase" if os.name == "nt" else None).fflush(None)

@@ -1,4 +1,4 @@
-"""Materials of Blender → finishes of core: by the user's choice, by name, or by shader."""
+"""Convert Blender materials to MaterialSpec: by the user's choice, by name, or by shader."""
 
 import bpy
 import numpy as np
@@ -11,8 +11,8 @@ from ..core.materials.shader_material import albedo_of_colour, named_material, s
 from .attributes import PREFIX
 from .write_attributes import read_face_attribute
 
-CHOICE = PREFIX + "material"  # property of a material: what it reflects as
-MATERIALS = (*DIFFUSE, *CLEAR, "mirror", "glossy:0.1")  # what may be chosen, with an example
+CHOICE = PREFIX + "material"  # property of a material with the user's choice
+MATERIALS = (*DIFFUSE, *CLEAR, "mirror", "glossy:0.1")  # suggestions, with an example
 NODES = {  # type of node -> names of its inputs for colour, metallic, roughness, transmission; or their value
     "BSDF_PRINCIPLED": ("Base Color", "Metallic", "Roughness", "Transmission Weight"),
     "BSDF_DIFFUSE": ("Color", 0.0, 1.0, 0.0),
@@ -23,7 +23,7 @@ UNREAD = "a texture, another node or another shader tells its colour"
 
 
 def name_face_materials(item, mesh):
-    """Name the material of each face: list of (f,) str, "" where it has none, or colours of CityPV.
+    """Name of the material of each face: list of (f,) str, "" if it has none, or CityPV's result colours.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def name_face_materials(item, mesh):
 
 
 def remember_materials(item, ground, session):
-    """Take over what the user gave to faces of the city: the colours of results will stand in its place.
+    """Store the materials that the user assigned to faces, before result colours replace them.
 
     A surface has the material of the largest of its faces that have one; the generated ground has one for all.
 
@@ -62,7 +62,7 @@ def remember_materials(item, ground, session):
     """
     of_ground = set(name_face_materials(ground, ground.data)) - {""} if ground is not None else ()
     if len(of_ground) > 1:
-        raise InputError(ground.name, f"it has {len(of_ground)} materials", "give all of its faces the same")
+        raise InputError(ground.name, f"it has {len(of_ground)} materials", "assign one material to all of its faces")
     session.ground_material = next(iter(of_ground), session.ground_material)
     names, surface = name_face_materials(item, item.data), read_face_attribute(item.data, "surface")
     scene, city = session.scene, session.city
@@ -84,7 +84,7 @@ def remember_materials(item, ground, session):
 
 
 def read_finishes(names, colours):
-    """Read materials by their names: those of Blender, and those of the city's files that Blender does not have.
+    """Read materials by name: those of Blender, and those of the city's files that Blender does not have.
 
     Parameters
     ----------
@@ -102,16 +102,16 @@ def read_finishes(names, colours):
     Raises
     ------
     InputError
-        There is no material at all, or one is gone.
+        There are no materials, or one was removed.
     """
     known = {material.name_full: material for material in bpy.data.materials}
     wanted = sorted(set(names) - {""})
     if not wanted:
-        raise InputError("Materials", "no face has one", "give faces materials, or take the albedo from one value")
+        raise InputError("Materials", "no face has a material", "assign materials, or set Albedo from to One value")
     for name in wanted:
         if name not in known and name not in colours:
             cure = "take the meshes again, or give its faces another"
-            raise InputError("Materials", f"{name!r} is gone, or has another name", cure)
+            raise InputError("Materials", f"{name!r} was removed or renamed", cure)
     finishes = {
         name: read_finish(known[name]) if name in known else named_material(name, colours[name]) for name in wanted
     }
@@ -120,11 +120,11 @@ def read_finishes(names, colours):
 
 
 def read_finish(material):
-    """Read what a material reflects: a MaterialSpec, or None where it does not tell.
+    """Reflection of a material: a MaterialSpec, or None if it cannot be determined.
 
     The user's choice counts before the name, and that before the shader.
     """
-    # Blender keeps a declared property and one that came with a file apart, from 5.0 on.
+    # From 5.0 on, Blender stores declared properties separately from custom properties of a file.
     choice = str(getattr(material, CHOICE, "") or material.get(CHOICE, "")).strip()
     word = recognise_material(choice) or choice or recognise_material(material.name)
     colour, *rest = read_shader(material)
@@ -134,7 +134,7 @@ def read_finish(material):
 
 
 def read_shader(material):
-    """Read the colour (linear Rec. 709), metallic, roughness and transmission of a material's shader.
+    """Read colour (linear Rec. 709), metallic, roughness and transmission of a material's shader.
 
     Returns
     -------
@@ -152,7 +152,7 @@ def read_shader(material):
 
 
 def describe_material(material):
-    """What a material reflects, in words for the panel."""
+    """Description of a material's reflection for the panel."""
     try:
         finish = read_finish(material)
         if finish is None:

@@ -1,4 +1,4 @@
-"""Blender meshes, as they stand in the scene → what a reader of files hands on."""
+"""Read evaluated Blender meshes into a FileContent, as file readers do."""
 
 from collections import Counter
 
@@ -9,12 +9,12 @@ from ..core.errors import InputError
 from .attributes import PREFIX
 from .read_materials import name_face_materials
 
-LARGEST_COORDINATE = 1e8  # [m] beyond it lies no place on Earth
+LARGEST_COORDINATE = 1e8  # [m] larger than any coordinate on Earth
 OTHER_SHAPES = ("CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME")
 
 
 def find_items(context):
-    """Objects that may be taken: those of the chosen collection and the ones below it, else the selected ones.
+    """Candidate objects: those of the chosen collection and its children, else the selected ones.
 
     Returns
     -------
@@ -70,12 +70,12 @@ def read_meshes(name, items, context):
         _add_building(content, building, instance.object, np.array(instance.matrix_world), metres)
     _tell_left_out(content, chosen - drawn, met)
     if not content.polygons:
-        raise InputError(name, "they have no faces", "select meshes with faces, or choose a collection of such")
+        raise InputError(name, "they have no faces", "select meshes with faces, or a collection of such meshes")
     return content
 
 
 def join_meshes(content, orient="auto"):
-    """City of meshes, mended as files are."""
+    """City from meshes, with the same repairs as for files."""
     from ..core.city.join_contents import join_contents
 
     return join_contents([content], orient=orient)
@@ -85,7 +85,7 @@ def _add_building(content, building, item, matrix, metres):
     content.buildings.append(building)
     rings, materials = _read_rings(item.data, matrix, metres), name_face_materials(item, item.data)
     for face, (ring, material) in enumerate(zip(rings, materials, strict=True)):
-        # A face is a ring that Blender never closes; here it ends where it begins, so that none counts as mended.
+        # Repeat the first point: an open ring would count as repaired.
         rings = [np.concatenate([ring, ring[:1]])]
         if not (np.abs(ring) <= LARGEST_COORDINATE).all():  # also true for NaN
             content.skip("coordinates that are not finite or beyond the Earth", f"{building}/{face}")
@@ -97,7 +97,7 @@ def _add_building(content, building, item, matrix, metres):
 
 
 def _read_rings(mesh, matrix, metres):
-    """Corners of each face in the world: list of (k, 3) float64 [m]; mirrored, an outside stays outside."""
+    """Corners of each face in world coordinates: list of (k, 3) float64 [m]; mirrored objects keep their outside."""
     points = np.empty(3 * len(mesh.vertices), dtype=np.float32)
     corners = np.empty(len(mesh.loops), dtype=np.int32)
     start = np.empty(len(mesh.polygons), dtype=np.int32)

@@ -1,4 +1,4 @@
-"""The panel's settings → a Request of core."""
+"""Read the panel's settings into a Request."""
 
 import bpy
 
@@ -38,21 +38,21 @@ def read_settings(settings):
 def read_city_path(settings):
     """Path of the city's file or folder; relative ones (//) start at the .blend file."""
     if not settings.city_path:
-        raise InputError("City", "no file is chosen", "choose a file or a folder of buildings")
+        raise InputError("City", "no file is chosen", "choose a file or folder with buildings")
     return bpy.path.abspath(settings.city_path)
 
 
 def read_terrain_path(settings):
     """Path of the terrain's file; relative ones (//) start at the .blend file."""
     if not settings.terrain:
-        raise InputError("Terrain", "no file is chosen", "choose a terrain file, or another ground")
+        raise InputError("Terrain", "no file is chosen", "choose a terrain file, or another type of ground")
     return bpy.path.abspath(settings.terrain)
 
 
 def read_albedo_path(settings):
     """Path of the albedo's file; relative ones (//) start at the .blend file."""
     if not settings.albedo_file:
-        raise InputError("Albedo", "no file is chosen", "choose an albedo file, or take the albedo from elsewhere")
+        raise InputError("Albedo", "no file is chosen", "choose an albedo file, or another source of albedo")
     return bpy.path.abspath(settings.albedo_file)
 
 
@@ -63,12 +63,12 @@ def read_weather_source(settings):
     if settings.weather != "file":
         return settings.weather
     if not settings.weather_file:
-        raise InputError("Weather", "no file is chosen", "choose a weather file, or take the climate")
+        raise InputError("Weather", "no file is chosen", "choose a weather file, or the climate")
     return bpy.path.abspath(settings.weather_file)
 
 
 def read_suns(settings):
-    """How the suns are chosen, as the command line writes it: `days:24`."""
+    """Choice of suns in the notation of the command line: `days:24`."""
     if settings.suns == "hourly":
         return "hourly"
     count = {"days": settings.days, "typical-days": settings.typical_days, "sky-grid": settings.sky_grid}

@@ -1,4 +1,4 @@
-"""Render a city with its results into a picture."""
+"""Render a picture of a city with its results."""
 
 from pathlib import Path
 
@@ -7,11 +7,11 @@ import bpy
 from .quieten import quieten
 from .stage_city import stage_city
 
-SAMPLES = 16  # rays per pixel; nothing but the ground's shade is noisy
+SAMPLES = 16  # rays per pixel; only the ground's ambient occlusion is noisy
 
 
 def render_preview(path, scene, transfer, energy, note=""):
-    """Render `preview.png`: the city from the south-east above, coloured by full load hours, with a legend.
+    """Render `preview.png`: the city from above the south-east, coloured by full load hours, with a legend.
 
     Empties Blender's own file first (see `stage_city`).
 

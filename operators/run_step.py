@@ -1,4 +1,4 @@
-"""How a step of the chain runs: at once in a script, beside Blender's window when a button was pressed."""
+"""Run a step: blocking in a script, in a background thread when a button is pressed."""
 
 import threading
 import time
@@ -9,11 +9,11 @@ from ..core.errors import InputError
 from ..core.progress import CancelledError, describe_progress, silent
 from .select_faces import leave_edit_mode
 
-TICK = 0.1  # between two looks at the work [s]
+TICK = 0.1  # polling interval [s]
 
 
 class Job:
-    """Work that runs in a thread of its own, and what it says of itself."""
+    """Work that runs in its own thread, with its progress."""
 
     def __init__(self, title, work):
         self.title, self.text, self.share = title, title, 0.0
@@ -23,27 +23,27 @@ class Job:
         self._thread = threading.Thread(target=self._run, args=(work,), name=title, daemon=True)
 
     def start(self):
-        """Begin the work."""
+        """Start the work."""
         self._thread.start()
 
     def cancel(self):
-        """Ask the work to end at its next report and to keep what is done; once more, and nothing is kept."""
+        """Request the work to stop at its next report and keep what is done; a second time, to discard it."""
         self.dropped = self.cancelled
         self._stop.set()
         self.text = f"{self.title}: ends, and keeps nothing" if self.dropped else f"{self.title}: keeps what is done"
 
     @property
     def cancelled(self):
-        """Whether the work was asked to end."""
+        """Whether cancellation was requested."""
         return self._stop.is_set()
 
     @property
     def running(self):
-        """Whether the work goes on."""
+        """Whether the work is still running."""
         return self._thread.is_alive()
 
     def progress(self, stage, done, total, unit):
-        """Take a report of core (see `core.progress`)."""
+        """Receive a progress report of core (see `core.progress`)."""
         if self.cancelled:
             raise CancelledError
         if stage != self._stage:
@@ -53,7 +53,7 @@ class Job:
         self.text = f"{stage}: {describe_progress(done, total, unit, seconds)}"
 
     def _run(self, work):
-        # Whatever goes wrong is told in Blender's own thread.
+        # Errors are reported in Blender's main thread.
         try:
             self.result = work(self.progress)
         except BaseException as error:
@@ -68,7 +68,7 @@ class Step:
     of use by itself (the suns that were traced), or changes nothing. After Esc twice it changes nothing in any case.
     """
 
-    current = None  # the job that is running; the panels show it below the button of its title
+    current = None  # the running job; the panels show it below the button with its title
 
     def prepare(self, context):
         """Read settings in Blender's thread; return what `work` needs."""
@@ -80,11 +80,11 @@ class Step:
         raise NotImplementedError
 
     def finish(self, context, result):
-        """Write back in Blender's thread; return what to tell the user."""
+        """Write back in Blender's thread; return the message for the user."""
         raise NotImplementedError
 
     def execute(self, context):
-        """Do the step and wait for it."""
+        """Run the step and wait for it."""
         try:
             result = self.work(self.prepare(context), silent)
             leave_edit_mode(context)
@@ -93,7 +93,7 @@ class Step:
             return self._refuse(error)
 
     def invoke(self, context, event):
-        """Start the step beside the window."""
+        """Start the step in the background."""
         if bpy.app.background or context.window is None:
             return self.execute(context)
         if Step.current is not None:
@@ -109,7 +109,7 @@ class Step:
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        """Show the progress until the work is done or cancelled."""
+        """Show progress until the work is done or cancelled."""
         if event.type == "ESC" and event.value == "PRESS":
             self._job.cancel()
             return {"RUNNING_MODAL"}
@@ -121,7 +121,7 @@ class Step:
         return {"PASS_THROUGH"}
 
     def cancel(self, context):
-        """End the work because Blender ends."""
+        """Cancel the work because Blender quits."""
         self._job.cancel()
         self._leave(context)
 
@@ -154,14 +154,14 @@ class Step:
         return {"FINISHED"}
 
     def _refuse(self, error):
-        # A library that does not load is the machine's fault, not the user's: say which one.
+        # A library that fails to load is not the user's fault: name it.
         prefix = "A library could not be loaded: " if isinstance(error, ImportError) else ""
         self.report({"ERROR"}, f"{prefix}{error}")
         return {"CANCELLED"}
 
 
 def redraw_panels(context):
-    """Ask all 3D views to draw their panels and legends anew."""
+    """Redraw panels and legends in all 3D views."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":

@@ -1,4 +1,4 @@
-"""Select faces of an object, and change between Blender's modes."""
+"""Select faces of an object, and switch Blender's modes."""
 
 import bpy
 import numpy as np
@@ -22,7 +22,7 @@ def select_faces(context, item, chosen):
     """
     leave_edit_mode(context)
     if not item.visible_get(view_layer=context.view_layer):
-        raise InputError(item.name, "it is hidden", "show it, and select again")
+        raise InputError(item.name, "it is hidden", "unhide it and select again")
     for other in context.selected_objects:
         other.select_set(False)
     item.select_set(True)
@@ -33,7 +33,7 @@ def select_faces(context, item, chosen):
 
 
 def leave_edit_mode(context):
-    """Go to object mode, in which meshes can be read and written."""
+    """Switch to object mode, in which meshes can be read and written."""
     if context.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
 
@@ -46,7 +46,7 @@ def read_selection(mesh):
 
 
 def _mark(mesh, chosen):
-    # In face mode Blender takes edges and corners from the faces; what was hidden comes back where it is chosen.
+    # In face mode Blender derives edge and vertex selection from faces; selected hidden faces are shown again.
     hidden = np.empty(len(mesh.polygons), dtype=bool)
     mesh.polygons.foreach_get("hide", hidden)
     mesh.polygons.foreach_set("hide", hidden & ~chosen)

@@ -1,4 +1,4 @@
-"""Select what the report names: the faces of a group, or of whole buildings."""
+"""Select faces by groups of the report, or by whole buildings."""
 
 import bpy
 import numpy as np
@@ -15,7 +15,7 @@ def _suggest(self, context, text):
 
 
 class OfCity:
-    """Base of the operators that need a city and nothing else."""
+    """Base of operators that only need a city."""
 
     @classmethod
     def poll(cls, context):
@@ -37,7 +37,7 @@ class SelectGroup(OfCity, bpy.types.Operator):
 
     @classmethod
     def description(cls, context, properties):
-        """Say the whole reason, how many, and the first ids."""
+        """Tooltip: full reason, count and first ids."""
         try:
             row = find_row(find_city(context.scene)[0], properties.group)
         except (InputError, AttributeError):
@@ -45,7 +45,7 @@ class SelectGroup(OfCity, bpy.types.Operator):
         return f"Select in edit mode: {row['name']} ({describe_row(row)})"
 
     def execute(self, context):
-        """Select, and say how many faces."""
+        """Select, and report the number of faces."""
         city, _ = find_city(context.scene)
         leave_edit_mode(context)
         try:
@@ -54,12 +54,12 @@ class SelectGroup(OfCity, bpy.types.Operator):
         except InputError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, f"{chosen.sum()} faces (Shift H shows them alone): {self.group.partition('/')[2]}")
+        self.report({"INFO"}, f"{chosen.sum()} faces selected (Shift H isolates them): {self.group.partition('/')[2]}")
         return {"FINISHED"}
 
 
 class SelectBuildings(OfCity, bpy.types.Operator):
-    """Extend the selection of faces to whole buildings, and say which they are"""
+    """Extend the face selection to whole buildings, and report which they are"""
 
     bl_idname = "citypv.select_buildings"
     bl_label = "Whole buildings"
@@ -73,7 +73,7 @@ class SelectBuildings(OfCity, bpy.types.Operator):
         wanted = np.unique(building[read_selection(city.data)]) if building is not None else ()
         try:
             if not len(wanted):
-                raise InputError(city.name, "none of its faces is selected", "select faces in edit mode")
+                raise InputError(city.name, "no faces are selected", "select faces in edit mode")
             select_faces(context, city, np.isin(building, wanted))
         except InputError as error:
             self.report({"ERROR"}, str(error))

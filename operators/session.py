@@ -1,4 +1,4 @@
-"""What this Blender session knows of a city beyond its mesh: the data of core, which no .blend file holds."""
+"""Session data of a city: objects of core that are not saved in a .blend file."""
 
 import uuid
 from dataclasses import dataclass
@@ -13,29 +13,29 @@ _sessions = {}
 
 @dataclass
 class Session:
-    """The data of the steps that were done; None where a step was not."""
+    """Results of the steps; None for steps that were not run."""
 
     city: Any = None  # core.city.city.City
     scene: Any = None  # core.scene.scene.Scene
     weather: Any = None  # core.weather.weather.Weather
     transfer: Any = None  # core.transfer.transfer.Transfer
     energy: Any = None  # core.energy.energy.Energy
-    ground_material: str = ""  # name of the material that the user gave to the generated ground
+    ground_material: str = ""  # name of the material that the user assigned to the generated ground
 
 
 def open_session(item, session):
-    """Tie a session to an object, by a key that survives renaming and undo."""
+    """Associate a session with an object, by a key that survives renaming and undo."""
     item[KEY] = uuid.uuid4().hex
     _sessions[item[KEY]] = session
 
 
 def find_session(item):
-    """Return the session of an object, or None where this Blender has none (after a file was opened anew)."""
+    """Return the session of an object, or None if there is none (as after opening a file)."""
     return _sessions.get(item.get(KEY)) if item is not None else None
 
 
 def close_sessions():
-    """Forget everything (when the add-on is switched off)."""
+    """Discard all sessions (when the add-on is disabled)."""
     _sessions.clear()
 
 

@@ -1,4 +1,4 @@
-"""Set the 3D views so that the whole city is seen in its exact colours."""
+"""Set up the 3D views to show the whole city in exact colours."""
 
 import bpy
 import numpy as np
@@ -8,7 +8,7 @@ from .place_camera import AZIMUTH, ELEVATION, camera_axes
 
 
 def show_city(points=None, shaded=False):
-    """Let the 3D views show the colours in solid mode (no shader to compile), and see far enough.
+    """Show colours in solid mode (no shader compilation), and set clipping distances for the whole city.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def show_city(points=None, shaded=False):
             shading.type = "SOLID"
             shading.light, shading.color_type = ("STUDIO", "MATERIAL") if shaded else ("FLAT", "VERTEX")
             shading.show_cavity, shading.show_object_outline = shaded, False
-            # Blender's floor lies in the plane of the ground and would shine through.
+            # Blender's floor grid lies in the ground plane and would show through.
             space.overlay.show_floor = space.overlay.show_axis_x = space.overlay.show_axis_y = False
             if points is not None and len(points):
                 _look_at(space, points)
@@ -32,7 +32,7 @@ def show_city(points=None, shaded=False):
 def _look_at(space, points):
     low, high = points.min(axis=0), points.max(axis=0)
     size = float(np.linalg.norm(high - low))
-    # The nearer the first plane, the coarser the depths of the far ones.
+    # A closer near plane reduces the depth resolution of distant surfaces.
     space.clip_start, space.clip_end = size / 1000, 10 * size
     region = space.region_3d
     right, up, forward = camera_axes(AZIMUTH, ELEVATION)

@@ -1,4 +1,4 @@
-"""Hand the report over as text: all of it, or the ids of a group."""
+"""Export the report as text: all of it, or the ids of a group."""
 
 import bpy
 
@@ -11,14 +11,14 @@ TEXT = "CityPV report"
 
 
 class ShowReport(OfCity, bpy.types.Operator):
-    """Write the complete report with all ids into the text "CityPV report", and show it in every open text editor"""
+    """Write the complete report with all ids to the text "CityPV report", and show it in open text editors"""
 
     bl_idname = "citypv.show_report"
     bl_label = "Report as text"
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context):
-        """Write the text anew and show it."""
+        """Write the text and show it."""
         text = bpy.data.texts.get(TEXT) or bpy.data.texts.new(TEXT)
         text.from_string(write_out(find_city(context.scene)[0]))
         areas = [area for window in context.window_manager.windows for area in window.screen.areas]
@@ -39,7 +39,7 @@ class CopyGroup(OfCity, bpy.types.Operator):
     group: bpy.props.StringProperty(name="Group", description="Heading/name as in the report")
 
     def execute(self, context):
-        """Copy, one id a line."""
+        """Copy, one id per line."""
         try:
             row = find_row(find_city(context.scene)[0], self.group)
         except InputError as error:

@@ -1,4 +1,4 @@
-"""Set a city with its results on an empty stage: objects, attributes, colours, camera, legend, sky, view."""
+"""Set up a Blender scene of a city with results: objects, attributes, colours, camera, legend, sky, view."""
 
 import bpy
 import numpy as np
@@ -14,7 +14,7 @@ QUANTITY = "full_load_hours"
 
 
 def stage_city(scene, transfer, energy, note=""):
-    """Empty Blender's file and set a city with its results into it.
+    """Clear Blender's file and build a city with its results in it.
 
     Everything that was open in Blender is lost: this is for a Blender that runs without a window.
 
@@ -37,7 +37,7 @@ def stage_city(scene, transfer, energy, note=""):
     show_objects(stage, city, ground)
     write_classes(city, ground, scene.surfaces)
     write_results(city, ground, transfer, energy)
-    # A scene without any full load hours (nothing but ground) still gets a picture.
+    # A scene without full load hours (only ground) still gets a picture.
     known = np.isfinite(energy.full_load_hours).any()
     scale = colour_faces(city, ground, QUANTITY if known else "diffuse_relative")
     show_exact_colours(stage)

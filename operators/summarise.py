@@ -1,4 +1,4 @@
-"""What stays on the city's object for the panel: which suns were traced, albedos, full load hours of the groups."""
+"""Store summaries on the city's object for the panel: suns traced, albedos, full load hours of groups."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ GROUPS, WEATHER, ALBEDOS, UNREAD, INTERRUPTED = (
 
 
 def summarise_energy(item, weather, energy):
-    """Keep the annual full load hours of each group on the object; return a sentence."""
+    """Store the annual full load hours of each group on the object; return a sentence."""
     hours = energy.interval.total_seconds() / 3600
     annual = energy.capacity_factor.sum(axis=0) * hours / energy.years
     item[GROUPS] = [
@@ -23,7 +23,7 @@ def summarise_energy(item, weather, energy):
 
 
 def summarise_albedo(item, rows, unread):
-    """Keep on the object where the albedos came from.
+    """Store the sources of albedos on the object.
 
     Parameters
     ----------
@@ -44,11 +44,11 @@ def summarise_albedo(item, rows, unread):
         )
         for row in rows
     ]
-    item[UNREAD] = f"Materials that tell no albedo: {', '.join(unread)}" if unread else ""
+    item[UNREAD] = f"Materials without a known albedo: {', '.join(unread)}" if unread else ""
 
 
 def summarise_interruption(item, interrupted):
-    """Keep on the object which part of the suns was traced, "" for all of them; return it.
+    """Store which part of the suns was traced on the object, "" for all; return it.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def summarise_interruption(item, interrupted):
 
 
 def forget_energy(item):
-    """Take the tables of an earlier energy off the object."""
+    """Remove the tables of an earlier energy step from the object."""
     for key in (GROUPS, WEATHER):
         if key in item:
             del item[key]

@@ -1,4 +1,4 @@
-"""Take meshes: objects of the Blender scene → a City and its mesh."""
+"""Take meshes: convert objects of the Blender scene into a City, and show its mesh."""
 
 import bpy
 
@@ -10,7 +10,7 @@ from .select_faces import leave_edit_mode
 
 
 class TakeMeshes(Step, bpy.types.Operator):
-    """Take the meshes of the chosen collection, else the selected ones, as buildings, as they stand in the scene"""
+    """Use the meshes of the chosen collection, else the selected ones, as buildings"""
 
     bl_idname = "citypv.take_meshes"
     bl_label = "Take meshes"
@@ -18,7 +18,7 @@ class TakeMeshes(Step, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        """There are objects to take."""
+        """There are objects to use."""
         cls.poll_message_set("Select meshes, or choose a collection")
         return bool(find_items(context)[1])
 
@@ -29,7 +29,7 @@ class TakeMeshes(Step, bpy.types.Operator):
 
     @staticmethod
     def work(task, progress):
-        """Mend them as files are."""
+        """Repair them like files."""
         content, request = task
         return triangulate_import(join_meshes(content, request.orient), request, progress)
 

@@ -1,4 +1,4 @@
-"""Trace: a scene → its Transfer, the light that each surface receives."""
+"""Trace: compute the Transfer of a Scene, the relative irradiance of each surface."""
 
 import bpy
 
@@ -15,7 +15,7 @@ from .write_attributes import write_results
 
 
 class TraceCity(Step, bpy.types.Operator):
-    """Trace the light of the sky and of the sun, with reflections, to every surface"""
+    """Trace light from sky and sun, with reflections, to every surface"""
 
     bl_idname = "citypv.trace"
     bl_label = "Trace light"
@@ -23,7 +23,7 @@ class TraceCity(Step, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        """The city was classified in this session."""
+        """The city has been classified in this session."""
         cls.poll_message_set("Classify the city first")
         session = find_session(find_city(context.scene)[0])
         return session is not None and session.scene is not None
@@ -44,7 +44,7 @@ class TraceCity(Step, bpy.types.Operator):
 
     @staticmethod
     def work(task, progress):
-        """Trace; the weather only says which hours there are."""
+        """Trace; the weather only provides the hours."""
         from ..core.materials.read_albedo import describe_albedo
         from ..core.results.list_findings import list_findings
         from ..core.study import check_settings, read_year, trace_scene
@@ -59,7 +59,7 @@ class TraceCity(Step, bpy.types.Operator):
         return session, weather, transfer, findings, (albedos, unread)
 
     def finish(self, context, result):
-        """Write what does not depend on the weather; what an earlier weather made of it goes."""
+        """Write results that do not depend on weather; remove those of an earlier weather."""
         session, weather, transfer, findings, albedos = result
         city, ground = find_own_city(context.scene, session)
         write_results(city, ground, transfer)
@@ -73,12 +73,12 @@ class TraceCity(Step, bpy.types.Operator):
 
 
 def check_place(site):
-    """Refuse a scene that stands nowhere on Earth.
+    """Raise an error if a scene has no location on Earth.
 
     Raises
     ------
     InputError
     """
     if site.latitude is None or site.longitude is None:
-        cure = "switch on Own place in step Classify, give latitude and longitude, and classify again"
-        raise InputError("City", "its place on Earth is unknown", cure)
+        cure = "enable Own location in step Classify, give latitude and longitude, and classify again"
+        raise InputError("City", "its location on Earth is unknown", cure)

@@ -1,4 +1,4 @@
-"""Write arrays of the core onto the faces of Blender's meshes, and read them back."""
+"""Write arrays of core to face attributes of Blender meshes, and read them back."""
 
 import numpy as np
 
@@ -32,7 +32,7 @@ def write_face_attribute(mesh, name, values):
 
 
 def read_face_attribute(mesh, name):
-    """Read the attribute `citypv_` + name: (f,) int32 or float32, or None where the mesh has no such attribute."""
+    """Read the attribute `citypv_` + name: (f,) int32 or float32, or None if the mesh has no such attribute."""
     attribute = mesh.attributes.get(PREFIX + name)
     if attribute is None:
         return None
@@ -42,7 +42,7 @@ def read_face_attribute(mesh, name):
 
 
 def write_classes(city, ground, surfaces):
-    """Write kind and orientation as codes onto the city, and their tables onto the objects.
+    """Write kind and orientation as codes to the city's faces, and the code tables to the objects.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def write_classes(city, ground, surfaces):
 
 
 def write_results(city, ground, transfer, energy=None):
-    """Write the results per surface onto the faces; generated ground gets NaN.
+    """Write results per surface to the faces; generated ground gets NaN.
 
     Parameters
     ----------
@@ -89,20 +89,20 @@ def write_results(city, ground, transfer, energy=None):
 
 
 def remove_face_attribute(item, name):
-    """Remove the attribute `citypv_` + name from an object's mesh, where there is one."""
+    """Remove the attribute `citypv_` + name from an object's mesh, if present."""
     attribute = item.data.attributes.get(PREFIX + name) if item is not None else None
     if attribute is not None:
         item.data.attributes.remove(attribute)
 
 
 def encode(words, codes):
-    """Codes of an array of words: (n,) str → (n,) int32."""
+    """Integer codes of an array of strings: (n,) str → (n,) int32."""
     unique, inverse = np.unique(np.asarray(words), return_inverse=True)
     return np.array([codes[word] for word in unique.tolist()], dtype=np.int32)[inverse]
 
 
 def _faces_of_surfaces(city, count):
-    # Every face knows its surface; a mesh that was edited since may know too few or too many.
+    # Every face stores its surface; an edited mesh may have too few or too many.
     faces = read_face_attribute(city.data, "surface")
     if faces is None or len(faces) == 0 or faces.min() < 0 or faces.max() >= count:
         raise InputError(city.name, "its faces do not match the surfaces that were traced", "classify the city again")

@@ -138,7 +138,7 @@ def test_every_attribute_can_be_shown_or_says_what_is_missing(shown, transfer):
     for attribute in TITLES:
         assert colour_faces(*shown, attribute).title == TITLES[attribute]
     write_results(*shown, transfer)
-    with pytest.raises(InputError, match="no full load hours yet; run the step that makes it"):
+    with pytest.raises(InputError, match="no full load hours yet; run the step that computes it"):
         colour_faces(*shown, "full_load_hours")
 
 

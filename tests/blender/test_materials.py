@@ -117,7 +117,7 @@ def test_a_material_that_tells_no_albedo_is_named_and_the_one_value_taken(addon)
     assert abs(mean - 0.75) < 4 * error + 2e-3
     item = find_city(bpy.context.scene)[0]
     assert list(item["citypv_albedos"]) == ["one value|0.500|2"]
-    assert item["citypv_unread"] == "Materials that tell no albedo: photograph"
+    assert item["citypv_unread"] == "Materials without a known albedo: photograph"
     assert describe_material(material).startswith("One value: a texture")
 
 
@@ -151,14 +151,14 @@ def test_gather_refuses_a_mirror_in_one_line_and_forward_takes_it(addon):
 def test_materials_that_are_not_there_are_told_in_one_line(addon):
     material = build_material("plaster")
     plain = add_wall_and_ground()
-    with pytest.raises(RuntimeError, match="Materials: no face has one; give faces materials"):
+    with pytest.raises(RuntimeError, match="Materials: no face has a material; assign materials"):
         trace(addon)
     for item in bpy.data.objects:
         item.select_set(item.name in ("wall", "plain"))
     plain.data.materials.append(material)
     trace(addon)
     material.name = "stucco"
-    with pytest.raises(RuntimeError, match="Materials: 'plaster' is gone, or has another name; take the meshes again"):
+    with pytest.raises(RuntimeError, match="Materials: 'plaster' was removed or renamed; take the meshes again"):
         bpy.ops.citypv.trace()
 
 
@@ -334,5 +334,5 @@ def test_the_generated_ground_has_one_material(addon, city_file):
     faces[1:] = False
     give(ground, bpy.data.materials["Snow"], ~faces)
     give(ground, bpy.data.materials["black paint"], faces)
-    with pytest.raises(RuntimeError, match="Ground: it has 2 materials; give all of its faces the same"):
+    with pytest.raises(RuntimeError, match="Ground: it has 2 materials; assign one material to all of its faces"):
         bpy.ops.citypv.trace()

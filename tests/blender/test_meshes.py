@@ -56,7 +56,7 @@ def test_a_mesh_of_the_user_becomes_a_city(addon):
 def test_a_mesh_of_the_user_goes_through_the_steps(addon):
     bpy.ops.mesh.primitive_cube_add(size=10, location=(0, 0, 5))
     assert bpy.ops.citypv.classify() == {"FINISHED"}
-    with pytest.raises(RuntimeError, match="its place on Earth is unknown; switch on Own place"):
+    with pytest.raises(RuntimeError, match="its location on Earth is unknown; enable Own location"):
         bpy.ops.citypv.trace()
     addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
     addon.days, addon.samples = 2, 64

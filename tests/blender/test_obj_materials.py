@@ -52,7 +52,7 @@ def test_they_count_when_asked_for_and_those_of_blender_before(addon, obj_file):
     rows = {row.split("|")[0]: row.split("|")[1:] for row in city["citypv_albedos"]}
     expected = {"one value": ["0.250", "4"], "Ziegel rot": ["0.257", "1"], "White_Paint": ["0.700", "1"]}
     assert rows == expected | {"ground": ["0.250", ""]}
-    assert city["citypv_unread"] == "Materials that tell no albedo: Bild, bare"
+    assert city["citypv_unread"] == "Materials without a known albedo: Bild, bare"
     assert find_row(city, "material/Bild")["count"] == "1"
     material = bpy.data.materials.new("bare")
     material.citypv_material = "slate"

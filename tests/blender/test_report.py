@@ -129,7 +129,7 @@ def test_what_has_no_faces_says_so_and_can_be_copied(city):
 @pytest.mark.parametrize("operator", ["select_group", "copy_group"])
 def test_a_group_that_is_not_there_is_an_error_in_one_line(city, operator):
     with pytest.raises(
-        RuntimeError, match="City: its report has no group 'kind/tower'; give one such as kind/"
+        RuntimeError, match="City: its report has no group 'kind/tower'; give for example kind/"
     ) as told:
         getattr(bpy.ops.citypv, operator)(group="kind/tower")
     assert len(str(told.value).strip().splitlines()) == 1
@@ -140,10 +140,10 @@ def test_a_group_that_is_not_there_is_an_error_in_one_line(city, operator):
 def test_nothing_selected_or_hidden_is_told(city):
     bpy.ops.citypv.select_group(group="kind/roof")
     bpy.ops.mesh.select_all(action="DESELECT")
-    with pytest.raises(RuntimeError, match="City: none of its faces is selected"):
+    with pytest.raises(RuntimeError, match="City: no faces are selected"):
         bpy.ops.citypv.select_buildings()
     city.hide_set(True)
-    with pytest.raises(RuntimeError, match="City: it is hidden; show it"):
+    with pytest.raises(RuntimeError, match="City: it is hidden; unhide it"):
         bpy.ops.citypv.select_group(group="kind/roof")
 
 
