@@ -150,9 +150,7 @@ def check_followed(found, request):
     for surface, (source, name, _, brdf) in found:
         if not isinstance(brdf, Lambertian):
             place = "Materials" if source == MATERIALS else request.albedo_file
-            problem = (
-                f"{name or surface!r} reflects {describe_brdf(brdf)}, but --estimator gather needs diffuse surfaces"
-            )
+            problem = f"{name or surface!r} reflects {describe_brdf(brdf)}, but --estimator gather is diffuse only"
             cure = "use --estimator forward (Estimator in the panel), or a material that reflects diffusely"
             raise InputError(place, problem, cure)
 

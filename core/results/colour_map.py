@@ -1,4 +1,4 @@
-"""Colours of numbers: the stops of the maps, a round range for them, and what lies between two stops."""
+"""Colour maps: stops, rounded ranges, ticks and interpolation."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ GROUND = "dededa"  # generated ground, and the sky of a picture
 
 
 def choose_range(values, areas):
-    """Round range that holds 96 % of the area: the 2nd and 98th percentile, widened to full ticks.
+    """Rounded range that covers 96 % of the area: 2nd to 98th percentile, widened to full ticks.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def choose_range(values, areas):
 
 
 def tick_step(low, high):
-    """Distance of ticks: 1, 2 or 5 times a power of ten, so that four to ten of them fit."""
+    """Distance of ticks: 1, 2 or 5 times a power of ten, giving four to ten ticks."""
     span = high - low
     if not span > 1e-9 * max(abs(low), abs(high)):
         span = max(abs(high), 1e-3)
@@ -53,7 +53,7 @@ def tick_step(low, high):
 
 
 def mix_stops(stops, place):
-    """Colours between stops that stand at equal steps from 0 to 1; they mix in linear light.
+    """Colours interpolated in linear RGB between stops at equal steps from 0 to 1.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""The columns of results: what is written of each surface, under one name everywhere.
+"""Columns of results: one name, unit and meaning per result in all output files.
 
-faces.csv, transfer.nc, the semantic surfaces of CityJSON and the face attributes in Blender are made from this table. A
-new result is one line here, and a field of the dataclass that carries it.
+faces.csv, transfer.nc, the semantic surfaces of CityJSON and the face attributes in Blender are written from this
+table. A new result needs one line here, and a field in the dataclass that contains it.
 """
 
 from dataclasses import dataclass
@@ -11,14 +11,14 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Column:
-    """One result of every surface."""
+    """One result per surface."""
 
     name: str  # of the field, and in every file
-    owner: str  # the dataclass that carries it: surfaces, transfer or energy
+    owner: str  # dataclass that contains it: surfaces, transfer or energy
     kind: str  # text, flag or number
-    unit: str  # by the CF conventions, "1" where it has none
+    unit: str  # by the CF conventions, "1" if dimensionless
     meaning: str
-    title: str = ""  # in a legend; "" where Blender does not colour by it
+    title: str = ""  # in a legend; "" if Blender does not show it as colours
     legend_unit: str = ""  # as people write it
     tabled: bool = True  # whether faces.csv has it
     stored: bool = False  # whether transfer.nc has it

@@ -1,4 +1,4 @@
-"""A folder of results that is whole or not there at all."""
+"""Write results to a folder atomically: completely or not at all."""
 
 import errno
 import os
@@ -26,12 +26,12 @@ LOCK = ".lock"
 
 
 def check_folder(folder, overwrite):
-    """Refuse a folder that results may not go to.
+    """Raise an error if results cannot be written to a folder.
 
     Raises
     ------
     InputError
-        If it is a file, or holds something and `overwrite` is False.
+        If it is a file, not writable, or not empty and `overwrite` is False.
     """
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():
@@ -45,12 +45,11 @@ def check_folder(folder, overwrite):
 
 @contextmanager
 def whole_folder(folder, overwrite=False):
-    """A work folder beside the wanted one, which takes its place when the block ends without an error.
+    """Temporary folder beside the output folder, which replaces it when the block ends without an error.
 
-    The work folder claims the place: while it is locked, a second run into the same folder is refused. One that a
-    killed run left behind is not locked and is taken over. Results of an earlier run in the wanted folder are replaced
-    or taken away, other files stay. The summary goes first and comes last: where it stands, everything beside it
-    belongs together.
+    The temporary folder is locked, so that a second run into the same folder is refused. One left behind by a killed
+    run is not locked and is reused. Results of an earlier run in the output folder are replaced or removed, other files
+    stay. The summary is removed first and written last: if it exists, all results beside it belong to the same run.
 
     Yields
     ------
@@ -85,7 +84,7 @@ def whole_folder(folder, overwrite=False):
 
 @contextmanager
 def lock_folder(work, folder):
-    """Make an empty work folder that belongs to this process alone.
+    """Create an empty temporary folder, locked by this process.
 
     Raises
     ------
@@ -106,7 +105,7 @@ def lock_folder(work, folder):
 
 
 def lock_file(file):
-    """Lock an open file until it is closed or the process ends; False where another process has locked it."""
+    """Lock an open file until it is closed or the process ends; False if another process has locked it."""
     try:
         if sys.platform == "win32":
             import msvcrt
@@ -122,7 +121,7 @@ def lock_file(file):
 
 
 def move_results(work, folder):
-    """Give the results in the work folder the place of those in the wanted one."""
+    """Replace the results in the output folder by those in the temporary folder."""
     unknown = sorted({file.name for file in work.iterdir()} - set(NAMES))
     if unknown:
         raise ValueError(f"{', '.join(unknown)}: not among the names of results")
@@ -140,7 +139,7 @@ def move_results(work, folder):
 
 @contextmanager
 def netcdf_errors(path):
-    """Turn what the NetCDF library says of a file that it cannot write into an OSError that names the file."""
+    """Convert errors of the NetCDF library on writing into an OSError that names the file."""
     try:
         yield
     except RuntimeError as error:

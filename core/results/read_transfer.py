@@ -27,7 +27,7 @@ CURE = "give the transfer.nc of a run of citypv simulate"
 
 
 def read_transfer(path):
-    """Read what was traced before.
+    """Read a Transfer from transfer.nc.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def read_transfer(path):
 
 
 def check_dimensions(path, dataset):
-    """Refuse a file whose variables lie along other dimensions than those of a Transfer."""
+    """Raise an error if the dimensions of variables are not those of a Transfer."""
     expected = dict.fromkeys((*TEXTS, *PER_SURFACE), ("surface",)) | dict.fromkeys(PER_SUN, ("sun",))
     expected |= dict.fromkeys(PER_SURFACE_AND_SUN, ("surface", "sun"))
     expected |= {"normal": ("surface", "axis"), "direction": ("sun", "axis")}
@@ -102,7 +102,7 @@ def error_parts_of_dataset(dataset):
 
 
 def materials_of_dataset(dataset):
-    """What the surfaces were traced with; files written before it was kept do not tell."""
+    """Albedos and materials of the surfaces; files of older versions do not have them."""
     return {
         "albedo": dataset[ALBEDO].values,
         "material": [str(text) for text in dataset[MATERIAL].values],

@@ -1,4 +1,4 @@
-"""city.city.json: the city as it was read, with full load hours on every surface, as CityJSON 2.0."""
+"""Write city.city.json: the city as read, with full load hours of every surface, in CityJSON 2.0."""
 
 import json
 
@@ -11,15 +11,15 @@ from ..scene.find_footprints import find_footprints
 from .columns import column_values, tabled_columns
 
 STAGE = "writing city.city.json"
-FINEST, COARSEST = 6, 3  # decimals of a metre that vertices keep
-LARGEST = 2**31 - 1  # many readers hold the whole numbers of vertices in 32 bits
+FINEST, COARSEST = 6, 3  # decimals of a metre in vertices
+LARGEST = 2**31 - 1  # many readers store vertex integers in 32 bits
 PREFIX = "citypv_"
 SEMANTICS = {
     "RoofSurface", "GroundSurface", "WallSurface", "ClosureSurface", "OuterCeilingSurface", "OuterFloorSurface",
     "Window", "Door",
 }  # fmt: skip
 BY_KIND = {"facade": "WallSurface", "ground": "GroundSurface", "downward": "OuterCeilingSurface"}
-HIGHEST_LOD = "3"  # CityJSON knows no level 4, whose outer shell is one of level 3
+HIGHEST_LOD = "3"  # CityJSON has no LoD 4, whose outer shell corresponds to LoD 3
 
 
 def write_cityjson(path, city, transfer, energy, *, system, label, progress=silent):
@@ -88,7 +88,7 @@ def write_cityjson(path, city, transfer, energy, *, system, label, progress=sile
 
 
 def name_system(crs):
-    """Name of a coordinate reference system as CityJSON wants it, None where it has no number at EPSG."""
+    """Coordinate reference system as CityJSON requires it, None if it has no EPSG code."""
     if not crs:
         return None
     system = pyproj.CRS.from_user_input(crs)
@@ -98,7 +98,7 @@ def name_system(crs):
 
 
 def _whole_numbers(points):
-    """Vertices as whole numbers, the metres each stands for, and where they begin."""
+    """Vertices as integers, with scale and translate [m]."""
     translate = np.floor(points.min(axis=0))
     local = points - translate
     decimals = int(np.clip(np.floor(np.log10(LARGEST / max(local.max(), 1.0))), COARSEST, FINEST))
@@ -121,7 +121,7 @@ def _types(city, surfaces):
 
 
 def _ring(corners):
-    """A ring without corners that fell together with the one before."""
+    """A ring without vertices that coincide with the one before after rounding."""
     kept = [corner for corner, before in zip(corners, corners[-1:] + corners[:-1], strict=True) if corner != before]
     return kept if len(set(kept)) > 2 else corners
 
@@ -169,7 +169,7 @@ def _describe(polygon, surfaces, types, tables):
 
 
 def _sum_building(rows, transfer, energy, system):
-    """Attributes of a building: what its eligible surfaces give together."""
+    """Attributes of a building: totals of its eligible surfaces."""
     area = transfer.surfaces.area
     rows = rows[energy.eligible[rows] & np.isfinite(energy.full_load_hours[rows])]
     total = sum_potential(rows, area, energy, system)
@@ -185,5 +185,5 @@ def _sum_building(rows, transfer, energy, system):
 
 
 def _short(value):
-    """Six digits, as in faces.csv."""
+    """Round to six significant digits, as in faces.csv."""
     return float(f"{value:.6g}")

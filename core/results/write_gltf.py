@@ -1,7 +1,7 @@
-"""city.glb: the scene as binary glTF 2.0, its faces coloured by their full load hours.
+"""Write city.glb: the scene as binary glTF 2.0, coloured by full load hours.
 
-glTF 2.0 is ISO/IEC 12113:2022. A file is a head, a piece of JSON and a piece of numbers, which is less than the
-libraries for it would ask us to describe.
+glTF 2.0 is ISO/IEC 12113:2022. A file is a header, a JSON chunk and a binary chunk, which takes less code than the use
+of a library.
 """
 
 import json
@@ -13,10 +13,10 @@ from ..progress import silent
 from .colour_map import GROUND, MAPS, MISSING, choose_range, linear_light, mix_stops, srgb_colour
 
 STAGE = "writing city.glb"
-MOST_NODES = 2000  # buildings that get a node of their own; viewers grow slow with more
+MOST_NODES = 2000  # largest number of nodes; viewers become slow with more
 COLOUR_MAP = "viridis"
 FLOAT, UNSIGNED_SHORT, ARRAY_BUFFER, TRIANGLES = 5126, 5123, 34962, 4
-LAYOUT = (  # attribute, type of its numbers, how many, bytes per corner
+LAYOUT = (  # attribute, component type, number of components, bytes per vertex
     ("POSITION", FLOAT, "VEC3", 12),
     ("NORMAL", FLOAT, "VEC3", 12),
     ("COLOR_0", UNSIGNED_SHORT, "VEC4", 8),
@@ -44,7 +44,7 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
     """
     progress(STAGE, 0, 3, "steps")
     surface = scene.triangle_surface
-    hours = np.append(energy.full_load_hours, np.nan)[surface]  # the generated ground's -1 takes the last
+    hours = np.append(energy.full_load_hours, np.nan)[surface]  # generated ground has index -1: the last
     low, high = choose_range(energy.full_load_hours, scene.surfaces.area)
     names, node = _nodes(scene)
     order = np.argsort(node, kind="stable")

@@ -1,4 +1,4 @@
-"""transfer.nc: what was traced, free of weather, to be weighed again with another year."""
+"""Write transfer.nc: the traced Transfer without weather, for reuse with other weather years."""
 
 import json
 
