@@ -1,4 +1,4 @@
-"""How time and memory grow with the city: 10,000 to a million triangles, 12 typical days, three reflections.
+"""Scaling of time and memory with the size of the city: 10,000 to a million triangles, 12 typical days, 3 bounces.
 
     python benchmarks/growth.py [--sizes 10000 100000 1000000] [--plot FILE.png]
 
@@ -37,7 +37,7 @@ def cut_city(count):
 
 
 def trace_one(count):
-    """Trace a city of so many triangles: what it took."""
+    """Trace a city of `count` triangles; return time and memory."""
     from citypv.core.commands.plain_scenes import join_parts
     from citypv.core.progress import silent
     from citypv.core.radiosity.trace_gather import trace_gather

@@ -1,4 +1,4 @@
-"""How long reading takes and how much memory it holds, against plain lxml, on files of 3 to 50 MB.
+"""Time and memory of reading, compared with plain lxml, on files of 3 to 50 MB.
 
     python benchmarks/reading.py [--runs 5] [--megabytes 3 12 50]
 
@@ -62,7 +62,7 @@ count = len(model.j["vertices"])
 
 
 def write_tiles(path, megabytes):
-    """Write the tile as often as fills the size; return the bytes of its polygons."""
+    """Repeat the tile until the file has the size; return the bytes of its polygons."""
     tile = TILE.read_bytes()
     found = MEMBER.search(tile)
     copies = max(1, round((megabytes * 1e6 - len(tile) + len(found.group())) / len(found.group())))
@@ -75,7 +75,7 @@ def write_tiles(path, megabytes):
 
 
 def shift_copy(members, copy):
-    """The tile's objects, moved by whole steps east and north, with identifiers of their own."""
+    """Objects of the tile, shifted east and north, with unique ids."""
     if not copy:
         return members
     east, north = STEP * (copy % 8), STEP * (copy // 8)
@@ -90,7 +90,7 @@ def shift_copy(members, copy):
 
 
 def run_once(reader, path):
-    """Read once in a process of its own: seconds, bytes grown, count; None where the peer is not installed."""
+    """Read once in a separate process: seconds, bytes grown, count; None if the peer is not installed."""
     command = [sys.executable, "-c", HEAD + READERS[reader] + TAIL, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=path.parent)
     if reader == "cjio" and "ModuleNotFoundError" in done.stderr:
@@ -101,7 +101,7 @@ def run_once(reader, path):
 
 
 def compare(path, readers, runs, kept):
-    """Print the medians of several readers on one file, their runs taken in turns."""
+    """Print medians of several readers on one file, with interleaved runs."""
     results = {reader: [] for reader in readers}
     for _ in range(runs):
         for reader in readers:

@@ -1,4 +1,4 @@
-"""What each way of choosing suns costs in error: the paper's Fig. 5, hour by hour against every hour's own sun.
+"""Error of each choice of suns (the paper's Fig. 5), hour by hour against hourly suns.
 
     python benchmarks/suns.py [CITY] [--weather FILE] [--latitude D --longitude D] [--group KIND ORIENTATION]
         [--patches N] [--ways WAY …] [--plot FILE.png]

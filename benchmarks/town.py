@@ -1,4 +1,4 @@
-"""How long a town of 91,764 triangles takes, from its CityGML file to faces.csv.
+"""Time for a town of 91,764 triangles, from its CityGML file to faces.csv.
 
     python benchmarks/town.py [--runs 3] [--options '--suns hourly']
 
@@ -39,7 +39,7 @@ POLYGON = (
 
 
 def write_town(path):
-    """Write the town as one building for each connected part of its mesh."""
+    """Write the town with one building per connected part of its mesh."""
     town = np.load(ROOT / "tests" / "data" / "town.npz")
     points, triangles = town["vertices"] + CORNER, town["triangles"]
     links = coo_matrix(

@@ -1,4 +1,4 @@
-"""How close the tracer comes to bare Embree, on the town of 91,764 triangles and 143 suns.
+"""Compare the tracer with bare Embree, on the town of 91,764 triangles and 143 suns.
 
     python benchmarks/tracer.py [--runs 5] [--threads 2] [--mitsuba] [--json]
 
@@ -43,7 +43,7 @@ SETTINGS = {"samples": 256, "shadow_samples": 16, "far_ground": False, "max_boun
 
 
 class Recorder:
-    """A tree that keeps the rays it is asked for."""
+    """A BVH that records its rays."""
 
     def __init__(self, tree):
         self.tree, self.closest, self.points = tree, [], {}
@@ -77,7 +77,7 @@ def trace(scene, suns, engine, threads, record=None):
 
 
 class BareRays:
-    """The rays of a task, ready to be handed to embreex."""
+    """The rays of a task, prepared for embreex."""
 
     def __init__(self, scene, suns, threads):
         recorders = []
@@ -97,7 +97,7 @@ class BareRays:
         self.tree.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
 
     def run(self):
-        """Seconds of the rays alone, and how many they are."""
+        """Time of the rays alone [s], and their number."""
         with ThreadPoolExecutor(self.threads) as pool:
             started = time.perf_counter()
             found = pool.map(lambda rays: len(self.tree.run(*rays)), self.closest)
@@ -137,7 +137,7 @@ def compare_engines(found):
 
 
 def run_mitsuba(threads):
-    """What the peer reports of one run of its own."""
+    """Results of one run of the peer."""
     command = [sys.executable, ROOT / "benchmarks" / "peers" / "mitsuba.py", "--runs", "1", "--json"]
     found = subprocess.run([*map(str, command), "--threads", str(threads)], check=True, capture_output=True, text=True)
     return json.loads(found.stdout)
@@ -147,7 +147,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--mitsuba", action="store_true", help="set the peer beside it")
+    parser.add_argument("--mitsuba", action="store_true", help="also run the peer")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     town = np.load(TOWN)

@@ -1,4 +1,4 @@
-"""A real Blender with a window, in a folder: built from Debian's packages, opened on a screen in memory, driven.
+"""Drive a real Blender with a window for tests: installed from Debian packages in a folder, on a virtual screen.
 
     .venv/bin/python tools/blender_window.py build ROOT    build the folder (Debian or Ubuntu, root; 2 minutes, 3 GB)
     .venv/bin/python tools/blender_window.py open ROOT     open its window and take a picture: window.png
@@ -30,7 +30,7 @@ NEEDED = """affine attrs cattrs certifi cftime charset-normalizer click cloudpic
 BUILT_FROM = " ".join([SUITE, PYTHON, *PACKAGES, *NEEDED.split()])
 SIZE = (1600, 1000)
 EXCHANGE = "exchange"  # folder of ROOT that both sides see; inside it is /exchange
-# Nothing of the calling side: Blender as a module leaves words for its own libraries in there.
+# A clean environment: Blender as a module sets variables for its own libraries.
 ENVIRONMENT = ["env", "-i", "PATH=/usr/local/bin:/usr/bin:/bin", "HOME=/root", "LANG=C.UTF-8"]
 ENVIRONMENT += [f"BLENDER_USER_RESOURCES=/{EXCHANGE}/settings"]
 
@@ -78,7 +78,7 @@ def main():
 
 
 def find_root():
-    """A root with Blender: the one that CITYPV_BLENDER names, one built before, or a new one.
+    """Folder with Blender: the one given by CITYPV_BLENDER, an existing one, or a new one.
 
     Returns
     -------
@@ -104,7 +104,7 @@ def find_root():
 
 
 def build_root(root):
-    """Install Debian with Blender, and the packages that core needs, into a folder."""
+    """Install Debian with Blender, and the Python packages of core, into a folder."""
     run(["apt-get", "update", "-q"])
     run(["apt-get", "install", "-y", "-q", "--no-install-recommends", *TOOLS])
     root.mkdir(parents=True, exist_ok=True)
@@ -118,7 +118,7 @@ def build_root(root):
 
 
 def install_packages(folder):
-    """Put the packages of core where the root's Python finds them; NumPy is the root's own."""
+    """Install the packages of core for the root's Python; NumPy is Debian's."""
     platforms = [f"manylinux_2_{minor}_x86_64" for minor in range(28, 4, -1)] + ["manylinux2014_x86_64"]
     target = ["--target", folder, "--python-version", PYTHON, "--implementation", "cp", "--only-binary=:all:"]
     target += [word for platform in platforms for word in ("--platform", platform)]
@@ -127,7 +127,7 @@ def install_packages(folder):
 
 
 def install_extension(root):
-    """Install and enable the add-on as a user does it, in fresh settings; return what Blender says."""
+    """Install and enable the add-on as a user would, with fresh settings; return Blender's output."""
     mount_proc(root)
     folder = root / EXCHANGE / "citypv"
     for old in (folder, root / EXCHANGE / "settings"):
@@ -141,18 +141,18 @@ def install_extension(root):
 
 
 def blender(root, *arguments):
-    """Run the root's Blender without a window; return what it prints."""
+    """Run the root's Blender in background mode; return its output."""
     return run(["chroot", root, *ENVIRONMENT, "blender", *arguments])
 
 
 def mount_proc(root):
-    """Give the root its /proc, without which Blender does not start."""
+    """Mount /proc in the root, which Blender needs to start."""
     if not (root / "proc/self").exists():
         run(["mount", "-t", "proc", "proc", root / "proc"])
 
 
 def run(command):
-    """Run a command; return what it prints, or stop with all of it."""
+    """Run a command; return its output, or exit with it on failure."""
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f"{' '.join(map(str, command[:4]))} …: {done.stdout}{done.stderr}")
@@ -160,7 +160,7 @@ def run(command):
 
 
 class Window:
-    """Blender's window on a screen in memory: ask it, point at it, look at it."""
+    """Blender's window on a virtual screen: run Python in it, send input, take screenshots."""
 
     def __init__(self, root, size=SIZE):
         self.root, self.size, self.exchange = root, size, root / EXCHANGE
@@ -198,7 +198,7 @@ class Window:
                 process.wait()
 
     def ask(self, code, patience=60.0):
-        """Run Python inside Blender, in its own thread; return what it leaves in `answer`."""
+        """Run Python in Blender's main thread; return the value of `answer`."""
         draft, reply = self.exchange / "ask.part", self.exchange / "reply.json"
         draft.write_text(code)
         draft.rename(self.exchange / "ask.py")
@@ -214,7 +214,7 @@ class Window:
         return told["answer"]
 
     def wait_for(self, expression, patience=60.0):
-        """Ask until an expression is true."""
+        """Poll until an expression is true."""
         end = time.monotonic() + patience
         while not self.ask(f"answer = bool({expression})"):
             if time.monotonic() > end:
@@ -222,15 +222,15 @@ class Window:
             time.sleep(0.2)
 
     def point(self, *arguments):
-        """Move the mouse, click, press keys: the words of xdotool."""
+        """Move the mouse, click, press keys: commands of xdotool."""
         run(["env", f"DISPLAY={self.display}", "xdotool", *map(str, arguments)])
 
     def take_picture(self, path):
-        """Save what the screen shows."""
+        """Save a screenshot."""
         run(["env", f"DISPLAY={self.display}", "import", "-window", "root", path])
 
     def read_log(self):
-        """Read what Blender printed."""
+        """Read Blender's output."""
         return (self.work / "blender.log").read_text()
 
 

@@ -1,4 +1,4 @@
-"""Build the extension for Blender: one zip per platform with all the packages that core needs, as unmodified wheels.
+"""Build the Blender extension: one zip per platform, with all packages of core as unmodified wheels.
 
     .venv/bin/python tools/build_extension.py [--platform linux-x64 …] [--python 3.11 …] [--no-wheels] [--out dist]
 
@@ -30,13 +30,13 @@ TARGETS = {  # Blender's platform: (pip's platforms, Pythons that Blender has th
 
 
 def main():
-    """Fetch the wheels, lay out the extension's folder, and let Blender's own tool validate and zip it."""
+    """Download the wheels, assemble the extension's folder, and validate and zip it with Blender's own tool."""
     parser = argparse.ArgumentParser(description="build the extension for Blender")
     parser.add_argument("--platform", action="append", choices=TARGETS, help="default: all")
     parser.add_argument("--python", action="append", choices=("3.11", "3.13"), help="default: all")
-    parser.add_argument("--no-wheels", action="store_true", help="for a Blender that has the packages already")
+    parser.add_argument("--no-wheels", action="store_true", help="for a Blender that already has the packages")
     parser.add_argument("--out", type=Path, default=ROOT / "dist")
-    parser.add_argument("--folder", type=Path, default=ROOT / "build/extension", help="where the contents are laid out")
+    parser.add_argument("--folder", type=Path, default=ROOT / "build/extension", help="build folder")
     options = parser.parse_args()
     platforms = options.platform or list(TARGETS)
     wheels = set()
@@ -92,7 +92,7 @@ def read_versions(environment):
 
 
 def collect_packages(environment):
-    """Return the names of all packages that core needs in an environment, its requirements' own included."""
+    """Return the names of all packages that core needs in an environment, with indirect dependencies."""
     installed = {canonicalize_name(package.metadata["Name"]) for package in metadata.distributions()}
     waiting, names = [Requirement(text) for text in metadata.requires("citypv")], set()
     while waiting:
@@ -102,14 +102,14 @@ def collect_packages(environment):
         if not needed or name in names | LEFT_OUT:
             continue
         names.add(name)
-        # A package of another platform is not installed here; those that occur (colorama) need nothing themselves.
+        # Packages of other platforms are not installed here; those used (colorama) have no dependencies.
         if name in installed:
             waiting += [Requirement(text) for text in metadata.requires(name) or ()]
     return sorted(names)
 
 
 def lay_out(folder, platforms, wheels):
-    """Copy the rooms and the wheels into an empty folder, with a manifest that lists them."""
+    """Copy the packages and the wheels to an empty folder, with a manifest that lists them."""
     shutil.rmtree(folder, ignore_errors=True)
     (folder / "wheels").mkdir(parents=True)
     for name in CONTENTS:
@@ -118,7 +118,7 @@ def lay_out(folder, platforms, wheels):
             shutil.copytree(source, folder / name, ignore=shutil.ignore_patterns("__pycache__", "ruff.toml"))
         else:
             shutil.copy(source, folder)
-    # The same wheel may serve both Pythons; Blender wants each listed once.
+    # A wheel may serve both Pythons; Blender requires each to be listed once.
     names = {wheel.name: wheel for wheel in wheels}
     for wheel in names.values():
         shutil.copy(wheel, folder / "wheels")
@@ -131,7 +131,7 @@ def lay_out(folder, platforms, wheels):
 
 
 def run_blender_tool(*arguments):
-    """Run Blender's extension tool, which comes with bpy and needs no Blender."""
+    """Run Blender's extension tool, which comes with bpy and runs without Blender."""
     tool = next(Path(util.find_spec("bpy").origin).parent.glob("*/scripts/addons_core/bl_pkg/cli/blender_ext.py"))
     subprocess.run([sys.executable, tool, *map(str, arguments)], check=True)
 

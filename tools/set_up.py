@@ -1,4 +1,4 @@
-"""Set up what `make demo` and `make test` need, on a bare machine: Python, its packages, the system's libraries.
+"""Set up `make demo` and `make test` on a bare machine: Python, its packages, system libraries.
 
     python3 tools/set_up.py one    one environment; `.venv` points to it
     python3 tools/set_up.py all    an environment for each Python that Blender exists for and this machine has
@@ -54,17 +54,17 @@ def main(which):
 
 
 def say(text):
-    """Tell the user one thing."""
+    """Print one message."""
     print(f"[set-up] {text}", flush=True)
 
 
 def stop(text):
-    """Tell the user why there is no going on, and what to do."""
+    """Exit with the reason and what to do."""
     sys.exit(f"[set-up] {text}")
 
 
 def find_pythons():
-    """Find the Pythons that Blender exists for: on the PATH, pyenv's and uv's.
+    """Find Pythons for which Blender exists as a module: on the PATH, of pyenv and of uv.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def interpreter(candidate, version):
 
 
 def bring_python():
-    """Let uv fetch a Python; uv itself comes as a wheel."""
+    """Install a Python with uv; uv itself is installed as a wheel."""
     version = VERSIONS[0]
     say(f"Blender exists for Python {' and '.join(VERSIONS)} only, and neither is here: uv brings {version}")
     uv = shutil.which("uv")
@@ -114,12 +114,12 @@ def bring_python():
 
 
 def missing_venv(python, version):
-    """Name the Debian package that this Python lacks to make virtual environments, if any."""
+    """Debian package that this Python needs to create virtual environments, if missing."""
     return [f"python{version}-venv"] if ask([python, "-c", "import ensurepip, venv"]).returncode else []
 
 
 def missing_libraries():
-    """Name the Debian packages of the libraries that Blender needs and this machine cannot load."""
+    """Debian packages of libraries that Blender needs and this machine does not have."""
     if platform.system() != "Linux":
         return []
     packages = []
@@ -132,7 +132,7 @@ def missing_libraries():
 
 
 def install_system_packages(packages):
-    """Install Debian packages where that is allowed, else name the command to type."""
+    """Install Debian packages if permitted, else print the command to run."""
     if not packages:
         return
     install = ["apt-get", "install", "-y", "--no-install-recommends", *packages]
@@ -148,9 +148,9 @@ def install_system_packages(packages):
 
 
 def make_environment(version, python):
-    """Make the virtual environment `.venv-VERSION` with Blender, CityPV (editable) and the tests' tools."""
+    """Create the virtual environment `.venv-VERSION` with Blender, CityPV (editable) and test tools."""
     folder = ROOT / f".venv-{version}"
-    # What stands below the tools' settings in pyproject.toml changes no installation.
+    # Tool settings in pyproject.toml do not affect the installation.
     package = (ROOT / "pyproject.toml").read_text("utf-8").partition("[tool.pytest")[0]
     sources = package + (ROOT / "tools/versions.txt").read_text("utf-8")
     wanted = "\n".join([python, str(ROOT), hashlib.sha256(sources.encode()).hexdigest()])
@@ -168,7 +168,7 @@ def make_environment(version, python):
 
 
 def pip_install(python, *arguments):
-    """Run `pip install`; show its large downloads and its last step, and all it said when it fails."""
+    """Run `pip install`; show large downloads and the last step, and the full output if it fails."""
     pip = [python, "-m", "pip", "install", "--disable-pip-version-check", "--no-input", "--progress-bar", "off"]
     command = [str(part) for part in (*pip, *arguments)]
     said = []
@@ -185,14 +185,14 @@ def pip_install(python, *arguments):
 
 
 def run(command):
-    """Run a command silently; show what it said when it fails."""
+    """Run a command silently; show its output if it fails."""
     done = ask(command)
     if done.returncode:
         stop(f"failed: {' '.join(map(str, command))}\n{done.stdout[-4000:]}")
 
 
 def ask(command):
-    """Run a command and return what it said and how it ended."""
+    """Run a command; return its output and exit status."""
     return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
 
 
