@@ -66,7 +66,7 @@ def main():
         kind, orientation = options.group
         scene.surfaces.eligible &= (scene.surfaces.kind == kind) & (scene.surfaces.orientation == orientation)
     look = Looker(scene, weather, request, options.patches)
-    # Compiling and the first rays are nobody's seconds.
+    # Exclude compilation and the first rays from the times.
     look.energy("days:1")
     hourly, suns, seconds = look.energy("hourly")
     print(f"{len(look.chosen):,} patches, every hour: {suns:,} suns, {seconds:.1f} s")

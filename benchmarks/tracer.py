@@ -11,7 +11,7 @@ packets  the same by packets of rays
 mitsuba  the same task done with Mitsuba 3 (see peers/mitsuba.py), with --mitsuba
 
 Printed: the median seconds, their ratio to the bare rays', and the errors against the reference of the town. What comes
-before the first ray (patches, plan, Embree's tree) is told apart.
+before the first ray (patches, plan, Embree's tree) is reported separately.
 """
 
 import argparse

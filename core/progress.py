@@ -19,7 +19,7 @@ def silent(stage, done, total, unit):
     """Report nothing."""
 
 
-def untold(share):
+def ignore_share(share):
     """Report nothing; `share` is the part of a task that is done, 0 to 1."""
 
 

@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 
 from ..errors import InputError
-from ..progress import untold
+from ..progress import ignore_share
 from .choose_lod import check_lod, choose_lod
 from .city import City, ImportReport
 from .clean_rings import clean_rings, starts_of
@@ -17,7 +17,7 @@ from .orient_shells import orient_shells, turn_over
 ORIENTS = ("auto", "as-drawn")
 
 
-def assemble_city(contents, crs, lod=None, orient="auto", tell=untold):
+def assemble_city(contents, crs, lod=None, orient="auto", tell=ignore_share):
     """Join the contents of files into one City.
 
     Parameters

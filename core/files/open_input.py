@@ -6,14 +6,14 @@ import zlib
 from pathlib import Path
 
 from ..errors import InputError
-from ..progress import untold
+from ..progress import ignore_share
 
 LARGEST_GAIN = 200  # highest compression ratio accepted; text of city models has 10 to 30
 FREE_BYTES = 64 * 2**20  # decompressed size that is always accepted
 BUFFER = 2**18  # bytes per read and per progress report
 
 
-def open_input(path, tell=untold):
+def open_input(path, tell=ignore_share):
     """Open a file as a stream of bytes.
 
     Parameters

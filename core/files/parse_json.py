@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..errors import InputError
-from ..progress import untold
+from ..progress import ignore_share
 from .open_input import open_input
 
 CUT = "the file is truncated or damaged: download or export it again"
@@ -74,7 +74,7 @@ def _refuse_constant(name):
 DECODER = json.JSONDecoder(object_pairs_hook=_to_object, parse_constant=_refuse_constant)
 
 
-def iterate_json(path, notes, tell=untold):
+def iterate_json(path, notes, tell=ignore_share):
     """Yield each JSON text of a file and the line it begins on.
 
     A file with one text per line is read line by line; any other is read into memory as a whole.

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..errors import InputError
-from ..progress import untold
+from ..progress import ignore_share
 from .limits import LARGEST_COORDINATE, clean_name
 from .open_input import open_input
 
@@ -35,7 +35,7 @@ class ObjParts:
     comment_crs: str = ""  # a comment line that mentions EPSG
 
 
-def parse_obj(path, tell=untold):
+def parse_obj(path, tell=ignore_share):
     """Read the statements of an OBJ file.
 
     Parameters

@@ -7,7 +7,7 @@ import textwrap
 from lxml import etree
 
 from ..errors import InputError
-from ..progress import untold
+from ..progress import ignore_share
 from .open_input import open_input
 
 SAFE = {
@@ -82,7 +82,7 @@ def read_root(path, declared=()):
         return root.tag, dict(root.nsmap)
 
 
-def iterate_elements(path, tags, declared=(), tell=untold):
+def iterate_elements(path, tags, declared=(), tell=ignore_share):
     """Yield each completed element with one of the tags; it and everything before it is freed afterwards.
 
     Parameters

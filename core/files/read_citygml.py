@@ -2,7 +2,7 @@
 
 from ..city.polygon import FileContent
 from ..errors import InputError
-from ..progress import untold
+from ..progress import ignore_share
 from .collect_polygons import collect_polygons
 from .parse_xml import UndeclaredPrefixError, iterate_elements, read_root
 from .place_shapes import place_shapes
@@ -12,7 +12,7 @@ MEMBERS = ("cityObjectMember", "featureMember", "member")
 MOST_UNDECLARED = 16  # prefixes; a file with more is not accepted
 
 
-def read_content(path, tell=untold):
+def read_content(path, tell=ignore_share):
     """Read all polygons of one CityGML file, at all levels of detail.
 
     A namespace prefix that the file uses without declaring it (such as that of an extension) is declared on the fly,

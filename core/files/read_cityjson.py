@@ -10,7 +10,7 @@ import numpy as np
 
 from ..city.polygon import FileContent
 from ..errors import InputError
-from ..progress import untold
+from ..progress import ignore_share
 from .collect_shapes import Owner, Shapes, collect_shapes
 from .find_families import find_families
 from .limits import clean_name
@@ -30,7 +30,7 @@ ORPHANS = "parts or installations have no parent building; they are read as buil
 AGAIN = "city object whose name is used again later in the file"
 
 
-def read_cityjson(path, tell=untold):
+def read_cityjson(path, tell=ignore_share):
     """Read all building polygons of one CityJSON file, at all levels of detail.
 
     Parameters
@@ -62,7 +62,7 @@ def read_cityjson(path, tell=untold):
         elif reading.templates is None:
             cure = "put the header object, of type CityJSON, on the first line"
             raise InputError(path, f"line {line}: a CityJSONFeature before the header", cure)
-        reading.add(value, line, tell if kind == "CityJSON" else untold)
+        reading.add(value, line, tell if kind == "CityJSON" else ignore_share)
     reading.finish()
     return content
 
@@ -97,7 +97,7 @@ class _Reading:
         if self.transform is None and not text.startswith("1.0"):
             self._note(f"{self.path} has no transform; its vertices were read as real coordinates.")
 
-    def add(self, text, line, tell=untold):
+    def add(self, text, line, tell=ignore_share):
         """Read the buildings among the objects of one JSON text."""
         _refuse_repeated(self.path, text, line)
         objects = text.get("CityObjects", {})

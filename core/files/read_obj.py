@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..city.polygon import FileContent, Polygon
 from ..errors import InputError
-from ..progress import untold
+from ..progress import ignore_share
 from .parse_obj import parse_obj
 from .read_mtl import SHORT, read_libraries
 
@@ -21,7 +21,7 @@ FACES_AT_ONCE = 4096  # polygons per progress report
 ABOVE = 0.5  # share of a piece's polygons that must lie above or below another piece to join its building
 
 
-def read_obj(path, up="z", tell=untold):
+def read_obj(path, up="z", tell=ignore_share):
     """Read all polygons (`f` statements) of an OBJ file.
 
     Each ``o`` is a building. Without any, each name of ``g`` is one; without either, polygons that share vertices form

@@ -32,7 +32,7 @@ class Ground:
     hidden: np.ndarray  # (t,) bool: sides and bottom, which receive no light
     hanging: np.ndarray  # (h,) int64 footprints above the ground
     raised: np.ndarray  # (r,) int64 surfaces that end above the terrain: extended downwards
-    buried: np.ndarray  # (b,) int64 surfaces that end below the terrain: cut by it
+    below_ground: np.ndarray  # (b,) int64 surfaces that end below the terrain: cut by it
     notes: list  # sentences for the report
 
 
@@ -70,7 +70,7 @@ def build_terrain(feet, points, terrain, patch_size=None):
     places, heights, notes = _spread(foot_points[:, :2], feet, terrain, (low, high, reach), patch_size)
     vertices = _refine(np.column_stack([places, heights]), terrain, foot_points[:, :2])
     triangles = faces_up(vertices, Delaunay(vertices[:, :2]).simplices.astype(np.int64))
-    skirts, raised, buried, words = _join(feet, vertices[triangles], 0.5 * patch_size)
+    skirts, raised, below_ground, words = _join(feet, vertices[triangles], 0.5 * patch_size)
     body, body_triangles = _close(vertices, min(low[2], vertices[:, 2].min()) - BELOW)
     triangles = triangles[~under_buildings(vertices, triangles, feet.footprints)]
     pieces = [(vertices, triangles), skirts, (body, body_triangles)]
@@ -79,7 +79,9 @@ def build_terrain(feet, points, terrain, patch_size=None):
     hidden = np.arange(len(joined)) >= len(joined) - len(body_triangles)
     used, corners = np.unique(joined, return_inverse=True)
     whole = np.concatenate([piece[0] for piece in pieces])[used]
-    return Ground(whole, corners.reshape(-1, 3), hidden, feet.hanging, raised, buried, [*terrain.notes, *notes, *words])
+    return Ground(
+        whole, corners.reshape(-1, 3), hidden, feet.hanging, raised, below_ground, [*terrain.notes, *notes, *words]
+    )
 
 
 def _spread(foot_places, feet, terrain, bounds, patch_size):
@@ -171,7 +173,7 @@ def _join(feet, ground, longest):
     vertices = np.concatenate([start[lifted], end[lifted], *lower])  # top left, top right, bottom left, bottom right
     triangles = np.concatenate([np.column_stack([k, k + 2 * n, k + 3 * n]), np.column_stack([k, k + 3 * n, k + n])])
     triangles[np.tile(turned, 2)] = triangles[np.tile(turned, 2)][:, ::-1]
-    raised, buried = (np.unique(feet.polygon[edge][mask]) for mask in (lifted, own & (below > JOINED)))
+    raised, below_ground = (np.unique(feet.polygon[edge][mask]) for mask in (lifted, own & (below > JOINED)))
     words = []
     apart = float(np.median((between[..., 2] - height)[:, own])) if own.any() else 0.0
     if abs(apart) > SUSPICIOUS:
@@ -182,10 +184,10 @@ def _join(feet, ground, longest):
         area = float((np.linalg.norm(along[:, :2], axis=1) * above[lifted]).sum())
         words.append(f"{len(raised)} surfaces end above the terrain, by up to {above.max():.1f} m: "
                      f"walls extended downwards, about {area:,.0f} m² without a row in the results.")  # fmt: skip
-    if len(buried):
-        words.append(f"{len(buried)} surfaces end below the terrain, by up to {below.max():.1f} m: "
+    if len(below_ground):
+        words.append(f"{len(below_ground)} surfaces end below the terrain, by up to {below.max():.1f} m: "
                      "their parts below the terrain receive no light.")  # fmt: skip
-    return (vertices, triangles), raised, buried, words
+    return (vertices, triangles), raised, below_ground, words
 
 
 def _pieces(feet, longest):

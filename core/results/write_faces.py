@@ -3,13 +3,13 @@
 import numpy as np
 import pandas as pd
 
-from ..progress import untold
+from ..progress import ignore_share
 from .columns import column_values, tabled_columns
 
 WRITTEN = 0.7  # share of the time until all numbers are text
 
 
-def write_faces(path, transfer, energy, tell=untold, *, monthly=False):
+def write_faces(path, transfer, energy, tell=ignore_share, *, monthly=False):
     """Write what was found of each surface.
 
     Parameters

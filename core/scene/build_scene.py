@@ -251,7 +251,7 @@ def _stand_on_terrain(scene, parts, terrain, patch_size):
     ground = build_terrain(feet, parts[1], moved, patch_size)
     for reason, polygons in (
         ("ends above the terrain, carried down", ground.raised),
-        ("ends below the terrain, cut by it", ground.buried),
+        ("ends below the terrain, cut by it", ground.below_ground),
         ("footprint hangs in the air, the ground goes on below", ground.hanging),
     ):
         scene.report.repair(reason, [names[k] for k in polygons])
