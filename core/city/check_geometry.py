@@ -42,11 +42,11 @@ def check_starts(name, starts, last, least=0):
     starts = check_array(name, starts, ("k + 1",), kind="i", most=np.inf, least=-np.inf)
     if not len(starts) or starts[0] != 0 or starts[-1] != last:
         ends = f"runs from {starts[0]} to {starts[-1]}" if len(starts) else "is empty"
-        raise InputError(name, ends, f"it must run from 0 to {last}")
+        raise InputError(name, ends, f"give starts from 0 to {last}")
     short = np.diff(starts) < least
     if short.any():
         first = int(np.flatnonzero(short)[0])
-        raise InputError(name, f"row {first} has {np.diff(starts)[first]} members", f"each needs at least {least}")
+        raise InputError(name, f"row {first} has {np.diff(starts)[first]} members", f"give each at least {least}")
 
 
 def check_city(city):
@@ -127,7 +127,7 @@ def check_extent(city):
         name = surface_of_point(city, furthest)
         source = city.report.files[0] if city.report.files else "city"
         problem = f"{span / 1e3:,.0f} km wide; surface {name!r} is {away[furthest] / 1e3:,.0f} km away from the middle"
-        raise InputError(source, problem, "remove it, or correct its coordinates")
+        raise InputError(source, problem, "check its coordinates, or remove it")
 
 
 def check_terrain(terrain):

@@ -111,5 +111,5 @@ def test_a_library_without_the_functions_is_refused(monkeypatch):
 
 def test_an_engine_that_does_not_exist_is_refused(monkeypatch):
     monkeypatch.setenv(choose_engine.VARIABLE, "magic")
-    with pytest.raises(InputError, match="'magic' is no engine; set it to packets or rays"):
+    with pytest.raises(InputError, match="'magic' is not an engine; set it to packets or rays"):
         choose_engine.choose_engine()

@@ -66,7 +66,7 @@ def test_no_system_at_all():
 
 @pytest.mark.parametrize("latitude", [91, -100, math.nan])
 def test_latitude_out_of_bounds(latitude):
-    with pytest.raises(InputError, match="out of bounds"):
+    with pytest.raises(InputError, match="out of range"):
         locate_site(None, (0, 0), latitude, 0.0)
 
 

@@ -95,7 +95,7 @@ def test_settings_of_a_scene():
         ("--patch-size: nan is not", {"patch_size": np.nan}),
         ("--patch-size: 0.0001 m would make about", {"patch_size": 1e-4}),
         ("--grid-size: nan is not", {"grid_size": np.nan}),
-        ("--grid-size: 0.001 m would make", {"grid_size": 1e-3}),
+        ("--grid-size: 0.001 m gives", {"grid_size": 1e-3}),
         ("--ground: 'moon' is unknown", {"ground": "moon"}),
         ("--latitude: nan", {"latitude": np.nan}),
         ("--longitude: inf", {"longitude": np.inf}),
@@ -107,10 +107,10 @@ def test_one_building_that_stands_elsewhere_by_mistake():
     """At 0, 0, while the others have UTM coordinates: this asked for 30 GB, or made float32 noise of all others."""
     points = TOWN.points + UTM
     points[:24] -= UTM
-    refused("5,818 km wide; surface 's[0-5]' stands", build_scene, replace(TOWN, points=points), 52, 13)
+    refused("5,818 km wide; surface 's[0-5]' is", build_scene, replace(TOWN, points=points), 52, 13)
     points = TOWN.points + UTM
     points[1] = 0  # one corner only
-    refused("5,818 km wide; surface 's0' stands", build_scene, replace(TOWN, points=points), 52, 13)
+    refused("5,818 km wide; surface 's0' is", build_scene, replace(TOWN, points=points), 52, 13)
 
 
 def test_pieces_of_geometry():
