@@ -52,5 +52,5 @@ class Scene:
     site: Site
     report: ImportReport = field(default_factory=ImportReport)
     colours: dict = field(default_factory=dict)  # name of a material of the files -> (3,) linear RGB, None if not given
-    sheet: np.ndarray | None = None  # (t,) bool: open sheet without thickness, lit on both sides; None: no such triangles
+    sheet: np.ndarray | None = None  # (t,) bool: open sheet without thickness, lit on both sides; None: none
     back_of: np.ndarray | None = None  # (t,) int32, for back sides made by `add_backs`: their triangle, else -1
