@@ -17,6 +17,8 @@ from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.refine import refine_triangles
 
+pytestmark = pytest.mark.once
+
 ROOT = Path(__file__).parents[2]
 SUNS = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3], [0.3, -0.9, 0.1], [0, 0, 1]])
 

@@ -17,6 +17,8 @@ from citypv.core.errors import InputError
 from citypv.core.files.read_city import READERS, read_city
 from citypv.core.scene.build_scene import build_scene
 
+pytestmark = pytest.mark.once
+
 DATA = Path(__file__).parents[1] / "data"
 REAL = {
     ".gml": ("citygml/lyon_1er_small_house.gml", "obj/nonmanifold.gml"),

@@ -17,6 +17,8 @@ from citypv.core.request import Request
 from citypv.core.sampling.sample_points import DIGITS, grid_of, points_of_grid
 from citypv.core.scene.refine import refine_triangles
 
+pytestmark = pytest.mark.once
+
 SEEDS = (1, 2, 3)
 TOO_SMALL = 1.10  # how far errors may exceed what is reported
 DIFFUSE, DIRECT = 0, 1

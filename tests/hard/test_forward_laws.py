@@ -14,6 +14,8 @@ from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.refine import refine_triangles
 
+pytestmark = pytest.mark.once
+
 PATCHES = 0.04  # of the reflected part: what gather errs by where light is even over patches of six metres
 FIELDS = ("diffuse_relative", "visible_share", "direct_reflected", "diffuse_relative_standard_error")
 

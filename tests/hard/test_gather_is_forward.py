@@ -38,7 +38,7 @@ BIAS = 0.005  # of the reflected part
 BIAS_ON_ROOFS = 0.015  # what reaches them is little and comes from near by, where light is uneven within cells
 SMALLEST_SHARE = 0.05  # of the area: smaller groups say little
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.once]
 
 
 @dataclass

@@ -21,6 +21,8 @@ from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 
+pytestmark = pytest.mark.once
+
 ERRORS = 3.0  # stated ones that gather may be off by
 SEEDS = 3
 

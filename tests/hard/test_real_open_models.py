@@ -35,7 +35,7 @@ ERRORS = 4.5  # standard errors that a thousand comparisons with fixed seeds sta
 SUNS = np.array([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.9, 0.1, 0.15]])
 SUNS = SUNS / np.linalg.norm(SUNS, axis=1, keepdims=True)
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.once]
 
 
 @cache

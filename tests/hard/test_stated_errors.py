@@ -18,6 +18,8 @@ from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import read_year
 from citypv.core.sun.choose_suns import choose_suns
 
+pytestmark = pytest.mark.once
+
 SEEDS = 16
 PLACE = (52.5, 13.4)
 LEAST, MOST = 0.8, 1.25  # scatter over stated, as root mean squares over many surfaces

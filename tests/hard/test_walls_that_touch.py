@@ -29,7 +29,7 @@ PATHS, SETS, SEEDS = 120, 6, 3  # paths from each patch in each set, and runs of
 PATCHES_AT_ONCE = 4000
 ERRORS = 4.0
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.once]
 
 
 def follow_paths(tracing, covered, chosen, generator):
