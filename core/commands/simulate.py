@@ -13,6 +13,7 @@ from ..results.write_summary import summarise, write_summary
 from ..results.write_tables import write_tables
 from ..results.write_transfer import write_transfer
 from ..scene.grid_cells import split_into_cells
+from ..scene.outline_surfaces import outline_surfaces
 from ..study import (
     check_settings,
     compute_energy,
@@ -98,6 +99,8 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         log.say("Tracing")
         transfer = trace_until_interrupted(scene, weather, request, log, work.parent, prepared=prepared)
         log.clock.lap("trace")
+        outlines = outline_surfaces(city, scene.surfaces, scene.site, request.grid_size)
+        transfer = replace(transfer, outlines=outlines)
         large = is_on_disk(transfer.visible_share)
         keep = not large or "transfer" in exports
         energy = write_results(work, transfer, weather, request, log, scene=scene, draw=draw, keep=keep)

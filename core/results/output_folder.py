@@ -20,6 +20,7 @@ NAMES = (
     "city.glb",
     "city.blend",
     "preview.png",
+    "report.html",
     "summary.json",
 )
 LOCK = ".lock"

@@ -7,6 +7,7 @@ import numpy as np
 import xarray
 
 from ..errors import InputError
+from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
 from ..sun.suns import Suns
 from ..transfer.trace_record import record_of_dict
@@ -16,6 +17,7 @@ from .transfer_fields import (
     ERROR_PARTS,
     FORMAT,
     MATERIAL,
+    OUTLINES,
     PER_SUN,
     PER_SURFACE,
     PER_SURFACE_AND_SUN,
@@ -64,6 +66,7 @@ def check_dimensions(path, dataset):
     expected |= {"normal": ("surface", "axis"), "direction": ("sun", "axis")}
     expected |= dict.fromkeys(TRACED_AS, ("surface",)) if ALBEDO in dataset else {}
     expected |= {name: part[0] for name, part in ERROR_PARTS.items()} if "covariance" in dataset else {}
+    expected |= {name: dimensions for name, (dimensions, _) in OUTLINES.items() if name in dataset}
     for name, dimensions in expected.items():
         if dataset[name].dims != dimensions:
             raise InputError(path, f"{name} lies along {dataset[name].dims}, not {dimensions}", CURE)
@@ -91,6 +94,7 @@ def transfer_of_dataset(dataset):
         **{name: values[name] for name in PER_SURFACE_AND_SUN},
         **(materials_of_dataset(dataset) if ALBEDO in dataset else {}),
         error_parts=error_parts_of_dataset(dataset),
+        outlines=outlines_of_dataset(dataset),
     )
 
 
@@ -99,6 +103,11 @@ def error_parts_of_dataset(dataset):
     if "covariance" not in dataset:
         return None
     return ErrorParts(**{name: dataset[name].values for name in ERROR_PARTS})
+
+
+def outlines_of_dataset(dataset):
+    """Shapes of the surfaces; None in files written before they were kept."""
+    return Outlines(*(dataset[name].values for name in OUTLINES)) if set(OUTLINES) <= set(dataset) else None
 
 
 def materials_of_dataset(dataset):

@@ -38,3 +38,12 @@ ERROR_PARTS = {  # name -> dimensions, long name; files written before they were
     "direct_discretisation": (("surface",), "the same of the annual mean of direct light"),
     "covariance": (("surface",), "covariance of the surface's own noise in diffuse and in annual direct light"),
 }
+
+OUTLINES = {  # name -> dimensions, attributes; files written before outlines were kept lack them
+    "outline_points": (
+        ("corner", "axis"),
+        {"units": "m", "long_name": "corners of the surfaces: true east, true north, up from the scene's origin"},
+    ),
+    "outline_ring_start": (("ring_bound",), {"long_name": "first corner of each ring, and the number of corners"}),
+    "outline_surface_start": (("surface_bound",), {"long_name": "first ring of each surface, and the number of rings"}),
+}

@@ -14,6 +14,7 @@ from .transfer_fields import (
     ERROR_PARTS,
     FORMAT,
     MATERIAL,
+    OUTLINES,
     PER_SUN,
     PER_SURFACE,
     PER_SURFACE_AND_SUN,
@@ -61,6 +62,10 @@ def write_transfer(path, transfer, progress=silent):
         for name, (dimensions, long_name) in ERROR_PARTS.items():
             attributes_of_part = {"units": "1", "long_name": long_name}
             variables[name] = (dimensions, getattr(transfer.error_parts, name), attributes_of_part)
+    if transfer.outlines is not None:
+        values = transfer.outlines.points, transfer.outlines.ring_start, transfer.outlines.surface_start
+        for (name, (dimensions, details)), array in zip(OUTLINES.items(), values, strict=True):
+            variables[name] = (dimensions, array, details, {"zlib": True})
     dataset = xarray.Dataset(variables, attrs=attributes)
     with netcdf_errors(path):
         dataset.to_netcdf(path, engine="netcdf4")

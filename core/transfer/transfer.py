@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
 from ..sun.suns import Suns
 from .trace_record import TraceRecord
@@ -61,3 +62,4 @@ class Transfer:
     material: list | None = None  # (n,) str, name of what it was traced as, "" where no more than an albedo was given
     albedos: list | None = None  # of dict: every albedo and material met, as of `read_albedo.describe_albedo`
     error_parts: ErrorParts | None = None  # None: all of the standard errors is own noise
+    outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown
