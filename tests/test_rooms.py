@@ -35,7 +35,19 @@ LAYERS = (
         "interruption",
     ),
     *("rays", "sampling", "city", "ground", "files", "scene", "materials", "patches"),
-    *("sun", "climate", "transfer", "radiosity", "photons", "weather", "energy", "results", "study", "commands"),
+    *(
+        "sun",
+        "climate",
+        "transfer",
+        "radiosity",
+        "photons",
+        "weather",
+        "energy",
+        "results",
+        "plots",
+        "study",
+        "commands",
+    ),
 )
 
 

@@ -110,6 +110,10 @@ def build_parser():
     add_output(again)
     add_options(again, "weather", "electricity", "run")
     again.set_defaults(run=run_yield, parser=again)
+    plot = commands.add_parser("plot", help="draw a result folder: pictures and tables in one report.html")
+    plot.add_argument("folder", metavar="DIR", help="folder that simulate or yield has written")
+    plot.add_argument("--quiet", action="store_true", help="say nothing but errors")
+    plot.set_defaults(run=run_plot)
     inspect = commands.add_parser("inspect", help="say what was read, and where it stands on Earth")
     add_city(inspect)
     inspect.add_argument("--json", action="store_true", help="print as JSON")
@@ -169,6 +173,15 @@ def run_yield(options):
     recompute(
         options.transfer, options.out, request_of_options(options), overwrite=options.overwrite, say=voice(options)
     )
+
+
+def run_plot(options):
+    """`citypv plot`."""
+    from .plot_results import plot_results
+
+    path = plot_results(options.folder)
+    if not options.quiet:
+        print(f"Written to {path}", file=sys.stderr)
 
 
 def run_inspect(options):

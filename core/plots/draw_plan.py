@@ -1,0 +1,132 @@
+"""The city from above, coloured by full load hours: roofs as areas, facades as lines."""
+
+import numpy as np
+from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+
+from ..results.colour_map import choose_range
+from .picture import colour_scale, make_figure
+from .tabulate import select_mounted
+
+FROM_ABOVE = ("roof", "flat", "steep")
+PLAIN, EDGE = "#e4e4e0", "#a9a9a4"  # what has no colour of its own
+WALL_WIDTH = 1.6  # [m] of a facade's line on the ground, as far as a picture can show it
+THINNEST, THICKEST = 1.4, 4.0  # [points]
+WIDTH, FOOT = 10.0, 1.2  # [inch] of the picture, and what the scales need below the city
+SHAPES = 0.3, 1.2  # height over width that the city may take
+SHARE_OF_WIDTH = 0.25  # of the picture, for the scale bar at most
+COLOUR_MAP = "viridis"
+
+
+def draw_plan(faces, outlines, show):
+    """Draw the city from above, north up.
+
+    Parameters
+    ----------
+    faces : pandas.DataFrame
+        faces.csv.
+    outlines : Outlines
+        Of its rows.
+    show : {"roof", "facade"}
+        Roofs, pitched and flat ones, or facades: the others stay grey.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    mounted = select_mounted(faces)
+    chosen = mounted[(mounted["kind"] == "facade") == (show == "facade")]
+    hours = chosen["full_load_hours"]
+    low, high = choose_range(hours.to_numpy(), chosen["area"].to_numpy())
+    lower, upper = outlines.points[:, :2].min(axis=0), outlines.points[:, :2].max(axis=0)
+    size = upper - lower
+    figure = make_figure(WIDTH, WIDTH * float(np.clip(size[1] / max(size[0], 1e-3), *SHAPES)) + FOOT)
+    axes = figure.subplots()
+    frame_plan(axes, lower, upper)
+    look = {"cmap": colour_scale(COLOUR_MAP), "clim": (low, high)}
+    roofs = rows_from_above(faces, outlines)
+    grey = [surface for surface in roofs if show == "facade" or surface not in hours.index]
+    axes.add_collection(shade_areas(outlines, grey, facecolor=PLAIN, edgecolor=EDGE, linewidth=0.3))
+    if show == "facade":
+        drawn = rows_by_height(outlines, chosen.index)
+        lines = [facade_line(outlines, surface, faces["surface_azimuth"][surface]) for surface in drawn]
+        points = 72 * WIDTH / max(size)  # per metre, about
+        width = float(np.clip(WALL_WIDTH * points, THINNEST, THICKEST))
+        coloured = LineCollection(lines, array=hours[drawn].to_numpy(), linewidth=width, capstyle="butt", **look)
+    else:
+        drawn = [surface for surface in roofs if surface in hours.index]
+        coloured = shade_areas(
+            outlines, drawn, array=hours[drawn].to_numpy(), edgecolor="white", linewidth=0.25, **look
+        )
+    axes.add_collection(coloured)
+    beyond = {(1, 0): "min", (0, 1): "max", (1, 1): "both"}.get(((hours < low).any(), (hours > high).any()), "neither")
+    bar = figure.colorbar(coloured, ax=axes, location="bottom", extend=beyond, shrink=0.6, pad=0.02, aspect=40)
+    bar.set_label("Full load hours a year [h]")
+    return figure
+
+
+def frame_plan(axes, lower, upper):
+    """Give the plan its extent, a scale bar and an arrow to the north."""
+    size = upper - lower
+    margin = 0.03 * max(size)
+    axes.set_xlim(lower[0] - margin, upper[0] + margin)
+    axes.set_ylim(lower[1] - 2.4 * margin, upper[1] + margin)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    length = round_length(SHARE_OF_WIDTH * size[0])
+    x, y = lower[0], lower[1] - 1.6 * margin
+    axes.plot([x, x + length], [y, y], color="black", linewidth=2.5, solid_capstyle="butt")
+    axes.text(x + length + 0.4 * margin, y, f"{length:g} m", va="center", fontsize=9)
+    axes.annotate(
+        "N",
+        (upper[0] - margin, lower[1] - 0.2 * margin),
+        (upper[0] - margin, lower[1] - 2.0 * margin),
+        ha="center",
+        va="center",
+        fontsize=10,
+        arrowprops={"arrowstyle": "-|>", "color": "black"},
+    )
+
+
+def round_length(most):
+    """The longest of 1, 2 or 5 times a power of ten that is not longer [m]."""
+    power = 10.0 ** np.floor(np.log10(max(most, 1e-3)))
+    return float(power * max(factor for factor in (1, 2, 5) if factor * power <= max(most, 1e-3) * (1 + 1e-9)))
+
+
+def rows_from_above(faces, outlines):
+    """Rows of the surfaces that are seen from above, low ones first: list of int."""
+    return rows_by_height(outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE)))
+
+
+def rows_by_height(outlines, rows):
+    """Rows that have an outline, in the order of their highest corner: list of int."""
+    rings = {int(row): outlines.rings(row) for row in rows}
+    highest = {row: own[0][:, 2].max() for row, own in rings.items() if own}
+    return sorted(highest, key=lambda row: (highest[row], row))
+
+
+def shade_areas(outlines, rows, **look):
+    """Some surfaces as filled areas, holes left free: a matplotlib collection."""
+    return PatchCollection([PathPatch(area_path(outlines.rings(row))) for row in rows], **look)
+
+
+def area_path(rings):
+    """Rings seen from above as one path; holes run against the outline."""
+    corners, codes = [], []
+    for number, ring in enumerate(rings):
+        x, y = ring[:, 0].astype(float), ring[:, 1].astype(float)
+        leftward = np.sum((x - x[0]) * (np.roll(y, -1) - y[0]) - (np.roll(x, -1) - x[0]) * (y - y[0])) > 0
+        turned = np.column_stack([x, y])[:: 1 if leftward == (number == 0) else -1]
+        corners += [turned, turned[:1]]
+        codes += [Path.MOVETO, *[Path.LINETO] * (len(ring) - 1), Path.CLOSEPOLY]
+    return Path(np.concatenate(corners), codes)
+
+
+def facade_line(outlines, row, azimuth):
+    """The two ends of a facade seen from above: (2, 2) [m]."""
+    points = outlines.rings(row)[0][:, :2].astype(float)
+    along = np.array([np.cos(np.radians(azimuth)), -np.sin(np.radians(azimuth))])
+    place = points @ along
+    return points[[place.argmin(), place.argmax()]]

@@ -1,0 +1,118 @@
+"""Where the sun stands over the year, and which of its places were traced (paper, Fig. 2)."""
+
+import numpy as np
+import pandas as pd
+
+from ..sun.solar_position import solar_position
+from .picture import make_figure
+
+HOUR, DAY = pd.Timedelta(hours=1), pd.Timedelta(days=1)
+LOWEST_NAME = 5.0  # [°] of elevation, for an hour to be named
+EVERY = 4  # [days] between the points of a curve of one hour
+MINUTES = 5  # between the points of the path of a day
+DAYS = {  # month and day: name and colour of its path
+    (6, 21): ("21 June", "#D55E00"),
+    (3, 21): ("21 March (and 23 September)", "#8a8a86"),
+    (12, 21): ("21 December", "#0072B2"),
+}
+CURVES, TRACED = "#b9c9dc", "#009E73"
+
+
+def sun_angles(directions):
+    """Azimuth and elevation of unit vectors (s, 3) with x east, y north, z up: two (s,) arrays [°]."""
+    x, y, z = np.asarray(directions, float).T
+    return np.degrees(np.arctan2(x, y)) % 360, np.degrees(np.arcsin(np.clip(z, -1, 1)))
+
+
+def hour_curves(times, interval, latitude, longitude):
+    """Where the sun stands at each hour of the day, over the year of a time axis.
+
+    Parameters
+    ----------
+    times : pandas.DatetimeIndex, (T,)
+        Start of the intervals, UTC; an hour of the day is that of the middle of the first interval in it.
+    interval : pandas.Timedelta
+    latitude, longitude : float [°]
+
+    Returns
+    -------
+    dict of str to ((d,), (d,)) numpy.ndarray
+        Hour of the day "11:30" → azimuth and apparent elevation [°], elevation NaN below the horizon.
+    """
+    phase = (times[0] - times[0].floor("D")) % HOUR
+    first = pd.Timestamp(year=times[len(times) // 2].year, month=1, day=1, tz="UTC") + phase
+    days = pd.date_range(first, periods=366 // EVERY + 1, freq=EVERY * DAY)
+    curves = {}
+    for hour in range(24):
+        start = days + hour * HOUR
+        azimuth, elevation = place_sun(start, interval, latitude, longitude)
+        if np.isfinite(elevation).any():
+            curves[f"{start[0] + interval / 2:%H:%M}"] = azimuth, elevation
+    return curves
+
+
+def day_path(year, month, day, latitude, longitude):
+    """Azimuth and apparent elevation of the sun through one day of local solar time: two (t,) arrays [°]."""
+    midnight = pd.Timestamp(year=year, month=month, day=day, tz="UTC") - pd.Timedelta(hours=longitude / 15)
+    times = pd.date_range(midnight, midnight + DAY, freq=pd.Timedelta(minutes=MINUTES))
+    return place_sun(times, pd.Timedelta(0), latitude, longitude)
+
+
+def place_sun(times, interval, latitude, longitude):
+    """Azimuth and apparent elevation in the middle of intervals [°], elevation NaN below the horizon."""
+    position = solar_position(times, interval, latitude, longitude)
+    elevation = 90 - position["apparent_zenith"].to_numpy()
+    return position["solar_azimuth"].to_numpy(), np.where(elevation > 0, elevation, np.nan)
+
+
+def draw_sun_path(times, interval, latitude, longitude, suns=None):
+    """Draw the sun's elevation against its azimuth, with the suns that were traced where they are known.
+
+    Parameters
+    ----------
+    times : pandas.DatetimeIndex, (T,)
+        Start of the weather's intervals, UTC.
+    interval : pandas.Timedelta
+    latitude, longitude : float [°]
+    suns : (s, 3) array, optional
+        Unit vectors towards the traced suns.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    low = 0 if latitude >= 0 else -180  # the middle of the picture looks to the equator
+    figure = make_figure(10, 4.6)
+    axes = figure.subplots()
+    for name, (azimuth, elevation) in hour_curves(times, interval, latitude, longitude).items():
+        x, y = break_at_edge((azimuth - low) % 360 + low, elevation)
+        axes.plot(x, y, color=CURVES, linewidth=1.2)
+        top = np.nanargmax(y)
+        if y[top] > LOWEST_NAME:
+            # Beside the path of the longest day, which falls to both sides.
+            aside = 16 * float(np.clip((x[top] - low - 180) / 90, -1, 1))
+            axes.annotate(name, (x[top], y[top]), (aside, 6), textcoords="offset points", ha="center", fontsize=7)
+    year = times[len(times) // 2].year
+    for (month, day), (name, colour) in DAYS.items():
+        azimuth, elevation = day_path(year, month, day, latitude, longitude)
+        x, y = break_at_edge((azimuth - low) % 360 + low, elevation)
+        axes.plot(x, y, color=colour, linewidth=1.6, label=name)
+    if suns is not None:
+        azimuth, elevation = sun_angles(suns)
+        x = (azimuth - low) % 360 + low
+        axes.plot(x, elevation, "o", color=TRACED, markersize=3.2, label=f"traced: {len(suns):,} suns", zorder=3)
+    ticks = np.arange(low, low + 361, 45)
+    compass = {0: "N", 45: "NE", 90: "E", 135: "SE", 180: "S", 225: "SW", 270: "W", 315: "NW"}
+    axes.set_xticks(ticks, [f"{compass[tick % 360]}\n{tick % 360}°" for tick in ticks])
+    axes.set_xlim(low, low + 360)
+    axes.set_ylim(bottom=0, top=min(axes.get_ylim()[1] + 4, 93))
+    axes.set_xlabel("Azimuth of the sun")
+    axes.set_ylabel("Elevation of the sun [°]")
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1.01), ncols=4, fontsize=8.5)
+    return figure
+
+
+def break_at_edge(azimuth, elevation):
+    """The curve with a gap where it leaves the picture on one side and comes back on the other."""
+    jump = np.flatnonzero(np.abs(np.diff(azimuth)) > 180) + 1
+    return np.insert(azimuth, jump, np.nan), np.insert(elevation, jump, np.nan)

@@ -1,0 +1,358 @@
+"""report.html: it opens by itself, and shows the numbers of the files beside it."""
+
+import base64
+import json
+import re
+import shutil
+import sys
+from html.parser import HTMLParser
+
+import numpy as np
+import pandas as pd
+import pytest
+import shapely
+from small_city import write_small_city
+
+from citypv.core.commands.command_line import main
+from citypv.core.plots import draw_plan as plan
+from citypv.core.plots.describe_errors import percent, summarise_errors
+from citypv.core.plots.draw_day import draw_day
+from citypv.core.plots.draw_histograms import draw_histograms
+from citypv.core.plots.draw_months import draw_months
+from citypv.core.plots.draw_sun_path import day_path, draw_sun_path, hour_curves
+from citypv.core.plots.html import table
+from citypv.core.plots.read_results import read_results
+from citypv.core.plots.tabulate import select_mounted, tabulate_groups, tabulate_histograms
+from citypv.core.results.read_transfer import read_transfer
+
+FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
+FIGURES = {"plan-roof", "plan-facade", "months", "day", "sun-path", "histograms"}
+VOID = {"meta", "img", "br", "link"}
+
+
+class Page(HTMLParser):
+    """What a browser would make of a page."""
+
+    def __init__(self, text):
+        super().__init__(convert_charrefs=True)
+        self.open, self.tables, self.figures, self.references, self.text = [], [], {}, [], ""
+        self.feed(text)
+        self.close()
+        assert not self.open
+
+    def handle_starttag(self, tag, attrs):
+        attrs = dict(attrs)
+        self.references += [attrs[name] for name in ("src", "href", "srcset", "data", "action") if name in attrs]
+        assert tag not in ("script", "link", "iframe", "object")
+        if tag == "table":
+            self.tables.append([])
+        if tag == "tr":
+            self.tables[-1].append([])
+        if tag in ("td", "th"):
+            self.tables[-1][-1].append("")
+        if tag == "figure":
+            self.figures[attrs["id"]] = None
+        if tag == "img":
+            self.figures[list(self.figures)[-1]] = attrs["src"]
+            assert len(attrs["alt"]) > 40
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
+        if self.open and self.open[-1] in ("td", "th"):
+            self.tables[-1][-1][-1] += data
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("plot")
+    city = write_small_city(place / "city.gml")
+    out = place / "Tom & Co"
+    assert main(["simulate", str(city), "--out", str(out), *FAST]) == 0
+    assert main(["plot", str(out), "--quiet"]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    return Page((folder / "report.html").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def results(folder):
+    return read_results(folder)
+
+
+def test_the_report_opens_by_itself(folder, page):
+    assert {path.name for path in folder.iterdir()} >= {"report.html", "summary.json"}
+    assert set(page.figures) == FIGURES
+    assert page.references
+    for reference in page.references:
+        assert reference.startswith("data:image/")
+        kind, _, content = reference.partition(";base64,")
+        picture = base64.b64decode(content, validate=True)
+        if kind.endswith("png"):
+            assert picture[:8] == b"\x89PNG\r\n\x1a\n"
+            continue
+        text = picture.decode("utf-8")
+        assert "<!DOCTYPE" not in text and "@import" not in text
+        targets = re.findall(r'(?:href|src)="([^"]*)"', text) + re.findall(r"url\(([^)]*)\)", text)
+        assert all(target.startswith("#") for target in targets)
+    style = (folder / "report.html").read_text(encoding="utf-8").partition("<style>")[2].partition("</style>")[0]
+    assert "url(" not in style and "@import" not in style
+
+
+def test_names_are_escaped(folder, page):
+    assert "Solar potential: Tom & Co" in page.text
+    assert "Tom &amp; Co" in (folder / "report.html").read_text(encoding="utf-8")
+    assert "&lt;b&gt;" in table(("a",), [("<b>",)]) and "<b>" not in table(("a",), [("<b>",)])
+
+
+def test_the_tables_are_those_of_the_files(folder, page):
+    groups = pd.read_csv(folder / "groups.csv")
+    annual = groups[groups["period"] == "annual"]
+    shown = next(rows for rows in page.tables if rows[0][:2] == ["Surfaces", "facing"])[1:]
+    assert len(shown) == len(annual) == 6
+    for row, (_, one) in zip(shown, annual.iterrows(), strict=True):
+        assert row[0] == {"facade": "Facades", "roof": "Pitched roofs"}[one["kind"]]
+        assert row[1] == one["orientation"]
+        assert float(row[2].replace(",", "")) == one["count"]
+        assert float(row[3].replace(",", "")) == pytest.approx(one["area"], abs=0.5)
+        assert float(row[4]) == pytest.approx(one["full_load_hours"], abs=0.05)
+        assert float(row[5]) > 0
+    months = next(rows for rows in page.tables if rows[0] == ["Pitched roofs", "north", "south"])
+    june = groups[(groups["kind"] == "roof") & (groups["period"] == "month") & (groups["index"] == 6)]
+    assert months[6] == ["Jun", *(f"{value:.1f}" for value in june["full_load_hours"])]
+    totals = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["totals"]
+    first = next(rows for rows in page.tables if "Nominal power [kWp]" in rows[0])[1]
+    assert [float(text.replace(",", "")) for text in first[1:4]] == pytest.approx(
+        [totals["eligible_area"], totals["kwp"], totals["mwh_per_year"]], abs=0.5
+    )
+
+
+def test_the_report_tells_what_was_read_and_assumed(page):
+    for words in ("city.gml", "built-in climate", "EPSG:25833", "open racks", "isotropic", "1 typical days"):
+        assert words in page.text, words
+    assert "As far as ray tracing" in page.text
+
+
+def test_the_error_of_a_group_is_that_of_a_mean(results):
+    """Two surfaces with areas 1 and 3 and errors 4 and 1: √(4² + 3²) / 4 = 1.25."""
+    faces = pd.DataFrame(
+        {
+            "kind": "roof",
+            "orientation": "south",
+            "eligible": ["true", "true", "false"],
+            "area": [1.0, 3.0, 100.0],
+            "full_load_hours_standard_error": [4.0, 1.0, 7.0],
+        }
+    )
+    groups = results.groups[:1].assign(kind="roof", orientation="south", period="annual", area=4.0)
+    assert tabulate_groups(groups, faces)["error"].tolist() == [1.25]
+    stated = groups.assign(full_load_hours_standard_error=0.5)
+    assert tabulate_groups(stated, faces)["error"].tolist() == [0.5]
+
+
+@pytest.mark.parametrize(("draw", "period", "shift"), [(draw_months, "month", 0), (draw_day, "solar_hour", 0.5)])
+def test_the_lines_are_those_of_groups_csv(folder, results, draw, period, shift):
+    groups = pd.read_csv(folder / "groups.csv")
+    panels = draw(results.groups).axes
+    assert [axes.get_title() for axes in panels] == ["Facades", "Pitched roofs"]
+    for axes, kind in zip(panels, ("facade", "roof"), strict=True):
+        own = groups[(groups["kind"] == kind) & (groups["period"] == period)]
+        assert len(axes.lines) == own["orientation"].nunique()
+        for line in axes.lines:
+            side = line.get_label().partition(":")[0]
+            rows = own[own["orientation"] == side]
+            assert line.get_ydata() == pytest.approx(rows["full_load_hours"].to_numpy(), rel=1e-12)
+            assert line.get_xdata() == pytest.approx(rows["index"].to_numpy() + shift, rel=1e-12)
+            annual = groups.query("kind == @kind and orientation == @side and period == 'annual'")
+            assert line.get_ydata().sum() == pytest.approx(annual["full_load_hours"].item(), rel=1e-4)
+
+
+def test_hours_of_older_files_are_those_of_utc(results):
+    older = results.groups[results.groups["period"] != "solar_hour"]
+    axes = draw_day(older).axes[0]
+    assert axes.get_xlabel().endswith("UTC")
+    rows = older.query("kind == 'facade' and orientation == 'north' and period == 'hour'")
+    assert axes.lines[0].get_ydata() == pytest.approx(rows["full_load_hours"].to_numpy(), rel=1e-12)
+
+
+def test_histograms_hold_the_area_and_hours_of_the_groups(folder, results):
+    """groups.csv is written from hourly sums, the bars from faces.csv."""
+    annual = pd.read_csv(folder / "groups.csv").query("period == 'annual'")
+    mounted = select_mounted(results.faces)
+    edges, areas = tabulate_histograms(mounted)
+    assert edges[0] == 0 and mounted["full_load_hours"].max() < edges[-1]
+    for kind, rows in annual.groupby("kind"):
+        assert areas[kind].sum() == pytest.approx(rows["area"].sum(), rel=1e-4)
+        own = mounted[mounted["kind"] == kind]
+        mean = np.average(rows["full_load_hours"], weights=rows["area"])
+        assert np.average(own["full_load_hours"], weights=own["area"]) == pytest.approx(mean, rel=1e-4)
+        width = edges[1] - edges[0]
+        assert (edges[:-1] + width / 2) @ areas[kind] / areas[kind].sum() == pytest.approx(mean, abs=width / 2)
+    bars = [patch.get_height() for patch in draw_histograms(results.faces).axes[0].patches]
+    assert bars == pytest.approx(areas["facade"].tolist())
+
+
+@pytest.mark.parametrize(("latitude", "longitude"), [(52.5, 13.4), (-33.9, 151.2), (1.3, 103.8)])
+def test_the_sun_stands_where_spherical_trigonometry_says(latitude, longitude):
+    """Highest at noon with 90° − |latitude − declination|; ±23.44° at the solstices, to the day and refraction."""
+    for month, declination in ((6, 23.44), (12, -23.44), (3, 0.0)):
+        azimuth, elevation = day_path(2021, month, 21, latitude, longitude)
+        top = np.nanargmax(elevation)
+        assert elevation[top] == pytest.approx(90 - abs(latitude - declination), abs=0.5)
+        if abs(latitude - declination) > 5:
+            south = latitude > declination
+            assert np.cos(np.radians(azimuth[top])) == pytest.approx(-1 if south else 1, abs=0.01)
+    times = pd.date_range("2021-01-01", periods=8760, freq="h", tz="UTC")
+    curves = hour_curves(times, pd.Timedelta(hours=1), latitude, longitude)
+    assert set(curves) <= {f"{hour:02d}:30" for hour in range(24)}
+    noon = f"{int((12 - longitude / 15) % 24):02d}:30"
+    assert max(np.nanmax(elevation) for _, elevation in curves.values()) == pytest.approx(
+        np.nanmax(curves[noon][1]), abs=2.5
+    )
+
+
+def test_the_traced_suns_are_drawn_where_they_stand(folder, results):
+    directions = read_transfer(folder / "transfer.nc").suns.direction
+    axes = draw_sun_path(results.times, results.interval, 52.5, 13.4, results.suns).axes[0]
+    (dots,) = (line for line in axes.lines if line.get_label().startswith("traced"))
+    azimuth, elevation = np.radians(dots.get_xdata()), np.radians(dots.get_ydata())
+    flat = np.cos(elevation)
+    drawn = np.column_stack([flat * np.sin(azimuth), flat * np.cos(azimuth), np.sin(elevation)])
+    assert drawn == pytest.approx(directions, abs=1e-6)
+
+
+def test_the_plan_has_the_shapes_of_the_city(results):
+    """Areas seen from above are area · cos(tilt), by shapely; a wall's line is as long as the house, and along it."""
+    faces, outlines = results.faces, results.outlines
+    for row, one in faces.iterrows():
+        seen = shapely.Polygon(outlines.rings(row)[0][:, :2]).area
+        assert seen == pytest.approx(abs(one["area"] * np.cos(np.radians(one["surface_tilt"]))), rel=1e-3, abs=0.05)
+    row = faces.index[faces["surface_id"] == "a_south"][0]
+    ends = plan.facade_line(outlines, row, faces["surface_azimuth"][row])
+    along = ends[1] - ends[0]
+    assert np.hypot(*along) == pytest.approx(12, abs=0.01)
+    # Grid north is 1.28° west of true north there: (13.38° - 15°) · sin 52.5°.
+    assert np.degrees(np.arctan2(along[0], along[1])) % 180 == pytest.approx(90 - 1.285, abs=0.05)
+
+
+def test_the_plan_is_coloured_by_the_hours_of_faces_csv(folder, results):
+    table = pd.read_csv(folder / "faces.csv").query("eligible")
+    for show, kind in (("roof", "roof"), ("facade", "facade")):
+        coloured = plan.draw_plan(results.faces, results.outlines, show).axes[0].collections[-1]
+        rows = table[table["kind"] == kind]
+        expected = rows["full_load_hours"] * rows["area"] / rows["open_area"]
+        assert sorted(coloured.get_array()) == pytest.approx(sorted(expected), rel=1e-9)
+
+
+def test_holes_stay_free():
+    square = np.array([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]], float)
+    for hole in (square / 2 + 1, (square / 2 + 1)[::-1]):
+        path = plan.area_path([square, hole])
+        sums = [shapely.LinearRing(ring).is_ccw for ring in path.to_polygons()]
+        assert sums == [True, False]
+
+
+def test_yield_keeps_the_shapes(folder, tmp_path):
+    out = tmp_path / "again"
+    assert main(["yield", str(folder / "transfer.nc"), "--weather", "clear-sky", "--out", str(out), "--quiet"]) == 0
+    assert main(["plot", str(out), "--quiet"]) == 0
+    page = Page((out / "report.html").read_text(encoding="utf-8"))
+    assert set(page.figures) == FIGURES
+    assert "upper bound, not an expectation" in page.text
+    assert "earlier run" in page.text
+
+
+def test_without_transfer_there_is_no_plan_and_that_is_said(folder, tmp_path):
+    shutil.copytree(folder, tmp_path / "copy")
+    (tmp_path / "copy" / "transfer.nc").unlink()
+    assert main(["plot", str(tmp_path / "copy"), "--quiet"]) == 0
+    page = Page((tmp_path / "copy" / "report.html").read_text(encoding="utf-8"))
+    assert set(page.figures) == FIGURES - {"plan-roof", "plan-facade"}
+    assert "no plan of the city" in page.text and "transfer.nc, which is not here" in page.text
+
+
+def test_cells_have_outlines_too(folder, tmp_path):
+    city = str(folder.parent / "city.gml")
+    assert main(["simulate", city, "--grid-size", "3", "--out", str(tmp_path / "out"), *FAST]) == 0
+    results = read_results(tmp_path / "out")
+    assert len(results.faces) > 100
+    for row in (0, 50, len(results.faces) - 1):
+        one = results.faces.loc[row]
+        seen = shapely.Polygon(results.outlines.rings(row)[0][:, :2]).area
+        assert seen == pytest.approx(abs(one["area"] * np.cos(np.radians(one["surface_tilt"]))), rel=1e-3, abs=0.05)
+
+
+def test_the_same_folder_gives_the_same_page_and_a_new_run_takes_it_away(folder, tmp_path):
+    shutil.copytree(folder, tmp_path / folder.name)
+    assert main(["plot", str(tmp_path / folder.name), "--quiet"]) == 0
+    assert (tmp_path / folder.name / "report.html").read_bytes() == (folder / "report.html").read_bytes()
+    again = ["yield", str(folder / "transfer.nc"), "--out", str(tmp_path / folder.name), "--overwrite", "--quiet"]
+    assert main(again) == 0
+    assert not (tmp_path / folder.name / "report.html").exists()
+
+
+SPOIL = {
+    "no summary": ("summary.json", None),
+    "no faces": ("faces.csv", None),
+    "no groups": ("groups.csv", None),
+    "no time series": ("timeseries.nc", None),
+    "summary cut": ("summary.json", lambda text: text[: len(text) // 2]),
+    "summary of something else": ("summary.json", lambda text: '{"weather": {}}'),
+    "no place": ("summary.json", lambda text: text.replace('"latitude"', '"breadth"')),
+    "a column less": ("groups.csv", lambda text: text.replace("full_load_hours", "hours")),
+    "a word for a number": ("groups.csv", lambda text: text.replace("annual,,", "annual,,many")),
+    "a row twice": ("groups.csv", lambda text: text + text.splitlines()[-1] + "\n"),
+    "an empty table": ("faces.csv", lambda text: ""),
+    "a time series that is none": ("timeseries.nc", lambda text: "nothing"),
+    "other groups": ("groups.csv", lambda text: text.replace("facade", "fassade")),
+    "a Transfer that is none": ("transfer.nc", lambda text: "nothing"),
+    "another city": ("faces.csv", lambda text: text.replace("a_south", "z_south")),
+}
+
+
+@pytest.mark.parametrize("name", SPOIL)
+def test_a_spoilt_folder_ends_in_one_line(name, folder, tmp_path, capfd):
+    shutil.copytree(folder, tmp_path / "bad", ignore=shutil.ignore_patterns("report.html"))
+    file, change = SPOIL[name]
+    path = tmp_path / "bad" / file
+    text = path.read_text(encoding="utf-8", errors="replace")
+    path.unlink()
+    if change:
+        assert change(text) != text
+        path.write_text(change(text), encoding="utf-8")
+    assert main(["plot", str(tmp_path / "bad")]) == 2
+    said = capfd.readouterr().err
+    culprit = "timeseries.nc" if name == "other groups" else "transfer.nc" if name == "another city" else file
+    assert culprit in said and said.count("\n") == 1
+    assert not list((tmp_path / "bad").glob("*report*"))
+
+
+def test_what_is_no_folder_of_results_ends_in_one_line(folder, tmp_path, capfd):
+    for place in (tmp_path / "nowhere", tmp_path, folder / "faces.csv"):
+        assert main(["plot", str(place)]) == 2
+        said = capfd.readouterr().err
+        assert str(place) in said and said.count("\n") == 1
+
+
+def test_without_matplotlib_one_line_tells_how_to_get_it(folder, monkeypatch, capfd):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert main(["plot", str(folder)]) == 2
+    said = capfd.readouterr().err
+    assert "matplotlib" in said and "pip install 'citypv[plot]'" in said and said.count("\n") == 1
+
+
+def test_the_budget_in_a_sentence():
+    """√(0.3² + 0.4²) = 0.5, √(0.5² + 1.2²) = 1.3."""
+    suns = {"bias": -0.4, "rms": 1.2}
+    budget = {"sampling_total": 0.3, "sampling_median": 0.5, "sun_sampling": suns, "bounces": 0.05}
+    sentence = summarise_errors(budget)
+    assert "± 0.50 %" in sentence and "± 1.3 %" in sentence and "0.050 %" in sentence
+    assert "does not tell" in summarise_errors({**budget, "sampling_total": None})
+    assert [percent(value) for value in (0, 0.0169, 2.39, 11.8)] == ["0 %", "0.017 %", "2.4 %", "12 %"]
