@@ -21,14 +21,14 @@ def list_errors(budget):
     """
     suns = budget.get("sun_sampling") or {}
     return [
-        ("Random error of the mean over all surfaces, from the number of rays", signed(budget.get("sampling_total"))),
-        ("The same of a single surface, typical (median by area)", signed(budget.get("sampling_median"))),
-        ("The same, exceeded by 5 % of the area only", signed(budget.get("sampling_95"))),
+        ("Mean over all surfaces: standard error by chance", signed(budget.get("sampling_total"))),
+        ("Single surface: standard error, typical (median by area)", signed(budget.get("sampling_median"))),
+        ("Single surface: standard error, exceeded by 5 % of the area only", signed(budget.get("sampling_95"))),
         (
             "Choice of sun positions: shift of the mean, against every hour's sun",
             "unknown" if suns.get("bias") is None else f"{suns['bias']:+.2f} %".replace("-", "−"),
         ),
-        ("Choice of sun positions: error of a single surface (rms)", signed(suns.get("rms"))),
+        ("Choice of sun positions: effect on a single surface (rms)", signed(suns.get("rms"))),
         ("Reflections beyond the last one computed: they would add at most", plain(budget.get("bounces"))),
         ("Of the reflected light: uneven within the pieces that surfaces are cut into", plain(budget.get("patches"))),
     ]
@@ -55,11 +55,12 @@ def percent(value):
 def summarise_errors(budget):
     """The error budget in one sentence.
 
-    The error of the mean is √(random² + shift of the suns²), that of a single surface √(median² + rms of the suns²).
+    The error of the mean is √(chance² + shift of the suns²). That of a single surface holds what the suns do, but in
+    files that do not tell it by groups: there it is √(median² + rms of the suns²).
     """
     suns = budget.get("sun_sampling") or {}
     whole = combine(budget.get("sampling_total"), suns.get("bias"))
-    single = combine(budget.get("sampling_median"), suns.get("rms"))
+    single = combine(budget.get("sampling_median"), 0.0 if "groups" in suns else suns.get("rms"))
     if whole is None or single is None:
         return "This run does not tell in full how far ray tracing and the choice of sun positions put the hours off."
     bounces = budget.get("bounces")

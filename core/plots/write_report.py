@@ -172,7 +172,7 @@ def compose_groups(results):
     return section(
         "Full load hours by kind and direction",
         table(head, rows, numbers=range(2, len(head))),
-        paragraph(f"± is the {SPREAD}; by chance only. {ELSEWHERE} A surface faces a direction within 30°.", "small"),
+        paragraph(f"± is the {SPREAD}. {ELSEWHERE} A surface faces a direction within 30°.", "small"),
         fold_periods(results.groups, "month", "Full load hours of each month [h]", lambda month: MONTHS[month - 1]),
         years,
     )
