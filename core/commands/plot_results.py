@@ -24,7 +24,9 @@ def plot_results(folder):
         matplotlib is not installed, or the folder holds no results.
     """
     if importlib.util.find_spec("matplotlib") is None:
-        raise InputError("citypv plot", "needs matplotlib, which is not installed", "pip install 'citypv[plot]'")
+        raise InputError(
+            "citypv plot", "needs matplotlib, which is not installed", "install it with pip install 'citypv[plot]'"
+        )
     from ..plots.read_results import read_results
     from ..plots.write_report import write_report
 

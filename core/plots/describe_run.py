@@ -16,7 +16,7 @@ WAYS = {
     "typical-days": "{} typical days",
     "sky-grid": "a grid of {} directions",
 }
-HEADINGS = {"repaired": "Repaired", "skipped": "Left out", "inside": "Covered"}
+HEADINGS = {"repaired": "Repaired", "skipped": "Left out", "inside": "Covered", "sheet": "Lit on both sides"}
 KINDS = {
     "facade": "Facades (upright within 1°)",
     "roof": "Pitched roofs (15° to 60°)",
