@@ -3,7 +3,7 @@
 .PHONY: help demo test extension versions clean
 
 help:
-	@echo "make demo       Berlin, 166 buildings: set up, trace, full load hours -> results/berlin/"
+	@echo "make demo       Berlin, 166 buildings: set up, trace, full load hours, report -> results/berlin/"
 	@echo "make test       set up and run all tests, with each Python and Blender at hand"
 	@echo "make extension  the extensions for Blender, one zip per platform -> dist/"
 	@echo "make versions   renew tools/versions.txt, the versions the set-up installs"
@@ -12,7 +12,8 @@ help:
 demo:
 	@python3 tools/set_up.py one
 	.venv/bin/citypv simulate examples/berlin/berlin_3910_5817.gml --weather examples/berlin/era5_berlin_2017.nc \
-	  --suns typical-days:12 --max-bounces 3 --albedo 0.25 --blend --preview --overwrite --out results/berlin
+	  --blend --preview --overwrite --out results/berlin
+	.venv/bin/citypv plot results/berlin
 
 test:
 	@python3 tools/set_up.py all
