@@ -70,6 +70,15 @@ class Request(SystemSettings):
         kind="choice",
         choices={"auto": "A surface through the buildings' feet", "none": "Exactly the surfaces that were read"},
     )
+    racks: str | None = setting(
+        None,
+        "city",
+        "rows of modules on flat roofs: east-west and KEY=VALUE, joined by commas, with keys tilt, azimuth, spacing or "
+        "gcr, depth, rim, height, area, back-albedo",
+        title="Racks",
+        panel="classify",
+        metavar="SPEC",
+    )
     # the weather
     weather: str | list = setting(
         "climate", "weather", "weather files, climate, pvgis or clear-sky", kind="texts", metavar="FILE"

@@ -19,6 +19,8 @@ from .files.read_city import read_city
 from .files.read_terrain import read_terrain
 from .photons.trace_forward import trace_forward
 from .progress import silent
+from .racks.lay_racks import lay_racks
+from .racks.parse_racks import parse_racks
 from .radiosity.sun_sampling_error import trace_sun_samples
 from .radiosity.trace_gather import trace_gather
 from .request import check_request
@@ -42,6 +44,7 @@ def check_settings(request):
     """
     check_request(request)
     parse_way(request.suns)
+    parse_racks(request.racks)
     build_system(request)
 
 
@@ -80,8 +83,9 @@ def place_city(city, request):
 
 
 def stand_city(city, request):
-    """Scene of a city on its ground: generated, or terrain from a file."""
-    return build_scene(
+    """Scene of a city on its ground: generated, or terrain from a file; with racks where they are asked for."""
+    racks = parse_racks(request.racks)
+    scene = build_scene(
         city,
         latitude=request.latitude,
         longitude=request.longitude,
@@ -90,6 +94,7 @@ def stand_city(city, request):
         patch_size=request.patch_size,
         grid_size=request.grid_size,
     )
+    return lay_racks(scene, city, racks, request.patch_size) if racks else scene
 
 
 def read_year(site, request, suns=None):

@@ -14,7 +14,7 @@ from ..core.results.columns import COLUMNS
 
 PREFIX = "citypv_"
 
-KIND_CODES = {"facade": 0, "roof": 1, "flat": 2, "steep": 3, "downward": 4, "ground": 5}
+KIND_CODES = {"facade": 0, "roof": 1, "flat": 2, "steep": 3, "downward": 4, "ground": 5, "rack": 6}
 ORIENTATION_CODES = {"none": 0, "north": 1, "east": 2, "south": 3, "west": 4}
 CODES = {"kind": KIND_CODES, "orientation": ORIENTATION_CODES}
 

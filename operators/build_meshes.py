@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 
+from ..core.scene.add_backs import surface_of_triangles
 from .attributes import PREFIX
 from .keep_report import BUILDINGS
 from .write_attributes import write_face_attribute
@@ -27,10 +28,11 @@ def build_meshes(scene, name="City"):
     ground : bpy.types.Object or None
         The triangles that belong to no surface; None where there are none.
     """
-    generated = scene.triangle_surface < 0
-    city = _build_object(name, scene, ~generated)
+    generated = surface_of_triangles(scene) < 0
+    own = scene.triangle_surface >= 0  # undersides and edges of racks have no results to show
+    city = _build_object(name, scene, own)
     ground = _build_object("Ground", scene, generated) if generated.any() else None
-    _write_buildings(city, scene, scene.triangle_surface[~generated])
+    _write_buildings(city, scene, scene.triangle_surface[own])
     for item, part in ((city, "city"), (ground, "ground")):
         if item is not None:
             item[PREFIX + "part"] = part

@@ -16,6 +16,7 @@ CLASS_COLOURS = {
         "steep": "cc79a7",
         "downward": "5a5a5a",
         "ground": "b4b4b0",
+        "rack": "f0e442",
     },
     "orientation": {"none": "b4b4b0", "north": "0072b2", "east": "009e73", "south": "d55e00", "west": "cc79a7"},
 }

@@ -34,7 +34,7 @@ LAYERS = (
         "request",
         "interruption",
     ),
-    *("rays", "sampling", "city", "ground", "files", "scene", "materials", "patches"),
+    *("rays", "sampling", "city", "ground", "files", "scene", "racks", "materials", "patches"),
     *(
         "sun",
         "climate",

@@ -5,6 +5,7 @@ from dataclasses import replace
 from ..energy.pv_system import build_system
 from ..interruption import Interruption
 from ..progress import CancelledError, Clock, TerminalProgress, silent
+from ..racks.lay_racks import city_with_racks
 from ..results.output_folder import whole_folder
 from ..results.read_transfer import read_transfer
 from ..results.write_cityjson import write_cityjson
@@ -13,6 +14,7 @@ from ..results.write_summary import summarise, write_summary
 from ..results.write_tables import write_tables
 from ..results.write_transfer import write_transfer
 from ..scene.grid_cells import split_into_cells
+from ..scene.add_backs import surface_of_triangles
 from ..scene.outline_surfaces import outline_surfaces
 from ..study import (
     check_settings,
@@ -208,9 +210,9 @@ def write_exports(work, results, request, exports, progress=silent):
     city, scene, transfer, energy, weather = results
     if "cityjson" in exports:
         cells = city if request.grid_size is None else split_into_cells(city, request.grid_size)[0]
-        system = build_system(request)
+        drawn, system = city_with_racks(cells, scene), build_system(request)
         write_cityjson(
-            work / "city.city.json", cells, transfer, energy, system=system, label=weather.label, progress=progress
+            work / "city.city.json", drawn, transfer, energy, system=system, label=weather.label, progress=progress
         )
     if "gltf" in exports:
         write_gltf(work / "city.glb", scene, energy, label=weather.label, progress=progress)
@@ -222,7 +224,7 @@ def describe_scene(scene):
     kinds = ", ".join(f"{(scene.surfaces.kind == kind).sum():,} {kind}" for kind in sorted(set(scene.surfaces.kind)))
     lines = [
         f"{report.building_count:,} buildings, {report.part_count:,} parts, {len(scene.surfaces):,} surfaces: {kinds}",
-        f"{len(scene.triangles):,} triangles, {(scene.triangle_surface < 0).sum():,} of them ground",
+        f"{len(scene.triangles):,} triangles, {(surface_of_triangles(scene) < 0).sum():,} of them ground",
         f"latitude {site.latitude:.4f}°, longitude {site.longitude:.4f}°, grid north at {site.convergence:+.3f}°",
     ]
     lines += [f"skipped {len(ids):,} surfaces: {reason}" for reason, ids in report.skipped.items()]

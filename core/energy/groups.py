@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-KINDS = ("facade", "roof")
+KINDS = ("facade", "roof", "rack")
 ORIENTATIONS = ("north", "east", "south", "west")
 
 
@@ -45,7 +45,7 @@ def find_groups(counted, area):
 
 
 def rank_group(pair):
-    """Facades before roofs, then north, east, south, west; other names follow in the alphabet's order."""
+    """Facades before roofs and racks, then north, east, south, west; other names follow in the alphabet's order."""
     kind, orientation = pair
     return (
         KINDS.index(kind) if kind in KINDS else len(KINDS),

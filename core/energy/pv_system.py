@@ -14,7 +14,7 @@ MOUNTINGS = {  # Sandia's thermal parameters (King et al. 2004, table 1) as pvli
     "close-mount": "close_mount_glass_glass",
 }
 OF_LIBRARY = {SANDIA: "sapm", CEC: "physical"}  # library -> law of "module"
-BEARING = ("facade", "roof", "flat")  # kinds that --usable may name
+BEARING = ("facade", "roof", "flat", "rack")  # kinds that --usable may name
 MODULE = "SunPower_SPR_300_WHT__2007__E__"  # the paper's
 
 

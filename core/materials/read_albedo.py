@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..scene.add_backs import surface_of_triangles
+from ..scene.grid_cells import whole_of_cell
 from .brdf_lambertian import Lambertian
 from .materials import MaterialSpec, describe_brdf
 from .shader_material import named_material
@@ -43,7 +44,10 @@ def albedo_of_triangles(scene, request, found=None):
         If the albedo file or a material is invalid, or is not supported by the estimator.
     """
     found = name_brdfs(scene, request) if found is None else found
-    return np.array([one.brdf.albedo for one in found])[surface_of_triangles(scene)]
+    albedo = np.array([one.brdf.albedo for one in found])[surface_of_triangles(scene)]
+    if scene.rack_of_back is not None:
+        albedo[scene.rack_of_back >= 0] = scene.back_albedo
+    return albedo
 
 
 def brdfs_of_triangles(scene, request, found=None):
@@ -60,7 +64,10 @@ def brdfs_of_triangles(scene, request, found=None):
     of_surface = [one.brdf for one in (name_brdfs(scene, request) if found is None else found)]
     brdfs = list(dict.fromkeys(brdf for brdf in of_surface if not isinstance(brdf, Lambertian)))
     place = {brdf: index for index, brdf in enumerate(brdfs)}
-    return brdfs, np.array([place.get(brdf, -1) for brdf in of_surface])[surface_of_triangles(scene)]
+    brdf_index = np.array([place.get(brdf, -1) for brdf in of_surface])[surface_of_triangles(scene)]
+    if scene.rack_of_back is not None:
+        brdf_index[scene.rack_of_back >= 0] = -1  # undersides and edges of racks are Lambertian
+    return brdfs, brdf_index
 
 
 def name_brdfs(scene, request):
@@ -103,12 +110,6 @@ def name_brdfs(scene, request):
         found.append(of_kind.get("ground", Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))))
     check_followed(zip([*surfaces.surface_id, "ground"], found, strict=True), request)
     return found
-
-
-def whole_of_cell(name):
-    """Id of the polygon that a cell ``id#k`` was cut from; else the name itself."""
-    whole, mark, cell = name.rpartition("#")
-    return whole if mark and cell.isdigit() else name
 
 
 def brdfs_of_materials(scene, request):
@@ -192,7 +193,7 @@ def materials_of_surfaces(scene, found):
     return {
         "albedo": np.array([one.brdf.albedo for one in found], float),
         "material": [one.material for one in found],
-        "albedos": described + ([describe_row(ground)] if (scene.triangle_surface < 0).any() else []),
+        "albedos": described + ([describe_row(ground)] if (owner_of_triangles(scene) < 0).any() else []),
     }
 
 

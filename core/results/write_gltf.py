@@ -10,6 +10,7 @@ import struct
 import numpy as np
 
 from ..progress import silent
+from ..scene.add_backs import surface_of_triangles
 from .colour_map import GROUND, MAPS, MISSING, choose_range, linear_light, mix_stops, srgb_colour
 
 STAGE = "writing city.glb"
@@ -43,8 +44,9 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
         See `core.progress`.
     """
     progress(STAGE, 0, 3, "steps")
-    surface = scene.triangle_surface
-    hours = np.append(energy.full_load_hours, np.nan)[surface]  # generated ground has index -1: the last
+    surface = surface_of_triangles(scene)
+    # Generated ground, undersides and edges of racks have index -1: the last.
+    hours = np.append(energy.full_load_hours, np.nan)[scene.triangle_surface]
     low, high = choose_range(energy.full_load_hours, scene.surfaces.area)
     names, node = _nodes(scene)
     order = np.argsort(node, kind="stable")
@@ -81,7 +83,7 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
 
 def _nodes(scene):
     """Names of the nodes, and the node of each triangle (t,)."""
-    surface = scene.triangle_surface
+    surface = surface_of_triangles(scene)
     names, building = np.unique(np.array(scene.surfaces.building_id, dtype=object).astype(str), return_inverse=True)
     if len(names) > MOST_NODES:
         names, building = ["buildings"], np.zeros(len(building), np.int64)

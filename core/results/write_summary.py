@@ -8,10 +8,13 @@ from dataclasses import asdict
 
 import numpy as np
 
+from ..energy.counted_area import find_racked_roofs
 from ..energy.pick_module import area_of_kwp
 from ..energy.potential import sum_potential
 from ..energy.pv_system import build_system
 from ..energy.years import split_years
+from ..racks.rack_names import RACK
+from ..scene.add_backs import surface_of_triangles
 from ..sun.check_distance import distance_of_weather
 from .list_findings import list_findings
 
@@ -93,7 +96,7 @@ def describe_input(transfer, energy, scene):
             for one in list_findings(scene, transfer.covered_share)
         ]
         description["triangles"] = len(scene.triangles)
-        description["ground_triangles"] = int((scene.triangle_surface < 0).sum())
+        description["ground_triangles"] = int((surface_of_triangles(scene) < 0).sum())
     return description
 
 
@@ -157,9 +160,26 @@ def sum_totals(transfer, energy, system):
         "flat_roofs": {
             "count": int(energy.flat_roof.sum()),
             **sum_potential(energy.flat_roof, area, energy, system),
-            "note": "modules lie flat on the roof; not among the totals above",
+            "note": "modules lie flat on the roof; not among the totals above, nor are roofs with racks",
         },
+        **describe_racks(transfer, energy, system),
         "unit": "m², m²/kWp, kWp, h, kWh/kWp, MWh",
+    }
+
+
+def describe_racks(transfer, energy, system):
+    """Racks and the roofs under them, which are not among the flat roofs; empty without racks."""
+    area = np.asarray(transfer.surfaces.area, float)
+    rows, roofs = np.asarray(transfer.surfaces.kind) == RACK, find_racked_roofs(transfer.surfaces)
+    if not rows.any():
+        return {}
+    return {
+        "racks": {
+            "count": int(rows.sum()),
+            **sum_potential(rows & energy.eligible, area, energy, system),
+            "roofs": {"count": int(roofs.sum()), "area": float(area[roofs].sum())},
+            "note": "among the totals above",
+        }
     }
 
 

@@ -23,7 +23,7 @@ def add_backs(scene):
     if scene.sheet is None or not scene.sheet.any() or scene.back_of is not None:
         return scene
     rows = np.flatnonzero(scene.sheet)
-    count, nothing = len(scene.triangles), np.zeros(len(rows), bool)
+    count, nothing, racks = len(scene.triangles), np.zeros(len(rows), bool), scene.rack_of_back
     return replace(
         scene,
         triangles=np.concatenate([scene.triangles, scene.triangles[rows][:, [0, 2, 1]]]),
@@ -32,14 +32,18 @@ def add_backs(scene):
         closure=np.concatenate([scene.closure, nothing]),
         sheet=np.concatenate([scene.sheet, nothing]),
         back_of=np.concatenate([np.full(count, -1, np.int32), rows.astype(np.int32)]),
+        rack_of_back=None if racks is None else np.concatenate([racks, np.full(len(rows), -1, np.int32)]),
     )
 
 
 def surface_of_triangles(scene):
     """Surface that each triangle is a part of, or the back of: (t,) int, -1 on generated ground."""
-    if scene.back_of is None:
-        return scene.triangle_surface
-    return np.where(scene.back_of >= 0, scene.triangle_surface[scene.back_of], scene.triangle_surface)
+    surface = scene.triangle_surface
+    if scene.back_of is not None:
+        surface = np.where(scene.back_of >= 0, surface[scene.back_of], surface)
+    if scene.rack_of_back is not None:
+        surface = np.where(scene.rack_of_back >= 0, scene.rack_of_back, surface)
+    return surface
 
 
 def other_sides(scene):

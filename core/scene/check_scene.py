@@ -23,3 +23,5 @@ def check_scene(scene):
         check_array("sheet", scene.sheet, (count,), kind="b")
     if scene.back_of is not None:
         check_array("back_of", scene.back_of, (count,), kind="i", least=-1, most=count - 1)
+    if scene.rack_of_back is not None:
+        check_array("rack_of_back", scene.rack_of_back, (count,), kind="i", least=-1, most=own - 1)

@@ -28,6 +28,8 @@ def find_ground(scene):
     ground = named[surface] & ~scene.footprint
     if scene.back_of is not None:
         ground &= scene.back_of < 0
+    if scene.rack_of_back is not None:
+        ground &= scene.rack_of_back < 0
     _, building = np.unique(np.append(np.asarray(scene.surfaces.building_id, str), "\x00"), return_inverse=True)
     building = np.append(building[:-1], -1)[surface]
     corners = np.asarray(scene.vertices, float)[scene.triangles]

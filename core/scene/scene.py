@@ -26,7 +26,7 @@ class Surfaces:
     surface_id: list  # (n,) str
     building_id: list  # (n,) str
     thematic: list  # (n,) str
-    kind: np.ndarray  # (n,) str: facade, roof, flat, steep, downward, ground
+    kind: np.ndarray  # (n,) str: facade, roof, flat, steep, downward, ground, rack
     orientation: np.ndarray  # (n,) str: north, east, south, west, none
     eligible: np.ndarray  # (n,) bool
     area: np.ndarray  # (n,) float64 [m²]
@@ -45,7 +45,7 @@ class Scene:
 
     vertices: np.ndarray  # (v, 3) float64 [m]
     triangles: np.ndarray  # (t, 3) int32 into vertices, counter-clockwise seen from outside
-    triangle_surface: np.ndarray  # (t,) int32 into surfaces; -1 for generated ground and terrain
+    triangle_surface: np.ndarray  # (t,) int32 into surfaces; -1 for generated ground, terrain, backs of racks
     footprint: np.ndarray  # (t,) bool: footprint of a building; counts as a back face from both sides
     closure: np.ndarray  # (t,) bool: ClosureSurface between buildings; blocks rays, receives no light
     surfaces: Surfaces
@@ -54,3 +54,6 @@ class Scene:
     colours: dict = field(default_factory=dict)  # name of a material of the files -> (3,) linear RGB, None if not given
     sheet: np.ndarray | None = None  # (t,) bool: open sheet without thickness, lit on both sides; None: none
     back_of: np.ndarray | None = None  # (t,) int32, for back sides made by `add_backs`: their triangle, else -1
+    racks: np.ndarray | None = None  # (k, 4, 3) float64 [m], corners of the fronts, which are the last k surfaces
+    rack_of_back: np.ndarray | None = None  # (t,) int32: surface of the rack whose underside or edge it is, else -1
+    back_albedo: float = 0.0  # of those undersides and edges
