@@ -6,7 +6,7 @@ import numpy as np
 
 from ..racks.rack_names import RACK, roof_of_rack
 from ..scene.classify import SMALLEST_ELIGIBLE_AREA, classify
-from ..scene.grid_cells import whole_of_cell
+from ..scene.name_cells import whole_of_cell
 
 HALF = 0.5  # of a surface: covered by more than this it bears no modules
 STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, which looks to no side

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..scene.add_backs import surface_of_triangles
-from ..scene.grid_cells import whole_of_cell
+from ..scene.name_cells import whole_of_cell
 from .brdf_lambertian import Lambertian
 from .materials import MaterialSpec, describe_brdf
 from .shader_material import named_material
@@ -193,7 +193,7 @@ def materials_of_surfaces(scene, found):
     return {
         "albedo": np.array([one.brdf.albedo for one in found], float),
         "material": [one.material for one in found],
-        "albedos": described + ([describe_row(ground)] if (owner_of_triangles(scene) < 0).any() else []),
+        "albedos": described + ([describe_row(ground)] if (surface_of_triangles(scene) < 0).any() else []),
     }
 
 

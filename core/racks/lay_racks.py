@@ -9,7 +9,7 @@ from ..city.measure_polygons import measure_polygons
 from ..scene.build_scene import DRAWN_TWICE, MICROMETRE, bring_to_origin, turn_to_true_north
 from ..scene.classify import classify, measure_tilt
 from ..scene.find_ground import find_ground
-from ..scene.grid_cells import whole_of_cell
+from ..scene.name_cells import whole_of_cell
 from ..scene.refine import refine_triangles
 from ..scene.scene import Surfaces
 from .free_roof import Obstacles, free_area

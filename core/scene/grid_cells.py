@@ -64,12 +64,6 @@ def split_into_cells(city, grid_size):
     return split, np.array(parent, np.int64)
 
 
-def whole_of_cell(name):
-    """Id of the polygon that a cell ``id#k`` was cut from; else the name itself."""
-    whole, mark, cell = name.rpartition("#")
-    return whole if mark and cell.isdigit() else name
-
-
 def _cut(rings, axes, grid_size):
     """Pieces of one polygon, each a list of rings (k, 3)."""
     origin = rings[0][0]
