@@ -13,8 +13,8 @@ from ..results.write_gltf import write_gltf
 from ..results.write_summary import summarise, write_summary
 from ..results.write_tables import write_tables
 from ..results.write_transfer import write_transfer
-from ..scene.grid_cells import split_into_cells
 from ..scene.add_backs import surface_of_triangles
+from ..scene.grid_cells import split_into_cells
 from ..scene.outline_surfaces import outline_surfaces
 from ..study import (
     check_settings,
