@@ -70,8 +70,8 @@ class Request(SystemSettings):
         kind="choice",
         choices={"auto": "A surface through the buildings' feet", "none": "Exactly the surfaces that were read"},
     )
-    racks: str | None = setting(
-        None,
+    racks: str = setting(
+        "none",
         "city",
         "rows of modules on flat roofs: east-west and KEY=VALUE, joined by commas, with keys tilt, azimuth, spacing or "
         "gcr, depth, rim, height, area, back-albedo",
