@@ -101,7 +101,8 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         log.say("Tracing")
         transfer = trace_until_interrupted(scene, weather, request, log, work.parent, prepared=prepared)
         log.clock.lap("trace")
-        outlines = outline_surfaces(city, scene.surfaces, scene.site, request.grid_size)
+        city = draw_city(city, scene, request)
+        outlines = outline_surfaces(city, scene.surfaces, scene.site)
         transfer = replace(transfer, outlines=outlines)
         large = is_on_disk(transfer.visible_share)
         keep = not large or "transfer" in exports
@@ -201,7 +202,7 @@ def write_exports(work, results, request, exports, progress=silent):
     ----------
     work : Path
     results : tuple
-        City, Scene, Transfer, Energy and Weather of a run.
+        City (of `draw_city`), Scene, Transfer, Energy and Weather of a run.
     request : Request
     exports : collection of str
     progress : callable, optional
@@ -209,13 +210,18 @@ def write_exports(work, results, request, exports, progress=silent):
     """
     city, scene, transfer, energy, weather = results
     if "cityjson" in exports:
-        cells = city if request.grid_size is None else split_into_cells(city, request.grid_size)[0]
-        drawn, system = city_with_racks(cells, scene), build_system(request)
+        system = build_system(request)
         write_cityjson(
-            work / "city.city.json", drawn, transfer, energy, system=system, label=weather.label, progress=progress
+            work / "city.city.json", city, transfer, energy, system=system, label=weather.label, progress=progress
         )
     if "gltf" in exports:
         write_gltf(work / "city.glb", scene, energy, label=weather.label, progress=progress)
+
+
+def draw_city(city, scene, request):
+    """City whose polygons are the surfaces of its scene: cells of the grid, and racks."""
+    cells = city if request.grid_size is None else split_into_cells(city, request.grid_size)[0]
+    return city_with_racks(cells, scene)
 
 
 def describe_scene(scene):

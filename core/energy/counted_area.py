@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..racks.rack_names import RACK, roof_of_rack
+from ..racks.rack_names import find_racked_roofs
 from ..scene.classify import SMALLEST_ELIGIBLE_AREA, classify
-from ..scene.name_cells import whole_of_cell
 
 HALF = 0.5  # of a surface: covered by more than this it bears no modules
 STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, which looks to no side
@@ -45,7 +44,7 @@ def find_counted_area(transfer, system):
     area, covered = np.asarray(surfaces.area, float), np.asarray(transfer.covered_share, float)
     open_area = area * (1.0 - np.minimum(covered, 1.0))
     closure = np.asarray(surfaces.thematic, str) == "ClosureSurface"
-    bears_racks = find_racked_roofs(surfaces)
+    bears_racks = find_racked_roofs(surfaces.surface_id, surfaces.kind)
     flat_roof = (kind == "flat") & ~eligible & (area >= SMALLEST_ELIGIBLE_AREA) & ~closure & ~bears_racks
     if system.hidden_walls == "leave-out":
         eligible &= covered <= HALF
@@ -56,15 +55,6 @@ def find_counted_area(transfer, system):
     counted_area = np.where(eligible | flat_roof, counted_area, 0.0)
     share = np.array([system.usable.get(name, 1.0) for name in kind.tolist()])
     return CountedArea(kind, orientation, eligible, flat_roof, open_area, counted_area, counted_area * share)
-
-
-def find_racked_roofs(surfaces):
-    """Surfaces that racks stand on, and the cells of such: (n,) bool."""
-    racks = np.flatnonzero(np.asarray(surfaces.kind) == RACK)
-    roofs = {roof_of_rack(surfaces.surface_id[rack]) for rack in racks}
-    if not roofs:
-        return np.zeros(len(surfaces), bool)
-    return np.array([whole_of_cell(name) in roofs or name in roofs for name in surfaces.surface_id])
 
 
 def take_overhangs(surfaces, kind, orientation, eligible):

@@ -24,6 +24,7 @@ KINDS = {
     "steep": "Steeper than 60°, not upright",
     "downward": "Facing down",
     "ground": "Ground",
+    "rack": "Racks on flat roofs",
 }
 
 

@@ -9,7 +9,7 @@ from ..results.colour_map import choose_range
 from .picture import colour_scale, make_figure
 from .tabulate import select_mounted
 
-FROM_ABOVE = ("roof", "flat", "steep")
+FROM_ABOVE = ("roof", "flat", "steep", "rack")
 PLAIN, EDGE = "#e4e4e0", "#a9a9a4"  # what has no colour of its own
 WALL_WIDTH = 1.6  # [m] of a facade's line on the ground, as far as a picture can show it
 THINNEST, THICKEST = 1.4, 4.0  # [points]

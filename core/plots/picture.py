@@ -19,7 +19,12 @@ LINES = {
     "west": {"color": "#009E73", "marker": "v", "linestyle": (0, (1, 1))},
 }
 OTHER = {"color": "#555555", "marker": "D", "linestyle": "-"}
-KINDS = {"facade": "Facades", "roof": "Pitched roofs", "flat": "Flat roofs, modules lying flat"}
+KINDS = {
+    "facade": "Facades",
+    "roof": "Pitched roofs",
+    "rack": "Racks on flat roofs",
+    "flat": "Flat roofs, modules lying flat",
+}
 STYLE = {
     "font.family": "DejaVu Sans",
     "font.size": 10,

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from ..energy.groups import KINDS, ORIENTATIONS
+from ..racks.rack_names import find_racked_roofs
 
 MOST_BINS = 40
 BIN_WIDTHS = (1, 2, 5, 10, 20, 25, 50, 100, 200, 250, 500)  # [h]
@@ -89,10 +90,11 @@ def select_mounted(faces):
     Returns
     -------
     pandas.DataFrame
-        kind, area [m²] that is open, full_load_hours [h] of that area; eligible surfaces and flat roofs. The rows keep
-        the index of `faces`.
+        kind, area [m²] that is open, full_load_hours [h] of that area; eligible surfaces, and flat roofs without racks.
+        The rows keep the index of `faces`.
     """
     flat = (faces["kind"] == "flat") & (faces["area"] >= SMALLEST) & (faces["covered_share"] <= HALF)
+    flat &= ~find_racked_roofs(faces["surface_id"].tolist(), faces["kind"])
     chosen = faces[((faces["eligible"] == "true") | flat) & faces["full_load_hours"].notna()]
     open_area = chosen["open_area"] if "open_area" in chosen else chosen["area"]
     chosen, open_area = chosen[open_area > 0], open_area[open_area > 0]

@@ -8,12 +8,11 @@ from dataclasses import asdict
 
 import numpy as np
 
-from ..energy.counted_area import find_racked_roofs
 from ..energy.pick_module import area_of_kwp
 from ..energy.potential import sum_potential
 from ..energy.pv_system import build_system
 from ..energy.years import split_years
-from ..racks.rack_names import RACK
+from ..racks.rack_names import RACK, find_racked_roofs
 from ..scene.add_backs import surface_of_triangles
 from ..sun.check_distance import distance_of_weather
 from .list_findings import list_findings
@@ -170,7 +169,8 @@ def sum_totals(transfer, energy, system):
 def describe_racks(transfer, energy, system):
     """Racks and the roofs under them, which are not among the flat roofs; empty without racks."""
     area = np.asarray(transfer.surfaces.area, float)
-    rows, roofs = np.asarray(transfer.surfaces.kind) == RACK, find_racked_roofs(transfer.surfaces)
+    rows = np.asarray(transfer.surfaces.kind) == RACK
+    roofs = find_racked_roofs(transfer.surfaces.surface_id, transfer.surfaces.kind)
     if not rows.any():
         return {}
     return {

@@ -4,6 +4,7 @@ import csv
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 from cities import box
 from flat_roofs import rectangle, roof, rows_of, scene_with
@@ -16,9 +17,11 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.counted_area import find_counted_area
 from citypv.core.energy.pv_system import default_system
 from citypv.core.materials.read_albedo import albedo_of_triangles
+from citypv.core.plots.tabulate import select_mounted
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
+from citypv.core.results.read_transfer import read_transfer
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
@@ -172,6 +175,15 @@ def test_the_demo_with_racks_and_without(tmp_path):
     assert ("rack", "south") in groups and ("rack", "south") not in {
         (row["kind"], row["orientation"]) for row in read_rows(plain_out / "groups.csv")
     }
+    # The plan of the report draws racks above their roofs.
+    outlines = read_transfer(out / "transfer.nc").outlines
+    last = outlines.rings(len(after) - 1)
+    assert len(outlines.surface_start) == len(after) + 1 and len(last) == 1 and last[0].shape == (4, 3)
+    mounted = select_mounted(pd.read_csv(out / "faces.csv", dtype={"eligible": str}))
+    assert mounted[mounted["kind"] == "flat"]["area"].sum() == pytest.approx(
+        racked["flat_roofs"]["eligible_area"], rel=0.01
+    )
+    assert main(["plot", str(out)]) == 0 and (out / "report.html").exists()
     city = json.loads((out / "city.city.json").read_text(encoding="utf-8"))
     drawn = [
         one
