@@ -14,9 +14,11 @@ LODS = [
     ("3", "3", "Windows and details"),
 ]
 GROUNDS = [
-    ("auto", "Generated", "Surface through the base edges of the buildings"),
-    ("terrain", "Terrain file", "Measured terrain: TIN relief (CityGML), OBJ, GeoTIFF or ASC grid"),
-    ("none", "None", "No ground: only the surfaces of the files"),
+    # identifier, name, description, icon, number (as stored in .blend files)
+    ("auto", "Automatic", "Terrain of the city's own files if they have any, otherwise generated", "NONE", 0),
+    ("feet", "Generated", "Surface through the base edges of the buildings", "NONE", 3),
+    ("terrain", "Terrain file", "Measured terrain: TIN relief (CityGML), OBJ, GeoTIFF or ASC grid", "NONE", 1),
+    ("none", "None", "No ground: only the surfaces of the files", "NONE", 2),
 ]
 SUNS = [
     ("days", "Days", "Days spread over the year, with cubic interpolation between them"),

@@ -66,9 +66,13 @@ class Request(SystemSettings):
     ground: str = setting(
         "auto",
         "city",
-        "generate ground through the buildings' feet",
+        "auto: terrain of the city's own files, otherwise as feet; feet: generated from the buildings; none",
         kind="choice",
-        choices={"auto": "A surface through the buildings' feet", "none": "Exactly the surfaces that were read"},
+        choices={
+            "auto": "Terrain of the city's own files if they have any, otherwise a surface through the buildings' feet",
+            "feet": "A surface through the buildings' feet",
+            "none": "Exactly the surfaces that were read",
+        },
     )
     racks: str = setting(
         "none",

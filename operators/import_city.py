@@ -1,6 +1,7 @@
 """Import: read building files into a City, and show its mesh."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -43,7 +44,7 @@ class ImportCity(Step, bpy.types.Operator):
 
     @staticmethod
     def work(task, progress):
-        """Read the files, and triangulate them without ground for display."""
+        """Read the files, and triangulate them for display, without generated ground."""
         from ..core.files.read_city import read_city
 
         paths, request = task
@@ -80,13 +81,16 @@ class ChooseCity(bpy.types.Operator):
 
 
 def triangulate_import(city, request, progress):
-    """Return a city, its scene without ground, and the findings of reading."""
+    """Return a city, its scene with terrain as read but no generated ground, and the findings of reading."""
     from ..core.results.list_findings import list_findings
     from ..core.scene.build_scene import build_scene
+    from ..core.scene.join_ground import show_terrain
 
     progress("triangulating", 0, len(city), "polygons")
     place = {"latitude": request.latitude, "longitude": request.longitude}
-    scene = build_scene(city, **place, ground="none", patch_size=None)
+    scene = build_scene(replace(city, terrain=None), **place, ground="none", patch_size=None)
+    if city.terrain is not None and request.ground == "auto" and request.terrain is None:
+        scene = show_terrain(scene, city.terrain)
     # Covered surfaces can only be found once the city is on its ground.
     return city, scene, list_findings(scene, covered_share=[0.0] * len(scene.surfaces))
 

@@ -50,7 +50,7 @@ def convert_to_metres(points, crs, unit="m"):
         raise InputError(crs, "geocentric coordinates are not supported", "project them to a plane first")
     factor = plane.axis_info[0].unit_conversion_factor
     height_factor = _height_factor(system, factor)
-    points, turned = _east_first(points, plane)
+    points, turned = east_first(points, plane)
     if factor == 1 and height_factor == 1:
         return points, crs, turned
     name = plane.axis_info[0].unit_name
@@ -76,11 +76,8 @@ def _in_metres(plane):
 
 def _project(points, system, plane):
     """Degrees to metres around the middle of the points."""
-    first, second = (0, 1) if plane.axis_info[0].direction == "east" else (1, 0)
-    longitude, latitude = points[:, first], points[:, second]
-    area = plane.area_of_use
-    if area is not None and not _within(longitude, latitude, area) and _within(latitude, longitude, area):
-        longitude, latitude = latitude, longitude
+    points, _ = east_first(points, plane)
+    longitude, latitude = points[:, 0], points[:, 1]
     if len(points) and (np.abs(latitude).max() > 90 or np.abs(longitude).max() > 360):
         raise InputError(system.name, "degrees expected, the coordinates are beyond 90 or 360", "correct the srsName")
     middle = [0.5 * (values.min() + values.max()) if len(points) else 0.0 for values in (longitude, latitude)]
@@ -102,9 +99,30 @@ def _within(longitude, latitude, area, margin=1.0):
     return bool((inside & (latitude >= area.south - margin) & (latitude <= area.north + margin)).all())
 
 
-def _east_first(points, plane):
-    """Swap axes if needed: most files with planar systems give east first, whatever the registry's axis order."""
+def east_first(points, plane):
+    """Points with east before north, swapped if needed.
+
+    Degrees are in the axis order of their system, unless only the other order is within its area of use. Most files
+    with planar systems give east first, whatever the registry's axis order.
+
+    Parameters
+    ----------
+    points : array, (m, 3) float64
+    plane : pyproj.CRS
+        The horizontal part of their system.
+
+    Returns
+    -------
+    points : array, (m, 3) float64
+    note : str or None
+        What was done against expectation, as a sentence.
+    """
     area = plane.area_of_use
+    if plane.is_geographic:
+        turned = points[:, [1, 0, 2]]
+        points, other = (points, turned) if plane.axis_info[0].direction == "east" else (turned, points)
+        swap = area is not None and not _within(*points[:, :2].T, area) and _within(*other[:, :2].T, area)
+        return (other if swap else points), None
     if area is None or not len(points):
         return points, None
     back = pyproj.Transformer.from_crs(plane, plane.geodetic_crs, always_xy=True)

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, field
 
+from .relief import Relief
+
 
 @dataclass(slots=True)
 class Polygon:
@@ -55,6 +57,7 @@ class FileContent:
     notes: list = field(default_factory=list)
     crs: str | None = None
     colours: dict = field(default_factory=dict)  # name of a material -> (3,) diffuse colour, or None if not given
+    relief: Relief = field(default_factory=Relief)  # terrain of the file
 
     def skip(self, reason, identifier):
         """Record what was left out, and why."""

@@ -19,6 +19,7 @@ class Families:
     part: dict = field(default_factory=dict)  # the same -> name of the part it is, or belongs to, or None
     orphans: list = field(default_factory=list)  # parts and the like without a parent building: treated as buildings
     skipped: list = field(default_factory=list)  # (reason, name)
+    reliefs: list = field(default_factory=list)  # names of TINReliefs
     others: dict = field(default_factory=dict)  # type -> number of objects not read
     extensions: dict = field(default_factory=dict)  # extension type -> number read as buildings
 
@@ -45,6 +46,8 @@ def find_families(objects):
     for name, kind in kinds.items():
         if kind == "no object":
             families.skipped.append(("city object is not a JSON object or has no type", name))
+        elif kind == "relief":
+            families.reliefs.append(name)
         elif kind in ("inside", "other"):
             families.others[objects[name]["type"]] = families.others.get(objects[name]["type"], 0) + 1
         else:
@@ -53,12 +56,12 @@ def find_families(objects):
 
 
 def classify_object(one):
-    """building, member, extension, inside, other or no object."""
+    """building, member, extension, relief, inside, other or no object."""
     kind = one.get("type") if isinstance(one, dict) else None
     if not isinstance(kind, str):
         return "no object"
-    if kind == "Building":
-        return "building"
+    if kind in ("Building", "TINRelief"):
+        return "building" if kind == "Building" else "relief"
     if kind in MEMBERS:
         return "member"
     if kind in INSIDE or not EXTENSION.fullmatch(kind):

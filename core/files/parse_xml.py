@@ -82,7 +82,7 @@ def read_root(path, declared=()):
         return root.tag, dict(root.nsmap)
 
 
-def iterate_elements(path, tags, declared=(), tell=ignore_share):
+def iterate_elements(path, tags, declared=(), tell=ignore_share, only_in=None):
     """Yield each completed element with one of the tags; it and everything before it is freed afterwards.
 
     Parameters
@@ -94,16 +94,22 @@ def iterate_elements(path, tags, declared=(), tell=ignore_share):
         Prefixes that the file uses without declaring them; declarations are added.
     tell : callable, optional
         As in `open_input`.
+    only_in : dict, optional
+        Tag -> tag: elements of the first are yielded only inside one of the second; others are left as they are.
 
     Raises
     ------
     UndeclaredPrefixError, InputError
     """
     wanted = [f"{{*}}{tag}" for tag in tags]
+    above = {tag: f"{{*}}{outer}" for tag, outer in (only_in or {}).items()}
     with open_input(path, tell) as opened:
         stream = _Counted(path, _declare(opened, declared))
         try:
             for _, element in etree.iterparse(stream, events=("end",), tag=wanted, **SAFE):
+                outer = above.get(element.tag.rpartition("}")[2]) if above else None
+                if outer and next(element.iterancestors(outer), None) is None:
+                    continue
                 yield element
                 _forget(element)
                 stream.tags = 0

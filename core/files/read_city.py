@@ -7,6 +7,7 @@ from ..city.join_contents import join_contents
 from ..errors import InputError
 from ..progress import silent
 from .parse_json import speaks_of_cityjson
+from .place_relief import place_relief
 from .read_citygml import read_content as read_citygml_content
 from .read_cityjson import read_cityjson
 from .read_obj import read_obj
@@ -38,6 +39,7 @@ def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=sile
     Returns
     -------
     City
+        With the terrain of its files, where they hold any.
 
     Raises
     ------
@@ -47,7 +49,9 @@ def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=sile
     if up not in ("z", "y"):
         raise InputError("--up", f"{up!r} is not an axis", "choose z or y")
     contents = read_files(list_files(paths), up, progress)
-    return join_contents(contents, lod=lod, unit=unit, orient=orient, progress=progress)
+    city = join_contents(contents, lod=lod, unit=unit, orient=orient, progress=progress)
+    city.terrain = place_relief(contents, city, unit)
+    return city
 
 
 def read_files(files, up, progress=silent):

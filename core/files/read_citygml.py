@@ -1,14 +1,17 @@
-"""Read CityGML 1.0, 2.0 and 3.0: buildings with parts, holes, references and levels of detail."""
+"""Read CityGML 1.0, 2.0 and 3.0: buildings with parts, holes, references and levels of detail; terrain."""
 
 from ..city.polygon import FileContent
 from ..errors import InputError
 from ..progress import ignore_share
 from .collect_polygons import collect_polygons
+from .collect_relief import GmlRelief
 from .parse_xml import UndeclaredPrefixError, iterate_elements, read_root
 from .place_shapes import place_shapes
 from .resolve_references import resolve_references
 
 MEMBERS = ("cityObjectMember", "featureMember", "member")
+RELIEFS = ("ReliefFeature", "TINRelief", "RasterRelief", "MassPointRelief", "BreaklineRelief")
+IN_RELIEF = [f"{{*}}{name}" for name in RELIEFS]
 MOST_UNDECLARED = 16  # prefixes; a file with more is not accepted
 
 
@@ -42,20 +45,39 @@ def _read_declared(path, declared, tell):
         name = root.rpartition("}")[2]
         raise InputError(path, f"line 1: <{name}> is not CityGML", "give a CityGML, CityJSON or OBJ file")
     content, kinds, others = FileContent(path), {}, {}
-    for element in iterate_elements(path, ("Building", "Envelope", "appearanceMember", *MEMBERS), declared, tell):
+    relief, before = GmlRelief(content), 0  # terrain triangles before the current member
+    tags = ("Building", "Envelope", "appearanceMember", "Triangle", *MEMBERS)
+    for element in iterate_elements(path, tags, declared, tell, {"Triangle": "TINRelief"}):
         name = element.tag.rpartition("}")[2]
         if name == "Building":
             collect_polygons(element, content, kinds)
+        elif name == "Triangle":
+            relief.add(element)
         elif name == "Envelope":
-            if element.get("srsName"):
-                content.srs_names.setdefault(element.get("srsName"), element.sourceline)
+            _note_envelope(element, content)
         elif name in MEMBERS:
+            known = {"Building", *(RELIEFS if content.relief.count() > before else ())}
+            before = content.relief.count()
             for child in element.iterchildren("*"):
                 other = child.tag.rpartition("}")[2]
-                others[other] = others.get(other, 0) + (other != "Building")
-    content.notes += [f"{count} {name} left out: not a building." for name, count in sorted(others.items()) if count]
+                others[other] = others.get(other, 0) + (other not in known)
+    content.notes += [_tell_left_out(count, name) for name, count in sorted(others.items()) if count]
     if not content.buildings:
-        raise InputError(path, "contains no buildings", "give a file with buildings")
+        cure = "give a file with buildings" + (", and this one with --terrain" if content.relief.count() else "")
+        raise InputError(path, "contains no buildings", cure)
+    content.srs_names = content.srs_names or dict(content.relief.srs_names)
     resolve_references(content)
     place_shapes(content)
     return content
+
+
+def _note_envelope(element, content):
+    """Record the coordinate reference system of an envelope: that of a relief, or of the buildings."""
+    srs_name, of_relief = element.get("srsName"), next(element.iterancestors(*IN_RELIEF), None) is not None
+    if srs_name:
+        names = content.relief.srs_names if of_relief else content.srs_names
+        names.setdefault(srs_name, element.sourceline)
+
+
+def _tell_left_out(count, name):
+    return f"{count} {name} left out: {'no triangles' if name in RELIEFS else 'not a building'}."

@@ -11,6 +11,7 @@ import numpy as np
 from ..city.polygon import FileContent
 from ..errors import InputError
 from ..progress import ignore_share
+from .collect_relief import collect_json_relief
 from .collect_shapes import Owner, Shapes, collect_shapes
 from .find_families import find_families
 from .limits import clean_name
@@ -128,6 +129,7 @@ class _Reading:
         building = {name: first_building + k for k, name in enumerate(families.buildings)}
         part = {name: first_part + k + 1 for k, name in enumerate(families.parts)} | {None: 0}
         content.part_count += len(families.parts)
+        reliefs = set(families.reliefs)
         for number, (name, one) in enumerate(objects.items()):
             if number % OBJECTS_AT_ONCE == 0:
                 tell(READ + (DRAWN - READ) * number / len(objects))
@@ -136,6 +138,9 @@ class _Reading:
                 place = building[families.owner[name]], part[families.part[name]]
                 collect_shapes(one, Owner(clean_name(name), *place, kind, line), shapes)
                 one.pop("geometry", None)  # frees memory
+            elif name in reliefs:
+                collect_json_relief(one, name, shapes.vertices, content)
+                one.pop("geometry", None)
         self._drop_duplicates(first, first_building, line)
 
     def _drop_duplicates(self, first, first_building, line):
@@ -200,6 +205,7 @@ class _Reading:
     def _met(self):
         """What the file contains instead, in brackets."""
         met = [f"{count} {clean_name(kind)[:40]}" for kind, count in sorted(self.others.items())]
+        met += [f"{self.content.relief.count()} terrain triangles"] if self.content.relief.count() else []
         met += [f"{reason}: {len(names)}" for reason, names in self.content.skipped.items()]
         return f" ({', '.join(met[:MOST_NAMED])}{' …' if len(met) > MOST_NAMED else ''})" if met else ""
 

@@ -1,14 +1,12 @@
 """Read the triangles of a CityGML TINRelief."""
 
-import numpy as np
-
-from ..city.name_crs import name_crs
+from ..city.relief import Relief
 from ..errors import InputError
-from ..ground.terrain import Layer
-from .limits import LARGEST_COORDINATE
-from .parse_xml import CUT, iterate_elements
+from .collect_relief import note_srs_names, read_relief_lod, read_triangle, relief_above, relief_layers
+from .parse_xml import iterate_elements
+from .place_relief import crs_of_relief
 
-INSIDE = ("Building", "Bridge", "Tunnel")  # triangles inside these are not terrain
+INSIDE = ("Building", "Bridge", "Tunnel")  # their triangles are no terrain
 
 
 def read_relief(path):
@@ -20,60 +18,38 @@ def read_relief(path):
 
     Returns
     -------
-    layer : Layer
-        Points in the order and the units of the file.
+    layers : list of Layer
+        The finest level of detail first; points in the order and the units of the file.
     crs : str or None
-        As accepted by pyproj.CRS.from_user_input.
+        What pyproj.CRS.from_user_input understands.
 
     Raises
     ------
     InputError
-        Not XML, no triangles, or coordinates that are not numeric.
+        Not XML, no triangles in it, or coordinates that are not numbers.
     """
-    corners, srs_names = [], {}
+    relief, last, lod = Relief(), None, ""
     for element in iterate_elements(path, ("Envelope", "Triangle", *INSIDE)):
         name = element.tag.rpartition("}")[2]
-        if name == "Envelope":
-            srs_names.setdefault(element.get("srsName"), element.sourceline)
+        if name == "Envelope" and element.get("srsName"):
+            relief.srs_names.setdefault(element.get("srsName"), element.sourceline)
         elif name == "Triangle" and not any(_local(parent) in INSIDE for parent in element.iterancestors()):
-            if not corners:
-                _note_srs_names(element, srs_names)
-            corners.append(_read_triangle(element, path))
-    if not corners:
+            above = relief_above(element)
+            if above is not last or not relief.corners:
+                last, lod = above, read_relief_lod(above)
+                note_srs_names(element, relief.srs_names)
+            relief.add(lod, _refuse_or_read(element, path))
+    if not relief.count():
         raise InputError(path, "contains no TINRelief", "give terrain as triangles, a GeoTIFF or an ASC grid")
-    points, index = np.unique(np.concatenate(corners), axis=0, return_inverse=True)
-    named = {name_crs(text, points[0, 0]) for text in srs_names if text}
-    named.discard(None)
-    if len({crs.split("+")[0] for crs in named}) > 1:
-        raise InputError(
-            path, f"uses two coordinate reference systems: {' and '.join(sorted(named))}", "convert it to one"
-        )
-    return (Layer(points, index.reshape(-1, 3)), max(named, key=len, default=None))
+    return relief_layers(relief), crs_of_relief(relief, path)
 
 
 def _local(element):
     return element.tag.rpartition("}")[2]
 
 
-def _note_srs_names(element, srs_names):
-    for one in (*element.iter("*"), *element.iterancestors()):
-        if one.get("srsName"):
-            srs_names.setdefault(one.get("srsName"), one.sourceline)
-
-
-def _read_triangle(element, path):
-    """Corners of one triangle, (3, 3)."""
-    texts = [part.text or "" for part in element.iter("{*}posList", "{*}pos", "{*}coordinates")]
-    line = element.sourceline
-    try:
-        numbers = np.array([float(word) for text in texts for word in text.replace(",", " ").split()])
-    except ValueError:
-        raise InputError(path, f"line {line}: coordinates that are not numeric", CUT) from None
-    if len(numbers) not in (9, 12):
-        raise InputError(
-            path, f"line {line}: a triangle with {len(numbers)} numbers", "give three vertices with heights"
-        )
-    if not np.abs(numbers).max() <= LARGEST_COORDINATE:  # also true for NaN
-        problem = f"line {line}: a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
-        raise InputError(path, problem, "correct or remove this triangle")
-    return numbers[:9].reshape(3, 3)
+def _refuse_or_read(element, path):
+    numbers, problem = read_triangle(element)
+    if problem:
+        raise InputError(path, f"line {element.sourceline}: {problem}", "correct or remove this triangle")
+    return numbers

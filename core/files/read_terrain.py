@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..city.bring_places import bring_places, plane_of
 from ..city.convert_to_metres import UNITS
 from ..errors import InputError
 from ..ground.terrain import HORIZON, Layer, Terrain
 from .open_input import open_input
 from .parse_obj import parse_obj
+from .place_relief import place_layer
 from .read_raster import Wanted, read_raster
 from .read_relief import read_relief
 
@@ -52,7 +52,9 @@ def read_terrain(path, city, unit="m", up="z"):
     if suffix in RASTERS:
         terrain.layers = read_raster(Wanted(path, low, high, HORIZON, city.crs, UNITS[unit]), terrain.notes)
     elif suffix in RELIEFS:
-        terrain.layers = [_place(*read_relief(path), terrain, city.crs, UNITS[unit])]
+        layers, crs = read_relief(path)
+        _note_missing(crs, city.crs, terrain)
+        terrain.layers = [place_layer(layer, crs, city.crs, UNITS[unit], path) for layer in layers]
     elif suffix == ".obj":
         terrain.layers = [_read_obj(path, UNITS[unit], up)]
         terrain.notes.append(f"{path} has no coordinate reference system; the city's is assumed.")
@@ -71,18 +73,11 @@ def _read_obj(path, factor, up):
     return Layer(points * factor, np.concatenate(fans))
 
 
-def _place(layer, crs, terrain, city_crs, unit):
-    """Transform a relief from the system of its file to the city's."""
+def _note_missing(crs, city_crs, terrain):
+    """Note which of relief and city has no coordinate reference system, and which one is assumed."""
     if crs is None or city_crs is None:
         own = f"{terrain.source} has no coordinate reference system; the city's is assumed."
         terrain.notes.append(own if crs is None else f"The city has no coordinate reference system; {crs} is assumed.")
-        return Layer(layer.points * unit, layer.triangles)
-    plane, factor = plane_of(crs)
-    x, y = layer.points[:, :2].T
-    if plane.is_geographic and plane.axis_info[0].direction != "east":
-        x, y = y, x
-    places = bring_places(np.column_stack([x, y]), plane, city_crs, terrain.source)
-    return Layer(np.column_stack([places, layer.points[:, 2] * factor]), layer.triangles)
 
 
 def _check_place(terrain, low, high):

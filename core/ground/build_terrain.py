@@ -12,7 +12,7 @@ from ..city.check_geometry import check_patch_size, check_terrain
 from ..errors import InputError
 from .build_ground import DEFAULT_PATCH, REACH, SHORTEST_REACH, cut_feet, drop_on_triangles, faces_up, under_buildings
 from .ground_points import spread_points
-from .terrain import HORIZON, measure_heights
+from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
 
 TOLERANCE, SLACK = 0.15, 0.01  # [m], [m/m] largest height error of the ground, and its growth with distance
 ROUNDS = 8  # of adding points where the error is larger
@@ -67,7 +67,7 @@ def build_terrain(feet, points, terrain, patch_size=None):
     low, high = points.min(axis=0), points.max(axis=0)
     reach = max(REACH * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
     foot_points, _ = cut_feet(feet, 0.5 * patch_size)
-    places, heights, notes = _spread(foot_points[:, :2], feet, terrain, (low, high, reach), patch_size)
+    places, heights, notes = _spread(foot_points, feet, terrain, (low, high, reach), patch_size)
     vertices = _refine(np.column_stack([places, heights]), terrain, foot_points[:, :2])
     triangles = faces_up(vertices, Delaunay(vertices[:, :2]).simplices.astype(np.int64))
     skirts, raised, below_ground, words = _join(feet, vertices[triangles], 0.5 * patch_size)
@@ -84,8 +84,9 @@ def build_terrain(feet, points, terrain, patch_size=None):
     )
 
 
-def _spread(foot_places, feet, terrain, bounds, patch_size):
+def _spread(foot_points, feet, terrain, bounds, patch_size):
     """Ground points with heights; gaps are interpolated, with a note."""
+    foot_places = foot_points[:, :2]
     low, high, reach = bounds
     found = np.concatenate([layer.points for layer in terrain.layers])
     near = low[:2] - reach, high[:2] + reach
@@ -94,8 +95,12 @@ def _spread(foot_places, feet, terrain, bounds, patch_size):
     free = spread_points(foot_places, feet.footprints, far_low, far_high, patch_size)
     places = np.concatenate([foot_places, free])
     heights = measure_heights(terrain, places)
+    at_feet = np.arange(len(places)) < len(foot_places)
+    rest = np.flatnonzero(np.isnan(heights) & at_feet)
+    heights[rest] = nearest_heights(terrain, places[rest], JOINED)  # the same place but for rounding
     gap = np.isnan(heights)
-    if gap[: len(foot_places)].all():
+    heights[gap & at_feet] = nearest_heights(terrain, places[gap & at_feet], NEAR)
+    if np.isnan(heights[at_feet]).all():
         problem = "has no height under any building"
         raise InputError(terrain.source, problem, "give terrain that covers the city, in its system and unit")
     inside = ((places >= near[0]) & (places <= near[1])).all(axis=1)
@@ -109,19 +114,39 @@ def _spread(foot_places, feet, terrain, bounds, patch_size):
             f"The terrain has gaps: {100 * share:.1f} % of the ground points near the buildings, {feet_in:,} of them "
             "at walls; heights there are interpolated, or those of the nearest point."
         )
+    open_feet = np.flatnonzero(np.isnan(heights[at_feet]))
+    heights[open_feet], beyond = _follow_feet(places, heights, foot_points, open_feet)
+    if beyond:
+        notes.append(f"{beyond:,} ground points at walls are beyond the terrain: they follow the buildings' feet.")
+    gap = np.isnan(heights)
     heights[gap] = _bridge(places[~gap], heights[~gap], places[gap])
     return places[keep], heights[keep], notes
+
+
+def _follow_feet(places, heights, foot_points, chosen):
+    """Heights of feet in gaps: linear between what is around; beyond that the feet's own, less the median by which
+    feet stand above the terrain elsewhere. And how many lie beyond."""
+    known = ~np.isnan(heights)
+    between = _interpolate(places[known], heights[known], places[chosen])
+    at_feet = np.flatnonzero(known[: len(foot_points)])
+    offset = np.median(foot_points[at_feet, 2] - heights[at_feet])
+    beyond = np.isnan(between)
+    return np.where(beyond, foot_points[chosen, 2] - offset, between), int(beyond.sum())
 
 
 def _bridge(places, heights, gaps):
     """Heights in gaps: interpolated linearly, beyond the convex hull the nearest height."""
     if not len(gaps):
         return np.empty(0)
-    nearest = heights[cKDTree(places).query(gaps)[1]]
-    if len(places) < 4:
-        return nearest
-    between = LinearNDInterpolator(Delaunay(places, qhull_options="QJ"), heights)(gaps)
-    return np.where(np.isnan(between), nearest, between)
+    between = _interpolate(places, heights, gaps)
+    return np.where(np.isnan(between), heights[cKDTree(places).query(gaps)[1]], between)
+
+
+def _interpolate(places, heights, wanted):
+    """Linear between places; NaN beyond them."""
+    if len(places) < 4 or not len(wanted):
+        return np.full(len(wanted), np.nan)
+    return LinearNDInterpolator(Delaunay(places, qhull_options="QJ"), heights)(wanted)
 
 
 def _refine(vertices, terrain, foot_places):

@@ -7,6 +7,7 @@ import shapely
 
 from ..check_arrays import check_array
 
+NEAR = 5.0  # [m] feet this close to the edge of the terrain take its height: TINs are often cut out at buildings
 HORIZON = 5000.0  # [m] terrain further than this beyond the city's edge is left out
 
 
@@ -55,20 +56,59 @@ def measure_heights(terrain, places):
 
 def _highest(layer, places):
     """Height of the highest triangle at each position, NaN if none; only triangles near the positions are tested."""
-    corners = layer.points[layer.triangles]  # (t, 3, 3)
-    low, high = corners[..., :2].min(axis=1), corners[..., :2].max(axis=1)
-    near = ((low <= places.max(axis=0)) & (high >= places.min(axis=0))).all(axis=1)
-    corners = corners[near]
-    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    doubled = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    level = np.abs(doubled) > 1e-9 * np.maximum((u**2).sum(axis=1), (v**2).sum(axis=1))
-    a, u, v, doubled, corners = a[level], u[level], v[level], doubled[level], corners[level]
+    corners = _corners_near(layer, places, 0.0)
     heights = np.full(len(places), -np.inf)
     if len(corners):
         tree = shapely.STRtree(shapely.polygons(corners[..., :2]))
         place, triangle = tree.query(shapely.points(places), "intersects")
-        d, u, v, doubled = places[place] - a[triangle, :2], u[triangle], v[triangle], doubled[triangle]
-        along = (d[:, 0] * v[:, 1] - d[:, 1] * v[:, 0]) / doubled
-        across = (u[:, 0] * d[:, 1] - u[:, 1] * d[:, 0]) / doubled
-        np.maximum.at(heights, place, a[triangle, 2] + along * u[:, 2] + across * v[:, 2])
+        np.maximum.at(heights, place, _heights_on(corners[triangle], places[place]))
     return np.where(np.isinf(heights), np.nan, heights)
+
+
+def nearest_heights(terrain, places, reach):
+    """Height of a terrain at its point nearest to each place.
+
+    Parameters
+    ----------
+    terrain : Terrain
+    places : array, (k, 2) float64 [m]
+    reach : float [m]
+
+    Returns
+    -------
+    heights : array, (k,) float64 [m]
+        NaN where none is within reach.
+    """
+    heights = np.full(len(places), np.nan)
+    for layer in terrain.layers:
+        missing = np.flatnonzero(np.isnan(heights))
+        corners = _corners_near(layer, places[missing], reach) if len(missing) else []
+        if not len(corners):
+            continue
+        shapes, points = shapely.polygons(corners[..., :2]), shapely.points(places[missing])
+        place, triangle = shapely.STRtree(shapes).query_nearest(points, max_distance=reach)
+        lines = shapely.shortest_line(shapes[triangle], points[place])
+        on = shapely.get_coordinates(shapely.get_point(lines, 0))
+        found = np.full(len(missing), -np.inf)
+        np.maximum.at(found, place, _heights_on(corners[triangle], on))
+        heights[missing] = np.where(np.isinf(found), np.nan, found)
+    return heights
+
+
+def _corners_near(layer, places, reach):
+    """Corners (t, 3, 3) of the triangles near some places that have an area seen from above."""
+    corners = layer.points[layer.triangles]  # (t, 3, 3)
+    low, high = corners[..., :2].min(axis=1) - reach, corners[..., :2].max(axis=1) + reach
+    corners = corners[((low <= places.max(axis=0)) & (high >= places.min(axis=0))).all(axis=1)]
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    doubled = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    return corners[np.abs(doubled) > 1e-9 * np.maximum((u**2).sum(axis=1), (v**2).sum(axis=1))]
+
+
+def _heights_on(corners, places):
+    """Height of the plane of each triangle (k, 3, 3) at a place (k, 2)."""
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    d, doubled = places - a[:, :2], u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    along = (d[:, 0] * v[:, 1] - d[:, 1] * v[:, 0]) / doubled
+    across = (u[:, 0] * d[:, 1] - u[:, 1] * d[:, 0]) / doubled
+    return a[:, 2] + along * u[:, 2] + across * v[:, 2]

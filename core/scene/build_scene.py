@@ -1,7 +1,6 @@
 """From a City to the scene that rays meet: local origin, true north, triangles, kinds, ground."""
 
 import copy
-import math
 
 import numpy as np
 
@@ -11,8 +10,9 @@ from ..city.triangulate import triangulate
 from ..errors import InputError
 from ..ground.build_ground import build_ground, feet_or_corners
 from ..ground.build_terrain import build_terrain
+from ..ground.choose_terrain import choose_terrain, reaches_feet
 from ..ground.find_feet import find_feet
-from ..ground.terrain import measure_heights
+from ..ground.terrain import NEAR, measure_heights
 from .classify import classify, measure_tilt
 from .find_footprints import find_footprints
 from .find_ground import find_ground, height_below
@@ -20,12 +20,13 @@ from .find_hanging import find_hanging, upward_areas
 from .find_sheets import find_sheets
 from .find_twins import find_twins
 from .grid_cells import split_into_cells
+from .join_ground import join_ground
+from .local_frame import bring_to_origin
 from .locate_site import locate_site
 from .refine import refine_triangles
 from .scene import Scene, Site, Surfaces
 
-GROUNDS = ("auto", "none")
-MICROMETRE = 6  # decimals of a metre
+GROUNDS = ("auto", "feet", "none")
 DRAWN_TWICE = "lies on a surface that faces the same way, counted once"
 SLACK = 0.001  # [m] what rests on a face may be drawn that far below it
 LOST_SHARE = 0.01  # triangles that cover less or more than a polygon by this share are worth a word
@@ -39,10 +40,11 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
     city : City
     latitude, longitude : float, optional
         [°] Override what the coordinate reference system says.
-    ground : {'auto', 'none'}
-        A surface through the buildings' feet, or nothing.
+    ground : {'auto', 'feet', 'none'}
+        Terrain of the city's own files if it reaches any building, otherwise a surface through the buildings' feet;
+        always that surface; or nothing.
     terrain : Terrain, optional
-        In the city's coordinate reference system; takes the place of the generated ground.
+        In the city's coordinate reference system; takes the place of any other ground.
     patch_size : float or None
         [m] Longest edge of a triangle; None leaves the triangles of the polygons as they are.
     grid_size : float, optional
@@ -86,38 +88,6 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
     scene.sheet = find_sheets(scene)
     _note_sheets(scene)
     return scene
-
-
-def bring_to_origin(points, site):
-    """Points of the files in the scene's frame.
-
-    What large coordinates leave behind the micrometre is rounding: the same city is the same scene anywhere.
-
-    Parameters
-    ----------
-    points : array, (m, 3) float64 [m]
-    site : Site
-
-    Returns
-    -------
-    array, (m, 3) float64 [m]
-    """
-    return np.round(turn_to_true_north(points - np.array(site.origin), site.convergence), MICROMETRE)
-
-
-def turn_to_true_north(points, convergence):
-    """Turn grid coordinates so that y points to true north.
-
-    A direction of grid azimuth a has true azimuth a + convergence.
-
-    Parameters
-    ----------
-    points : array, (m, 3) float64 [m]
-    convergence : float [°]
-    """
-    sine, cosine = math.sin(math.radians(convergence)), math.cos(math.radians(convergence))
-    x, y = points[:, 0], points[:, 1]
-    return np.column_stack([cosine * x + sine * y, cosine * y - sine * x, points[:, 2]])
 
 
 def merge_vertices(points, triangles):
@@ -197,8 +167,16 @@ def _lay_ground(scene, parts, ground, terrain, patch_size):
     terrain : Terrain or None
     patch_size : float or None
     """
-    if terrain is not None:
-        return _stand_on_terrain(scene, parts, terrain, patch_size)
+    chosen, words = choose_terrain(parts[0], ground, terrain)
+    scene.report.notes += words
+    if chosen is not None:
+        moved = chosen.moved(lambda places: bring_to_origin(places, scene.site))
+        check_terrain(moved)
+        feet = feet_or_corners(*parts, _height_of_terrain(moved))
+        if terrain is not None or reaches_feet(moved, feet):
+            return _stand_on_terrain(scene, feet, parts[1], moved, patch_size), feet.hanging
+        words = f"Terrain of the file left out: no height under any building or within {NEAR:g} m of one."
+        scene.report.notes[-1] = words
     known = _height_of_own_ground(scene)
     if ground == "none":
         return scene, find_feet(*parts, known).hanging
@@ -208,7 +186,7 @@ def _lay_ground(scene, parts, ground, terrain, patch_size):
         scene.report.notes.append(
             f"{len(floating)} footprints hang in the air, the ground goes on below: {', '.join(names)} …"
         )
-    return _stand_on_ground(scene, vertices, triangles), floating
+    return join_ground(scene, vertices, triangles), floating
 
 
 def _height_of_own_ground(scene):
@@ -238,17 +216,19 @@ def _note_sheets(scene):
         )
 
 
-def _stand_on_terrain(scene, parts, terrain, patch_size):
-    """The scene on measured ground, and which footprints hang; the report says what was done at the feet of walls."""
-    site, names = scene.site, scene.surfaces.surface_id
-    moved = terrain.moved(lambda places: bring_to_origin(places, site))
-    check_terrain(moved)
+def _height_of_terrain(terrain):
+    """Height of a terrain below a place, as `find_floating` asks for it."""
 
     def ground_height(places, thin):  # houses that end above the terrain are carried down to it
-        return np.where(thin, measure_heights(moved, places[:, :2]), np.nan)
+        return np.where(thin, measure_heights(terrain, places[:, :2]), np.nan)
 
-    feet = feet_or_corners(*parts, ground_height)
-    ground = build_terrain(feet, parts[1], moved, patch_size)
+    return ground_height
+
+
+def _stand_on_terrain(scene, feet, points, terrain, patch_size):
+    """The scene on measured ground; the report says what was done at the feet of walls."""
+    names = scene.surfaces.surface_id
+    ground = build_terrain(feet, points, terrain, patch_size)
     for reason, polygons in (
         ("ends above the terrain, carried down", ground.raised),
         ("ends below the terrain, cut by it", ground.below_ground),
@@ -256,20 +236,4 @@ def _stand_on_terrain(scene, parts, terrain, patch_size):
     ):
         scene.report.repair(reason, [names[k] for k in polygons])
     scene.report.notes += ground.notes
-    return _stand_on_ground(scene, ground.vertices, ground.triangles, ground.hidden), feet.hanging
-
-
-def _stand_on_ground(scene, vertices, triangles, hidden=None):
-    count = len(triangles)
-    hidden = np.zeros(count, bool) if hidden is None else hidden  # sides and bottom: only backs are seen
-    return Scene(
-        vertices=np.concatenate([scene.vertices, vertices]),
-        triangles=np.concatenate([scene.triangles, (triangles + len(scene.vertices)).astype(np.int32)]),
-        triangle_surface=np.concatenate([scene.triangle_surface, np.full(count, -1, np.int32)]),
-        footprint=np.concatenate([scene.footprint, hidden]),
-        closure=np.concatenate([scene.closure, np.zeros(count, bool)]),
-        surfaces=scene.surfaces,
-        site=scene.site,
-        report=scene.report,
-        colours=scene.colours,
-    )
+    return join_ground(scene, ground.vertices, ground.triangles, ground.hidden)

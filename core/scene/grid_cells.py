@@ -60,6 +60,7 @@ def split_into_cells(city, grid_size):
         lod=None if city.lod is None else [city.lod[p] for p in parent],
         material=None if city.material is None else [city.material[p] for p in parent],
         colours=city.colours,
+        terrain=city.terrain,
     )
     return split, np.array(parent, np.int64)
 

@@ -89,6 +89,37 @@ def test_the_city_stands_on_the_terrain_of_a_file(addon, city_file, tmp_path):
     assert "ends below the terrain, cut by it" in rows
 
 
+TRIANGLE = (
+    "<gml:Triangle><gml:exterior><gml:LinearRing><gml:posList>{}</gml:posList></gml:LinearRing></gml:exterior>"
+    "</gml:Triangle>"
+)
+RELIEF = (
+    '<cityObjectMember><dem:ReliefFeature xmlns:dem="http://www.opengis.net/citygml/relief/2.0"><dem:reliefComponent>'
+    "<dem:TINRelief><dem:tin><gml:TriangulatedSurface><gml:trianglePatches>{}</gml:trianglePatches>"
+    "</gml:TriangulatedSurface></dem:tin></dem:TINRelief></dem:reliefComponent></dem:ReliefFeature></cityObjectMember>"
+)
+
+
+def test_terrain_of_the_file_is_shown_and_stood_on(addon, city_file, tmp_path):
+    """At 37 m, two triangles; the street begins at 35 m."""
+    a, b, c, d = "391300 5817600 37", "391700 5817600 37", "391700 5818000 37", "391300 5818000 37"
+    triangles = "".join(TRIANGLE.format(" ".join(ring)) for ring in ((a, b, c, a), (a, c, d, a)))
+    path = tmp_path / "street.gml"
+    path.write_text(city_file.read_text("utf-8").replace("</CityModel>", RELIEF.format(triangles) + "</CityModel>"))
+    city, ground = run_steps(addon, path, "import_city")
+    assert len(ground.data.polygons) == 2
+    assert read_vertices(ground)[:, 2] == pytest.approx(2.0, abs=1e-4)
+    assert len(read_face_attribute(city.data, "surface")) == len(city.data.polygons)
+    city, ground = run_steps(addon, path, "classify")
+    assert read_vertices(ground)[:, 2].max() == pytest.approx(2.0, abs=1e-4)
+    assert "Ground: terrain of the file: 2 triangles." in find_session(city).scene.report.notes
+    addon.ground = "feet"
+    _, ground = run_steps(addon, path, "import_city")
+    assert ground is None
+    _, ground = run_steps(addon, path, "classify")
+    assert np.abs(read_vertices(ground)[:, 2]).max() < 0.01
+
+
 def test_terrain_that_cannot_be_used_is_an_error_in_one_line(addon, city_file, tmp_path):
     run_steps(addon, city_file, "import_city")
     addon.ground = "terrain"

@@ -128,7 +128,7 @@ def test_a_house_below_a_cliff():
 
 
 def test_a_house_on_the_edge_of_its_terrain():
-    """Half of it stands beyond: the ground goes on at the nearest height, which is said; nothing is lit from below."""
+    """Half of it stands beyond: the ground goes on through the feet, which is said; nothing is lit from below."""
     scene = stand(lambda x, y: 0 * x, (395, -5, 0), (405, 5, 10))
     transfer = trace(scene)
     assert any("gaps" in note for note in scene.report.notes)
