@@ -203,15 +203,21 @@ def _join(feet, ground, longest):
     apart = float(np.median((between[..., 2] - height)[:, own])) if own.any() else 0.0
     if abs(apart) > SUSPICIOUS:
         where = "above" if apart > 0 else "below"
-        words.append(                     f"The buildings' feet are {abs(apart):.1f} m {where} the terrain (median): "
-                     "check that both heights have the same unit and vertical datum.")  # fmt: skip
+        words.append(
+            f"The buildings' feet are {abs(apart):.1f} m {where} the terrain (median): "
+            "check that both heights have the same unit and vertical datum."
+        )
     if len(raised):
         area = float((np.linalg.norm(along[:, :2], axis=1) * above[lifted]).sum())
-        words.append(f"{len(raised)} surfaces end above the terrain, by up to {above.max():.1f} m: "
-                     f"walls extended downwards, about {area:,.0f} m² without a row in the results.")  # fmt: skip
+        words.append(
+            f"{len(raised)} surfaces end above the terrain, by up to {above.max():.1f} m: "
+            f"walls extended downwards, about {area:,.0f} m² without a row in the results."
+        )
     if len(below_ground):
-        words.append(f"{len(below_ground)} surfaces end below the terrain, by up to {below.max():.1f} m: "
-                     "their parts below the terrain receive no light.")  # fmt: skip
+        words.append(
+            f"{len(below_ground)} surfaces end below the terrain, by up to {below.max():.1f} m: "
+            "their parts below the terrain receive no light."
+        )
     return (vertices, triangles), raised, below_ground, words
 
 

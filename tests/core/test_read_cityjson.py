@@ -91,19 +91,19 @@ READ = {  # file: buildings, polygons, area [m²] as its coordinates tell
     "wkb_winding.city.json": (1, 1, 0.5),
 }
 REFUSED = {
-    "all_geometry_types_v10.json": "no buildings in it",  # generic objects
-    "geomtemplate_2.city.json": "no buildings in it",  # a tree
-    "geometry_templates.city.json": "no buildings in it",  # trees
-    "geometry_templates_bad_lod.city.json": "no buildings in it",
-    "insert_appearance.city.json": "no buildings in it",  # a road
-    "insert_crs_28992.city.json": "no buildings in it",
-    "insert_other_lod.city.json": "no buildings in it",
-    "no_geometry.city.json": "no buildings in it",
-    "sample.city.jsonl": "no building has a shape",
-    "sample_late_attribute.city.jsonl": "no building has a shape",
+    "all_geometry_types_v10.json": "contains no buildings",  # generic objects
+    "geomtemplate_2.city.json": "contains no buildings",  # a tree
+    "geometry_templates.city.json": "contains no buildings",  # trees
+    "geometry_templates_bad_lod.city.json": "contains no buildings",
+    "insert_appearance.city.json": "contains no buildings",  # a road
+    "insert_crs_28992.city.json": "contains no buildings",
+    "insert_other_lod.city.json": "contains no buildings",
+    "no_geometry.city.json": "contains no buildings",
+    "sample.city.jsonl": "no building has usable geometry",
+    "sample_late_attribute.city.jsonl": "no building has usable geometry",
     "cityparquet_metadata.json": "not CityJSON",
-    **dict.fromkeys(("csol.json", "cube.json", "cube10.json", "cube2.json", "msol.json"), "no buildings in it"),
-    **dict.fromkeys(("msol2.json", "nonmanifold.json", "torus.city.json"), "no buildings in it"),
+    **dict.fromkeys(("csol.json", "cube.json", "cube10.json", "cube2.json", "msol.json"), "contains no buildings"),
+    **dict.fromkeys(("msol2.json", "nonmanifold.json", "torus.city.json"), "contains no buildings"),
 }
 
 

@@ -133,7 +133,7 @@ def test_walls_above_a_slope_are_carried_down_and_those_below_are_cut(tmp_path):
     assert {column[name] for name in raised} == {0, 1}  # x from -60 and -20; the terrain is level with them at 0
     assert {column[name] for name in buried} == {2}  # x from 20
     assert all(np.ptp(city.rings(city.surface_id.index(name))[0][:, 2]) > 19 for name in raised)  # walls, not floors
-    assert any("carried down" in note for note in scene.report.notes)
+    assert any("extended downwards" in note for note in scene.report.notes)
 
 
 def test_no_ray_slips_under_a_wall(tmp_path):
