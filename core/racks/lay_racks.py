@@ -6,9 +6,10 @@ import numpy as np
 
 from ..city.city import City
 from ..city.measure_polygons import measure_polygons
-from ..scene.build_scene import DRAWN_TWICE, MICROMETRE, bring_to_origin, turn_to_true_north
+from ..scene.build_scene import DRAWN_TWICE
 from ..scene.classify import classify, measure_tilt
 from ..scene.find_ground import find_ground
+from ..scene.local_frame import MICROMETRE, bring_to_origin, turn_to_true_north
 from ..scene.name_cells import whole_of_cell
 from ..scene.refine import refine_triangles
 from ..scene.scene import Surfaces

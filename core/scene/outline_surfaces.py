@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .build_scene import bring_to_origin
 from .grid_cells import split_into_cells
+from .local_frame import bring_to_origin
 
 
 @dataclass

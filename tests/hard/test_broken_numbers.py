@@ -42,7 +42,7 @@ def broken_scenes():
     yield r"vertices: shape \(3,\)", replace(SCENE, vertices=np.zeros(3))
     yield "vertices: values of type object", replace(SCENE, vertices=np.full((4, 3), None))
     yield "vertices: values of type complex128", replace(SCENE, vertices=SCENE.vertices.astype(complex))
-    yield "triangles: triangle 0 is .* beyond the 0 given", replace(SCENE, vertices=np.zeros((0, 3)))
+    yield "triangles: triangle 0 is .* there are 0 vertices", replace(SCENE, vertices=np.zeros((0, 3)))
     for index in (-1, len(SCENE.vertices), 2**31 - 1, -(2**31)):
         triangles = SCENE.triangles.copy()
         triangles[3, 2] = index
