@@ -7,18 +7,18 @@ from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_f
 from ..sampling.random_numbers import mix, uniform
 from ..sampling.sample_points import additive_recurrence, cell_contacts, cosine_direction, shifted, stratified_points
 
-RAYS_PER_CELL = 8  # the vote that judges
-STRAY_RAYS = 1  # of them that may find a hole to the sky from the inside of an open shell
-UNKNOWN, OPEN, COVERED = np.int8([-1, 0, 1])  # verdicts on a cell
+RAYS_PER_CELL = 8  # per vote
+STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an open shell
+UNKNOWN, OPEN, COVERED = np.int8([-1, 0, 1])  # states of a cell
 
 
 def meets_back(patches, hit, directions):
-    """Whether rays meet the back of a patch: they run along its normal, or it is a footprint. Sheets have none.
+    """Whether rays hit the back of a patch: they go along its normal, or it is a footprint. Sheets have no back.
 
     Parameters
     ----------
     hit : (c, rays) int32
-        -1 where nothing is met.
+        -1 where nothing is hit.
     directions : (c, rays, 3) float32
 
     Returns
@@ -36,11 +36,11 @@ def meets_back(patches, hit, directions):
 def find_covered_cells(ray_scene, patches, chosen, verdict=None):
     """Which cells of some patches lie inside or under something.
 
-    One point in each cell looks around; it is covered when more than half of its rays meet backs and at most one the
-    sky. Real models are open shells: a single ray decides nothing, and who looks into an open house from outside meets
-    backs, but the sky too. A wall that goes on below the ground meets the ground's back upwards and nothing downwards:
-    no ray of it brings light, and it is covered too. Below a slope some of its rays would leave into the sky under the
-    hill; there a ray straight up tells, which meets the ground's back first.
+    Rays are traced from one point in each cell; the cell is covered if more than half of them hit backs and at most one
+    reaches the sky. Real models are open shells: a single ray proves nothing, and rays into an open house from outside
+    hit backs, but others reach the sky. From a wall that continues below the ground, rays hit the back of the ground
+    upwards and nothing downwards: no ray carries light, so the cell is covered too. Below a slope some rays would
+    escape to the sky under the hill; there a vertical ray decides, which hits the back of the ground first.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def find_covered_cells(ray_scene, patches, chosen, verdict=None):
     patches : Patches
     chosen : (c,) int
     verdict : (c, CELL_DIVISIONS²) int8, optional
-        What is known of the cells already, of `judge_cells`; only the others look around.
+        Cells that are known already, of `classify_cells`; only the others are traced.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def find_covered_cells(ray_scene, patches, chosen, verdict=None):
 
 
 def vote_covered(ray_scene, patches, chosen, places, shifts, *, rays=RAYS_PER_CELL, stray=STRAY_RAYS):
-    """The vote of the rays around one point of each of some patches, whether it lies inside or under something.
+    """Whether one point of each of some patches lies inside or under something, by a vote of rays from it.
 
     Parameters
     ----------
@@ -74,11 +74,11 @@ def vote_covered(ray_scene, patches, chosen, places, shifts, *, rays=RAYS_PER_CE
     places : tuple of (k,) and (k,) float32
         Barycentric weights of the points.
     shifts : (k, 2) float32
-        Random numbers.
+        Random numbers in [0, 1).
     rays : int
-        That vote.
+        Per vote.
     stray : int
-        Of them that may find a hole to the sky from the inside of an open shell.
+        Of these, the number that may reach the sky through a hole from inside an open shell.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def vote_covered(ray_scene, patches, chosen, places, shifts, *, rays=RAYS_PER_CE
 
 
 def lie_in_earth(ray_scene, patches, points):
-    """Whether the first thing straight above some points is the ground, seen from below.
+    """Whether the first face straight above some points is the ground, hit from below.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def lie_in_earth(ray_scene, patches, points):
 
 
 def enclosed_cells(covered):
-    """Covered cells all around which the patch is covered too.
+    """Covered cells whose neighbours are all covered.
 
     Parameters
     ----------
@@ -134,9 +134,9 @@ def enclosed_cells(covered):
 
 @njit(nogil=True, cache=True)
 def mark_enclosed(covered, contacts, enclosed):
-    """Set cells in `enclosed`, (c, cells) bool, that are covered as all are that touch them.
+    """Set cells in `enclosed`, (c, cells) bool, that are covered and touch only covered cells.
 
-    A product of matrices would tell it too, but wake the threads of a library that then compete with the tracer's.
+    A matrix product would do as well, but would start BLAS threads that compete with the tracer's.
     """
     for patch in range(len(covered)):
         for cell in range(covered.shape[1]):

@@ -1,4 +1,4 @@
-"""How sure the direct light of patches is, from the points that spoke for it."""
+"""Variance of the direct light of patches, estimated from their shadow points."""
 
 import numpy as np
 
@@ -7,29 +7,30 @@ from ..sampling.sample_points import HEMISPHERE_REPLICATES, cells_inside, grid_o
 from ..threads import work_in_slices
 from ..transfer.incidence import projection_in_front
 
-# Share of the variance of independent points that is left to a net of 2, 4, … 1,024: computed for straight edges of
+# Variance of a net of 2, 4, … 1,024 points as a share of that of stratified points: computed for straight edges of
 # shadow at any place and angle it is 0.38 to 0.59 (`tests/core/test_standard_errors.py`).
 EVENNESS = 0.5
-# The same for the line of what covers, which cells tell by quarters: 1.0 to 1.1 for straight lines at any angle, 0.35
-# to 0.4 for those along an edge of the patch, as many lines of neighbours' roofs and walls run.
+# The same for the edge of the covered part, which cells resolve in quarters: 1.0 to 1.1 for straight lines at any
+# angle, 0.35 to 0.4 for lines parallel to an edge of the patch, as many of neighbours' roofs and walls are.
 ALONG_THE_LINE = 0.75
 FINEST_SHARE = 1 / 8  # half of a quarter
-WRONG_SIDE = 0.25  # of points along the line of what covers, in cells of which less than half is covered
+WRONG_SIDE = 0.25  # of points along the edge of the covered part, in cells of which less than half is covered
 LARGEST_STEP = 32767  # of 16-bit numbers
 
 
 def variance_of_shadow_points(by_point, covered, normal, suns, threads):
     """Variance of the mean light of patches.
 
-    Neighbouring points tell it, and where part of a patch lies under something, the line along which it does. Few of
-    the cells hold that line; their points may agree by chance, whether they lie on one side or on the other. What these
-    cells must do is known: a share q of one is covered, so its point is dark with probability q, and the variance is
-    q (1 - q). The points in the open tell the rest. The larger of the two counts: where the line runs is not known.
+    It is estimated from differences of neighbouring points. Where part of a patch is covered, the edge of the covered
+    part adds variance that these differences may miss: only few cells contain that edge, and their points may fall on
+    the same side of it by chance. The expected variance of such a cell is known: with a covered share q its point is
+    dark with probability q, so the variance is q (1 - q). The open points give the rest. The larger of the two
+    estimates is taken, since the course of the edge is not known.
 
     Parameters
     ----------
     by_point : (p, m) float32
-        Light at each point, summed over the suns by weight.
+        Light at each point, weighted sum over the suns.
     covered : (p, cells) bool
         Cells, as a rule more of them than points, that lie inside or under something.
     normal : (p, 3) float32
@@ -50,10 +51,10 @@ def variance_of_shadow_points(by_point, covered, normal, suns, threads):
         return projection_in_front(normal[partly[rows]], suns[0]) @ suns[1]
 
     unshaded = np.concatenate([np.zeros(0), *work_in_slices(sum_unshaded, len(partly), threads)])
-    # Where no point sees a sun the open ones among them say how little there is: by the rule of succession.
+    # Where no point sees a sun, the number of open points bounds the light, by the rule of succession.
     open_points = np.round(by_point.shape[1] * (1 - covered[partly].mean(axis=1)))
     light = np.where(brightest > 0, brightest, unshaded / (1 + open_points))
-    # Where the line seems to run between cells it may still cut one of them by half of what tells their share.
+    # Where the edge seems to run between cells it may still cut one of them, by half of the resolution of their share.
     least = FINEST_SHARE * (1 - FINEST_SHARE) / by_point.shape[1] ** 2
     along_the_line = light**2 * np.maximum(variance_of_cover(covered[partly], by_point.shape[1]), least)
     in_the_open = variance_of_neighbours(fill_dark(by_point[partly]))
@@ -62,9 +63,9 @@ def variance_of_shadow_points(by_point, covered, normal, suns, threads):
 
 
 def variance_of_cover(covered, count):
-    """Variance of the share of open points that lie as evenly as one in each of `count` cells: (p,) float64.
+    """Variance of the share of open points, stratified as one in each of `count` cells: (p,) float64.
 
-    0 where these are the finer; of 4^k cells where `count` is none.
+    0 if these are finer than those of `covered`; if `count` is not a power of four, of the next lower one.
     """
     divisions = 1 << (count.bit_length() - 1) // 2
     share = shares_of_cells(covered, divisions**2)
@@ -72,7 +73,7 @@ def variance_of_cover(covered, count):
 
 
 def shares_of_cells(covered, cells):
-    """Covered share of each of the larger cells: (p, cells) float64, from (p, c) bool; 0 where those are the finer."""
+    """Covered share of each of `cells` larger cells: (p, cells) float64, from (p, c) bool; 0 if they are not larger."""
     inside = cells_inside(round(np.sqrt(covered.shape[1])), round(np.sqrt(cells)))
     members = np.zeros((covered.shape[1], cells))
     members[np.arange(len(inside)), inside] = 1
@@ -80,12 +81,12 @@ def shares_of_cells(covered, cells):
 
 
 def variance_of_neighbours(by_point):
-    """Variance of the mean of points that lie evenly, estimated from squares of four neighbours.
+    """Variance of the mean of stratified points, estimated from squares of four neighbours.
 
     Parameters
     ----------
     by_point : (p, m) float32
-        Of a power of two of points, in the order of `points_of_grid`.
+        For m a power of two, in the order of `points_of_grid`.
 
     Returns
     -------
@@ -94,10 +95,10 @@ def variance_of_neighbours(by_point):
 
     Notes
     -----
-    A pair of neighbours counts the slope between their places as noise; what four differ after their slopes are taken
-    out does not. Independent points in cells of their own would leave all of that. The points of a digital net lie more
-    evenly: where the straight edge of a shadow crosses the patch anywhere, EVENNESS of it is left. Of light that only
-    slopes all of it is left, for all points stand at the same place of their rectangles.
+    The difference of two neighbours counts the gradient between them as noise; the contrast of four, with the gradients
+    removed, does not. It gives the full variance of independent points, one in each stratum. The points of a digital
+    net are more even: where the straight edge of a shadow crosses the patch anywhere, EVENNESS of it remains. For light
+    with a gradient only, all of it remains, since all points lie at the same place of their rectangles.
 
     References
     ----------
@@ -110,40 +111,40 @@ def variance_of_neighbours(by_point):
         return EVENNESS * (by_point[:, 0] - by_point[:, 1]).astype(float) ** 2 / count**2
     contrast, across, along = (found.astype(float) ** 2 for found in differences(by_point))
     uneven = contrast.sum(axis=(1, 2))
-    # A slope over a rectangle of length 1 leaves 1/12; differences hold the noise of the contrast as well.
+    # A gradient over a rectangle of length 1 has variance 1/12; the differences contain the contrast's noise as well.
     sloping = 4 * (across + along - contrast / 2).sum(axis=(1, 2)) / 12
     return (EVENNESS * uneven + (1 - EVENNESS) * np.clip(sloping, 0, uneven)) / count**2
 
 
 def deviations_of_points(by_point, representative_points, covered, keys):
-    """Deviations of four replicates of the annual light of cells under the suns.
+    """Deviations of four replicates of the annual light of the patches' elements (cells) under the suns.
 
-    Shadow points have no replicates that are as good as all of them together. The light of each cell is that of one
-    point, off by about what the four points of a square of neighbours differ after their slope is taken out.
-    Independent random signs carry that on.
+    Shadow points have no replicates that are as evenly distributed as all of them together. The light of each cell is
+    that of one point; its error is about the contrast of four neighbouring points, with their gradient removed.
+    Independent random signs turn it into replicates.
 
     Parameters
     ----------
     by_point : (p, m) float32
     representative_points : (p, cells) uint
     covered : (p, c) bool
-        Cells, as a rule more of them than points, that lie inside or under something. No point in there speaks for a
-        cell that lies in the open.
+        Cells, usually more of them than points, that lie inside or under something. No point in them represents a
+        cell in the open.
     keys : (p,) uint64
-        Of the patches' random numbers.
+        Keys of the patches' random numbers.
 
     Returns
     -------
     deviation : (p, cells, HEMISPHERE_REPLICATES) int16
     step : float32
-        Of these numbers.
+        Unit of these numbers.
     """
     spread = spread_of_points(by_point)
     partly = np.flatnonzero(covered.any(axis=1) & ~covered.all(axis=1))
     filled = fill_dark(by_point[partly])
     spread[partly] = spread_of_points(filled)
     spread = np.take_along_axis(spread, representative_points.astype(np.intp), axis=1)  # (p, cells)
-    # Of a cell on the line of what covers, the point that speaks may lie on the wrong side of it.
+    # In a cell on the edge of the covered part, the representative point may lie on the wrong side of it.
     share = shares_of_cells(covered[partly], spread.shape[1])
     line = filled.mean(axis=1, keepdims=True) * np.sqrt(WRONG_SIDE * share * (1 - share))
     spread[partly] = np.hypot(spread[partly], line)
@@ -159,17 +160,17 @@ def deviations_of_points(by_point, representative_points, covered, keys):
 
 
 def fill_dark(by_point):
-    """Points without light given the mean of those with light on their patch: (p, m) float32."""
+    """Replace dark points by the mean of the lit points of their patch: (p, m) float32."""
     lit = by_point > 0
     mean = by_point.sum(axis=1) / np.maximum(lit.sum(axis=1), 1)
     return np.where(lit, by_point, mean[:, None]).astype(np.float32)
 
 
 def spread_of_points(by_point):
-    """Standard deviation of each point about the light of its part of the patch: (p, m) float32.
+    """Standard deviation of each point about the mean light of its part of the patch: (p, m) float32.
 
-    Up to 16 points it is what squares of four neighbours differ after their slope is taken out. Of more points each
-    part holds several, and their own spread tells.
+    Up to 16 points, from the contrast of squares of four neighbours, with their gradients removed. With more points,
+    each part contains several, and their own standard deviation is used.
     """
     count, parts = by_point.shape
     if parts < 4:
@@ -191,12 +192,12 @@ def differences(by_point):
     Parameters
     ----------
     by_point : (p, m) float32
-        Of 4, 8, 16 … points, in the order of `points_of_grid`.
+        For m = 4, 8, 16 …, in the order of `points_of_grid`.
 
     Returns
     -------
     contrast, across, along : (p, rows / 2, columns / 2) float32
-        What is left after the slopes are taken out, a - b - c + d, and the mean slopes from point to point.
+        The contrast a - b - c + d, free of gradients, and the mean gradients from point to point.
     """
     rows, columns = grid_of(by_point.shape[1])
     square = by_point.reshape(len(by_point), rows // 2, 2, columns // 2, 2)

@@ -1,8 +1,8 @@
 """Loops over the rows of the matrix of form factors (compiled by numba).
 
-Rays of one patch that meet the same place are taken together before they are multiplied; for a single light source that
-would cost more than it saves. Each loop takes `rows`, the arrays of `Rows`; `scale`, by how many bits a key is shifted
-to become the patch or the cell that was met, and the share of one ray; and `product`, to which it writes.
+Rays of one patch that hit the same place are merged before they are multiplied, except for a single light source, where
+that would cost more than it saves. Each loop takes `rows`, the arrays of `Rows`; `scale`, the bit shifts from a key to
+the patch and to the cell that was hit, and the weight of one ray; and `product`, to which it writes.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ NONE = np.float32(0)
 
 @njit(nogil=True, cache=True)
 def merge_row(row, rows, shift, met, weight):
-    """Count the rays of one patch that meet the same place, a place being what keys share above their last bits.
+    """Count the rays of one patch that hit the same place; a place is a key without its last bits.
 
     Parameters
     ----------
@@ -24,11 +24,11 @@ def merge_row(row, rows, shift, met, weight):
     rows : tuple of (c + 1,) int64, (e,) int32 and (e,) int
         Start, key and count, as of `Rows`.
     shift : int
-        Number of last bits.
+        Number of bits to drop.
     met : (m,) int32
-        Written: the places, and three times 0 after them, so that they can be taken by fours.
+        Written: the places, followed by three zeros, so that they can be processed in fours.
     weight : (m,) float32
-        Written: rays that meet each.
+        Written: number of rays that hit each.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def merge_row(row, rows, shift, met, weight):
 
 @njit(nogil=True, cache=True)
 def room_for_rows(start):
-    """Arrays that hold the merged places of the longest row."""
+    """Scratch arrays for the merged places of the longest row."""
     longest = 0
     for row in range(len(start) - 1):
         longest = max(longest, start[row + 1] - start[row])
@@ -59,7 +59,7 @@ def room_for_rows(start):
 
 @njit(nogil=True, cache=True)
 def add_single(rows, scale, product, factor, light):
-    """Radiosity of cells, a factor (p · cells,) times light (p,), times the share of rays that meet them."""
+    """Radiosity of cells, a factor (p · cells,) times light (p,), times the share of rays that hit them."""
     (chosen, start, key, count), (to_patch, to_cell, share) = rows, scale
     for row in range(len(chosen)):
         total = 0.0
@@ -70,7 +70,7 @@ def add_single(rows, scale, product, factor, light):
 
 @njit(nogil=True, cache=True, inline="always")
 def radiosity_met(key, scale, factor, light):
-    """Radiosity of the place that a key names, a factor (p,) times light (p, cells) or (p, 1)."""
+    """Radiosity of the place of a key, a factor (p,) times light (p, cells) or (p, 1)."""
     to_patch, to_cell, share = scale
     patch = key >> to_patch
     cell = 0 if light.shape[1] == 1 else (key >> to_cell) - (patch << (to_patch - to_cell))
@@ -79,7 +79,7 @@ def radiosity_met(key, scale, factor, light):
 
 @njit(nogil=True, cache=True)
 def add_starts(rows, scale, product, factor, light):
-    """Radiosity of cells times the share of rays that meet them, by the cells where these start."""
+    """Radiosity of cells times the share of rays that hit them, by the cells in which the rays start."""
     chosen, start, key, count = rows
     for row in range(len(chosen)):
         total = product[chosen[row]]
@@ -91,7 +91,7 @@ def add_starts(rows, scale, product, factor, light):
 
 @njit(nogil=True, cache=True)
 def weigh_row(row, rows, scale, factor, places):
-    """As `merge_row` for whole patches, where each ray counts by the factor of the cell that it meets, (p · cells,).
+    """Like `merge_row` for whole patches, with each ray weighted by the factor, (p · cells,), of the cell that it hits.
 
     Parameters
     ----------
@@ -113,9 +113,9 @@ def weigh_row(row, rows, scale, factor, places):
 
 @njit(nogil=True, cache=True, fastmath={"reassoc"})
 def add_patches(rows, scale, product, radiosity, sums):
-    """Radiosity of cells, a factor (p · cells,) times light (p, s), times the share of rays that meet them.
+    """Radiosity of cells, a factor (p · cells,) times light (p, s), times the share of rays that hit them.
 
-    `sums` is a tuple of (s,) and (p,) float32, as of `propagate`, and whether to add to the product or to write it.
+    `sums` is a tuple of (s,) and (p,) float32 as in `propagate`, and whether to add to the product or overwrite it.
     """
     (chosen, start, key, count), (weights, arrived, add), (factor, light) = rows, sums, radiosity
     met, weight = room_for_rows(start)
@@ -123,7 +123,7 @@ def add_patches(rows, scale, product, radiosity, sums):
     for row in range(len(chosen)):
         found = weigh_row(row, (start, key, count), scale, factor, (met, weight))
         total[:] = 0
-        # Four at a time, so that the sums are not taken to the memory and back for each.
+        # Four at a time, so that the sums need not be loaded and stored for each.
         for four in range(0, found, 4):
             first, second = light[met[four]], light[met[four + 1]]
             third, fourth = light[met[four + 2]], light[met[four + 3]]
@@ -140,7 +140,7 @@ def add_patches(rows, scale, product, radiosity, sums):
 
 @njit(nogil=True, cache=True)
 def add_elements(rows, scale, product, factor, light):
-    """Radiosity of cells times the share of rays that meet them, replicate by replicate."""
+    """Radiosity of cells times the share of rays that hit them, by replicate."""
     chosen, start, key, count = rows
     for row in range(len(chosen)):
         total = product[chosen[row]]
@@ -152,7 +152,7 @@ def add_elements(rows, scale, product, factor, light):
 
 @njit(nogil=True, cache=True)
 def add_columns(rows, scale, product, factor, places):
-    """Factor (p,) times k kinds of light of cells, (p · cells, k), times the share of rays that meet them."""
+    """Factor (p,) times k kinds of light of cells, (p · cells, k), times the share of rays that hit them."""
     (chosen, start, key, count), (to_patch, to_cell, share) = rows, scale
     for row in range(len(chosen)):
         total = product[chosen[row]]
@@ -165,13 +165,13 @@ def add_columns(rows, scale, product, factor, places):
 
 
 @njit(nogil=True, cache=True)
-def add_seen(rows, scale, product, patches, suns):
-    """Radiosity of cells under each sun, times the share of rays that meet them.
+def add_visible(rows, scale, product, patches, suns):
+    """Radiosity of cells under each sun, times the share of rays that hit them.
 
-    To take the cosine of incidence from normals and suns is no slower than to fetch it from a matrix.
+    Computing the cosine of incidence from normals and suns is no slower than loading it from a matrix.
     """
     (chosen, start, key, count), (to_patch, to_cell, share), (albedo, normal) = rows, scale, patches
-    (directions, seen), entries = suns, (start, key, count)
+    (directions, visible), entries = suns, (start, key, count)
     east, north, up = directions[0], directions[1], directions[2]
     bits = to_patch - to_cell
     met, weight = room_for_rows(start)
@@ -186,7 +186,7 @@ def add_seen(rows, scale, product, patches, suns):
         total = product[chosen[row]]
         total[:] = 0
         for place in range(0, found, 2):
-            first, second = seen[met[place]], seen[met[place + 1]]
+            first, second = visible[met[place]], visible[met[place + 1]]
             a, b = mask[place], mask[place + 1]
             c, d, e = towards[place, 0], towards[place, 1], towards[place, 2]
             f, g, h = towards[place + 1, 0], towards[place + 1, 1], towards[place + 1, 2]

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..threads import map_in_order
-from .form_factor_loops import add_columns, add_elements, add_patches, add_seen, add_single, add_starts
+from .form_factor_loops import add_columns, add_elements, add_patches, add_single, add_starts, add_visible
 
 
 def multiply(form_factors, factor, light, threads=1):
@@ -14,7 +14,7 @@ def multiply(form_factors, factor, light, threads=1):
     ----------
     form_factors : FormFactors
     factor : (p, cells) float32
-        From irradiance of a patch to radiosity of its cells.
+        Radiosity of the cells per irradiance of their patch.
     light : (p, s) float32
         Irradiance of the patches by s light sources.
     threads : int
@@ -28,21 +28,21 @@ def multiply(form_factors, factor, light, threads=1):
 
 
 def propagate(form_factors, factor, light, sums, threads=1, *, out=None, total=None):
-    """F · (factor ∘ light) as of `multiply`, with sums taken on the way, while a row still lies near the processor.
+    """F · (factor ∘ light) as in `multiply`, with weighted sums of the rows, taken while a row is still in the cache.
 
     Parameters
     ----------
     sums : tuple of (s,) and (p,) float32
-        Weight of each light source; and written, the weighted sum of each row.
+        Weight of each light source; and, written, the weighted sum of each row.
     out : (p, s) float32, optional
-        Array to write to, other than `light`.
+        Array to write to. Must not be `light`.
     total : (p, s) float32, optional
-        The product is added to it, and is not kept otherwise. It may not be `light`.
+        The product is added to it instead of being returned by itself. Must not be `light`.
 
     Returns
     -------
     (p, s) float32
-        The product; `total` where that is given.
+        The product, or `total` if given.
     """
     weight, arrived = sums
     if light.shape[1] == 1:
@@ -60,63 +60,63 @@ def propagate(form_factors, factor, light, sums, threads=1, *, out=None, total=N
 
 
 def multiply_elements(form_factors, factor, light, threads=1):
-    """F · (factor ∘ light) with light, or its reflection, that differs over the cells of a patch.
+    """F · (factor ∘ light), where light or factor differs between the cells of a patch.
 
     Parameters
     ----------
     factor : (p,) float32
     light : (p, cells) or (p, 1) float32
-        Of cells or of whole patches. Factor and light together are the radiosity.
+        Of cells or of whole patches. Factor times light is the radiosity.
 
     Returns
     -------
     (p, HEMISPHERE_REPLICATES) float32
-        Each replicate by itself.
+        Replicates separately.
     """
     product = empty_product(form_factors, HEMISPHERE_REPLICATES)
     return run_rows(form_factors, product, threads, add_elements, factor, light) * np.float32(HEMISPHERE_REPLICATES)
 
 
 def multiply_starts(form_factors, factor, light, threads=1):
-    """F · (factor ∘ light) by the cells that rays start in.
+    """F · (factor ∘ light) by the cells in which rays start.
 
     Parameters
     ----------
     factor, light
-        As of `multiply_elements`.
+        As in `multiply_elements`.
 
     Returns
     -------
     (p, starts) float32
-        The sum is the light of the patch.
+        Their sum is the light of the patch.
     """
     product = empty_product(form_factors, form_factors.starts)
     return run_rows(form_factors, product, threads, add_starts, factor, light)
 
 
-def multiply_seen(form_factors, albedo, normal, suns, threads=1):
-    """F · (albedo ∘ visible share · cos(aoi)), where the visible share of a cell is that of its own point.
+def multiply_visible(form_factors, albedo, normal, suns, threads=1):
+    """F · (albedo ∘ visible share · cos(aoi)), where the visible share of a cell is that of its representative point.
 
     Parameters
     ----------
     albedo : (p,) float32
     normal : (p, 3) float32
     suns : tuple of (s, 3) float32 and (p, s) uint16
-        Directions; and bit c is set where the sun is visible from the point of cell c, so none of a sun behind.
+        Directions; and bit c set where the sun is visible from the point of cell c, so none for a sun behind the patch.
     threads : int
 
     Returns
     -------
     (p, s) float32
     """
-    directions, seen = suns
-    product = empty_product(form_factors, seen.shape[1])
-    suns = np.ascontiguousarray(directions.T), seen
-    return run_rows(form_factors, product, threads, add_seen, (albedo, normal), suns)
+    directions, visible = suns
+    product = empty_product(form_factors, visible.shape[1])
+    suns = np.ascontiguousarray(directions.T), visible
+    return run_rows(form_factors, product, threads, add_visible, (albedo, normal), suns)
 
 
 def multiply_columns(form_factors, factor, light, threads=1):
-    """F · (factor ∘ light), the mean over the replicates, with several kinds of light of cells at once.
+    """F · (factor ∘ light), the mean over the replicates, for several kinds of light of cells at once.
 
     Parameters
     ----------
@@ -132,19 +132,19 @@ def multiply_columns(form_factors, factor, light, threads=1):
 
 
 def empty_product(form_factors, columns):
-    """Array for a product, not written to yet: (p, columns) float32."""
+    """Uninitialised array for a product: (p, columns) float32."""
     return np.empty((form_factors.count, columns), np.float32)
 
 
 def run_rows(form_factors, product, threads, loop, *arrays, fresh=True):
-    """Products of all rows, written into `product`, (p, columns) float32, and returned; added to it if not fresh."""
+    """Run a loop over all rows and return `product`, (p, columns) float32: overwritten, or added to if not `fresh`."""
     if fresh:
         without = np.ones(len(product), bool)
         for rows in form_factors.rows:
             without[rows.chosen] = False
         product[without] = 0
     share = np.float32(1 / (HEMISPHERE_REPLICATES * form_factors.rays))
-    to_cell = np.int32(form_factors.start_bits)  # takes a key to the cell that was met
+    to_cell = np.int32(form_factors.start_bits)  # shifts a key to the cell that was hit
     to_patch = np.int32(to_cell + form_factors.cells.bit_length() - 1)
 
     def work(rows):

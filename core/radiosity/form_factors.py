@@ -1,8 +1,8 @@
-"""What every patch sees of every other: the matrix F of form factors, kept as the hits of its rays.
+"""The matrix F of form factors between patches, stored as the hits of the hemisphere rays.
 
-A hit remembers the cell of the patch that was met, and the cell and the replicate of its ray. So light that is uneven
-over a patch is handed on from where it lies, light that arrives is found again in the cell where it does, and the
-spread of the replicates can be carried through the product.
+A hit stores the cell of the patch that was hit, and the start cell and the replicate of its ray. So uneven light on a
+patch is re-emitted from the cell where it arrived, incoming light is resolved by cells, and the differences between
+replicates can be propagated through the product.
 """
 
 from dataclasses import dataclass
@@ -18,15 +18,15 @@ from ..sampling.sample_points import HEMISPHERE_REPLICATES
 
 REPLICATE_BITS = HEMISPHERE_REPLICATES.bit_length() - 1  # the last ones of a key
 LARGEST_KEY = 2**31 - 1
-FEWEST_RAYS = 4  # of a cell on the mean, to tell its light apart from that of the others
-MOST_LISTED = 4096  # rays of a patch up to which each is an entry of its own; to merge equal ones would save little
+FEWEST_RAYS = 4  # mean number per cell needed to resolve its light
+MOST_LISTED = 4096  # rays per patch up to which each is an entry of its own; merging equal ones would save little
 
 
 @dataclass
 class Rows:
     """Hits of the rays of c patches."""
 
-    chosen: np.ndarray  # (c,) int, the patches
+    chosen: np.ndarray  # (c,) int, patches
     start: np.ndarray  # (c + 1,) int64, where the entries of each begin
     key: np.ndarray  # (e,) int32, of `make_keys`, ascending within a patch
     count: np.ndarray  # (e,) uint32, rays
@@ -34,17 +34,17 @@ class Rows:
 
 @dataclass
 class FormFactors:
-    """Hits of the rays of p patches; patches without rows meet nothing."""
+    """Hits of the rays of p patches; the rays of patches without rows hit nothing."""
 
     rows: list  # of Rows
     count: int  # p
     cells: int  # of each patch: 1, 4 or 16
     rays: int  # of each replicate
-    starts: int = 1  # cells of a patch that the starts of its rays are told by: as many as cells, or 1
+    starts: int = 1  # cells by which the starts of rays are resolved: as many as `cells`, or 1
 
     @property
     def start_bits(self):
-        """How many last bits of a key hold replicate and start."""
+        """Number of last bits of a key that hold replicate and start."""
         return REPLICATE_BITS + self.starts.bit_length() - 1
 
     @property
@@ -53,7 +53,7 @@ class FormFactors:
         return sum(len(rows.key) for rows in self.rows)
 
     def as_matrix(self):
-        """Share of the rays of each replicate that meet each patch: (p · HEMISPHERE_REPLICATES, p) sparse float32."""
+        """Share of the rays of each replicate that hit each patch: (p · HEMISPHERE_REPLICATES, p) sparse float32."""
         parts = [np.zeros((3, 0))]
         for rows in self.rows:
             patch = np.repeat(rows.chosen, np.diff(rows.start))
@@ -66,14 +66,14 @@ class FormFactors:
 
 
 def check_form_factors(form_factors, count):
-    """Refuse form factors that name patches which do not exist: the compiled loops would read beyond the arrays.
+    """Refuse form factors with indices of patches that do not exist: the compiled loops would read out of bounds.
 
     Raises
     ------
     InputError
     """
     if form_factors.count != count:
-        raise InputError("form_factors", f"of {form_factors.count} patches", f"give those of {count}")
+        raise InputError("form_factors", f"{form_factors.count} patches instead of {count}", "give those of this scene")
     last = count * form_factors.cells * form_factors.starts * HEMISPHERE_REPLICATES - 1
     for rows in form_factors.rows:
         entries = (len(rows.key),)
@@ -83,13 +83,13 @@ def check_form_factors(form_factors, count):
         )
 
 
-def tell_starts(count, cells, samples):
-    """Whether keys of p patches have room for the cell that a ray starts in, and rays enough start in each.
+def count_starts(count, cells, samples):
+    """Number of cells by which the starts of rays are resolved.
 
     Returns
     -------
     int
-        As many as `cells`, or 1.
+        `cells` if the keys of `count` patches have room for the start cell and enough rays start in each; else 1.
     """
     room = count * cells * cells * HEMISPHERE_REPLICATES - 1 <= LARGEST_KEY
     return cells if room and samples >= FEWEST_RAYS * cells else 1
@@ -102,13 +102,13 @@ def count_hits(chosen, hits, places, cells, starts=None):
     ----------
     chosen : (c,) int
     hits : tuple of (c, rays) int32 and (c, rays) bool
-        Patch met by each ray, replicate after replicate, and which of them count.
+        Patch hit by each ray, replicate after replicate, and which hits count.
     places : tuple of two (c · rays,) float32
-        Where on it.
+        Barycentric weights of the hit.
     cells : int
         1, 4 or 16.
     starts : tuple of (c, rays) uint8, (m,) int and int, optional
-        The finest cell that each ray starts in, the larger one in which each of these lies, and how many there are.
+        The finest cell in which each ray starts, the larger cell that contains each of these, and their number.
 
     Returns
     -------
@@ -132,9 +132,9 @@ def count_hits(chosen, hits, places, cells, starts=None):
 
 @njit(nogil=True, cache=True)
 def make_keys(hits, places, starts, keys, start):
-    """Write the keys of hits, -1 where none counts, and into `start` where the hits of each patch begin.
+    """Write the keys of hits, -1 for those that do not count, and into `start` where the hits of each patch begin.
 
-    A key is ((patch met · cells + cell) · starts + cell where the ray starts) · HEMISPHERE_REPLICATES + replicate.
+    A key is ((patch hit · cells + cell) · starts + start cell of the ray) · HEMISPHERE_REPLICATES + replicate.
     """
     (hit, counts), (b1, b2, divisions), (start_cells, cell_of, start_count) = hits, places, starts
     per_replicate = hit.shape[1] // HEMISPHERE_REPLICATES
@@ -154,7 +154,7 @@ def make_keys(hits, places, starts, keys, start):
 
 @njit(nogil=True, cache=True)
 def list_keys(keys, start, key):
-    """Write into `key` the hits of all patches, one after the other; they stand last in the sorted rows of `keys`."""
+    """Write the hits of all patches into `key`, patch after patch; they come last in the sorted rows of `keys`."""
     rays = keys.shape[1]
     for patch in range(len(keys)):
         found = start[patch + 1] - start[patch]
@@ -163,7 +163,7 @@ def list_keys(keys, start, key):
 
 @njit(nogil=True, cache=True)
 def merge_keys(keys, start, key, count):
-    """Write the last three from the sorted keys of each patch's hits, equal ones counted together."""
+    """Write `start`, `key` and `count` from the sorted keys of each patch's hits, merging equal ones."""
     entry = 0
     for patch in range(len(keys)):
         previous = -1

@@ -1,4 +1,4 @@
-"""The gather estimator under the sky: from rays and matrix to the diffuse irradiance of surfaces."""
+"""The gather estimator for the sky: diffuse irradiance of surfaces from hemisphere rays and form factors."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -6,20 +6,20 @@ from functools import partial
 import numpy as np
 
 from .form_factor_products import multiply_elements
-from .light_errors import LightError, errors_of_surfaces
+from .light_errors import LightError, ReflectedError, errors_of_surfaces
 from .patch_size_errors import estimate_discretisation_error, steps_of_cells
-from .replicates import STEP, pass_on
+from .replicates import STEP, propagate_deviations
 from .solve_radiosity import iterate_bounces, variance_of_replicates
 
 
 @dataclass
 class Diffuse:
-    """Under the isotropic sky, per DHI."""
+    """Irradiance under the isotropic sky, per DHI."""
 
     mean: np.ndarray  # (n,)
     error: LightError  # of the mean
-    by_replicate: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32, all light of patches by their rays of each replicate
-    last: float  # share of the last bounce in all light
+    by_replicate: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32, all light of patches by each replicate of their rays
+    last: float  # share of the last bounce of all light
     discretisation_error: float = 0.0  # of `estimate_discretisation_error`
 
 
@@ -40,7 +40,7 @@ def gather_diffuse(context, hemisphere):
     by_replicate = hemisphere.sky.copy()
     last, discretisation_error, reflections = 0.0, 0.0, None
     if plan.reflections:
-        tell_bounces(context, 0)
+        report_bounces(context, 0)
         far_first = context.request.ground_albedo * hemisphere.far_ground
         form_factors, element_sky = hemisphere.form_factors, hemisphere.element_sky
         first_bounce = multiply_elements(form_factors, context.patches.albedo, element_sky, context.threads)
@@ -52,16 +52,16 @@ def gather_diffuse(context, hemisphere):
             far_first=far_first.mean(axis=1, keepdims=True),
             first_light=first.sum(dtype=float),
             threads=context.threads,
-            progress=partial(tell_bounces, context),
+            progress=partial(report_bounces, context),
         )
         reflected = multiply_elements(form_factors, propagated, hemisphere.factor, context.threads)
         reflected += first_bounce + far_first
         by_replicate += reflected
         steps = steps_of_cells(context, hemisphere, element_sky)
         discretisation_error = estimate_discretisation_error(context, steps, reflected)
-        passed_on = pass_on(context, hemisphere, (hemisphere.sky_deviation, STEP), reflected)
-        reflections = merge @ by_replicate.mean(axis=1, dtype=float), passed_on, steps
-        tell_bounces(context, plan.max_bounces + 1)
+        passed_on = propagate_deviations(context, hemisphere, (hemisphere.sky_deviation, STEP), reflected)
+        reflections = ReflectedError(merge @ by_replicate.mean(axis=1, dtype=float), passed_on, steps)
+        report_bounces(context, plan.max_bounces + 1)
     return Diffuse(
         mean=merge @ by_replicate.mean(axis=1, dtype=float),
         error=errors_of_surfaces(merge, variance_of_replicates(by_replicate), reflections),
@@ -71,6 +71,6 @@ def gather_diffuse(context, hemisphere):
     )
 
 
-def tell_bounces(context, done):
-    """Tell how far the reflections of the sky's light are; after the last one their errors take about as long."""
+def report_bounces(context, done):
+    """Report the progress of the reflections; estimating their errors at the end takes about as long as one bounce."""
     context.progress("reflections of the sky", done, context.plan.max_bounces + 1, "bounces")

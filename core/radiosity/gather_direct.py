@@ -1,4 +1,4 @@
-"""The gather estimator under the suns: from shadow rays and matrix to the direct irradiance of surfaces."""
+"""The gather estimator for the suns: direct irradiance of surfaces from shadow rays and form factors."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,10 @@ from ..threads import work_in_slices
 from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.surface_means import average_surfaces
 from .direct_errors import deviations_of_points, variance_of_shadow_points
-from .form_factor_products import multiply_elements, multiply_seen
-from .light_errors import LightError, errors_of_surfaces
+from .form_factor_products import multiply_elements, multiply_visible
+from .light_errors import LightError, ReflectedError, errors_of_surfaces
 from .patch_size_errors import estimate_discretisation_error, steps_of_cells
-from .replicates import pass_on
+from .replicates import propagate_deviations
 from .shadow_points import points_above
 from .solve_radiosity import covariance_of_replicates, iterate_bounces, variance_of_replicates
 from .sun_blocks import SunProgress, count_kept, cut_into_blocks
@@ -21,32 +21,32 @@ from .sun_visibility import sun_visibility
 
 @dataclass
 class Direct:
-    """Under each sun, per DNI."""
+    """Irradiance under each sun, per DNI."""
 
     visible_share: np.ndarray  # (n, s) float32
-    reflected: np.ndarray  # (n, s) float32, without what the far ground reflects at first bounce
-    error: LightError  # of the mean weighted with the suns' weights; NaN where one point tells no spread
-    covariance: np.ndarray  # (n,) of the surfaces' own noise in it and in the light of the sky
-    last: float  # share of the last bounce in all light
+    reflected: np.ndarray  # (n, s) float32, without the first bounce off the far ground
+    error: LightError  # of the mean weighted with the suns' weights; NaN: a single point gives no variance estimate
+    covariance: np.ndarray  # (n,) of the surfaces' own noise in this light and in that of the sky
+    last: float  # share of the last bounce of all light
     ray_count: int
-    kept: int  # of the suns; fewer than all where somebody interrupted
+    kept: int  # number of suns; fewer than all after an interruption
     discretisation_error: float = 0.0  # of `estimate_discretisation_error`
 
 
 @dataclass
 class Annual:
-    """Sums over the suns, by weight."""
+    """Weighted sums over the suns."""
 
-    by_point: np.ndarray  # (p, m) float32, what each point receives at first hit
-    propagated: np.ndarray  # (p,) float32, as of `iterate_bounces`
+    by_point: np.ndarray  # (p, m) float32, light at each point without reflections
+    propagated: np.ndarray  # (p,) float32, as in `iterate_bounces`
     lit_ground: float = 0.0  # radiosity of the far ground
     representative_points: np.ndarray | None = None  # (p, cells) uint, the same for every sun; None before the first
 
 
 def gather_direct(context, hemisphere, suns, by_replicate, folder=None):
-    """Visible share and reflected irradiance of the surfaces for every sun, block by block of suns.
+    """Visible share and reflected irradiance of the surfaces for every sun, in blocks of suns.
 
-    Whoever cancels keeps the blocks that are done.
+    If the task is cancelled, the blocks that are finished are kept.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def gather_direct(context, hemisphere, suns, by_replicate, folder=None):
     by_replicate : (p, HEMISPHERE_REPLICATES) float32
         Of `Diffuse`.
     folder : path-like, optional
-        As of `keep_matrix`.
+        As in `keep_matrix`.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def gather_direct(context, hemisphere, suns, by_replicate, folder=None):
     Raises
     ------
     CancelledError
-        Before any sun was of use.
+        Before any usable set of suns was finished.
     """
     merge = context.merge
     found = Direct(
@@ -81,14 +81,14 @@ def gather_direct(context, hemisphere, suns, by_replicate, folder=None):
         by_point=np.zeros((len(context.patches), points_above(context.request.shadow_samples)), np.float32),
         propagated=np.zeros(len(context.patches), np.float32),
     )
-    teller = SunProgress(context.progress, len(suns), context.plan.max_bounces if context.plan.reflections else 0)
+    progress = SunProgress(context.progress, len(suns), context.plan.max_bounces if context.plan.reflections else 0)
     blocks = cut_into_blocks(suns, len(context.patches))
     done = []
     try:
         for block in blocks:
-            gather_block(context, hemisphere, (suns, block), teller, found=found, annual=annual)
+            gather_block(context, hemisphere, (suns, block), progress, found=found, annual=annual)
             done.append(block)
-            teller.end()
+            progress.end()
     except CancelledError:
         found.kept = count_kept(suns, done)
         if not found.kept:
@@ -101,33 +101,33 @@ def gather_direct(context, hemisphere, suns, by_replicate, folder=None):
     errors = error_of_direct(context, hemisphere, annual, traced, by_replicate)
     found.error, found.covariance, found.discretisation_error = errors
     if found.kept < len(suns):
-        whole = traced[1].sum() or np.nan  # the sums hold no more than these
+        whole = traced[1].sum() or np.nan  # the sums contain only these suns
         found.error, found.covariance = found.error.scaled(1 / whole), found.covariance / whole
     return found
 
 
-def gather_block(context, hemisphere, lit, teller, *, found, annual):
-    """Add one block of suns to what was found.
+def gather_block(context, hemisphere, block_of, progress, *, found, annual):
+    """Trace one block of suns and add it to the results.
 
     Parameters
     ----------
     context : GatherContext
     hemisphere : Hemisphere
-    lit : tuple of Suns and slice
-        All suns, and which of them make the block.
-    teller : SunProgress
+    block_of : tuple of Suns and slice
+        All suns, and those of the block.
+    progress : SunProgress
     found : Direct
         Written.
     annual : Annual
         Written.
     """
-    suns, block = lit
+    suns, block = block_of
     part = suns.direction[block].astype(np.float32), suns.weight[block].astype(np.float32)
-    teller.begin(block)
-    light = first_light_of_block(context, hemisphere, part, teller.tell_rays)
+    progress.begin(block)
+    light = first_light_of_block(context, hemisphere, part, progress.report_rays)
     if context.plan.reflections:
-        reflected, propagated, last = reflect_block(context, hemisphere, light, part, teller.tell_bounce)
-        # From here on nobody interrupts: the block is kept as a whole.
+        reflected, propagated, last = reflect_block(context, hemisphere, light, part, progress.report_bounce)
+        # No report from here on, and so no interruption: a block is kept as a whole or not at all.
         keep_block(context, found.reflected, block, reflected)
         found.last = max(found.last, last)
         annual.propagated += propagated
@@ -140,31 +140,31 @@ def gather_block(context, hemisphere, lit, teller, *, found, annual):
 
 
 def keep_block(context, matrix, block, values):
-    """Means of patches over their surfaces, (p, b) float32, into columns of a matrix of `keep_matrix`."""
+    """Average values of patches, (p, b) float32, over surfaces and write them into columns of a `keep_matrix`."""
     average_surfaces(context.merge, values, context.threads, out=matrix[:, block])
 
 
 def error_of_direct(context, hemisphere, annual, suns, diffuse):
-    """How sure the surfaces' direct irradiance is, summed over the suns by weight.
+    """Error of the surfaces' direct irradiance, as weighted sum over the suns.
 
     Parameters
     ----------
     suns : tuple of (s, 3) float32 and (s,) float32
-        Directions and weights of those that `annual` holds.
+        Directions and weights of the suns in `annual`.
     diffuse : (p, HEMISPHERE_REPLICATES) float32
-        Light of the sky by the same rays.
+        Light of the sky from the same rays.
 
     Returns
     -------
     error : LightError
     covariance : (n,) float64
-        Of the surfaces' own noise in this light and in the sky's.
+        Of the surfaces' own noise in this light and in that of the sky.
     discretisation_error : float
         Of `estimate_discretisation_error`.
     """
     patches, merge, threads = context.patches, context.merge, context.threads
     variance = variance_of_shadow_points(annual.by_point, hemisphere.covered, patches.normal, suns, threads)
-    variance[~send_shadow_rays(context, hemisphere)] = 0  # known exactly, even where one point tells no spread
+    variance[~send_shadow_rays(context, hemisphere)] = 0  # known exactly, even with a single point
     if not context.plan.reflections or annual.representative_points is None:
         return errors_of_surfaces(merge, variance), np.zeros(merge.shape[0]), 0.0
     element_annual = np.take_along_axis(annual.by_point, annual.representative_points, axis=1)
@@ -177,17 +177,17 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
     noise = variance + variance_of_replicates(by_replicate)
     light = merge @ (annual.by_point.mean(axis=1, dtype=float) + by_replicate.mean(axis=1, dtype=float))
     points = deviations_of_points(annual.by_point, annual.representative_points, hemisphere.covered, patches.key)
-    passed_on = pass_on(context, hemisphere, points, by_replicate)
-    return errors_of_surfaces(merge, noise, (light, passed_on, steps)), covariance, share
+    passed_on = propagate_deviations(context, hemisphere, points, by_replicate)
+    return errors_of_surfaces(merge, noise, ReflectedError(light, passed_on, steps)), covariance, share
 
 
 def send_shadow_rays(context, hemisphere):
-    """Patches whose visible share of a sun is found by shadow rays: (p,) bool."""
+    """Patches that need shadow rays: (p,) bool."""
     return ~context.plan.unobstructed & context.patches.receives & ~hemisphere.covered.all(axis=1)
 
 
 def first_light_of_block(context, hemisphere, suns, report):
-    """First light of one block of suns.
+    """Light of one block of suns before reflections.
 
     Parameters
     ----------
@@ -216,7 +216,7 @@ def first_light_of_block(context, hemisphere, suns, report):
 
 
 def reflect_block(context, hemisphere, light, suns, report):
-    """Reflections of one block of suns, without what the far ground reflects at first bounce.
+    """Reflections of one block of suns, without the first bounce off the far ground.
 
     Parameters
     ----------
@@ -231,7 +231,7 @@ def reflect_block(context, hemisphere, light, suns, report):
     -------
     reflected : (p, b) float32
     propagated : (p,) float32
-        As of `iterate_bounces`, with the suns' weights.
+        As in `iterate_bounces`, with the suns' weights.
     last : float
     """
     directions, weights = suns
@@ -240,8 +240,8 @@ def reflect_block(context, hemisphere, light, suns, report):
     if context.plan.far_ground:
         lit_ground = np.maximum(directions[:, 2], 0) * np.float32(context.request.ground_albedo)
         far_first = np.outer(hemisphere.far_ground.mean(axis=1), lit_ground)
-    lit = directions, light.seen
-    arriving = multiply_seen(form_factors, context.patches.albedo, context.patches.normal, lit, threads)
+    visible = directions, light.visible_elements
+    arriving = multiply_visible(form_factors, context.patches.albedo, context.patches.normal, visible, threads)
     reflected, propagated, last = iterate_bounces(
         form_factors,
         hemisphere.factor,
@@ -254,12 +254,12 @@ def reflect_block(context, hemisphere, light, suns, report):
         progress=report,
     )
     if far_first is not None:
-        take_out(reflected, far_first, threads)
+        subtract_far_ground(reflected, far_first, threads)
     return reflected, propagated, last
 
 
-def take_out(reflected, far_first, threads):
-    """Take from all reflected light, (p, s), what the far ground adds at first bounce."""
+def subtract_far_ground(reflected, far_first, threads):
+    """Subtract the first bounce off the far ground from all reflected light, (p, s), in place."""
 
     def subtract(rows):
         reflected[rows] -= far_first[rows]

@@ -1,32 +1,41 @@
-"""How sure the light of surfaces is, part by part: own noise, light that others pass on, and the size of patches."""
+"""Parts of the error of surfaces' light: own noise, noise of the light that others re-emit, and discretisation."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
-from .patch_size_errors import light_left
+from .patch_size_errors import remaining_error
 from .solve_radiosity import variance_of_replicates
 
-SMALL_SHARE = 0.01  # of a surface's light: less by the size of patches counts in the budget of the run alone
+SMALL_SHARE = 0.01  # of a surface's light: a smaller discretisation error is stated for the whole run only
 
 
 @dataclass
 class LightError:
-    """Of the light of n surfaces; each part of its kind adds up over surfaces in its own way."""
+    """Error of the light of n surfaces, in three parts that combine over surfaces in different ways."""
 
-    own: np.ndarray  # (n,) variance by rays and points of the surface itself, independent of all other surfaces
-    passed_on: np.ndarray  # (n, HEMISPHERE_REPLICATES) deviations of the light that others pass on
-    discretisation: np.ndarray  # (n,) with a sign, what light uneven within cells of patches adds; 0 where little
+    own: np.ndarray  # (n,) variance from rays and points of the surface itself, independent of all other surfaces
+    passed_on: np.ndarray  # (n, HEMISPHERE_REPLICATES) deviations of the light that others re-emit
+    discretisation: np.ndarray  # (n,) signed, error from light that is uneven within cells of patches; 0 where small
 
     @property
     def standard_error(self):
-        """Of all three together: (n,) float64."""
+        """Standard error from all three parts: (n,) float64."""
         return np.sqrt(self.own + variance_of_replicates(self.passed_on) + self.discretisation**2)
 
     def scaled(self, factor):
-        """The same of light that is so many times as much."""
+        """Error of the light times a factor."""
         return LightError(factor**2 * self.own, factor * self.passed_on, factor * self.discretisation)
+
+
+class ReflectedError(NamedTuple):
+    """What the errors of reflected light are estimated from."""
+
+    light: np.ndarray  # (n,) all light of the surfaces
+    deviations: np.ndarray  # (p, HEMISPHERE_REPLICATES), of `propagate_deviations`
+    steps: np.ndarray  # (p, 2), of `steps_of_cells`
 
 
 def errors_of_surfaces(merge, variance, reflections=None):
@@ -37,10 +46,9 @@ def errors_of_surfaces(merge, variance, reflections=None):
     merge : (n, p) sparse
         Averages patches over their surface.
     variance : (p,) float
-        By rays and points of each patch itself.
-    reflections : tuple, optional
-        Where something reflects: all light of the surfaces, (n,); of the patches what `pass_on` and `steps_of_cells`
-        tell.
+        From rays and points of each patch itself.
+    reflections : ReflectedError, optional
+        None if nothing reflects.
 
     Returns
     -------
@@ -50,8 +58,7 @@ def errors_of_surfaces(merge, variance, reflections=None):
     if reflections is None:
         none = np.zeros((merge.shape[0], HEMISPHERE_REPLICATES))
         return LightError(own, none, none[:, 0])
-    light, passed_on, steps = reflections
-    passed_on = merge @ passed_on.astype(float)
-    # The light of cells is noise in part, and so are the steps.
-    left = light_left(merge @ steps.astype(float), variance_of_replicates(passed_on))
-    return LightError(own, passed_on, np.where(np.abs(left) > SMALL_SHARE * light, left, 0))
+    passed_on = merge @ reflections.deviations.astype(float)
+    # The light of cells contains noise, and so do the steps.
+    left = remaining_error(merge @ reflections.steps.astype(float), variance_of_replicates(passed_on))
+    return LightError(own, passed_on, np.where(np.abs(left) > SMALL_SHARE * reflections.light, left, 0))

@@ -1,4 +1,4 @@
-"""Which share of each surface lies inside or under something, without tracing anything else."""
+"""Covered share of each surface (inside or under something), without tracing anything else."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from ..threads import map_in_order, usable_threads
 from ..transfer.surface_means import area_means
 from .trace_hemisphere import RAYS_PER_TASK, trace_hemisphere
 
-RAYS = 8 * HEMISPHERE_REPLICATES  # per patch; one that meets a back has the patch looked at in cells
+RAYS = 8 * HEMISPHERE_REPLICATES  # per patch; if one hits a back, the cells of the patch are examined
 
 
 def measure_cover(scene, threads=None):
@@ -38,7 +38,7 @@ def measure_cover(scene, threads=None):
 
 
 def measure_patches(ray_scene, patches, chosen, threads):
-    """Covered share of some patches; the others get 0, those that receive nothing 1: (p,) float32."""
+    """Covered share of the chosen patches: (p,) float32; 0 for the others, 1 for those that receive nothing."""
     hemisphere = trace_hemisphere(
         ray_scene, patches, chosen, sample_count=RAYS, reflections=False, threads=threads, progress=silent
     )
@@ -59,9 +59,9 @@ def find_cover(ray_scene, patches, threads):
     step = max(1, RAYS_PER_TASK // (RAYS_PER_CELL * CELL_DIVISIONS**2))
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
 
-    def look(chosen):
+    def find_rows(chosen):
         return find_covered_cells(ray_scene, patches, chosen)
 
-    for chosen, cells in zip(tasks, map_in_order(look, tasks, threads), strict=True):
+    for chosen, cells in zip(tasks, map_in_order(find_rows, tasks, threads), strict=True):
         covered[chosen] = cells
     return covered_share, covered

@@ -1,12 +1,12 @@
-"""What the size of patches does to the light that they hand on.
+"""Discretisation error of reflected light, from the finite size of patches and their cells.
 
-First light is handed on cell by cell, 16 to a patch. Handed on from cells of twice that length, and evenly from whole
+First light is re-emitted cell by cell, 16 per patch. Re-emitted from cells of twice that length, or evenly from whole
 patches, it arrives elsewhere:
 
-    whole patches  ── first step ──►  4 cells  ── second step ──►  16 cells  ── left ──►  light as it lies
+    whole patches  ── first step ──►  4 cells  ── second step ──►  16 cells  ── remainder ──►  exact distribution
 
-Where light changes smoothly each step is a quarter of the one before; where it ends abruptly, as at the mouth of a
-narrow gap, half of it. So the two steps tell what is left: a third of the second step, up to all of it.
+Where light varies smoothly, each step is a quarter of the one before; where it ends abruptly, as at the mouth of a
+narrow gap, half of it. So the remainder follows from the two steps: one third of the second step, up to all of it.
 """
 
 import numpy as np
@@ -15,37 +15,37 @@ from ..sampling.sample_points import cells_inside
 from .direct_errors import shares_of_cells
 from .form_factor_products import multiply_columns
 
-SMOOTH, ABRUPT = 1 / 4, 1 / 2  # of a step is the next one, as errors fall with the square or the first power of length
+SMOOTH, ABRUPT = 1 / 4, 1 / 2  # ratio of successive steps: errors fall with the square or the first power of length
 
 
 def steps_of_cells(context, hemisphere, first):
-    """What patches would receive more at first bounce from cells of twice the length, and then from whole patches.
+    """How much more light patches would receive at first bounce from cells of twice the length, and from whole patches.
 
     Parameters
     ----------
     context : GatherContext
     hemisphere : Hemisphere
     first : (p, cells) float32
-        First light of the cells.
+        Light of the cells before reflections.
 
     Returns
     -------
     (p, 2) float32
-        The second step and the first one. With four cells to a patch there is no second step, the first one counts as
-        both; with one cell there is none.
+        The second step and the first one. With four cells per patch there is no second step, so the first one is taken
+        for both; with one cell both are 0.
     """
     count, cells = first.shape
     if cells == 1:
         return np.zeros((count, 2), np.float32)
     open_share = (1 - shares_of_cells(hemisphere.covered, cells)).astype(np.float32)
-    whole = even_out(first, open_share, np.zeros(cells, int))
-    halves = even_out(first, open_share, cells_inside(round(np.sqrt(cells)), 2)) if cells > 4 else first
+    whole = average_groups(first, open_share, np.zeros(cells, int))
+    halves = average_groups(first, open_share, cells_inside(round(np.sqrt(cells)), 2)) if cells > 4 else first
     steps = np.stack([halves - first, whole - halves] if cells > 4 else [whole - first] * 2, axis=2)
     return multiply_columns(hemisphere.form_factors, context.patches.albedo, steps, context.threads)
 
 
-def even_out(light, open_share, groups):
-    """Mean light of the open part of each group of cells, given to all of its cells: (p, cells) float32."""
+def average_groups(light, open_share, groups):
+    """Mean light of the open part of each group of cells, assigned to all of its cells: (p, cells) float32."""
     found = np.empty_like(light)
     for group in range(groups.max() + 1):
         members = groups == group
@@ -55,30 +55,30 @@ def even_out(light, open_share, groups):
     return found
 
 
-def light_left(steps, variance):
-    """What is left after the last step, with the sign of what gather has too much.
+def remaining_error(steps, variance):
+    """Error remaining after the last step, signed: positive where the estimate is too high.
 
     Parameters
     ----------
     steps : (n, 2) float
         Second and first step of surfaces.
     variance : (n,) float
-        Of noise in them. It is taken out of the square of what is left; and steps that drown in it say nothing on how
-        they fall: then light is taken to be smooth.
+        Of noise in them. It is subtracted from the square of the error. Steps that are lost in noise say nothing on how
+        fast they decrease; light is then assumed to be smooth.
 
     Returns
     -------
     (n,) float64
     """
     second, first = steps.T
-    told = first**2 + variance
-    ratio = np.divide(second * first + SMOOTH * variance, told, out=np.full(len(steps), SMOOTH), where=told > 0)
+    squared = first**2 + variance
+    ratio = np.divide(second * first + SMOOTH * variance, squared, out=np.full(len(steps), SMOOTH), where=squared > 0)
     ratio = np.clip(ratio, SMOOTH, ABRUPT)
     return np.sign(second) * np.sqrt(np.maximum(second**2 - variance, 0)) * ratio / (1 - ratio)
 
 
 def estimate_discretisation_error(context, steps, reflected):
-    """What the reflected light of all eligible surfaces would gain if each patch handed on its first light evenly.
+    """Gain in reflected light of all eligible surfaces if each patch re-emitted its first light evenly.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
-"""What the errors of the light that seen patches pass on do to the patches that see them.
+"""Propagation of the errors of re-emitted light to the patches that receive it.
 
-The hemisphere rays of a patch come in four independent sets, its shadow points differ from their neighbours. Either
-tells by how much the first light of each cell may be off. Every patch that sees the cell shares that error, and so do
-all patches of a surface: it does not average out among them as their own noise does. Deviations of four replicates of
-the first light are therefore carried through F like light, and the spread of what arrives is its error.
+The hemisphere rays of a patch are four independent replicates, and its shadow points differ from their neighbours. Both
+give the error of the first light of each cell. Every patch that sees the cell shares that error, and so do all patches
+of a surface: unlike their own noise, it does not average out among them. Deviations of four replicates of the first
+light are therefore propagated through F like light, and the variance of what arrives is its error.
 """
 
 import numpy as np
@@ -12,43 +12,44 @@ from numba import njit
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from .form_factor_products import multiply_columns, propagate
 
-STEP = np.float32(1 / 4096)  # of deviations kept as 16-bit numbers; they end at eight times full light
-LEAST_SHARE = 0.1  # of the brightest albedo's powers: bounces that carry less of a deviation are left out
+STEP = np.float32(1 / 4096)  # of deviations stored as 16-bit integers; the range ends at eight times full light
+LEAST_SHARE = 0.1  # of a deviation, by powers of the brightest albedo: bounces that carry less are left out
 
 
 @njit(nogil=True, cache=True)
 def tally_deviations(met_by, cells, limits, deviation):
-    """Sky that each replicate sees from each cell less what all of them see, in steps of STEP.
+    """Deviation of each replicate's visible sky from the mean of all, for each cell, in units of STEP.
 
-    The open part of a cell is a ratio of two counts, rays that reach the sky over rays that start in the open; its
-    deviation is linear in both.
+    The visible sky of the open part of a cell is a ratio of two counts, rays that reach the sky over rays that start in
+    the open; its deviation is linearised in both.
 
     Parameters
     ----------
     met_by : tuple of (c, rays) uint8, (c, rays) uint8 and (c, CELL_DIVISIONS²) bool
-        Fates and start cells of rays, and what `ask_each_ray` tells.
+        Fates and start cells of rays, and the cells of `cells_near_cover`.
     cells : tuple of (CELL_DIVISIONS²,) int and bool
-        The larger cell in which each of these lies, and whether rays enough start in each; else the patch is one.
+        The larger cell that contains each of these, and whether enough rays start in each; if not, the patch is taken
+        as a whole.
     limits : tuple of two int
-        Of fates: the one that counts as sky, and the first of those that tell no start in the open.
+        Fates: the one that counts as sky, and the first of those that do not prove a start in the open.
     deviation : (c, cells, HEMISPHERE_REPLICATES) int16
         Written.
     """
-    (fate, start_cells, asked), (cell_of, told), (sky, back) = met_by, cells, limits
+    (fate, start_cells, near_cover), (cell_of, resolves), (sky, back) = met_by, cells, limits
     count, rays = fate.shape
     replicates = deviation.shape[2]
     per_replicate = rays // replicates
-    resolved = deviation.shape[1] if told else 1
+    resolved = deviation.shape[1] if resolves else 1
     free, started = np.empty((2, resolved, replicates), np.float32)
     for patch in range(count):
         free[:], started[:] = 0, 0
         for ray in range(replicates * per_replicate):
             start, met = start_cells[patch, ray], fate[patch, ray]
-            cell, replicate = cell_of[start] if told else 0, ray // per_replicate
+            cell, replicate = cell_of[start] if resolves else 0, ray // per_replicate
             free[cell, replicate] += met == sky
-            started[cell, replicate] += (not asked[patch, start]) | (met < back)
+            started[cell, replicate] += (not near_cover[patch, start]) | (met < back)
         for cell in range(deviation.shape[1]):
-            of_cell, begun = free[cell if told else 0], started[cell if told else 0]
+            of_cell, begun = free[cell if resolves else 0], started[cell if resolves else 0]
             whole = max(begun.sum(), np.float32(1))
             mean = of_cell.sum() / whole
             for replicate in range(replicates):
@@ -56,20 +57,19 @@ def tally_deviations(met_by, cells, limits, deviation):
                 deviation[patch, cell, replicate] = np.int16(max(-32767, min(32767, np.rint(apart / STEP))))
 
 
-def pass_on(context, hemisphere, first, arrived):
+def propagate_deviations(context, hemisphere, first, arrived):
     """Deviations of replicates of the light that patches receive from others.
 
-    Linear in the deviations: rays of one patch, at their mean, meet the light of others as each replicate of those has
-    it.
+    Linear in the deviations: the mean over the rays of one patch is combined with each replicate of others' light.
 
     Parameters
     ----------
     context : GatherContext
     hemisphere : Hemisphere
     first : tuple of (p, cells, HEMISPHERE_REPLICATES) int16 and float32
-        Deviations of first light, and the step that they are counted in.
+        Deviations of first light, and their unit.
     arrived : (p, HEMISPHERE_REPLICATES) float32
-        What patches receive from others by the rays of each replicate. It is overwritten.
+        What patches receive from others, by the rays of each replicate. Overwritten.
 
     Returns
     -------
@@ -87,5 +87,5 @@ def pass_on(context, hemisphere, first, arrived):
 
 
 def count_bounces(albedo, max_bounces):
-    """How many reflections carry more than LEAST_SHARE of a deviation at the brightest albedo, one at least."""
+    """Number of reflections that carry more than LEAST_SHARE of a deviation at the brightest albedo, at least one."""
     return next((n for n in range(1, max_bounces) if albedo ** (n + 1) < LEAST_SHARE), max(max_bounces, 1))

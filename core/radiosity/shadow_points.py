@@ -1,4 +1,4 @@
-"""Where on a patch shadow rays start, and which of these points speaks for which part of it."""
+"""Points of a patch from which shadow rays start, and which of them represents which part of it."""
 
 import numpy as np
 from numba import njit
@@ -8,24 +8,24 @@ from ..sampling.hemisphere_rays import HALF, fraction
 from ..sampling.random_numbers import mix, uniform
 from ..sampling.sample_points import DIGITS, cell_corners, cell_of_point, cells_inside, grid_of, points_of_grid
 
-MOST_ELEMENTS = 16  # bits that say which cells of a patch see a sun
+MOST_ELEMENTS = 16  # cells of a patch: one bit each in the mask of those that see a sun
 
 
 def points_above(count):
-    """The smallest power of two not below `count`: so many points lie evenly."""
+    """The smallest power of two not below `count`: the number of points of a digital net."""
     return 1 << (count - 1).bit_length()
 
 
 def count_elements(point_count):
-    """Into how many cells the light of a patch with so many points is resolved: 1, 4 or 16, no more than points."""
+    """Number of cells by which the light of a patch is resolved: 1, 4 or 16, at most one per point."""
     return next(cells for cells in (MOST_ELEMENTS, 4, 1) if cells <= point_count)
 
 
 def shadow_points(patches, chosen, covered, point_count):
-    """Points that lie evenly on some patches.
+    """Evenly distributed points on some patches.
 
-    They are the first of Sobol's sequence, whose digits are turned over at random for each patch. So they lie evenly in
-    all bands along its edges too, where shadows like to run.
+    They are the first points of Sobol's sequence, with a random digital shift for each patch. So they are also even
+    within all bands parallel to its edges, along which shadows often run.
 
     Parameters
     ----------
@@ -38,27 +38,27 @@ def shadow_points(patches, chosen, covered, point_count):
     open_points : (c, m) bool
         False where the point lies deep inside something.
     representative_points : (c, count_elements(m)) uint
-        The point that speaks for each cell.
+        The point that represents each cell.
     """
-    turned = (uniform(mix(patches.key[chosen] ^ np.uint64(0x5EED)), 2) * (1 << DIGITS)).astype(np.uint32)
+    shift = (uniform(mix(patches.key[chosen] ^ np.uint64(0x5EED)), 2) * (1 << DIGITS)).astype(np.uint32)
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     places = np.empty((2, len(chosen), point_count), np.float32)
     position = np.empty((len(chosen), point_count, 3), np.float32)
-    place_points(turned, (points_of_grid(point_count), grid_of(point_count)), places)
+    place_points(shift, (points_of_grid(point_count), grid_of(point_count)), places)
     lay_points(places, start, patches.edges[chosen], position)
     cell = cell_of_point(*places, round(np.sqrt(covered.shape[1])))
-    dark, mute = (
+    dark, in_covered = (
         np.take_along_axis(cells, cell.astype(np.intp), axis=1) for cells in (enclosed_cells(covered), covered)
     )
     representative_points = np.empty((len(chosen), count_elements(point_count)), np.min_scalar_type(point_count - 1))
     middles = cell_corners(round(np.sqrt(representative_points.shape[1]))).mean(axis=1)
-    lost = find_covered_elements(covered, len(middles))
-    choose_representatives(places, (mute, lost), middles, representative_points)
+    all_covered = find_covered_elements(covered, len(middles))
+    choose_representatives(places, (in_covered, all_covered), middles, representative_points)
     return position, ~dark, representative_points
 
 
 def find_covered_elements(covered, cells):
-    """Which larger cells are covered all over: (c, cells) bool; none where `covered` knows no smaller ones."""
+    """Larger cells that are fully covered: (c, cells) bool; none if the cells of `covered` are not smaller."""
     finer = covered.shape[1]
     if finer < cells:
         return np.zeros((len(covered), cells), bool)
@@ -68,22 +68,22 @@ def find_covered_elements(covered, cells):
 
 
 @njit(nogil=True, cache=True)
-def place_points(turned, net, places):
-    """Barycentric weights of points, one for each rectangle of the square, in their order.
+def place_points(shift, net, places):
+    """Barycentric weights of points, one for each rectangle of the unit square, in the order of the rectangles.
 
     Parameters
     ----------
-    turned : (c, 2) uint32
-        Digits to turn over.
+    shift : (c, 2) uint32
+        Digital shift: the bits to flip.
     net : tuple of (m, 2) uint32 and tuple of int
         Of `points_of_grid` and `grid_of`.
     places : (2, c, m) float32
         Written.
     """
     digits, (rows, columns) = net
-    for patch in range(len(turned)):
-        turn = turned[patch]
-        # Turned over, the leading digits take each point to the rectangle whose point is sought.
+    for patch in range(len(shift)):
+        turn = shift[patch]
+        # The shift of the leading digits gives the rectangle of the unshifted point that lands in the wanted one.
         column_turn, row_turn = (turn[0] * columns) >> DIGITS, (turn[1] * rows) >> DIGITS
         for point in range(len(digits)):
             row, column = point // columns ^ row_turn, point % columns ^ column_turn
@@ -95,7 +95,7 @@ def place_points(turned, net, places):
 
 @njit(nogil=True, cache=True)
 def lay_points(places, start, edges, position):
-    """Where points given by barycentric weights, (2, c, m), lie: written into (c, m, 3)."""
+    """Positions of points given by barycentric weights, (2, c, m), written into (c, m, 3)."""
     for patch in range(len(start)):
         for point in range(places.shape[2]):
             b1, b2 = places[0, patch, point], places[1, patch, point]
@@ -106,28 +106,28 @@ def lay_points(places, start, edges, position):
 
 
 @njit(nogil=True, cache=True)
-def choose_representatives(places, silent, middles, representative_points):
-    """The point nearest to the middle of each cell of light, but no point that lies inside or under something.
+def choose_representatives(places, excluded, middles, representative_points):
+    """The point nearest to the middle of each cell, but no point that lies inside or under something.
 
-    Unless the cell lies there all over: who sees it looks around in there, and is to find it dark.
+    Except in cells that are fully covered: they are seen only from inside, and must be dark there.
 
     Parameters
     ----------
     places : (2, c, m) float32
-    silent : tuple of (c, m) and (c, cells) bool
-        Points, and whole cells, that lie inside or under something.
+    excluded : tuple of (c, m) and (c, cells) bool
+        Points, and entire cells, that lie inside or under something.
     middles : (cells, 2) float32
         Barycentric weights.
     representative_points : (c, cells) uint
         Written.
     """
-    mute, lost = silent
-    for patch in range(len(mute)):
+    in_covered, all_covered = excluded
+    for patch in range(len(in_covered)):
         for cell in range(len(middles)):
             nearest, chosen = np.float32(np.inf), 0
-            for point in range(mute.shape[1]):
+            for point in range(in_covered.shape[1]):
                 x, y = places[0, patch, point] - middles[cell, 0], places[1, patch, point] - middles[cell, 1]
                 away = x * x + x * y + y * y  # squared, on a triangle of equal sides
-                if away < nearest and (lost[patch, cell] or not mute[patch, point]):
+                if away < nearest and (all_covered[patch, cell] or not in_covered[patch, point]):
                     nearest, chosen = away, point
             representative_points[patch, cell] = chosen

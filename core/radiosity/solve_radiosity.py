@@ -1,12 +1,12 @@
-"""Reflections: light that patches hand to each other through the matrix F of form factors.
+"""Reflections between patches: the radiosity equation, solved bounce by bounce with the matrix F of form factors.
 
 E₀      first light: visible sky, or visible share of the sun times the cosine of incidence
 E₁      = F (ρ ∘ E₀) + F_far · ρ_ground · (1 for the sky, cos(zenith) for a sun)
 E_{n+1} = F (ρ ∘ E_n)
 
-Light that arrives may be uneven over a patch: where a wall goes on inside its neighbour's house one part is lit and
-the other dark, and rays from the dark part meet the dark parts of others. How the sky's first reflection lies on the
-cells of a patch tells how each hands on what arrives at the patch.
+Incoming light may be uneven over a patch: where a wall continues inside its neighbour's house, one part is lit and the
+other dark, and rays from the dark part hit the dark parts of others. The cells of a patch therefore re-emit its light
+in proportion to each cell's first reflection of sky light.
 """
 
 import numpy as np
@@ -17,13 +17,13 @@ from ..threads import work_in_slices
 from .form_factor_products import multiply, multiply_starts, propagate
 from .form_factors import check_form_factors
 
-MINIMAL_OPEN_SHARE = 1 / 64  # below it the light of a patch is too uncertain to be spread over its open part
+MINIMAL_OPEN_SHARE = 1 / 64  # below it the light of a patch is too uncertain to be divided by its open share
 
 
 def radiosity_factor(patches, covered_share):
-    """What turns the mean irradiance of a patch into the radiosity of its open part.
+    """Factor from the mean irradiance of a patch to the radiosity of its open part.
 
-    Patches that lie partly under buildings average zeros into their irradiance, but only their open part is seen.
+    The irradiance of patches that lie partly under buildings includes zeros, but only their open part is visible.
 
     Returns
     -------
@@ -34,7 +34,7 @@ def radiosity_factor(patches, covered_share):
 
 
 def element_factors(context, hemisphere):
-    """What turns the mean irradiance of a patch into the radiosity of each of its cells.
+    """Factors from the mean irradiance of a patch to the radiosity of each of its cells (elements).
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def element_factors(context, hemisphere):
     Returns
     -------
     (p, cells) float32
-        That of `radiosity_factor` where no reflected light of the sky arrives, or keys of hits cannot tell from where.
+        That of `radiosity_factor` where no reflected sky light arrives, or keys of hits do not resolve start cells.
     """
     patches, form_factors = context.patches, hemisphere.form_factors
     whole = radiosity_factor(patches, hemisphere.covered_share)
@@ -55,24 +55,24 @@ def element_factors(context, hemisphere):
 
     def share(rows):
         light = factor[rows], of_ground[0], of_ground[1][rows]
-        share_out(light, hemisphere.open_share[rows], patches.albedo[rows], whole[rows])
+        weigh_elements(light, hemisphere.open_share[rows], patches.albedo[rows], whole[rows])
 
     work_in_slices(share, len(factor), context.threads)
     return factor
 
 
 @njit(nogil=True, cache=True)
-def share_out(light, open_share, albedo, whole):
-    """From light that arrives at cells to factors of `element_factors`.
+def weigh_elements(light, open_share, albedo, whole):
+    """Turn the light that arrives at cells into the factors of `element_factors`, in place.
 
     Parameters
     ----------
     light : tuple of (p, cells) float32, float32 and (p, cells) float32
-        What patches reflect to each cell, overwritten with the factors; albedo of the far ground, and what each cell
-        sees of it.
+        What patches reflect to each cell, overwritten with the factors; albedo of the far ground; and its view factor
+        from each cell.
     open_share : (p, cells) float32
     albedo, whole : (p,) float32
-        The latter of `radiosity_factor`.
+        `whole` is that of `radiosity_factor`.
     """
     arriving, ground_albedo, far_ground = light
     cells = arriving.shape[1]
@@ -84,7 +84,7 @@ def share_out(light, open_share, albedo, whole):
         if total <= 0:
             arriving[patch] = whole[patch]
             continue
-        # As many rays start in one cell as in another; what is not open of it hands on nothing.
+        # The same number of rays starts in each cell; the covered part of a cell re-emits nothing.
         scale = np.float32(cells) * albedo[patch] / total
         for cell in range(cells):
             share = open_share[patch, cell]
@@ -98,7 +98,7 @@ def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
     Raises
     ------
     InputError
-        If shapes do not fit, or light is negative or not finite.
+        If shapes do not match, or light is negative or not finite.
     """
     count, sources = check_array("first", first, ("p", "s"), least=0).shape
     check_array("far_first", far_first, (count, sources), least=0)
@@ -129,14 +129,14 @@ def iterate_bounces(
     factor : (p, cells) float32
         Of `element_factors`.
     arriving : (p, s) float32
-        F (ρ ∘ E₀), one column per light source. It is overwritten.
+        F (ρ ∘ E₀), one column per light source. Overwritten.
     max_bounces : int
     far_first : (p, s) float32, optional
         What the far ground adds at the first bounce.
     first_light : float
-        Sum of E₀ over all patches and, by weight, the light sources, for `last`.
+        Sum of E₀ over all patches and, weighted, over the light sources; for `last`.
     weight : (s,) float32, optional
-        Of each light source in sums over them; 1 if not given.
+        Weight of each light source in sums over them; 1 if not given.
     threads : int
     progress : callable, optional
         Called with the number of bounces done.
@@ -146,15 +146,15 @@ def iterate_bounces(
     reflected : (p, s) float32
         The sum of E₁ to E_max.
     propagated : (p,) float32
-        E₁ + … + E_{max-1}, the light that F handed on after the first bounce, summed with `weight`.
+        E₁ + … + E_{max-1}, the light re-emitted after the first bounce, summed with `weight`.
     last : float
-        Share of E_max in all light, to judge what lies beyond the last bounce.
+        Share of E_max of all light, to judge what is cut off after the last bounce.
     """
     if not max_bounces:
         return np.zeros_like(arriving), np.zeros(len(arriving), np.float32), 0.0
     weight = np.ones(arriving.shape[1], np.float32) if weight is None else weight
     propagated, whole, last = np.zeros(len(arriving), np.float32), float(first_light), 0.0
-    # The light of the first bounce is not needed any more after the second: its array takes the sum of all.
+    # The light of the first bounce is not needed after the second: its array accumulates the sum of all.
     reflected, light, spare = arriving, arriving, None
     arrived = np.empty(len(arriving), np.float32)
     for bounce in range(max_bounces):
@@ -185,7 +185,7 @@ def add_in_slices(total, light, threads):
 
 
 def weigh_light(light, far_first, sums, threads):
-    """Add what the far ground reflects to the light of the first bounce, and write its sums as of `propagate`."""
+    """Add the light from the far ground to that of the first bounce, and write its sums as in `propagate`."""
     weight, arrived = sums
 
     def weigh(rows):
@@ -221,7 +221,7 @@ def variance_of_replicates(values):
 
 
 def covariance_of_replicates(one, other):
-    """Covariance of the means of two kinds of light, (p, replicates) each, by the same independent replicates.
+    """Covariance of the means of two kinds of light, (p, replicates) each, from the same independent replicates.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Suns are traced block by block: how large blocks are, how far they are, and what is kept of them."""
+"""Blocks of suns: their size, their progress, and what is kept of them after an interruption."""
 
 import time
 
@@ -7,14 +7,15 @@ import numpy as np
 from ..progress import SUN_STAGE
 from ..sun.keep_suns import end_of_days
 
-BYTES_PER_BLOCK = 53e6  # of one array (patches × suns); some six of them live at a time
-# An interruption loses a block, but narrow ones make reflections slower: against one block of all 143 suns those of the
-# town take 8 % longer in blocks of 72, 20 % in blocks of 48, 70 % in blocks of 24, and thrice as long in blocks of 8.
+BYTES_PER_BLOCK = 53e6  # of one array (patches × suns); about six exist at a time
+# An interruption loses a block, but small ones make reflections slower: compared to one block of all 143 suns, those of
+# the town take 8 % longer in blocks of 72, 20 % in blocks of 48, 70 % in blocks of 24, and three times as long in
+# blocks of 8.
 SUNS_PER_BLOCK = 160
 
 
 def cut_into_blocks(suns, patch_count):
-    """Blocks of suns, of whole days where these are not too long.
+    """Blocks of suns, consisting of whole days where these are not too long.
 
     Parameters
     ----------
@@ -36,54 +37,54 @@ def cut_into_blocks(suns, patch_count):
 
 
 def count_kept(suns, blocks):
-    """How many suns are of use when only these blocks were traced: the end of one of the blocks, or 0."""
+    """Number of usable suns if only these blocks were traced: the end of one of the blocks, or 0."""
     useful = np.intersect1d([block.stop for block in blocks], end_of_days(suns))
     return int(useful[-1]) if len(useful) else 0
 
 
 class SunProgress:
-    """Tells how far all suns are, by the rays sent so far and the time that blocks took before.
+    """Reports the progress over all suns, from the rays traced so far and the time of earlier blocks.
 
     Parameters
     ----------
     progress : callable
         See `core.progress`.
     count : int
-        Of all suns.
+        Number of all suns.
     bounces : int
-        Of each block, after its rays.
+        Number of bounces of each block, after its rays.
     """
 
     def __init__(self, progress, count, bounces):
         self.progress, self.count, self.bounces = progress, count, bounces
         self.rays_before = self.rays = 0
-        self.part = 0.5 if bounces else 1.0  # of a block's time that its rays take
+        self.part = 0.5 if bounces else 1.0  # share of a block's time that its rays take
 
     def begin(self, block):
-        """A block of suns, given as a slice, begins."""
+        """Start a block of suns, given as a slice."""
         self.block, self.rays_before, self.started = block, self.rays, time.perf_counter()
-        self.looked = self.started
+        self.rays_done = self.started
         if block.start == 0:
             self.progress(SUN_STAGE, 0, self.count, "suns")
 
-    def tell_rays(self, share, rays):
-        """That share of the block's rays is traced, so many."""
-        self.rays, self.looked = self.rays_before + rays, time.perf_counter()
-        self._tell(share * self.part)
+    def report_rays(self, share, rays):
+        """Report the share of the block's rays that are traced, and their number."""
+        self.rays, self.rays_done = self.rays_before + rays, time.perf_counter()
+        self._report(share * self.part)
 
-    def tell_bounce(self, bounce):
-        """So many reflections are done. Nothing is told after the last one: nobody is to interrupt before `end`."""
+    def report_bounce(self, bounce):
+        """Report the number of bounces done, except after the last one: the task must not be cancelled before `end`."""
         if bounce < self.bounces:
-            self._tell(self.part + (1 - self.part) * bounce / self.bounces)
+            self._report(self.part + (1 - self.part) * bounce / self.bounces)
 
     def end(self):
-        """The block is done and kept."""
+        """Report that the block is finished and kept."""
         seconds = time.perf_counter() - self.started
         if self.bounces and seconds > 0:
-            self.part = (self.looked - self.started) / seconds
-        self._tell(1.0)
+            self.part = (self.rays_done - self.started) / seconds
+        self._report(1.0)
 
-    def _tell(self, share):
+    def _report(self, share):
         suns = self.block.start + share * (self.block.stop - self.block.start)
         if self.rays:
             self.progress(

@@ -1,4 +1,4 @@
-"""Which share of each patch sees each sun."""
+"""Visible share of each patch for each sun, by shadow rays."""
 
 from dataclasses import dataclass
 
@@ -16,17 +16,17 @@ POINTS_PER_TASK = 1 << 14
 
 @dataclass
 class SunLight:
-    """What p patches receive of s suns at first hit."""
+    """Light of s suns on p patches, before reflections."""
 
-    visible_share: np.ndarray  # (p, s) float32; 0 where the sun stands behind the patch
-    seen: np.ndarray  # (p, s) uint16, bit c is set where the sun is visible from the point of cell c
-    by_point: np.ndarray  # (p, m) float32, sum over the suns of weight times what each point receives
-    representative_points: np.ndarray  # (p, cells) uint, which point speaks for each cell
+    visible_share: np.ndarray  # (p, s) float32; 0 where the sun is behind the patch
+    visible_elements: np.ndarray  # (p, s) uint16, bit c is set where the sun is visible from the point of cell c
+    by_point: np.ndarray  # (p, m) float32, irradiance of each point, weighted sum over the suns
+    representative_points: np.ndarray  # (p, cells) uint, the point that represents each cell
     ray_count: int
 
 
 def sun_visibility(ray_scene, patches, traced, unobstructed, covered, *, point_count, suns, behind, threads, progress):
-    """Look from points of every traced patch to each sun that stands in front of it.
+    """Trace shadow rays from points of every traced patch to each sun in front of it.
 
     Parameters
     ----------
@@ -35,18 +35,18 @@ def sun_visibility(ray_scene, patches, traced, unobstructed, covered, *, point_c
     traced : (p,) bool
         Patches that need shadow rays.
     unobstructed : (p,) bool
-        Patches with nothing in front of them: they see every sun in front of them, without a ray.
+        Patches with nothing in front of them: every sun in front of them is visible, without a ray.
     covered : (p, c) bool
-        Cells of each patch that lie inside or under something: points deep in those see no sun.
+        Cells of each patch that lie inside or under something: no sun is visible from points deep inside them.
     point_count : int
         Points per patch, a power of two.
     suns : tuple of (s, 3) float32 and (s,) float32
-        Unit vectors towards the suns, and the weight of each in `by_point`.
+        Unit vectors towards the suns, and their weights in `by_point`.
     behind : bool
-        Look for suns behind a patch as well (they are never seen; it costs time only).
+        Trace rays to suns behind a patch as well (they are never visible; this only costs time).
     threads : int
     progress : callable
-        Called with the number of patches done.
+        Called with the share of patches done and the number of rays traced.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def sun_visibility(ray_scene, patches, traced, unobstructed, covered, *, point_c
     Raises
     ------
     InputError
-        If an array or a number cannot be used.
+        If an array or a number is invalid.
     """
     count = len(patches)
     directions = check_array("directions of the suns", suns[0], ("s", 3), least=-1 - UNIT, most=1 + UNIT)
@@ -69,7 +69,7 @@ def sun_visibility(ray_scene, patches, traced, unobstructed, covered, *, point_c
         raise InputError("cells of covered", f"{cells} is not a square number", "give 1, 4, 9, 16 …")
     found = SunLight(
         visible_share=np.zeros((count, len(directions)), np.float32),
-        seen=np.zeros((count, len(directions)), np.uint16),
+        visible_elements=np.zeros((count, len(directions)), np.uint16),
         by_point=np.zeros((count, point_count), np.float32),
         representative_points=np.zeros((count, count_elements(point_count)), np.min_scalar_type(point_count - 1)),
         ray_count=0,
@@ -77,19 +77,19 @@ def sun_visibility(ray_scene, patches, traced, unobstructed, covered, *, point_c
     free = np.flatnonzero(unobstructed)
     aoi_projection = projection_in_front(patches.normal[free], directions)
     found.visible_share[free] = aoi_projection > 0
-    found.seen[free] = np.where(aoi_projection > 0, (1 << count_elements(point_count)) - 1, 0)
+    found.visible_elements[free] = np.where(aoi_projection > 0, (1 << count_elements(point_count)) - 1, 0)
     found.by_point[free] = (aoi_projection @ suns[1].astype(np.float32))[:, None]
 
     rows = np.flatnonzero(traced)
     step = max(1, POINTS_PER_TASK // point_count)
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
 
-    def look(chosen):
+    def trace_rows(chosen):
         points = shadow_points(patches, chosen, covered[chosen], point_count)
         return trace_shadow_rays(ray_scene, patches, chosen, points, (directions, suns[1]), behind=behind, found=found)
 
     done = 0
-    for chosen, ray_count in zip(tasks, map_in_order(look, tasks, threads), strict=True):
+    for chosen, ray_count in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
         found.ray_count += ray_count
         done += len(chosen)
         progress(done / len(rows), found.ray_count)
@@ -120,7 +120,7 @@ def trace_shadow_rays(ray_scene, patches, chosen, points, suns, *, behind, found
     aoi_projection = projection_in_front(patches.normal[chosen], directions)
     wanted = np.ones(aoi_projection.shape, bool) if behind else aoi_projection > 0
     free = ray_scene.trace_shadow_rays(position, wanted, directions)
-    light = found.visible_share, found.seen, found.by_point
+    light = found.visible_share, found.visible_elements, found.by_point
     found.representative_points[chosen] = points[1]
     add_points(free, tuple(points), (aoi_projection, weights.astype(np.float32)), chosen, light)
     return int(wanted.sum()) * position.shape[1]
@@ -128,21 +128,21 @@ def trace_shadow_rays(ray_scene, patches, chosen, points, suns, *, behind, found
 
 @njit(nogil=True, cache=True)
 def add_points(free, points, suns, chosen, light):
-    """Add up what the points of each patch see.
+    """Add up the light at the points of each patch.
 
     Parameters
     ----------
     free : (c, s, m) bool
     points : tuple of (c, m) bool and (c, cells) int
-        Which points are open, and which of them speak for the cells.
+        Which points are open, and which of them represent the cells.
     suns : tuple of (c, s) float32 and (s,) float32
-        Cosine of incidence of each sun, 0 where it stands behind, and its weight.
+        Cosine of incidence of each sun, 0 where it is behind the patch, and its weight.
     chosen : (c,) int
         Rows of `light` that belong to the patches.
     light : tuple of (p, s) float32, (p, s) uint16 and (p, m) float32
-        Written: as the first three of `SunLight`.
+        Written: the first three fields of `SunLight`.
     """
-    (open_points, representative_points), (aoi_projection, weights), (visible_share, seen, by_point) = (
+    (open_points, representative_points), (aoi_projection, weights), (visible_share, visible_elements, by_point) = (
         points,
         suns,
         light,
@@ -162,7 +162,7 @@ def add_points(free, points, suns, chosen, light):
             if visible == point_count:
                 for point in range(point_count):
                     by_point[row, point] += weighted
-                visible_share[row, sun], seen[row, sun] = 1, (1 << cells) - 1
+                visible_share[row, sun], visible_elements[row, sun] = 1, (1 << cells) - 1
                 continue
             for point in range(point_count):
                 if free[patch, sun, point] & open_points[patch, point]:
@@ -171,4 +171,4 @@ def add_points(free, points, suns, chosen, light):
             for cell in range(cells):
                 point = representative_points[patch, cell]
                 bits |= int(free[patch, sun, point] & open_points[patch, point]) << cell
-            visible_share[row, sun], seen[row, sun] = np.float32(visible) / np.float32(point_count), bits
+            visible_share[row, sun], visible_elements[row, sun] = np.float32(visible) / np.float32(point_count), bits

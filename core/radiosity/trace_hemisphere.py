@@ -1,8 +1,8 @@
-"""What each patch sees of the sky, of the far ground and of the other patches.
+"""Hemisphere rays: what is visible from each patch of the sky, the far ground and the other patches.
 
-       sky                        A ray that leaves upwards meets the sky, one that leaves downwards the far
-    \\   |   /                      ground. A ray that meets the front of a patch joins the two in the matrix F.
- hit ←  \\|/ → far ground          A ray that meets a back carries nothing.
+       sky                        A ray that escapes upwards reaches the sky, one that escapes downwards the far
+    \\   |   /                      ground. A ray that hits the front of a patch links the two in the matrix F.
+ hit ←  \\|/ → far ground          A ray that hits a back carries nothing.
 ═════════════ patch
 """
 
@@ -17,26 +17,24 @@ from ..patches.find_covered import COVERED, OPEN, UNKNOWN, enclosed_cells, find_
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, cells_inside, sobol_digits
 from ..threads import map_in_order
-from .form_factors import FEWEST_RAYS, FormFactors, count_hits, tell_starts
+from .form_factors import FEWEST_RAYS, FormFactors, count_hits, count_starts
 from .replicates import tally_deviations
 
 RAYS_PER_TASK = 1 << 17
-SKY, FAR_GROUND, FRONT, BACK, DARK = range(5)  # what becomes of a ray; DARK carries nothing
-AGREEING_RAYS = 3  # of a cell, that need no vote on whether it lies inside something
+SKY, FAR_GROUND, FRONT, BACK, DARK = range(5)  # fate of a ray; DARK carries nothing
+AGREEING_RAYS = 3  # so many rays of a cell suffice, if they agree, to tell whether it lies inside something
 
 
 @dataclass
 class Hemisphere:
-    """What the hemisphere rays of p patches met."""
+    """Results of the hemisphere rays of p patches."""
 
     sky: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32, share of rays that reach the sky
-    element_sky: np.ndarray  # (p, cells) float32, the same of the open part of each cell of the patch
-    element_far_ground: (
-        np.ndarray
-    )  # (p, cells) float32, share of all rays that start in the cell and leave below the horizon
-    open_share: np.ndarray  # (p, cells) float32, of the rays of each cell, those that start in the open
-    far_ground: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32, share that leaves below the horizon
-    form_factors: FormFactors | None  # the rays that meet another patch's front
+    element_sky: np.ndarray  # (p, cells) float32, the same for the open part of each cell of the patch
+    element_far_ground: np.ndarray  # (p, cells) float32, share of all rays that start in the cell and reach far ground
+    open_share: np.ndarray  # (p, cells) float32, share of the rays of each cell that start in the open
+    far_ground: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32, share of rays that escape below the horizon
+    form_factors: FormFactors | None  # from the rays that hit the front of another patch
     covered: np.ndarray  # (p, CELL_DIVISIONS²) bool, cells that lie inside or under something
     ray_count: int
     factor: np.ndarray | None = None  # (p, cells) float32, of `element_factors`
@@ -60,12 +58,12 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     sample_count : int
         Rays per patch, a multiple of HEMISPHERE_REPLICATES.
     reflections : bool
-        Whether the matrix of form factors is wanted.
+        Whether to collect the matrix of form factors.
     threads : int
     progress : callable
         See `core.progress`.
     cells : int, optional
-        1, 4 or 16: into how many cells the light of a patch is resolved.
+        1, 4 or 16: number of cells by which the light of a patch is resolved.
 
     Returns
     -------
@@ -74,7 +72,7 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     Raises
     ------
     InputError
-        If `traced` or `sample_count` cannot be used, or a ray would not be finite.
+        If `traced` or `sample_count` is invalid, or a ray would not be finite.
     """
     count = len(patches)
     check_array("traced", traced, (count,), kind="b")
@@ -85,7 +83,7 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     step = max(1, RAYS_PER_TASK // sample_count)
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
 
-    starts = tell_starts(count, cells, sample_count)
+    starts = count_starts(count, cells, sample_count)
 
     def trace_rows(chosen):
         return trace_patches(ray_scene, patches, chosen, sequence, (cells, starts) if reflections else None)
@@ -124,7 +122,7 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
     chosen : (c,) int
     sequence : (rays / HEMISPHERE_REPLICATES, 4) uint32
     cells : tuple of two int, or None
-        As of `trace_hemisphere`, and `starts` of `FormFactors`; None where no matrix is wanted.
+        `cells` of `trace_hemisphere` and `starts` of `FormFactors`; None if no matrix is wanted.
 
     Returns
     -------
@@ -140,35 +138,36 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
     hit = hit.reshape(start_cells.shape)
     fate = np.empty(hit.shape, np.uint8)
     suspect = np.zeros(len(chosen), bool)
-    judge_rays(hit, np.moveaxis(directions, -1, 0), patches.facing, fate, suspect)
+    classify_rays(hit, np.moveaxis(directions, -1, 0), patches.facing, fate, suspect)
 
-    # Where a ray met a back, the patch may lie inside something.
+    # A patch with a ray that hit a back may lie inside something.
     suspect = np.flatnonzero(suspect)
     covered = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
-    verdict = judge_cells(fate[suspect], start_cells[suspect])
+    verdict = classify_cells(fate[suspect], start_cells[suspect])
     covered[suspect] = find_covered_cells(ray_scene, patches, chosen[suspect], verdict)
     within = suspect[covered[suspect].any(axis=1)]
-    darken_rays(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))
-    # Along the line of the ground each ray is asked whether it starts below it.
+    mark_dark(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))
+    # Along the ground line the start of each ray is tested for being below ground.
     partly = within[~covered[within].all(axis=1)]
     fate[partly] = np.where(lie_in_earth(ray_scene, patches, origins[partly]), DARK, fate[partly])
 
     cells, starts = cells or (1, 0)
     cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
-    asked = ask_each_ray(covered, within)
-    tally = tally_rays(fate, start_cells, asked, cell_of, cells)
+    near_cover = cells_near_cover(covered, within)
+    tally = tally_rays(fate, start_cells, near_cover, cell_of, cells)
     if not starts:
         return tally, covered, None, None
     deviation = np.empty((len(chosen), cells, HEMISPHERE_REPLICATES), np.int16)
     resolved = cell_of, fate.shape[1] >= FEWEST_RAYS * cells
-    tally_deviations((fate, start_cells, asked), resolved, (SKY, BACK), deviation)
-    told = start_cells, cell_of if starts > 1 else np.zeros_like(cell_of), starts
-    return tally, covered, count_hits(chosen, (hit, fate == FRONT), (b1, b2), cells, told), deviation
+    tally_deviations((fate, start_cells, near_cover), resolved, (SKY, BACK), deviation)
+    start_of = start_cells, cell_of if starts > 1 else np.zeros_like(cell_of), starts
+    return tally, covered, count_hits(chosen, (hit, fate == FRONT), (b1, b2), cells, start_of), deviation
 
 
-def ask_each_ray(covered, within):
-    """Cells that are covered or touch one that is: there each ray tells whether it starts in the open, for it meets no
-    back: (c, cells) bool.
+def cells_near_cover(covered, within):
+    """Cells that are covered or touch a covered one: (c, cells) bool.
+
+    In these, whether a ray starts in the open is decided ray by ray: it does if it does not hit a back.
 
     Parameters
     ----------
@@ -176,18 +175,18 @@ def ask_each_ray(covered, within):
     within : (w,) int
         Patches that have such cells.
     """
-    asked = np.zeros(covered.shape, bool)
-    asked[within] = ~enclosed_cells(~covered[within])  # but for open cells among open ones
-    return asked
+    near_cover = np.zeros(covered.shape, bool)
+    near_cover[within] = ~enclosed_cells(~covered[within])  # all but open cells surrounded by open ones
+    return near_cover
 
 
 @njit(nogil=True, cache=True)
-def darken_rays(fate, within, start_cells, covered, enclosed):
-    """Take the light from rays of patches `within` that start in covered cells.
+def mark_dark(fate, within, start_cells, covered, enclosed):
+    """Mark rays of patches `within` that start in covered cells as DARK.
 
-    What starts in an enclosed cell does not count; in the cells along the edge of the covered part each ray speaks for
-    itself, else the edge would count twice. What leaves downwards from a covered cell, below the ground or through a
-    missing floor, meets no lit ground.
+    All rays from enclosed cells are dark. In cells along the edge of the covered part each ray is judged by what it
+    hits, or the edge would count twice. Rays that escape downwards from a covered cell, below the ground or through a
+    missing floor, do not reach lit ground.
     """
     for place, patch in enumerate(within):
         for ray in range(fate.shape[1]):
@@ -197,8 +196,8 @@ def darken_rays(fate, within, start_cells, covered, enclosed):
 
 
 @njit(nogil=True, cache=True)
-def judge_rays(hit, directions, facing, fate, suspect):
-    """What becomes of each ray, and patches with rays that meet backs, written into the last two.
+def classify_rays(hit, directions, facing, fate, suspect):
+    """Write the fate of each ray, and which patches have rays that hit backs, into the last two arguments.
 
     Parameters
     ----------
@@ -221,11 +220,11 @@ def judge_rays(hit, directions, facing, fate, suspect):
 
 
 @njit(nogil=True, cache=True)
-def judge_cells(fate, start_cells):
-    """Which cells of patches lie inside something, as far as their own rays agree on it.
+def classify_cells(fate, start_cells):
+    """Which cells of patches lie inside something, where their own rays agree.
 
-    A cell none of whose rays meets a back is open, one all of whose rays do is covered. Rays that leave downwards say
-    nothing: they may come from an open place, or from below the ground.
+    A cell is open if none of its rays hits a back, and covered if all do. Rays that escape downwards are inconclusive:
+    they may come from an open place or from below the ground.
 
     Parameters
     ----------
@@ -254,17 +253,17 @@ def judge_cells(fate, start_cells):
 
 
 @njit(nogil=True, cache=True)
-def tally_rays(fate, start_cells, asked, cell_of, cells):
+def tally_rays(fate, start_cells, near_cover, cell_of, cells):
     """Shares of rays that reach sky and far ground, in each replicate and in each cell.
 
     Parameters
     ----------
     fate : (c, rays) uint8
     start_cells : (c, rays) uint8
-    asked : (c, CELL_DIVISIONS²) bool
-        Of `ask_each_ray`.
+    near_cover : (c, CELL_DIVISIONS²) bool
+        Of `cells_near_cover`.
     cell_of : (CELL_DIVISIONS²,) int
-        The larger cell in which each of these lies.
+        The larger cell that contains each of these.
     cells : int
         Number of larger cells.
 
@@ -272,11 +271,11 @@ def tally_rays(fate, start_cells, asked, cell_of, cells):
     -------
     sky, far_ground : (c, HEMISPHERE_REPLICATES) float32
     element_sky : (c, cells) float32
-        Of the open part of each; that of the whole patch where too few rays start in its cells.
+        For the open part of each; that of the whole patch if too few rays start in its cells.
     element_far_ground : (c, cells) float32
-        Of all rays of the patch.
+        Share of all rays of the patch.
     open_share : (c, cells) float32
-        Of the rays that start in each cell.
+        Share of the rays that start in each cell.
     """
     count, rays = fate.shape
     sky, far_ground = np.empty((2, count, HEMISPHERE_REPLICATES), np.float32)
@@ -295,13 +294,13 @@ def tally_rays(fate, start_cells, asked, cell_of, cells):
                 free[cell] += met == SKY
                 below[cell] += met == FAR_GROUND
                 all_rays[cell] += 1
-                started[cell] += (not asked[patch, start]) | (met < BACK)
+                started[cell] += (not near_cover[patch, start]) | (met < BACK)
             sky[patch, replicate] = np.float32(upwards) / np.float32(per_replicate)
             far_ground[patch, replicate] = np.float32(downwards) / np.float32(per_replicate)
         whole = np.float32(free.sum() / max(started.sum(), 1))
         for cell in range(cells):
             open_share[patch, cell] = started[cell] / all_rays[cell] if all_rays[cell] else 1
             element_far_ground[patch, cell] = below[cell] / rays
-            told = enough & (all_rays[cell] > 0)
-            element_sky[patch, cell] = free[cell] / max(started[cell], 1) if told else whole
+            resolves = enough & (all_rays[cell] > 0)
+            element_sky[patch, cell] = free[cell] / max(started[cell], 1) if resolves else whole
     return sky, far_ground, element_sky, element_far_ground, open_share

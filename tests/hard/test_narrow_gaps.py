@@ -16,7 +16,7 @@ from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.radiosity.gather_context import prepare_gather
 from citypv.core.radiosity.measure_cover import find_cover
-from citypv.core.radiosity.patch_size_errors import ABRUPT, SMOOTH, light_left
+from citypv.core.radiosity.patch_size_errors import ABRUPT, SMOOTH, remaining_error
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
@@ -124,6 +124,6 @@ def test_what_is_left_after_two_steps():
     """Of errors that fall with the first or second power of length, by the sum of the geometric series."""
     first = np.array([1.0, 1.0, -1.0, 0.0])
     second = np.array([ABRUPT, SMOOTH, -SMOOTH, 0.0])
-    left = light_left(np.stack([second, first], axis=1), np.zeros(4))
+    left = remaining_error(np.stack([second, first], axis=1), np.zeros(4))
     np.testing.assert_allclose(left, [0.5, 1 / 12, -1 / 12, 0])
-    assert (np.abs(light_left(np.stack([second, first], axis=1), np.full(4, 9.0))) == 0).all()  # drowned in noise
+    assert (np.abs(remaining_error(np.stack([second, first], axis=1), np.full(4, 9.0))) == 0).all()  # drowned in noise

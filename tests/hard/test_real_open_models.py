@@ -171,7 +171,7 @@ def backs_are_fronts(hit, directions, facing, fate, suspect):
 @pytest.mark.parametrize(("mechanism", "broken"), [
     ("find_covered_cells", any_back_covers),
     ("find_covered_cells", nothing_covers),
-    ("judge_rays", backs_are_fronts),
+    ("classify_rays", backs_are_fronts),
 ])  # fmt: skip
 def test_a_broken_mechanism_is_found_out(monkeypatch, mechanism, broken):
     """The tests above fail where the mechanism is broken."""
