@@ -1,7 +1,7 @@
-"""Which fronts of coincident faces light can reach: not those of party walls, which look into a neighbour's house.
+"""Which fronts of coincident faces light can reach: not those of party walls, which face into a neighbour's house.
 
-A roof drawn from both sides and a party wall are the same to a ray that meets them: a back and a front in one place.
-They differ in where the front looks. From the middle of what two faces share some rays look around.
+To a ray, a roof drawn from both sides and a party wall are the same: a back and a front in one place. They differ in
+what is in front of the front. Rays from the middle of the overlap of the two faces find out.
 """
 
 import numpy as np
@@ -12,13 +12,13 @@ from ..threads import map_in_order
 from .find_coincident import Coincident
 from .find_covered import vote_covered
 
-RAYS = 16  # the vote that judges
-STRAY_RAYS = 2  # of them that may find a hole to the sky
+RAYS = 16  # per vote
+STRAY_RAYS = 2  # of them that may reach the sky through a hole
 PAIRS_PER_TASK = 1 << 13
 
 
 def drop_hidden(ray_scene, patches, coincident, threads=1):
-    """Coincident without the fronts that light does not reach, where the other face looks the opposite way.
+    """Coincident faces without the fronts that light does not reach; only pairs that face opposite ways are tested.
 
     Parameters
     ----------
@@ -37,13 +37,13 @@ def drop_hidden(ray_scene, patches, coincident, threads=1):
     doubtful = np.flatnonzero(opposite & patches.receives[other])
     tasks = [doubtful[begin : begin + PAIRS_PER_TASK] for begin in range(0, len(doubtful), PAIRS_PER_TASK)]
 
-    def look(entries):
+    def vote(entries):
         faces, middle = other[entries], middle_of_overlap(coincident.places[entries])
         shifts = uniform(mix(patches.key[faces] ^ np.uint64(0x51DE)), 2)
         return vote_covered(ray_scene, patches, faces, tuple(middle.T), shifts, rays=RAYS, stray=STRAY_RAYS)
 
     kept = ~opposite
-    for entries, hidden in zip(tasks, map_in_order(look, tasks, threads), strict=True):
+    for entries, hidden in zip(tasks, map_in_order(vote, tasks, threads), strict=True):
         kept[entries] = ~hidden
     start = np.concatenate([[0], np.cumsum(kept)])[coincident.start]
     return Coincident(start, other[kept], coincident.places[kept])
@@ -51,10 +51,9 @@ def drop_hidden(ray_scene, patches, coincident, threads=1):
 
 @njit(nogil=True, cache=True)
 def middle_of_overlap(places):
-    """A point that lies on both faces of each pair, in barycentric weights of the other: (e, 2) float32.
+    """A point that lies on both faces of each pair, in barycentric weights of the other face: (e, 2) float32.
 
-    The corners of the one are cut off where they lie beyond an edge of the other; what stays is convex, and the mean of
-    its corners lies in it.
+    The first face is clipped by the edges of the other; the result is convex, so the mean of its corners lies inside.
 
     Parameters
     ----------
@@ -79,7 +78,7 @@ def middle_of_overlap(places):
 
 @njit(nogil=True, cache=True)
 def cut_off(corners, edge):
-    """What stays of a convex polygon, in barycentric weights, on the inner side of an edge.
+    """Clip a convex polygon, in barycentric weights, to the inner side of an edge.
 
     References
     ----------

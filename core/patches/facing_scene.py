@@ -1,8 +1,8 @@
-"""What a ray meets where faces coincide: the one that looks towards it.
+"""Coincident faces: a ray hits the one that faces it.
 
-  light                 Models draw thin things, a roof or a canopy, as two faces in one place, and draw
-    ↘                   some faces twice. A ray may meet any of them. It lights, or sees, the one that turns
-═══════↑═  front        its front to it; the one that looks the other way is the same sheet from below.
+  light                 Models draw thin objects, such as a roof or a canopy, as two faces in one place, and
+    ↘                   some faces twice. A ray may hit any of them. The hit is assigned to the face whose
+═══════↑═  front        front is towards the ray; the opposite one is the other side of the same sheet.
 ═══════↓═  back
 """
 
@@ -13,17 +13,17 @@ from ..rays.ray_scene import RayScene
 from .drop_hidden import drop_hidden
 from .find_coincident import find_coincident
 
-ROUNDING = 1e-6  # of a face, by which a place may lie beside it
+ROUNDING = 1e-6  # in barycentric weights: how far outside of a face a point may lie
 
 
 class FacingScene(RayScene):
-    """Triangles of a scene that can be asked what light meets.
+    """Triangles of a scene for tracing rays, with hits on coincident faces assigned to fronts.
 
     Parameters
     ----------
     scene : Scene
     patches : Patches
-        Of it.
+        Of this scene.
     threads : int
     """
 
@@ -39,7 +39,7 @@ class FacingScene(RayScene):
         self._kinds = patches.facing, patches.receives
 
     def trace_places(self, ray_origins, ray_directions):
-        """As of `RayScene`; a ray that meets the back of a face on a front is given to the front."""
+        """As of `RayScene`; a hit on the back of a face with a coincident front is assigned to the front."""
         places = super().trace_places(ray_origins, ray_directions)
         if len(self.coincident):
             turn_to_fronts(self._pairs(), self._kinds, np.asarray(ray_directions, np.float32), places)
@@ -48,17 +48,17 @@ class FacingScene(RayScene):
         return places
 
     def find_doubles(self, places):
-        """Other faces that light reaches together with the front that it met: those that lie there and look its way.
+        """Other faces that light reaches together with the front that it hit: coincident ones that face the same way.
 
         Parameters
         ----------
         places : tuple of (m,) int32, (m,) float32 and (m,) float32
-            Face met, and barycentric weights of its second and third corner.
+            Face hit, and barycentric weights of its second and third corner.
 
         Returns
         -------
         row : (d,) int64
-            Of the m places.
+            Index into the m places.
         other : (d,) int32
             The face.
         """
@@ -72,7 +72,7 @@ class FacingScene(RayScene):
 
 @njit(nogil=True, cache=True, inline="always")
 def place_on(places, entry, b1, b2):
-    """Where a point of one face lies on the other of a pair: whether it does, and its barycentric weights there."""
+    """Whether a point of one face of a pair lies on the other, and its barycentric weights there."""
     c1 = places[entry, 0, 0] + places[entry, 0, 1] * b1 + places[entry, 0, 2] * b2
     c2 = places[entry, 1, 0] + places[entry, 1, 1] * b1 + places[entry, 1, 2] * b2
     return min(c1, c2, 1 - c1 - c2) >= -ROUNDING, c1, c2
@@ -80,14 +80,14 @@ def place_on(places, entry, b1, b2):
 
 @njit(nogil=True, cache=True, inline="always")
 def runs_along(facing, face, direction):
-    """Whether a ray meets the back of a face, as `meets_back` tells."""
+    """Whether a ray hits the back of a face, as in `meets_back`."""
     along = direction[0] * facing[face, 0] + direction[1] * facing[face, 1] + direction[2] * facing[face, 2]
     return along + facing[face, 3] > 0
 
 
 @njit(nogil=True, cache=True)
 def turn_to_fronts(pairs, kinds, directions, hits):
-    """Change hits on backs, or on footprints, to hits on fronts that lie there and receive light.
+    """Change hits on backs, or on footprints, to hits on coincident fronts that receive light.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def turn_to_fronts(pairs, kinds, directions, hits):
 
 @njit(nogil=True, cache=True)
 def turn_sheets(other_side, facing, directions, hits):
-    """Change hits on the backs of sheets to hits on the fronts that lie there: the same triangles, turned over.
+    """Change hits on the backs of sheets to hits on their other sides: the same triangles, reversed.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def turn_sheets(other_side, facing, directions, hits):
 
 @njit(nogil=True, cache=True)
 def list_doubles(pairs, kinds, hits):
-    """Places, by number, and further faces that lie there, receive light and look the same way."""
+    """Indices of places, and further faces that coincide there, receive light and face the same way."""
     (start, other, places), (facing, receives), (hit, b1, b2) = pairs, kinds, hits
     row, doubles = [np.int64(0) for _ in range(0)], [np.int32(0) for _ in range(0)]
     for ray in range(len(hit)):

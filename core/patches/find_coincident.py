@@ -1,8 +1,8 @@
-"""Faces that lie in one place: they overlap in one plane, whichever way each of them looks.
+"""Coincident faces: triangles that overlap in one plane, whichever way each of them faces.
 
-A grid finds them. Triangles are sorted by size into layers; the cells of a layer are as large as its triangles, so that
-each of these, and every smaller one, touches eight cells at most. Every triangle is held against those of its own layer
-and of the coarser ones.
+They are found with a grid. Triangles are sorted by size into layers; the cells of a layer are as large as its
+triangles, so that each of these, and every smaller one, touches at most eight cells. Every triangle is compared with
+those of its own layer and of the coarser ones.
 """
 
 from dataclasses import dataclass
@@ -14,21 +14,21 @@ from numba import njit
 from ..sampling.random_numbers import GOLDEN
 from ..threads import map_in_order
 
-PARALLEL = 0.9  # cosine between normals below which nobody looks closer: normals of slivers are rounding for the most
-LAYER_GROWTH = 2.0  # in powers of two: cells of one layer are four times as large as those of the next finer one
+PARALLEL = 0.9  # least cosine between normals to test a pair further; loose, as normals of slivers are mostly rounding
+LAYER_GROWTH = 2.0  # as a power of two: cells of one layer are four times as large as those of the next finer one
 TRIANGLES_PER_TASK = 1 << 15
-MOST_PAIRS = 256  # of one triangle; a pair that shares several cells counts in each
+MOST_PAIRS = 256  # per triangle; a pair that shares several cells counts in each
 TINY = np.finfo(np.float32).tiny
 SMALLEST = np.finfo(float).tiny
 
 
 @dataclass
 class Coincident:
-    """Which of p patches overlap each of them in its plane, no further from it than rays start."""
+    """For each of p patches, those that overlap it in its plane, no further away than the offset of ray origins."""
 
     start: np.ndarray  # (p + 1,) int64, where the entries of each patch begin
     other: np.ndarray  # (e,) int32, ascending for each patch
-    places: np.ndarray  # (e, 2, 3) float64, takes (1, b1, b2) of a point on the patch to b1 and b2 on the other
+    places: np.ndarray  # (e, 2, 3) float64, maps (1, b1, b2) of a point on the patch to b1 and b2 on the other
 
     def __len__(self):
         return len(self.other)
@@ -36,12 +36,12 @@ class Coincident:
 
 @dataclass
 class Faces:
-    """Triangles as the search takes them."""
+    """Triangles with what the search needs."""
 
     corners: np.ndarray  # (t, 3, 3) float64 [m]
     normal: np.ndarray  # (t, 3) float64
     offset: np.ndarray  # (t,) float64 [m]
-    boxes: np.ndarray  # (t, 6) float64 [m], low and high corner of the box around each, one offset larger
+    boxes: np.ndarray  # (t, 6) float64 [m], low and high corner of the bounding box, one offset larger
     layer: np.ndarray  # (t,) int32
 
 
@@ -52,8 +52,8 @@ def find_coincident(corners, offset, threads=1):
     ----------
     corners : (t, 3, 3) float [m]
     offset : (t,) float [m]
-        How far from its plane a ray starts: what lies no further from a triangle lies in the same place. Triangles
-        that overlap by less than that, in any direction, do no more than touch.
+        Distance of ray origins from the plane: triangles no further away than this coincide. Triangles that overlap by
+        less than this in any direction only touch.
     threads : int
 
     Returns
@@ -70,7 +70,7 @@ def find_coincident(corners, offset, threads=1):
         first, last = np.searchsorted(sorted_layer, [layer, layer + 1])
         buckets = 1 << int(2 * (last - first)).bit_length()
         start, listed = fill_buckets(order[first:last], faces.boxes, size, buckets)
-        grid = start, listed, faces.normal[listed].astype(np.float32)  # side by side, for most are turned away by these
+        grid = start, listed, faces.normal[listed].astype(np.float32)  # contiguous: most pairs fail by normals
         tasks = [order[begin : min(begin + TRIANGLES_PER_TASK, last)] for begin in range(0, last, TRIANGLES_PER_TASK)]
         arrays = faces.corners, faces.normal, faces.offset, faces.boxes, faces.layer
         found.extend(map_in_order(partial(pairs_in_grid, grid=grid, size=size, faces=arrays), tasks, threads))
@@ -78,7 +78,7 @@ def find_coincident(corners, offset, threads=1):
 
 
 def sort_into_layers(corners, offset):
-    """Faces, and the largest layer; what has no area lies beyond that."""
+    """Faces, and the largest layer; triangles without area are put into a layer above it."""
     normal, boxes = np.empty((len(corners), 3)), np.empty((len(corners), 6))
     extent, area = np.empty(len(corners)), np.empty(len(corners), bool)
     measure_faces(corners, offset, (normal, boxes, extent, area))
@@ -90,7 +90,7 @@ def sort_into_layers(corners, offset):
 
 @njit(nogil=True, cache=True)
 def measure_faces(corners, offset, measures):
-    """Write normal, box, extent of the box, and whether there is any area, of each triangle."""
+    """Write normal, bounding box, extent of the box, and whether it has an area, for each triangle."""
     normal, boxes, extent, area = measures
     for face in range(len(corners)):
         extent[face] = 0
@@ -99,7 +99,7 @@ def measure_faces(corners, offset, measures):
             boxes[face, axis] = min(a, b, c) - offset[face]
             boxes[face, axis + 3] = max(a, b, c) + offset[face]
             extent[face] = max(extent[face], boxes[face, axis + 3] - boxes[face, axis])
-            # Along this axis the product of two edges holds what they are along the other two.
+            # Component of the cross product along this axis, from the edges along the other two.
             y, z = (axis + 1) % 3, (axis + 2) % 3
             product = (corners[face, 1, y] - corners[face, 0, y]) * (corners[face, 2, z] - corners[face, 0, z])
             product -= (corners[face, 1, z] - corners[face, 0, z]) * (corners[face, 2, y] - corners[face, 0, y])
@@ -111,7 +111,7 @@ def measure_faces(corners, offset, measures):
 
 
 def list_pairs(pairs, corners):
-    """Coincident from pairs of triangles, each of which may be named several times.
+    """Coincident from pairs of triangles, which may contain repetitions.
 
     Parameters
     ----------
@@ -126,14 +126,14 @@ def list_pairs(pairs, corners):
     both = np.concatenate([pairs, pairs[:, ::-1]]).astype(np.int64)
     one, other = np.divmod(np.unique(both[:, 0] * count + both[:, 1]), max(count, 1))
     edges = corners[:, 1:] - corners[:, :1]
-    # A point of the one, a + b1·e1 + b2·e2, seen from the other's first corner and in its edges.
+    # A point of the one, a + b1·e1 + b2·e2, relative to the other's first corner and in its edges.
     points = np.concatenate([corners[one, :1] - corners[other, :1], edges[one]], axis=1)
     places = np.einsum("eix,ekx->eik", dual_edges(edges[other]), points)
     return Coincident(np.searchsorted(one, np.arange(count + 1)), other.astype(np.int32), places)
 
 
 def dual_edges(edges):
-    """Vectors in the planes of triangles that are 1 along one edge and 0 along the other: (t, 2, 3) float64.
+    """Dual vectors of the edges in the triangle planes, 1 along one edge and 0 along the other: (t, 2, 3) float64.
 
     Parameters
     ----------
@@ -146,13 +146,13 @@ def dual_edges(edges):
 
 @njit(nogil=True, cache=True)
 def cell_of(place, size):
-    """Which cell along an axis holds a place."""
+    """Index along an axis of the cell that contains a coordinate."""
     return np.int64(np.floor(place / size))
 
 
 @njit(nogil=True, cache=True)
 def bucket_of_cell(x, y, z, mask):
-    """Bucket in which a cell is kept; cells that share one cost time only."""
+    """Hash bucket of a cell; collisions only cost time."""
     word = np.uint64(x) * GOLDEN
     word = (word ^ (word >> np.uint64(29)) ^ np.uint64(y)) * np.uint64(0xBF58476D1CE4E5B9)
     word = (word ^ (word >> np.uint64(32)) ^ np.uint64(z)) * np.uint64(0x94D049BB133111EB)
@@ -161,7 +161,7 @@ def bucket_of_cell(x, y, z, mask):
 
 @njit(nogil=True, cache=True)
 def touch_cells(box, size, mask, touched):
-    """Buckets of the cells that a box touches, each once, written into the last; their number.
+    """Write the buckets of the cells that a box touches, each once, into `touched`, and return their number.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def touch_cells(box, size, mask, touched):
 
 @njit(nogil=True, cache=True)
 def fill_buckets(members, boxes, size, buckets):
-    """Triangles by the cells that their boxes touch.
+    """Sort triangles by the cells that their boxes touch.
 
     Parameters
     ----------
@@ -227,10 +227,10 @@ def fill_buckets(members, boxes, size, buckets):
 def pairs_in_grid(chosen, grid, size, faces):
     """Pairs of chosen triangles with triangles of a grid: (k, 2) int32, some of them several times.
 
-    A triangle is named first in MOST_PAIRS of them at most: more in one place are a fault of the model, and thousands
-    would be millions of pairs.
+    A triangle is the first one in at most MOST_PAIRS of them: more in one place are an error of the model, and
+    thousands would give millions of pairs.
     """
-    (start, listed, turned), (corners, normal, offset, boxes, layer) = grid, faces
+    (start, listed, normals), (corners, normal, offset, boxes, layer) = grid, faces
     mask, touched = np.uint64(len(start) - 2), np.empty(27, np.int64)
     pairs, found = np.empty((64, 2), np.int32), 0
     for one in chosen:
@@ -239,14 +239,14 @@ def pairs_in_grid(chosen, grid, size, faces):
             for entry in range(start[touched[place]], start[touched[place] + 1]):
                 other = listed[entry]
                 if found == most or (other <= one and layer[one] == layer[other]):
-                    break  # a bucket lists the last triangle first: the pairs that follow are met from their other side
-                along = normal[one, 0] * turned[entry, 0] + normal[one, 1] * turned[entry, 1]
-                if abs(along + normal[one, 2] * turned[entry, 2]) < PARALLEL or not boxes_meet(boxes, one, other):
+                    break  # buckets are in descending order: the remaining pairs are found from their other triangle
+                along = normal[one, 0] * normals[entry, 0] + normal[one, 1] * normals[entry, 1]
+                if abs(along + normal[one, 2] * normals[entry, 2]) < PARALLEL or not boxes_meet(boxes, one, other):
                     continue
                 reach = max(offset[one], offset[other])
                 level = lies_in_plane(corners, normal, one, other, reach)
                 level = level or lies_in_plane(corners, normal, other, one, reach)
-                if level and not parted(corners, normal, one, other, reach):
+                if level and not separated(corners, normal, one, other, reach):
                     if found == len(pairs):
                         pairs = np.concatenate((pairs, np.empty_like(pairs)))
                     pairs[found, 0], pairs[found, 1] = one, other
@@ -256,7 +256,7 @@ def pairs_in_grid(chosen, grid, size, faces):
 
 @njit(nogil=True, cache=True, inline="always")
 def boxes_meet(boxes, one, other):
-    """Whether the boxes around two triangles overlap."""
+    """Whether the bounding boxes of two triangles overlap."""
     for axis in range(3):
         if boxes[one, axis] > boxes[other, axis + 3] or boxes[other, axis] > boxes[one, axis + 3]:
             return False
@@ -265,7 +265,7 @@ def boxes_meet(boxes, one, other):
 
 @njit(nogil=True, cache=True)
 def lies_in_plane(corners, normal, one, other, reach):
-    """Whether a triangle lies no further from the plane of another than `reach`."""
+    """Whether all corners of a triangle lie within `reach` of the plane of another."""
     for point in range(3):
         height = 0.0
         for axis in range(3):
@@ -276,8 +276,8 @@ def lies_in_plane(corners, normal, one, other, reach):
 
 
 @njit(nogil=True, cache=True)
-def parted(corners, normal, one, other, reach):
-    """Whether an edge of either of two triangles parts them but for `reach`, seen along the normal of the first."""
+def separated(corners, normal, one, other, reach):
+    """Whether an edge of one of two triangles separates them up to `reach`, seen along the normal of the first."""
     n0, n1, n2 = normal[one]
     for owner in (one, other):
         for corner in range(3):
@@ -285,7 +285,7 @@ def parted(corners, normal, one, other, reach):
             e0 = corners[owner, after, 0] - corners[owner, corner, 0]
             e1 = corners[owner, after, 1] - corners[owner, corner, 1]
             e2 = corners[owner, after, 2] - corners[owner, corner, 2]
-            a0, a1, a2 = e1 * n2 - e2 * n1, e2 * n0 - e0 * n2, e0 * n1 - e1 * n0  # aside of the edge
+            a0, a1, a2 = e1 * n2 - e2 * n1, e2 * n0 - e0 * n2, e0 * n1 - e1 * n0  # normal to the edge, in the plane
             one_low, one_high = reach_along(corners, one, a0, a1, a2)
             other_low, other_high = reach_along(corners, other, a0, a1, a2)
             common = min(one_high - other_low, other_high - one_low)
@@ -296,7 +296,7 @@ def parted(corners, normal, one, other, reach):
 
 @njit(nogil=True, cache=True, inline="always")
 def reach_along(corners, one, a0, a1, a2):
-    """Least and largest place of a triangle's corners along a direction."""
+    """Smallest and largest coordinate of a triangle's corners along a direction."""
     low, high = np.inf, -np.inf
     for point in range(3):
         place = corners[one, point, 0] * a0 + corners[one, point, 1] * a1 + corners[one, point, 2] * a2

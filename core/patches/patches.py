@@ -1,4 +1,4 @@
-"""Patches: the triangles of the scene as places that receive and reflect light."""
+"""Patches: the triangles of the scene as receivers and reflectors of light."""
 
 from dataclasses import dataclass
 
@@ -11,9 +11,9 @@ from ..scene.check_scene import check_scene
 from ..scene.find_ground import find_ground
 from .find_buried import find_buried
 
-OFFSET_SPACINGS = 8  # distance of ray origins from their face in float32 spacings; with 2 the first rays are lost
-LARGEST_SHARE_DRAWN_IN = 1 / 64  # of the way to the middle
-NEIGHBOUR_SHARE = 1 / 16  # of the longest edge: how far off the plane of a large neighbour may be, in spacings
+OFFSET_SPACINGS = 8  # distance of ray origins from their face in float32 spacings; at 2 the first rays get lost
+LARGEST_INSET = 1 / 64  # as a share of the distance to the middle
+NEIGHBOUR_SHARE = 1 / 16  # of the longest edge: error of the plane of a large neighbour, in spacings
 
 
 @dataclass
@@ -25,13 +25,13 @@ class Patches:
     normal: np.ndarray  # (p, 3) float32
     tangents: np.ndarray  # (p, 2, 3) float32, with the normal an orthonormal frame
     area: np.ndarray  # (p,) float64 [m²]
-    offset: np.ndarray  # (p,) float32 [m], how far above its face a ray starts
-    key: np.ndarray  # (p,) uint64, of its random numbers
+    offset: np.ndarray  # (p,) float32 [m], distance of ray origins from the face
+    key: np.ndarray  # (p,) uint64, key of the random numbers
     albedo: np.ndarray  # (p,) float32
-    facing: np.ndarray  # (p, 4) float32, normal and 2 for footprints (whoever sees one is under a building), else 0
-    ground: np.ndarray  # (p,) bool, the ground: whatever has it above itself lies in the earth
-    other_side: np.ndarray  # (p,) int32, the patch on the other side of a sheet; -1 for all that have a thickness
-    receives: np.ndarray  # (p,) bool, false where a patch closes a building, lies on the ground or has no area
+    facing: np.ndarray  # (p, 4) float32, normal and 2 for footprints (visible only from under a building), else 0
+    ground: np.ndarray  # (p,) bool, ground: points below it are in the earth
+    other_side: np.ndarray  # (p,) int32, the patch on the other side of a sheet; -1 if not a sheet
+    receives: np.ndarray  # (p,) bool, false if a patch closes a building, lies on the ground or has no area
 
     def __len__(self):
         return len(self.corner)
@@ -50,7 +50,7 @@ def patches_of_scene(scene, albedo, seed):
     Raises
     ------
     InputError
-        Names the array that cannot be used, and where in it.
+        If an array is invalid; names it and the place in it.
     """
     check_scene(scene)
     check_seed(seed)
@@ -62,10 +62,10 @@ def patches_of_scene(scene, albedo, seed):
     normal /= np.maximum(length, np.finfo(float).tiny)[:, None]
     ground = find_ground(scene)
     offset = measure_offset(corners, edges, normal)
-    drawn_in = draw_in(corners, length, offset)
+    inset = inset_triangles(corners, length, offset)
     return Patches(
-        corner=drawn_in[:, 0].astype(np.float32),
-        edges=(drawn_in[:, 1:] - drawn_in[:, :1]).astype(np.float32),
+        corner=inset[:, 0].astype(np.float32),
+        edges=(inset[:, 1:] - inset[:, :1]).astype(np.float32),
         normal=normal.astype(np.float32),
         tangents=tangent_frame(edges[:, 0], normal).astype(np.float32),
         area=length / 2,
@@ -80,11 +80,11 @@ def patches_of_scene(scene, albedo, seed):
 
 
 def measure_offset(corners, edges, normal):
-    """How far above its face a ray must start to miss the face itself and those that lie in its plane.
+    """How far above its face a ray must start so as not to hit the face itself or others in its plane.
 
-    Rounding moves a point across the face only as far as the face's normal leans to each axis: a roof far out on a
-    wide plain needs no more than one in the middle. A large neighbour in the same plane may be off by the rounding of
-    its own far corners.
+    Rounding moves a point off the face only by the components of the normal along each axis: a roof at the far end of a
+    wide plain needs no larger offset than one in the middle. A large neighbour in the same plane may be off by the
+    rounding of its own far corners.
 
     Parameters
     ----------
@@ -101,11 +101,11 @@ def measure_offset(corners, edges, normal):
     return OFFSET_SPACINGS * np.finfo(np.float32).eps * ((np.abs(normal) * reach).sum(axis=1) + own)
 
 
-def draw_in(corners, doubled_area, offset):
-    """Triangles drawn in towards their middles until their edges lie one offset further in.
+def inset_triangles(corners, doubled_area, offset):
+    """Triangles scaled towards their middles so that their edges lie one offset further in.
 
-    A ray that started on the very edge of a face might start, by rounding, on the wrong side of the next face, and
-    leave a closed room.
+    By rounding, a ray from the very edge of a face might start on the wrong side of the adjacent face, and escape from
+    a closed room.
 
     Parameters
     ----------
@@ -118,17 +118,17 @@ def draw_in(corners, doubled_area, offset):
     (t, 3, 3) float64 [m]
     """
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    # The middle stands a third of the height above each edge; slivers thinner than their offset stay nearly whole.
+    # The middle is a third of the height away from each edge; slivers thinner than their offset shrink very little.
     height = doubled_area / np.maximum(longest, np.finfo(float).tiny)
-    share = np.minimum(3 * offset / np.maximum(height, np.finfo(float).tiny), LARGEST_SHARE_DRAWN_IN)
+    share = np.minimum(3 * offset / np.maximum(height, np.finfo(float).tiny), LARGEST_INSET)
     return corners + share[:, None, None] * (corners.mean(axis=1, keepdims=True) - corners)
 
 
 def tangent_frame(edge, normal):
-    """Two unit vectors that make an orthonormal frame with each normal, the first along an edge.
+    """Two unit vectors that form an orthonormal frame with each normal, the first along an edge.
 
-    A frame that hangs on the triangle alone turns with it: a city that is turned as a whole, sun and all, sends the
-    same rays.
+    The frame depends on the triangle only, and so turns with it: if city and suns are rotated together, the rays are
+    the same.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def tangent_frame(edge, normal):
 
 
 def keys_of_triangles(scene, seed):
-    """One random key per triangle: of its surface's name and its place among the surface's triangles."""
+    """One random key per triangle, from the name of its surface and its index among the surface's triangles."""
     names = key_of_names([*scene.surfaces.surface_id, "\x00ground"], seed)
     surface = scene.triangle_surface  # the ground's -1 takes the last name
     order = np.argsort(surface, kind="stable")
