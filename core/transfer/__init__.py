@@ -1,4 +1,4 @@
-"""The Transfer: relative irradiance of every surface, free of weather, and what both estimators need to make one.
+"""The Transfer: weather-independent relative irradiance of every surface, and what both estimators share.
 
 In: patches and light. Out: Transfer, the plan of effects, closed forms of open patches. Read first: transfer.py.
 """

@@ -1,4 +1,4 @@
-"""Surfaces with nothing in front of them: their irradiance is known without a ray.
+"""Unobstructed surfaces: their irradiance has a closed form, without rays.
 
              sky: (1 + cos tilt)/2      (Eq. 6)
     \\      /
@@ -13,7 +13,7 @@ from ..check_arrays import UNIT, check_array
 
 
 def find_unobstructed(patches, vertices):
-    """Patches in front of whose plane no part of the scene stands.
+    """Patches with no part of the scene in front of their plane.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def find_unobstructed(patches, vertices):
     outermost = outermost_points(vertices)
     normals, which = np.unique(np.round(patches.normal.astype(float), 6) + 0.0, axis=0, return_inverse=True)
     which = which.ravel()
-    # How far the scene reaches along each normal, from the origin; in slices, to bound the memory.
+    # Extent of the scene along each normal, from the origin; in slices, to limit memory.
     reach = np.empty(len(normals))
     step = max(1, 10_000_000 // len(outermost))
     for first in range(0, len(normals), step):
@@ -42,7 +42,7 @@ def find_unobstructed(patches, vertices):
 
 
 def opposite_reach(normals, which, own):
-    """How far, along each normal, the patches reach that look the opposite way: a floor lies on such ground.
+    """Extent, along each normal, of the patches that face the opposite way: a floor lies on such ground.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def opposite_reach(normals, which, own):
     Returns
     -------
     (k,) float64 [m]
-        -inf where no patch looks the opposite way.
+        -inf if no patch faces the opposite way.
     """
     nearest = np.full(len(normals), np.inf)
     np.minimum.at(nearest, which, own)
@@ -64,7 +64,7 @@ def opposite_reach(normals, which, own):
 
 
 def outermost_points(vertices):
-    """Corners of the convex hull; all points where they lie in one plane."""
+    """Corners of the convex hull, or all points if they lie in one plane."""
     try:
         return vertices[ConvexHull(vertices).vertices]
     except QhullError:

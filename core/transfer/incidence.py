@@ -1,15 +1,15 @@
-"""The cosine of the angle at which sunlight meets patches."""
+"""Cosine of the angle of incidence of sunlight on patches."""
 
 import numpy as np
 from numba import njit
 
-EDGE_ON = np.float32(1e-6)  # cosine of incidence up to which a patch is seen from its edge and receives nothing
+EDGE_ON = np.float32(1e-6)  # cosine of incidence below which a patch is edge-on to the sun and receives nothing
 NOTHING = np.float32(0)
 
 
 @njit(nogil=True, cache=True)
 def projection_in_front(normal, directions):
-    """Cosine of the angle of incidence, 0 where the sun stands behind or exactly at the edge.
+    """Cosine of the angle of incidence, 0 if the sun is behind the patch or edge-on.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Matrices of surfaces × suns: in memory while they are small, memory-mapped files where they are not."""
+"""Matrices of surfaces × suns: in memory if small, else memory-mapped files."""
 
 import os
 import tempfile
@@ -7,22 +7,22 @@ from pathlib import Path
 
 import numpy as np
 
-LIMIT = 1 << 28  # bytes of one matrix that are kept in memory
-ZEROS = 1 << 24  # bytes written at a time where the system cannot reserve room
+LIMIT = 1 << 28  # bytes: largest matrix kept in memory
+ZEROS = 1 << 24  # bytes written at a time where the system cannot preallocate files
 
 
 def keep_matrix(shape, folder=None):
-    """A matrix of zeros to be filled by columns and read by rows.
+    """A matrix of zeros that is filled by columns and read by rows.
 
-    A large one is a memory-mapped file, which lies sun by sun: columns are written, and rows of neighbouring surfaces
-    read, without touching the rest. The file goes when the last view of it does, at the latest with the process.
+    A large one is a memory-mapped file, stored sun by sun: columns are written, and rows of neighbouring surfaces read,
+    without touching the rest. The file is deleted with the last view of it, at the latest at the end of the process.
 
     Parameters
     ----------
     shape : (int, int)
-        Surfaces and suns.
+        Number of surfaces and of suns.
     folder : path-like, optional
-        Where a large one lies; the system's place for temporary files if not given.
+        Folder for the file of a large one; by default the system's temporary folder.
 
     Returns
     -------
@@ -31,7 +31,7 @@ def keep_matrix(shape, folder=None):
     Raises
     ------
     OSError
-        The disk has no room for it.
+        The disk is full.
     """
     count = 4 * shape[0] * shape[1]
     if count <= LIMIT:
@@ -45,14 +45,14 @@ def keep_matrix(shape, folder=None):
         Path(path).unlink()
         raise
     if os.name == "nt":
-        weakref.finalize(matrix._mmap, Path(path).unlink, missing_ok=True)  # Windows keeps the names of open files
+        weakref.finalize(matrix._mmap, Path(path).unlink, missing_ok=True)  # Windows cannot delete open files
     else:
         Path(path).unlink()
     return matrix.T
 
 
 def reserve_room(file, count):
-    """Fill a file with so many bytes of zeros, so that a full disk is an error now and no signal later."""
+    """Preallocate so many bytes of a file, so that a full disk raises an error now and not a signal later."""
     if hasattr(os, "posix_fallocate"):
         os.posix_fallocate(file.fileno(), 0, count)
         return
@@ -62,12 +62,12 @@ def reserve_room(file, count):
 
 
 def is_on_disk(matrix):
-    """Whether a matrix is too large for the memory."""
+    """Whether a matrix is memory-mapped."""
     return isinstance(matrix, np.memmap)
 
 
 def row_blocks(matrix):
-    """A matrix in blocks of rows that fit into the memory.
+    """A matrix in blocks of rows that fit into memory.
 
     Yields
     ------
@@ -81,6 +81,6 @@ def row_blocks(matrix):
 
 
 def keep_columns(matrix, count):
-    """The first columns of a matrix of `keep_matrix`, in memory where these alone have room."""
+    """The first columns of a matrix of `keep_matrix`, in memory if these are small enough."""
     kept = matrix[:, :count]
     return np.array(kept) if is_on_disk(matrix) and kept.nbytes <= LIMIT else kept

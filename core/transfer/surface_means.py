@@ -1,4 +1,4 @@
-"""From patches to the surfaces that they are parts of."""
+"""Averages of patches over their surfaces."""
 
 import numpy as np
 from numba import njit
@@ -10,7 +10,7 @@ ROWS_PER_TASK = 1 << 13
 
 
 def area_means(triangle_surface, area, count):
-    """Matrix that averages patches over their surface: (count, p) sparse float64, 0 for one without area."""
+    """Matrix that averages patches over their surface: (count, p) sparse float64; 0 for patches without area."""
     own = np.flatnonzero((triangle_surface >= 0) & (area > 0))
     surface = triangle_surface[own]
     whole = np.bincount(surface, weights=area[own], minlength=count)
@@ -46,7 +46,7 @@ def average_surfaces(merge, values, threads, out=None):
 
 @njit(nogil=True, cache=True)
 def add_rows(start, patches, weights, values, means):
-    """Weighted sums of the rows of `values`, added up in float64 and written into `means`."""
+    """Weighted sums of the rows of `values`, accumulated in float64 and written into `means`."""
     total = np.empty(values.shape[1])
     for row in range(len(means)):
         total[:] = 0

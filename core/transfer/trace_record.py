@@ -1,20 +1,20 @@
-"""How a Transfer was made: what was asked, decided, traced and measured, so that the run can be judged and repeated."""
+"""How a Transfer was made: settings, decisions, counts and measurements, so that the run can be judged and repeated."""
 
 from dataclasses import asdict, dataclass, fields
 
 
 @dataclass(frozen=True)
 class TraceRecord:
-    """Account of one run of an estimator; what does not apply to it is None."""
+    """Record of one run of an estimator; None for what does not apply to it."""
 
     request: dict  # all settings by name
-    effects: list  # of dict, the plan's decisions
+    effects: list  # of dict, decisions of the plan
     max_bounces: int
     brightest_albedo: float
     patches: int
     threads: int
     seconds: dict  # stage -> [s]
-    embree_thread_seconds: float  # [s] summed over the threads
+    embree_thread_seconds: float  # [s] sum over threads
     last_bounce_share_diffuse: float  # of all light
     last_bounce_share_direct: float
     engine: str | None = None  # packets or rays
@@ -25,9 +25,9 @@ class TraceRecord:
     photons_per_source: int | None = None  # forward
     rays: int | None = None  # forward
     photons: dict | None = None  # forward: where the light of each source went
-    interrupted: dict | None = None  # suns_traced, of: where fewer suns were kept than asked for
+    interrupted: dict | None = None  # suns_traced, of: if fewer suns were kept than requested
     sun_sampling: dict | None = None  # bias, rms [% of full load hours], patches; the same by groups
-    standard_error_unknown: str | None = None  # which one, and why
+    standard_error_unknown: str | None = None  # which standard error, and why
 
     def as_dict(self):
         """Plain types by name, without what does not apply."""
@@ -35,12 +35,12 @@ class TraceRecord:
 
 
 def record_of_dict(values):
-    """TraceRecord from what `as_dict` gave.
+    """TraceRecord from the result of `as_dict`.
 
     Raises
     ------
     KeyError
-        Names what is missing or unknown.
+        Names the missing or unknown key.
     """
     known = {one.name for one in fields(TraceRecord)}
     unknown = sorted(set(values) - known)
@@ -53,5 +53,5 @@ def record_of_dict(values):
 
 
 def note_interruption(kept, count):
-    """What the record says where fewer suns were kept than asked for: dict or None."""
+    """Entry of the record if fewer suns were kept than requested: dict or None."""
     return {"suns_traced": kept, "of": count} if kept < count else None

@@ -1,4 +1,4 @@
-"""What tracing finds out, free of weather: relative irradiance of every surface."""
+"""Result of tracing, independent of weather: relative irradiance of every surface."""
 
 from dataclasses import dataclass, replace
 
@@ -12,20 +12,20 @@ from .trace_record import TraceRecord
 
 @dataclass
 class ErrorParts:
-    """Parts of the standard errors of n surfaces that do not add up over surfaces like independent ones.
+    """Parts of the standard errors of n surfaces that are not independent between surfaces.
 
-    The rest of each standard error is noise of the surface's own rays. "Direct" is the mean over the suns' weights.
+    The rest of each standard error is noise of the surface's own rays. "Direct" is the mean weighted with the suns.
     """
 
-    diffuse_passed_on: np.ndarray  # (n, r) deviations of r replicates of the light that other surfaces pass on
+    diffuse_passed_on: np.ndarray  # (n, r) deviations of r replicates of the light that other surfaces re-emit
     direct_passed_on: np.ndarray  # (n, r)
-    diffuse_discretisation: np.ndarray  # (n,) with a sign, what light that is uneven within cells of patches adds
+    diffuse_discretisation: np.ndarray  # (n,) signed, error from light that is uneven within cells of patches
     direct_discretisation: np.ndarray  # (n,)
     covariance: np.ndarray  # (n,) of own noise in diffuse and in direct light
 
 
 def scale_direct(parts, growth):
-    """The same with errors of the direct part so many times as large."""
+    """Error parts with those of direct light multiplied by `growth`."""
     return replace(
         parts,
         direct_passed_on=growth * parts.direct_passed_on,
@@ -38,8 +38,8 @@ def scale_direct(parts, growth):
 class Transfer:
     """Relative irradiance of n surfaces: diffuse per DHI, direct per DNI for each of s suns.
 
-    The direct irradiance at a moment is kept in three parts, because two of them are known exactly at any hour:
-    `aoi_projection · visible_share` (first hit), `far_ground_view_factor · ground_albedo · cos(zenith)` (from the
+    The direct irradiance at any time is stored in three parts, since cosines can be computed exactly for every hour:
+    `aoi_projection · visible_share` (direct sunlight), `far_ground_view_factor · ground_albedo · cos(zenith)` (from the
     open ground beyond the scene), and `direct_reflected` (all other reflections, as traced for the nearest suns).
     """
 
@@ -47,19 +47,17 @@ class Transfer:
     site: Site
     suns: Suns
     covered_share: np.ndarray  # (n,) share of the surface that lies inside or under buildings
-    sky_view_factor: np.ndarray  # (n,) cosine-weighted free share of the sky
-    far_ground_view_factor: np.ndarray  # (n,) share of the hemisphere that meets the open ground; 0 without far ground
+    sky_view_factor: np.ndarray  # (n,) cosine-weighted visible share of the sky
+    far_ground_view_factor: np.ndarray  # (n,) cosine-weighted visible share of the open ground; 0 without far ground
     ground_albedo: float
     diffuse_relative: np.ndarray  # (n,) per DHI, reflections included
     diffuse_relative_standard_error: np.ndarray  # (n,)
-    visible_share: np.ndarray  # (n, s) float32, memory-mapped where it is large; share of the surface that sees the sun
+    visible_share: np.ndarray  # (n, s) float32, memory-mapped if large; sunlit share of the surface, by points
     direct_reflected: np.ndarray  # (n, s) float32, the same; per DNI
     direct_annual_standard_error: np.ndarray  # (n,) of direct_relative weighted with suns.weight; NaN: unknown
     record: TraceRecord | None = None  # how it was made; None: unknown
-    albedo: np.ndarray | None = (
-        None  # (n,) it was traced with; where not dull, the most that it reflects; None: unknown
-    )
-    material: list | None = None  # (n,) str, name of what it was traced as, "" where no more than an albedo was given
-    albedos: list | None = None  # of dict: every albedo and material met, as of `read_albedo.describe_albedo`
-    error_parts: ErrorParts | None = None  # None: all of the standard errors is own noise
+    albedo: np.ndarray | None = None  # (n,) used for tracing; of non-diffuse surfaces the largest; None: unknown
+    material: list | None = None  # (n,) str, material used for tracing, "" if only an albedo was given
+    albedos: list | None = None  # of dict: all albedos and materials, of `read_albedo.describe_albedo`
+    error_parts: ErrorParts | None = None  # None: the standard errors are own noise only
     outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown
