@@ -1,4 +1,4 @@
-"""Sheets as they are traced: each triangle of them gets a back of its own, which receives and reflects."""
+"""Backs of sheets: each triangle of a sheet gets a second one for its back, which receives and reflects light."""
 
 from dataclasses import replace
 
@@ -6,10 +6,10 @@ import numpy as np
 
 
 def add_backs(scene):
-    """The scene with a reversed triangle for each one of a sheet, after all others.
+    """The scene with a reversed triangle appended for each triangle of a sheet.
 
-    These belong to no row of the tables; `back_of` tells whose backs they are. Rays do not meet them: they meet the
-    sheet, from one side or the other.
+    These belong to no row of the tables; `back_of` has the triangle whose back each is. Rays do not hit them: they hit
+    the sheet, from one side or the other.
 
     Parameters
     ----------
@@ -18,7 +18,7 @@ def add_backs(scene):
     Returns
     -------
     Scene
-        The same one where nothing is a sheet.
+        The same object if there are no sheets.
     """
     if scene.sheet is None or not scene.sheet.any() or scene.back_of is not None:
         return scene
@@ -47,7 +47,7 @@ def surface_of_triangles(scene):
 
 
 def other_sides(scene):
-    """The triangle on the other side of each one of a sheet: (t,) int32, -1 for all that have a thickness."""
+    """The triangle on the other side of each triangle of a sheet: (t,) int32, -1 for all others."""
     other = np.full(len(scene.triangles), -1, np.int32)
     if scene.back_of is not None:
         backs = np.flatnonzero(scene.back_of >= 0)

@@ -1,4 +1,4 @@
-"""From a City to the scene that rays meet: local origin, true north, triangles, kinds, ground."""
+"""From a City to the Scene for ray tracing: local origin, true north, triangles, kinds, ground."""
 
 import copy
 
@@ -28,8 +28,8 @@ from .scene import Scene, Site, Surfaces
 
 GROUNDS = ("auto", "feet", "none")
 DRAWN_TWICE = "lies on a surface that faces the same way, counted once"
-SLACK = 0.001  # [m] what rests on a face may be drawn that far below it
-LOST_SHARE = 0.01  # triangles that cover less or more than a polygon by this share are worth a word
+SLACK = 0.001  # [m] how far below a face something that rests on it may be drawn
+LOST_SHARE = 0.01  # relative deviation of the triangles' area from the polygon's from which it is reported
 
 
 def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=None, patch_size=10.0, grid_size=None):
@@ -46,7 +46,7 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
     terrain : Terrain, optional
         In the city's coordinate reference system; takes the place of any other ground.
     patch_size : float or None
-        [m] Longest edge of a triangle; None leaves the triangles of the polygons as they are.
+        [m] Longest edge of a triangle; None keeps the triangles of the polygons.
     grid_size : float, optional
         [m] Side of the cells that large polygons are split into, rows ``id#k``.
 
@@ -57,7 +57,7 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
     Raises
     ------
     InputError
-        A number, an array or a setting cannot be used.
+        If a number, an array or a setting is invalid.
     """
     if ground not in GROUNDS:
         raise InputError("--ground", f"{ground!r} is unknown", f"give {' or '.join(GROUNDS)}")
@@ -91,7 +91,7 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
 
 
 def merge_vertices(points, triangles):
-    """One vertex per place: identical points (to 0.01 mm) become one, unused ones none.
+    """Merge identical points (to 0.01 mm) into one vertex, and drop unused ones.
 
     Returns
     -------
@@ -118,7 +118,7 @@ def _areas(city):
 def _describe(city, points, whole_area):
     area, normal = measure_polygons(points, city.ring_start, city.polygon_start)
     surface_tilt, surface_azimuth = measure_tilt(normal)
-    # A cell is eligible where the polygon it was cut from is.
+    # A cell is eligible if the polygon it was cut from is.
     kind, orientation, eligible = classify(whole_area, surface_tilt, surface_azimuth, city.thematic)
     return Surfaces(
         surface_id=city.surface_id,
@@ -136,7 +136,7 @@ def _describe(city, points, whole_area):
 
 
 def _count_once(city, points, surfaces, report):
-    """Leave what is drawn twice out of the eligible area, and say so."""
+    """Exclude surfaces drawn twice from the eligible area, and report them."""
     shape = points, city.ring_start, city.polygon_start
     receiving = ~np.isin(surfaces.kind, ("ground", "downward"))
     twins = find_twins(shape, surfaces.area, surfaces.normal, receiving)
@@ -145,7 +145,7 @@ def _count_once(city, points, surfaces, report):
 
 
 def _note_lost_area(points, triangles, triangle_surface, surfaces, report):
-    """Say which polygons their triangles do not cover, as where an outline crosses itself."""
+    """Report polygons whose triangles do not cover them, for example because the outline crosses itself."""
     corners = points[triangles]
     size = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     covered = np.bincount(triangle_surface, size, minlength=len(surfaces))
@@ -156,13 +156,13 @@ def _note_lost_area(points, triangles, triangle_surface, surfaces, report):
 
 
 def _lay_ground(scene, parts, ground, terrain, patch_size):
-    """The scene on its ground, and which footprints have no foot on it.
+    """The scene with its ground, and the footprints that do not touch it.
 
     Parameters
     ----------
     scene : Scene
     parts : tuple of City, points, Surfaces and footprint
-        As of `find_feet`.
+        As in `find_feet`.
     ground : str
     terrain : Terrain or None
     patch_size : float or None
@@ -184,13 +184,13 @@ def _lay_ground(scene, parts, ground, terrain, patch_size):
     if len(floating):
         names = [scene.surfaces.surface_id[i] for i in floating[:5]]
         scene.report.notes.append(
-            f"{len(floating)} footprints hang in the air, the ground goes on below: {', '.join(names)} …"
+            f"{len(floating)} footprints are above the ground, which continues below them: {', '.join(names)} …"
         )
     return join_ground(scene, vertices, triangles), floating
 
 
 def _height_of_own_ground(scene):
-    """Height of what the files draw below a place, as `find_floating` asks for it."""
+    """Height of the model's own surfaces below a place, as a function for `find_floating`."""
     upward = upward_areas(np.asarray(scene.vertices, float)[scene.triangles]) > 0
     ground, highest = find_ground(scene) & upward, scene.vertices[:, 2].max() + 1
 
@@ -206,7 +206,7 @@ def _height_of_own_ground(scene):
 
 
 def _note_sheets(scene):
-    """Say which surfaces are lit from both sides."""
+    """Report the surfaces that are lit from both sides."""
     rows = np.unique(scene.triangle_surface[scene.sheet])
     if len(rows):
         area, names = scene.surfaces.area[rows].sum(), [scene.surfaces.surface_id[i] for i in rows[:5]]

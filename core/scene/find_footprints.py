@@ -1,21 +1,21 @@
-"""Which surfaces lie under a building, on the ground."""
+"""Footprints: the surfaces under buildings, on the ground."""
 
 import numpy as np
 
 from ..city.measure_polygons import polygon_bounds
 
-LEVEL = 0.5  # [m] a downward surface this close to its building's lowest point lies on the ground
+LEVEL = 0.5  # [m] a downward surface within this height of its building's lowest point lies on the ground
 
 
 def find_footprints(surfaces, city, points):
-    """Surfaces under buildings: GroundSurfaces, and where a building has none, downward ones at its lowest height.
+    """Surfaces under buildings: GroundSurfaces, and for buildings without any, downward ones at the lowest height.
 
     Parameters
     ----------
     surfaces : Surfaces
     city : City
     points : array, (m, 3) float64 [m]
-        Of the city, in any frame with z up.
+        Points of the city, in any frame with z up.
 
     Returns
     -------

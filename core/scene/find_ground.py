@@ -1,18 +1,18 @@
-"""Which triangles are the ground: what is named so, what was laid, and a nameless mesh that everything stands on."""
+"""Which triangles are ground: classified, generated, or an unclassified mesh on which everything stands."""
 
 import numpy as np
 
 from ..rays.ray_scene import RayScene
 from .check_scene import check_scene
 
-SPANNED = 0.5  # of the city's bounds, seen from above: a mesh that covers less is no ground
+SPANNED = 0.5  # of the city's bounds in plan: a mesh that covers less is not the ground
 
 
 def find_ground(scene):
     """Triangles of the ground.
 
-    Many meshes name nothing. A building that has no face but such that look up, lies under at least half of the
-    city's bounds, and out of which at least half of the other buildings rise, is no building but the ground.
+    Many meshes have no classes. A "building" is the ground if all of its faces point up, it covers at least half of the
+    city's bounds, and at least half of the other buildings rise above it.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def find_ground(scene):
     """
     check_scene(scene)
     surface = scene.triangle_surface
-    named = np.append(np.asarray(scene.surfaces.kind) == "ground", True)  # the generated ground's -1 takes the last
+    named = np.append(np.asarray(scene.surfaces.kind) == "ground", True)  # -1, generated ground, takes the last
     ground = named[surface] & ~scene.footprint
     if scene.back_of is not None:
         ground &= scene.back_of < 0
@@ -34,7 +34,7 @@ def find_ground(scene):
     building = np.append(building[:-1], -1)[surface]
     corners = np.asarray(scene.vertices, float)[scene.triangles]
     edges = corners[:, 1:] - corners[:, :1]
-    upward = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]  # twice the area seen from above
+    upward = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]  # twice the plan area
     own = building >= 0
     if not own.any():
         return ground
@@ -57,7 +57,7 @@ def carries_most(vertices, sheet, corners, other):
     sheet : (k, 3) int
         Triangles of the mesh.
     corners : (t, 3, 3) float64 [m]
-        Of all buildings.
+        Triangles of all buildings.
     other : (t,) int
         Number of the building of each triangle, 0 for the mesh itself.
     """
@@ -73,7 +73,7 @@ def carries_most(vertices, sheet, corners, other):
 
 
 def height_below(vertices, triangles, points, start):
-    """Height of the first of some triangles below a starting height at the place of each point.
+    """Height of the first triangle below a starting height at the position of each point.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def height_below(vertices, triangles, points, start):
     Returns
     -------
     (n,) float64 [m]
-        -inf where there is none.
+        -inf if there is none.
     """
     origins = np.column_stack([points[:, :2], start]).astype(np.float32)
     down = np.tile(np.float32([0, 0, -1]), (len(points), 1))
@@ -97,7 +97,7 @@ def height_below(vertices, triangles, points, start):
 
 
 def height_on_triangles(corners, points):
-    """Height of each triangle's plane at the place of a point.
+    """Height of each triangle's plane at the position of a point.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Undersides that hang in the air: what was taken for a footprint, and lies neither on the ground nor on a roof.
+"""Hanging undersides: presumed footprints that lie neither on the ground nor on a roof.
 
-Whether a building stands is told by its feet (`find_feet`). What does not stand may still rest on something, as a tower
-does on its podium. Each triangle looks straight down: from what rests nothing that faces up lies far below, and what
-meets a back lies inside of something.
+Whether a building stands on the ground follows from its feet (`find_feet`). If not, it may still rest on something, as
+a tower does on its podium. Rays go straight down from each triangle: if it rests on something, the next upward face is
+close below; if a ray hits a back, the triangle is inside something.
 """
 
 import numpy as np
@@ -10,10 +10,10 @@ import numpy as np
 from ..rays.ray_scene import RayScene
 from .find_ground import height_below
 
-LEVEL = 0.5  # [m] what rests may be drawn that far above what carries it
-CONTACT = 0.01  # [m] however thin it is
-WEIGHTS = (0.55, 0.27, 0.18)  # of the corners in places that look down: seldom above an edge, hardly ever two of three
-ROUNDING = 8 * np.finfo(np.float32).eps  # of coordinates, as a share of them
+LEVEL = 0.5  # [m] largest gap, as drawn, between a resting face and what carries it
+CONTACT = 0.01  # [m] least value of that gap, however thin the building is
+WEIGHTS = (0.55, 0.27, 0.18)  # barycentric, of ray origins: seldom above an edge, hardly ever two of three
+ROUNDING = 8 * np.finfo(np.float32).eps  # of coordinates, relative
 
 
 def find_hanging(scene, floating):
@@ -22,7 +22,7 @@ def find_hanging(scene, floating):
     Parameters
     ----------
     scene : Scene
-        With its ground.
+        Including its ground.
     floating : (h,) int
         Surfaces that are footprints but have no foot on the ground.
 
@@ -52,7 +52,7 @@ def find_hanging(scene, floating):
 
 
 def upward_areas(corners):
-    """Twice the area of triangles, (t, 3, 3), seen from above, negative for those that face down; 0 for walls."""
+    """Twice the plan area of triangles, (t, 3, 3), negative for those that face down; 0 for walls."""
     edges = corners[:, 1:] - corners[:, :1]
     normal = np.cross(edges[:, 0], edges[:, 1])
     upright = np.sin(np.radians(1)) * np.linalg.norm(normal, axis=1)
@@ -60,7 +60,7 @@ def upward_areas(corners):
 
 
 def thickness_above(scene, corners, rows):
-    """How far the building of each of some triangles reaches above it: (r,) float64 [m]."""
+    """Height of the building's top above each of some triangles: (r,) float64 [m]."""
     own = np.flatnonzero(scene.triangle_surface >= 0)
     building = np.unique(np.array(scene.surfaces.building_id), return_inverse=True)[1]
     top = np.full(building.max(initial=-1) + 1, -np.inf)

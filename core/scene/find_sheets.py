@@ -1,9 +1,9 @@
 """Faces without thickness: carports, sails, noise barriers, billboards drawn as single faces.
 
-    sky      sky        What a face encloses is told by what lies on either side of it. Rays leave its back and its
-      ↖      ↗          front and go on from whatever they meet, as light would. Behind the wall of a house most
-        ╲  ╱            of them meet backs; behind cladding they meet the wall at once; between a roof and the
-  back  │  front        ground, and in a room, they never get out. Where they find the sky from both sides, the
+    sky      sky        Whether a face encloses something follows from what lies on its two sides. Rays start from
+      ↖      ↗          its back and its front and continue from whatever they hit, as light would. Behind the wall
+        ╲  ╱            of a house most of them hit backs; behind cladding they hit the wall at once; between a roof
+  back  │  front        and the ground, and in a room, they never escape. If they reach the sky from both sides, the
 ▂▂▂▂▂▂▂▂│▂▂▂▂▂▂▂▂▂▂▂▂   face is a sheet: neither side of it is the inside of anything.
 """
 
@@ -12,25 +12,25 @@ import numpy as np
 from .find_ground import find_ground
 from .follow_rays import faces_of_scene, follow_rays, look_straight
 
-FEW, SOME, MANY = 8, 16, 64  # rays from each triangle: to leave out what is clear, and to judge the others
-CLEARLY_INSIDE = 0.75  # of the few rays meet backs
-ENCLOSED = 0.4  # of the rays meet backs: a wall beside a floor without a roof has half, a vault of faces 0.36
+FEW, SOME, MANY = 8, 16, 64  # rays per triangle: to exclude clear cases, and to judge the others
+CLEARLY_INSIDE = 0.75  # of the FEW rays hit backs
+ENCLOSED = 0.4  # of the rays hit backs: a wall beside a floor without a roof has half, a vault of faces 0.36
 ESCAPING = 0.1  # of the rays reach the sky
-CLADDING = 0.3  # [m] what stands this close before a front belongs to it
-SLIVER = 0.01  # [m] what is narrower is rounding of the data
-MOST_ROUNDS = 4  # what lies below or behind sheets is judged again, for their backs are no inside
+CLADDING = 0.3  # [m] a face this close in front of another belongs to it
+SLIVER = 0.01  # [m] narrower faces are rounding of the data
+MOST_ROUNDS = 4  # faces below or behind sheets are judged again, as backs of sheets are not an inside
 
 
 def find_sheets(scene):
     """Triangles of faces that have no thickness and enclose nothing.
 
-    Ground, footprints and faces that close a building are none. Surfaces are judged as a whole. A thing that is drawn
+    Ground, footprints and closure surfaces are never sheets. Surfaces are judged as a whole. An object that is drawn
     from both sides, as two faces in one place, is a sheet too: neither of its backs is an inside.
 
     Parameters
     ----------
     scene : Scene
-        With its ground, where it has any.
+        Including its ground, if any.
 
     Returns
     -------
@@ -71,12 +71,12 @@ def widths(corners):
 
 
 def mean_of_surfaces(scene, faces, rows, values):
-    """Mean over the surface that each of some triangles belongs to, weighted with areas: (r,) float64.
+    """Area-weighted mean over the surface that each of some triangles belongs to: (r,) float64.
 
     Parameters
     ----------
     rows : (r,) int
-        All triangles of each surface that is asked for.
+        All triangles of each of these surfaces.
     values : (r,) float64
     """
     surface, area = scene.triangle_surface[rows], faces.area[rows]

@@ -1,6 +1,7 @@
-"""Surfaces drawn twice: they lie on another that faces the same way, no further from it than the data are accurate.
+"""Surfaces drawn twice: they lie, within the accuracy of the data, on another surface that faces the same way.
 
-Party walls, which face opposite ways, are none. Of two that lie in one place the larger counts, else the one in front.
+Party walls, which face opposite ways, are not among them. Of two in the same place the larger counts, else the one in
+front.
 """
 
 import numpy as np
@@ -10,14 +11,14 @@ from ..city.measure_polygons import polygon_bounds
 from ..city.triangulate import plane_axes
 
 ACCURACY = 0.01  # [m] coordinates come in millimetres or centimetres
-ONE_PLACE = 1e-4  # [m] below it neither of two surfaces is in front of the other
+ONE_PLACE = 1e-4  # [m] closer than this, neither of two surfaces is in front of the other
 ALONG = 0.9  # cosine between normals above which two surfaces face the same way
-COMMON = 0.05  # [m] that the boxes around two surfaces share along two axes: less is an edge
-TWIN_SHARE = 0.5  # of its area that lies on others, as of a surface that is covered
+COMMON = 0.05  # [m] least overlap of two bounding boxes along two axes: less is an edge
+TWIN_SHARE = 0.5  # of its area that lies on others, the same share as for covered surfaces
 
 
 def find_twins(shape, area, normal, wanted):
-    """Surfaces more than half of which lie on others that face the same way.
+    """Surfaces that lie by more than half on others that face the same way.
 
     Parameters
     ----------
@@ -26,7 +27,7 @@ def find_twins(shape, area, normal, wanted):
     area : array, (n,) float [m²]
     normal : array, (n, 3) float
     wanted : array, (n,) bool
-        Surfaces that may be twins; all may lie on them.
+        Surfaces that may be twins; they may lie on any other.
 
     Returns
     -------
@@ -38,9 +39,9 @@ def find_twins(shape, area, normal, wanted):
     pairs = find_parallel_pairs(shape, normal, wanted)
     pairs = np.where((rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])  # the larger one first
     common, ahead = measure_overlaps(shape, normal, pairs)
-    hidden = np.zeros((2, len(area)))  # [m²] of each that lies behind others, and in one place with larger ones
+    hidden = np.zeros((2, len(area)))  # [m²] of each behind others, and in the same place as larger ones
     found = np.flatnonzero(common)
-    # The largest first, so that what lies on a twin does not become one for that alone.
+    # The largest first, so that a surface on a twin does not become a twin for that reason alone.
     for pair in found[np.lexsort((rank[pairs[found, 1]], rank[pairs[found, 0]]))]:
         large, small = pairs[pair]
         if ahead[pair] < -ONE_PLACE:
@@ -53,7 +54,7 @@ def find_twins(shape, area, normal, wanted):
 
 
 def find_parallel_pairs(shape, normal, wanted):
-    """Pairs of surfaces (k, 2) that face the same way, whose boxes share more than an edge, near one plane."""
+    """Pairs of surfaces (k, 2) that face the same way, overlap by more than an edge, and lie near one plane."""
     points, ring_start, polygon_start = shape
     low, high = np.stack([polygon_bounds(points[:, axis], ring_start, polygon_start) for axis in range(3)], axis=2)
     low, high = low - ACCURACY, high + ACCURACY
@@ -64,7 +65,7 @@ def find_parallel_pairs(shape, normal, wanted):
     one, other = one[kept], other[kept]
     common = np.sort(np.minimum(high[one], high[other]) - np.maximum(low[one], low[other]), axis=1)
     corner = points[ring_start[polygon_start[:-1]]]
-    # Two flat surfaces that meet in one place lie, somewhere, within the accuracy of each other's planes.
+    # Two flat surfaces that coincide somewhere are within the accuracy of each other's planes there.
     reach = np.linalg.norm(high - low, axis=1)
     turn = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
     apart = np.abs(np.einsum("ij,ij->i", corner[other] - corner[one], normal[one]))
@@ -74,8 +75,8 @@ def find_parallel_pairs(shape, normal, wanted):
 
 
 def measure_overlaps(shape, normal, pairs):
-    """Area [m²] on which the surfaces of each pair lie within the accuracy of each other, and how far [m] the first is
-    in front of the second there, both (k,)."""
+    """Area [m²] over which the surfaces of each pair coincide within the accuracy, and the mean distance [m] of the
+    first in front of the second there, both (k,)."""
     points, ring_start, polygon_start = shape
     large, small = pairs.T
     origin = points[ring_start[polygon_start[large]]]
@@ -94,24 +95,24 @@ def measure_overlaps(shape, normal, pairs):
 
 
 def draw_outlines(shape, chosen, origin, axes):
-    """Surfaces with their holes, each seen along axes of its own: (k,) valid shapely geometries."""
+    """Surfaces with their holes, each projected onto its own axes: (k,) valid shapely geometries."""
     points, ring_start, polygon_start = shape
     rings, ring = expand(polygon_start, chosen)
     count, point = expand(ring_start, ring)
-    # A ring ends where it begins.
+    # Close the rings: shapely repeats the first point.
     starts = np.cumsum([0, *count])
     closed = np.insert(point, starts[1:], point[starts[:-1]])
     pair = np.repeat(np.repeat(np.arange(len(chosen)), rings), count + 1)
-    seen = np.einsum("kj,kij->ki", points[closed] - origin[pair], axes[pair])
+    projected = np.einsum("kj,kij->ki", points[closed] - origin[pair], axes[pair])
     offsets = starts + np.arange(len(starts)), np.cumsum([0, *rings])
-    outlines = shapely.from_ragged_array(shapely.GeometryType.POLYGON, seen, offsets)
+    outlines = shapely.from_ragged_array(shapely.GeometryType.POLYGON, projected, offsets)
     broken = ~shapely.is_valid(outlines)
     outlines[broken] = shapely.make_valid(outlines[broken])
     return outlines
 
 
 def expand(start, chosen):
-    """Lengths of some runs (k,), and the places of what is in them, one after the other."""
+    """Lengths of some runs (k,), and the indices of their elements, run after run."""
     count = np.diff(start)[chosen]
     ends = np.cumsum(count)
     return count, np.arange(ends[-1] if len(ends) else 0) + np.repeat(start[:-1][chosen] - ends + count, count)

@@ -1,32 +1,32 @@
-"""Turn the diagonals of flat surfaces so that their triangles come as near to squares cut in two as they can.
+"""Flip the diagonals of flat surfaces so that their triangles are as close to halves of squares as possible.
 
             c                 c
            /|\\              / \\
           / | \\            /   \\        The edge ab, between two angles that make more than 180° together,
-         a--|--b   from    a-----b       becomes pq (Lawson 1977, doi:10.1016/B978-0-12-587260-7.50011-X).
+         a--|         a--|--b   from    a-----b       becomes pq (Lawson 1977, doi:10.1016/B978-0-12-587260-7.50011-X).
 """
 
 import numpy as np
 
-FLAT = 1e-4  # [m] further out of a triangle's plane its neighbour is not turned with it
-TIE = 1e-6  # of the sum of two cotangents: rounding must not choose between diagonals
+FLAT = 1e-4  # [m] distance from a triangle's plane beyond which its neighbour does not lie in it
+TIE = 1e-6  # of the sum of two cotangents, so that rounding does not choose between diagonals
 MOST_ROUNDS = 200
 
 
 def flip_edges(vertices, triangles, surface):
-    """Delaunay triangles of each flat surface; its outline, its bends and what is no flat stay.
+    """Delaunay triangulation within each flat surface; outlines, bends and curved surfaces stay unchanged.
 
     Parameters
     ----------
     vertices : array, (v, 3) float64 [m]
     triangles : array, (t, 3) int64
     surface : array, (t,) int
-        Only edges between triangles of one surface are turned.
+        Only edges between triangles of one surface are flipped.
 
     Returns
     -------
     array, (t, 3) int64
-        As many of each surface, in the same rows, oriented as before.
+        The same number for each surface, in the same rows, oriented as before.
     """
     triangles, active = triangles.copy(), np.arange(len(triangles))
     for _ in range(MOST_ROUNDS):
@@ -36,7 +36,7 @@ def flip_edges(vertices, triangles, surface):
         if not bad.any():
             break
         rows, corners, worth = active[rows[bad]], corners[bad], worth[bad]
-        active = active[np.isin(surface[active], surface[rows[:, 0]])]  # where nothing is turned, nothing will be
+        active = active[np.isin(surface[active], surface[rows[:, 0]])]  # surfaces without a flip stay unchanged
         # Each triangle takes part in one flip of a round, its worst edge first.
         rank = np.empty(len(worth), np.int64)
         rank[np.lexsort((rows[:, 0], worth))] = np.arange(len(worth))
@@ -49,7 +49,7 @@ def flip_edges(vertices, triangles, surface):
 
 
 def find_inner_edges(vertices, triangles, surface):
-    """Edges between two triangles of one flat surface: rows (e, 2) of the triangles, and corners (e, 4).
+    """Edges between two coplanar triangles of one surface: rows (e, 2) of the triangles, and corners (e, 4).
 
     The first triangle runs a, b, p and the second b, a, q.
     """
@@ -73,12 +73,12 @@ def find_inner_edges(vertices, triangles, surface):
 
 
 def measure_edges(vertices, corners):
-    """Sum of the cotangents of both angles that face each edge, (e,): negative where they make more than 180°."""
+    """Sum of the cotangents of the two angles opposite to each edge, (e,): negative if they sum to more than 180°."""
     a, b, p, q = (vertices[index] for index in corners.T)
     return cotangent(a - p, b - p) + cotangent(a - q, b - q)
 
 
 def cotangent(one, other):
-    """Of the angle between two vectors, (e,)."""
+    """Cotangent of the angle between two vectors, (e,)."""
     sine = np.linalg.norm(np.cross(one, other), axis=1)
     return np.einsum("ij,ij->i", one, other) / np.maximum(sine, np.finfo(float).tiny)

@@ -1,4 +1,4 @@
-"""Rays that go on from whatever they meet, on either side of faces, and where they end."""
+"""Rays that start on either side of faces and continue from whatever they hit, and where they end."""
 
 from dataclasses import dataclass
 
@@ -8,22 +8,22 @@ from ..rays.ray_scene import RayScene
 from ..sampling.random_numbers import GOLDEN, mix, uniform
 from ..sampling.sample_points import additive_recurrence, barycentric_of_square, cosine_direction
 
-HOPS = 8  # from face to face that a ray is followed
-SPACINGS = 16  # of float32, that rays start off their face
+HOPS = 8  # largest number of faces that a ray is followed to
+SPACINGS = 16  # of float32: distance of ray origins from their face
 RAYS_PER_TASK = 1 << 18
-PERPENDICULAR = 4  # points of each triangle that look straight ahead
+PERPENDICULAR = 4  # points per triangle with a ray straight ahead
 
 
 @dataclass
 class Faces:
-    """Triangles, and what meets them."""
+    """Triangles and the tracer that finds them."""
 
     ray_scene: RayScene
     corners: np.ndarray  # (t, 3, 3) float64 [m]
     frame: np.ndarray  # (t, 3, 3) float64, two tangents and the normal
     area: np.ndarray  # (t,) float64 [m²]
-    offset: np.ndarray  # (t,) float64 [m], how far off their face rays start
-    footprint: np.ndarray  # (t,) bool, met with its back from either side
+    offset: np.ndarray  # (t,) float64 [m], distance of ray origins from the face
+    footprint: np.ndarray  # (t,) bool, counts as a back from either side
 
 
 def faces_of_scene(scene):
@@ -47,9 +47,9 @@ def faces_of_scene(scene):
 
 
 def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None):
-    """Cosine-distributed rays from one side of some triangles, sent on likewise from either side of what they meet.
+    """Trace cosine-distributed rays from one side of some triangles, and on from whichever side of a face they hit.
 
-    Every triangle sends the same rays in its own frame, so that no answer hangs on its name or place in a list.
+    Every triangle sends the same rays in its own frame, so that the result does not depend on its name or index.
 
     Parameters
     ----------
@@ -66,9 +66,9 @@ def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None):
     Returns
     -------
     backs : (r,) float64
-        Share of the rays that meet a back first.
+        Share of the rays that hit a back first.
     sky : (r,) float64
-        Share that reaches the sky, at once or after hops.
+        Share that reaches the sky, directly or after hops.
     """
     backs, sky = np.zeros((2, len(rows)))
     first = additive_recurrence(count, 4)
@@ -111,7 +111,7 @@ def leave_faces(faces, rows, weights, sides, local):
 
 
 def look_straight(faces, rows, side, reach):
-    """Share of the points of each triangle that have a front straight before one of its sides, no further than `reach`.
+    """Share of the points of each triangle with a front straight ahead of one of its sides, within `reach`.
 
     Parameters
     ----------

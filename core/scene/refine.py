@@ -1,4 +1,4 @@
-"""Split large triangles so that neighbours still meet edge to edge."""
+"""Split large triangles, keeping the mesh conforming: no vertex on the edge of another triangle."""
 
 import numpy as np
 
@@ -7,18 +7,18 @@ from ..city.check_geometry import check_patch_size
 from ..errors import InputError
 from .flip_edges import find_inner_edges, flip_edges
 
-MOST_PIECES = 50e6  # more need more memory than there is
-SHORTEST = 1e-3  # [m] that a patch of its own size may be asked to be
-ELONGATED = 4.0  # longest edge over height, from which a triangle is first cut across
-STRIP = 0.85  # of the patch size: lower strips are cut so that the diagonals of their pieces fit as well
-TIE = 1e-6  # lengths that differ by less than this share are equal: rounding must not choose between them
+MOST_PIECES = 50e6  # more would not fit into memory
+SHORTEST = 1e-3  # [m] least patch size that can be given for a single triangle
+ELONGATED = 4.0  # longest edge over height, from which a triangle is first cut crosswise
+STRIP = 0.85  # of the patch size: strips narrower than this are cut so that the diagonals of their pieces fit as well
+TIE = 1e-6  # relative; lengths closer than this count as equal, so that rounding does not choose between them
 
 
 def refine_triangles(vertices, triangles, patch_size, surface=None):
-    """Split every edge longer than patch_size, again and again, until none is left.
+    """Split every edge longer than patch_size until none is left.
 
-    Neighbours that share an edge share its midpoint, so that no vertex lies on the edge of another triangle: one that
-    may be larger is split where its neighbour is.
+    Neighbours that share an edge share its midpoint, so that no vertex lies on the edge of another triangle: a triangle
+    with a larger patch size is split where its neighbour is.
 
             c              c              c
            / \\            /|\\            / \\
@@ -26,34 +26,34 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
          /     \\        /  |  \\        / \\  |\\        long edges: two, three or four
         a-------b      a---m---b      a---\\-b         triangles
 
-    An edge is split at its midpoint, but along elongated triangles into equal parts of which as few as possible will
-    do; their diagonals wait until the outline is split, and are turned across it (`flip_edges`): a wall of 1000 × 3 m
-    becomes a row of near-squares cut in two, not slivers.
+    An edge is split at its midpoint, but along elongated triangles into as few equal parts as possible; their diagonals
+    are not split before the outline is, and are then flipped (`flip_edges`): a wall of 1000 × 3 m becomes a row of
+    near-squares cut in two, not slivers.
 
     Parameters
     ----------
     vertices : array, (v, 3) float64 [m]
     triangles : array, (t, 3) int
-        Into vertices; identical points are merged beforehand.
+        Indices into vertices; identical points must have been merged.
     patch_size : float or array, (t,) float [m]
-        Longest edge that stays, to one part in a million; one for all, or one for the pieces of each triangle.
+        Longest edge allowed, to one part in a million; one for all, or one for the pieces of each triangle.
     surface : array, (t,) int, optional
-        Polygon of each triangle; diagonals between triangles of one may be turned. By default each has its own.
+        Polygon of each triangle; diagonals within a polygon may be flipped. By default each triangle is its own.
 
     Returns
     -------
     vertices : array, (w, 3) float64 [m]
-        The old ones first.
+        The given ones first.
     triangles : array, (s, 3) int64
-        Oriented as their parents.
+        Oriented like their parents.
     parent : array, (s,) int64
-        Index of the given triangle that each one is a piece of, ascending; where diagonals were turned, of one of the
-        same surface.
+        Index of the given triangle that each one is a piece of, ascending; where diagonals were flipped, of a triangle
+        of the same surface.
 
     Raises
     ------
     InputError
-        Vertices, triangles or a length cannot be used, or the pieces would be too many.
+        Vertices, triangles or a length are invalid, or there would be too many pieces.
     """
     if not np.ndim(patch_size):
         check_patch_size(patch_size)
@@ -97,15 +97,15 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
 
 
 def cut_edges(ends, parts):
-    """Where edges between ends (m, 2, 3) are cut first, to make so many equal parts of each: (m, 3).
+    """First cut of edges between ends (m, 2, 3) that are to be split into so many equal parts: (m, 3).
 
-    Of an odd number the smaller half lies at the same end of all edges that run side by side.
+    For an odd number the smaller half lies at the same end of all parallel edges.
     """
     along = ends[:, 1] - ends[:, 0]
     rows = np.arange(len(along))
     forward = along[rows, np.abs(along).argmax(axis=1)] > 0
     share = np.where(forward, parts // 2, parts - parts // 2) / parts
-    # Of two halves this is the same to the last bit, whichever end comes first.
+    # For two halves this gives identical bits, whichever end comes first.
     return np.where((parts == 2)[:, None], 0.5 * (ends[:, 0] + ends[:, 1]), ends[:, 0] + share[:, None] * along)
 
 
@@ -126,8 +126,8 @@ def find_long_edges(vertices, triangles, patch_size):
 
 
 def count_parts(vertices, triangles, patch_size):
-    """Into how many equal parts each edge is to be cut, (t, 3): 2, but along elongated triangles as many as fit the
-    patch size, and along low strips as many as have diagonals that fit it."""
+    """Number of equal parts into which to cut each edge, (t, 3): 2, but along elongated triangles as many as it takes
+    to fit the patch size, and along narrow strips as many as it takes for the diagonals to fit it."""
     length, height = measure_triangles(vertices, triangles)
     elongated = length.max(axis=1, initial=0) > ELONGATED * height
     piece = np.sqrt(patch_size**2 - np.where(height < STRIP * patch_size, height, 0) ** 2)
@@ -136,8 +136,8 @@ def count_parts(vertices, triangles, patch_size):
 
 
 def find_waiting(vertices, triangles, surface, wanted):
-    """Edges (t, 3) of some rows that may be turned instead of split: between two elongated triangles that both have an
-    edge of the outline to split, which is split in any case."""
+    """Edges (t, 3) of some rows that are not split yet, since they may be flipped: between two elongated triangles that
+    both have a long edge on the outline, which is split in any case."""
     long, rows = wanted
     length, height = measure_triangles(vertices, triangles)
     rows = np.flatnonzero(rows & (long.sum(axis=1) > 1) & (length.max(axis=1, initial=0) > ELONGATED * height))
@@ -154,12 +154,12 @@ def find_waiting(vertices, triangles, surface, wanted):
 
 
 def side_of(triangles, start):
-    """Number of the edge of each triangle that begins at a vertex."""
+    """Index of the edge of each triangle that starts at a vertex."""
     return np.argmax(triangles == start[:, None], axis=1)
 
 
 def flip_thin(vertices, triangles, surface, thin):
-    """Triangles with the diagonals of some surfaces turned."""
+    """Triangles with the diagonals of some surfaces flipped."""
     rows = np.flatnonzero(thin[surface])
     if len(rows):
         triangles = triangles.copy()
@@ -168,15 +168,15 @@ def flip_thin(vertices, triangles, surface, thin):
 
 
 def check_pieces(vertices, triangles, patch_size):
-    """Refuse more pieces than memory holds, as where one vertex stands far away by mistake."""
+    """Refuse more pieces than fit into memory, for example because one vertex is far away by mistake."""
     corners = vertices[triangles]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0)
     doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     height = np.divide(doubled, longest, out=np.zeros(len(longest)), where=longest > 0)
     pieces = (1 + longest / patch_size) * (1 + height / patch_size)
     if pieces.sum() > MOST_PIECES:
-        problem = f"{patch_size.min():g} m would make about {pieces.sum():.0e} patches"
-        cure = f"give a larger one; the longest edge has {longest.max():,.0f} m, look whether that is right"
+        problem = f"{patch_size.min():g} m gives about {pieces.sum():.0e} patches"
+        cure = f"give a larger size, or check the coordinates: the longest edge has {longest.max():,.0f} m"
         raise InputError("--patch-size", problem, cure)
 
 

@@ -93,7 +93,7 @@ def test_settings_of_a_scene():
         ("--patch-size: 0 is not", {"patch_size": 0}),
         ("--patch-size: -1 is not", {"patch_size": -1}),
         ("--patch-size: nan is not", {"patch_size": np.nan}),
-        ("--patch-size: 0.0001 m would make about", {"patch_size": 1e-4}),
+        ("--patch-size: 0.0001 m gives about", {"patch_size": 1e-4}),
         ("--grid-size: nan is not", {"grid_size": np.nan}),
         ("--grid-size: 0.001 m gives", {"grid_size": 1e-3}),
         ("--ground: 'moon' is unknown", {"ground": "moon"}),
@@ -127,7 +127,7 @@ def test_pieces_of_geometry():
     refused("triangles: triangle 0 is", refine_triangles, vertices, triangles + 1, 10.0)
     refused("vertices: shape", refine_triangles, vertices[:, :2], triangles, 10.0)
     refused("--patch-size: -1", refine_triangles, vertices, triangles, -1)
-    refused("--patch-size: 0.001 m would make about", refine_triangles, vertices, triangles, 1e-3)
+    refused("--patch-size: 0.001 m gives about", refine_triangles, vertices, triangles, 1e-3)
     assert len(refine_triangles(np.zeros((0, 3)), np.zeros((0, 3), int), 1.0)[1]) == 0
     assert len(triangulate(np.zeros((0, 3)), np.zeros(1, int), np.zeros(1, int))[0]) == 0
 
