@@ -1,4 +1,4 @@
-"""From the contents of files to one City: clean rings, one LoD per building, no twins, unique identifiers."""
+"""Join the contents of files into one City: clean rings, one LoD per building, no duplicates, unique identifiers."""
 
 from collections import Counter
 
@@ -26,11 +26,11 @@ def assemble_city(contents, crs, lod=None, orient="auto", tell=ignore_share):
         Points in metres of one common coordinate reference system, x east, y north, z up.
     crs : str or None
     lod : str, optional
-        Level of detail; the best of 2.x of each building by default.
+        Level of detail; by default the best 2.x of each building.
     orient : {'auto', 'as-drawn'}
-        Turn over polygons that face into their building, or leave all as they are drawn.
+        Turn over polygons that face into their building, or keep all as drawn.
     tell : callable, optional
-        `tell(share)` is called after each step with the share of the time, as measured on a million polygons and fewer.
+        `tell(share)` is called after each step with the share of the time, as measured with up to a million polygons.
 
     Returns
     -------
@@ -39,7 +39,7 @@ def assemble_city(contents, crs, lod=None, orient="auto", tell=ignore_share):
     Raises
     ------
     InputError
-        Nothing is left: no building has a polygon, or none has the wanted level of detail.
+        If no building has a usable polygon, or none has the requested level of detail.
     """
     lod = check_lod(lod)
     report = _start_report(contents)
@@ -52,9 +52,9 @@ def assemble_city(contents, crs, lod=None, orient="auto", tell=ignore_share):
     draft = mend_polygons(draft, report)
     tell(0.65)
     if not draft.polygons:
-        raise InputError(contents[0].path, "no building has a polygon that can be used", "see `citypv inspect`")
+        raise InputError(contents[0].path, "no building has a usable polygon", "see `citypv inspect`")
     if orient not in ORIENTS:
-        raise InputError("--orient", f"{orient!r} is not known", f"give {' or '.join(ORIENTS)}")
+        raise InputError("--orient", f"{orient!r} is unknown", f"give {' or '.join(ORIENTS)}")
     if orient == "auto":
         _orient(draft, report)
     tell(1.0)
@@ -87,7 +87,7 @@ def _start_report(contents):
 
 
 def _join_colours(contents, report):
-    """Colours of the materials of all files; a name to which two files give different ones has none."""
+    """Colours of the materials of all files; None for a name with different colours in different files."""
     colours, doubtful = {}, set()
     for content in contents:
         for name, colour in content.colours.items():
@@ -95,13 +95,13 @@ def _join_colours(contents, report):
                 doubtful.add(name)
             colours[name] = colours.get(name) or colour
     if doubtful:
-        words = f"{len(doubtful)} materials have different colours in different files, and none is taken"
+        words = f"{len(doubtful)} materials have different colours in different files; none is used"
         report.notes.append(f"{words}: {', '.join(sorted(doubtful)[:5])}{' …' if len(doubtful) > 5 else '.'}")
     return colours | dict.fromkeys(doubtful)
 
 
 def drop_repeated_buildings(contents, report):
-    """Leave out a building that an earlier file (a neighbouring tile) gave point for point."""
+    """Leave out a building that is identical, point by point, in an earlier file (a neighbouring tile)."""
     seen = {}
     for content in contents:
         by_building = {}
@@ -114,13 +114,13 @@ def drop_repeated_buildings(contents, report):
             earlier = seen.setdefault(name, (content, hash(shape)))
             if name and earlier[0] is not content and earlier[1] == hash(shape):
                 repeated.add(building)
-                report.skip("building given by an earlier file already", [name], _area(polygons))
+                report.skip("building already in an earlier file", [name], _area(polygons))
         if repeated:
             content.polygons = [polygon for polygon in content.polygons if polygon.building not in repeated]
 
 
 def _area(polygons):
-    """[m²] of all outlines, less their holes."""
+    """Area of all outlines minus their holes [m²]."""
     sizes = [[_size(ring) for ring in polygon.rings] for polygon in polygons]
     return sum(outline - sum(holes) for outline, *holes in sizes)
 
@@ -168,8 +168,8 @@ def _refuse_empty(contents, wanted, report):
         raise InputError(path, "no buildings in it", "give a file that holds buildings")
     met = ", ".join(report.lods_met) or "none"
     if wanted:
-        raise InputError(path, f"no building has LoD {wanted} (met: {met})", "choose one that was met with --lod")
-    raise InputError(path, f"no building has a shape that can be used (LoD met: {met})", "give a file with LoD 1 to 3")
+        raise InputError(path, f"no building has LoD {wanted} (met: {met})", "choose one of these with --lod")
+    raise InputError(path, f"no building has a usable shape (LoD met: {met})", "give a file with LoD 1 to 3")
 
 
 def _flatten(contents, chosen, report):
@@ -188,7 +188,7 @@ def _flatten(contents, chosen, report):
     for reason, indices in changed.items():
         report.repair(reason, [surface_names[i] for i in indices])
     turned = [name for name, polygon in zip(surface_names, polygons, strict=True) if polygon.flipped]
-    report.repair("turned over, as its OrientableSurface says", turned)
+    report.repair("turned over, as given by its OrientableSurface", turned)
     return Draft(polygons, names, building, points, ring_start, polygon_start, surface_names)
 
 
@@ -197,7 +197,7 @@ def _turned(polygon):
 
 
 def _name_surfaces(polygons, building, buildings, report):
-    """Unique surface ids: the file's own, else the building's with a number."""
+    """Unique surface ids: those of the file, else the building's with a number."""
     taken, names, within, repeated = set(), [], Counter(), []
     own = {polygon.surface_id for polygon in polygons}
     for polygon, b in zip(polygons, building, strict=True):
@@ -217,16 +217,16 @@ def _name_surfaces(polygons, building, buildings, report):
 
 
 def _orient(draft, report):
-    """Turn over what faces into its building: where the shell is closed, and in open ones what has no class."""
+    """Turn over polygons that face into their building: in closed shells, and in open ones those without a class."""
     found = orient_shells(draft.points, draft.ring_start, draft.polygon_start, draft.building)
     named = np.array([bool(polygon.thematic) for polygon in draft.polygons])
     wanted, turned = judge_turning(draft.shape(), found, found.closed | ~named)
     certain, likely = turned & found.closed, turned & ~found.closed
     draft.points = turn_over(draft.points, draft.ring_start, draft.polygon_start, certain | likely)
-    for reason, mask in (("turned over: faced into its closed shell", certain), ("turned over, as its shell", likely)):
+    for reason, mask in (("turned over: faced into its closed shell", certain), ("turned over with its shell", likely)):
         report.repair(reason, [draft.names[i] for i in np.flatnonzero(mask)])
-    spared = "face inwards by the shape of their shell, but not by what they see, and stay as drawn"
-    _note(draft, report, found.doubtful, "hang together in a way that tells no outside, and stay as drawn")
+    spared = "face inwards by the shape of their shell, but not by rays from both sides; kept as drawn"
+    _note(draft, report, found.doubtful, "form shells whose outside cannot be determined; kept as drawn")
     _note(draft, report, wanted & ~turned, spared)
 
 

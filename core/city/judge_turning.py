@@ -1,8 +1,8 @@
-"""Which polygons may be turned over: rays from both of their sides judge.
+"""Decide which polygons to turn over, by rays from both of their sides.
 
-A side of a polygon is *inside* where more than half of its rays meet backs of faces and at most one of eight the sky,
-the rule by which the tracer calls a point covered. Rays that leave downwards say nothing, for the ground is not there
-yet. A polygon supports an orientation of its shell by which its back is inside and its front is not, and sees the sky.
+A side of a polygon is *inside* if more than half of its rays hit backs of faces and at most one in eight reaches the
+sky, the tracer's rule for covered points. Rays that escape downwards do not count, since there is no ground yet. A
+polygon supports an orientation of its shell if by it the back is inside, and the front is not and sees the sky.
 """
 
 from dataclasses import dataclass
@@ -15,47 +15,47 @@ from .orient_shells import SURE_SHARE
 from .triangulate import plane_axes, triangulate
 
 RAYS = 64  # from each side of a polygon
-WITNESSES = 16  # polygons of a shell, the largest ones, that are asked beside those that may be turned
-INSIDE = 0.5  # of the rays that do not leave downwards meet backs
+WITNESSES = 16  # polygons of a shell, the largest ones, that are tested besides those that may be turned
+INSIDE = 0.5  # of the rays that do not escape downwards hit backs
 SKY = 0.125  # of the rays reach the sky
-GLIMPSE = 1 / 32  # of the rays that must reach it before a front is known to be outside
-CONTRADICTION = 0.25  # of the support, by area and by extent, that may speak for the opposite orientation
-DOWNWARD = -0.02  # vertical part of the normal, below which a polygon looks down
-REACH = 100.0  # [m] around the polygons asked that others are met
-OFFSET = 1e-3  # [m] at which rays start
-SPACINGS = 16  # of float32, the same
+GLIMPSE = 1 / 32  # of the rays must reach the sky for a front to be known to be outside
+CONTRADICTION = 0.25  # of the support, by area and by extent, that may support the opposite orientation
+DOWNWARD = -0.02  # vertical component of the normal, below which a polygon faces down
+REACH = 100.0  # [m] around the tested polygons, within which others are traced
+OFFSET = 1e-3  # [m] of ray origins from the face
+SPACINGS = 16  # the same in spacings of float32
 STEPS = 1.1673039782614187 ** -np.arange(1.0, 5.0)  # of the R sequence in four dimensions (Roberts 2018)
-MICROMETRE = 6  # decimals of a metre, so that rounding at large coordinates decides nothing
+MICROMETRE = 6  # decimals of a metre, so that rounding of large coordinates has no effect
 
 
 @dataclass
 class Sides:
-    """What the two sides of some polygons see, (k, 2): the front as drawn first."""
+    """What is visible from the two sides of some polygons, (k, 2): the front as drawn first."""
 
-    sky: np.ndarray  # share of the rays
-    down: np.ndarray  # share that leaves downwards
-    backs_drawn: np.ndarray  # share that meets backs, all polygons as drawn
-    backs_turned: np.ndarray  # share that meets backs, with all turned that may be
-    backs_opposite: np.ndarray  # the same with the asked polygon's shell the other way round
+    sky: np.ndarray  # share of the rays that reaches the sky
+    down: np.ndarray  # share that escapes downwards
+    backs_drawn: np.ndarray  # share that hits backs, with all polygons as drawn
+    backs_turned: np.ndarray  # share that hits backs, with all candidates turned
+    backs_opposite: np.ndarray  # the same with the shell of the tested polygon reversed
 
 
 def judge_turning(shape, found, allowed):
-    """Which polygons are to be turned over, of those that their shells propose.
+    """Which of the polygons that their shells propose are to be turned over.
 
-    - An open shell that only looks up, two thirds of its area at least, is not turned for its volume: of a valley or a
-      bowl that says nothing.
-    - A shell all of which would turn does so only where rays support it, and hardly any of it the way it is drawn.
-    - Of a shell that disagrees with itself, a polygon turns where its own rays or those of its shell support it; where
+    - An open shell that faces up only, by at least two thirds of its area, is not turned because of its volume: that of
+      a valley or a bowl proves nothing.
+    - A shell is turned as a whole only if rays support it, and hardly any support the way it is drawn.
+    - In a shell that is drawn inconsistently, a polygon is turned if its own rays or those of its shell support it; if
       nothing is inside, towards the sky.
-    - No polygon turns whose front as drawn is outside and whose back is inside, nor one that sees more of the sky as
-      it is drawn, unless what else it sees are the backs of its building, and none to look inside.
+    - A polygon is not turned if its front as drawn is outside and its back is inside; nor if it sees more of the sky as
+      drawn, unless the rest of what it sees are the backs of its building; nor so that it would face inside.
 
     Parameters
     ----------
     shape : tuple
         points (m, 3) float64 [m], ring_start (r + 1,), polygon_start (n + 1,).
     found : Orientation
-        What the shells propose.
+        Proposal of the shells.
     allowed : array, (n,) bool
         Polygons that may be turned at all.
 
@@ -69,18 +69,18 @@ def judge_turning(shape, found, allowed):
         return wanted, turned
     shell = found.shell
     area, _ = measure_polygons(*shape)
-    asked = choose_witnesses(shell, area, wanted)
-    sides = look_from_both_sides(shape, shell, asked, wanted)
-    whole = np.bincount(shell, ~wanted)[shell[asked]] == 0  # every polygon of the shell would turn
-    chosen = decide(sides, (shell[asked], area[asked]), agree[asked], wanted[asked], whole)
-    turned[asked[chosen]] = True
+    tested = choose_witnesses(shell, area, wanted)
+    sides = trace_both_sides(shape, shell, tested, wanted)
+    whole = np.bincount(shell, ~wanted)[shell[tested]] == 0  # every polygon of the shell would turn
+    chosen = decide(sides, (shell[tested], area[tested]), agree[tested], wanted[tested], whole)
+    turned[tested[chosen]] = True
     return wanted, turned
 
 
 def spare_upward_sheets(shape, found, wanted, others):
-    """Proposals that turn no open sheet down which only looks up: polygons that agree with them, and that would turn.
+    """Proposals that do not turn upward open sheets down: polygons that agree with them, and those that would turn.
 
-    Where the opposite of a proposal only looks up, and most of the sheet is drawn so, that is proposed instead: the
+    If the opposite of a proposal faces up only, and most of the sheet is drawn so, that is proposed instead: the
     `others` turn.
     """
     shell = found.shell
@@ -95,7 +95,7 @@ def spare_upward_sheets(shape, found, wanted, others):
 
 
 def choose_witnesses(shell, area, wanted):
-    """Polygons to look from, ascending: those that may be turned, and the largest ones of their shells."""
+    """Polygons to trace rays from, ascending: those that may be turned, and the largest ones of their shells."""
     members = np.flatnonzero(np.isin(shell, np.unique(shell[wanted])))
     order = members[np.lexsort((members, -area[members], shell[members]))]
     first = np.searchsorted(shell[order], shell[order])
@@ -104,7 +104,7 @@ def choose_witnesses(shell, area, wanted):
 
 
 def decide(sides, shells, agree, wanted, whole):
-    """Which of the polygons asked are turned, (k,) bool."""
+    """Which of the tested polygons are turned, (k,) bool."""
     shell, area = shells
     proposed = np.where(agree, 0, 1)  # side of each polygon that is its front by the proposal
     support = supports(sides, sides.backs_turned, proposed)
@@ -124,47 +124,47 @@ def decide(sides, shells, agree, wanted, whole):
 
 
 def supports(sides, backs, front):
-    """Polygons whose back is inside and whose front, the side given for each, is outside: (k,) bool."""
+    """Polygons whose back is inside and whose front, the side given by index, is outside: (k,) bool."""
     inside = (backs > INSIDE * (1 - sides.down)) & (sides.sky <= SKY)
     rows = np.arange(len(front))
     return inside[rows, 1 - front] & ~inside[rows, front] & (sides.sky[rows, front] >= GLIMPSE)
 
 
-def look_from_both_sides(shape, shell, asked, wanted):
-    """What both sides of the polygons asked see.
+def trace_both_sides(shape, shell, tested, wanted):
+    """Trace rays from both sides of the tested polygons.
 
     Returns
     -------
     Sides
     """
-    triangles, owner, places = triangles_around(shape, asked)
+    triangles, owner, places = triangles_around(shape, tested)
     corners = places[triangles]  # (t, 3, 3) [m]
     doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(doubled, axis=1)
     normal = doubled / size[:, None]
-    start, point, direction = start_rays((corners, normal, size), owner, asked)
+    start, point, direction = start_rays((corners, normal, size), owner, tested)
     offset = max(OFFSET, SPACINGS * float(np.spacing(np.float32(np.abs(places).max()))))
     scene = RayScene(places, triangles)
     turn = np.where(wanted, -1.0, 1.0)[owner]
-    seen = np.empty((2, 5, len(asked)))
+    found_shares = np.empty((2, 5, len(tested)))
     for side, sign in enumerate((1.0, -1.0)):
         towards = sign * direction
         hit = scene.trace_closest(
             (point + sign * offset * normal[start]).astype(np.float32), towards.astype(np.float32)
-        ).reshape(len(asked), RAYS)
+        ).reshape(len(tested), RAYS)
         along = np.einsum("kd,kd->k", towards, normal[hit.reshape(-1)]).reshape(hit.shape)
-        missed, own = hit < 0, shell[owner[hit]] == shell[asked][:, None]
+        missed, own = hit < 0, shell[owner[hit]] == shell[tested][:, None]
         rises = (towards[:, 2] > 0).reshape(hit.shape)
         after = along * turn[hit]
         views = missed & rises, missed & ~rises, ~missed & (along > 0), ~missed & (after > 0)
-        seen[side] = [view.mean(axis=1) for view in (*views, ~missed & (np.where(own, -after, after) > 0))]
-    return Sides(*seen.transpose(1, 2, 0))
+        found_shares[side] = [view.mean(axis=1) for view in (*views, ~missed & (np.where(own, -after, after) > 0))]
+    return Sides(*found_shares.transpose(1, 2, 0))
 
 
-def triangles_around(shape, asked):
-    """Triangles (t, 3) of all polygons near those asked, the polygon of each (t,), and points (m, 3) [m] near zero."""
+def triangles_around(shape, tested):
+    """Triangles (t, 3) of all polygons near those tested, the polygon of each (t,), and points (m, 3) [m] near zero."""
     points, ring_start, polygon_start = shape
-    near = polygons_near(shape, asked)
+    near = polygons_near(shape, tested)
     rings = np.diff(polygon_start)
     chosen = np.zeros(len(rings), bool)
     chosen[near] = True
@@ -176,8 +176,8 @@ def triangles_around(shape, asked):
     return triangles, near[owner], places
 
 
-def polygons_near(shape, asked):
-    """Polygons in the cells, REACH wide, that those asked touch, and in the eight around: (k,) int64, ascending."""
+def polygons_near(shape, tested):
+    """Polygons in the cells, REACH wide, of those tested, and in the eight cells around: (k,) int64, ascending."""
     points, ring_start, polygon_start = shape
     cells = []
     for axis in (0, 1):
@@ -186,23 +186,23 @@ def polygons_near(shape, asked):
     width = max(cells[1].max() + 2, 3)
     corners = np.array([x * width + y for x in cells[0] for y in cells[1]])  # (4, n)
     around = np.add.outer([-width, 0, width], [-1, 0, 1]).reshape(-1)
-    marked = np.unique(np.unique(corners[:, asked])[:, None] + around)
+    marked = np.unique(np.unique(corners[:, tested])[:, None] + around)
     large = np.any([high - low > 1 for low, high in cells], axis=0)  # may reach over a cell between its corners
     return np.flatnonzero(large | np.isin(corners, marked).any(axis=0))
 
 
 def starts(counts):
-    """Where runs of so many entries begin, and where the last one ends."""
+    """Start of each run of so many entries, and the end of the last one."""
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 
 
-def start_rays(faces, owner, asked):
-    """RAYS rays from each polygon asked: triangle (k·RAYS,), point (k·RAYS, 3) [m], direction (k·RAYS, 3) in front."""
+def start_rays(faces, owner, tested):
+    """RAYS rays from each polygon tested: triangle (k·RAYS,), point (k·RAYS, 3) [m], direction (k·RAYS, 3) in front."""
     corners, normal, size = faces
     one, other, height, turn = np.mod(0.5 + np.arange(1, RAYS + 1)[:, None] * STEPS, 1).T
-    # Triangles by area, and the rest of the same number for the place along one edge.
+    # Choose triangles by area; the remainder of the same random number gives the place along one edge.
     ends = np.cumsum(size)
-    first, last = np.searchsorted(owner, asked), np.searchsorted(owner, asked, "right") - 1
+    first, last = np.searchsorted(owner, tested), np.searchsorted(owner, tested, "right") - 1
     low = ends[first] - size[first]
     target = low[:, None] + one * (ends[last] - low)[:, None]  # (k, RAYS)
     start = np.clip(np.searchsorted(ends, target, "right"), first[:, None], last[:, None])

@@ -1,4 +1,4 @@
-"""Take out of a city's polygons what cannot be used or is there twice, and say so in its report."""
+"""Remove unusable and duplicate polygons of a city, and report them."""
 
 from dataclasses import dataclass, replace
 
@@ -7,15 +7,15 @@ import numpy as np
 from .clean_rings import starts_of
 from .measure_polygons import measure_polygons, measure_rings, polygon_bounds
 
-SMALLEST_AREA = 1e-6  # [m²] a square millimetre; below it a polygon has no direction
-TWIN_SHARE = 0.95  # a solid no larger than this share's inverse of the boundary surfaces repeats them
-SAME = 1e-4  # [m] corners this close to each other are one
-BENT = 0.05  # [m] points further apart than this across the mean plane are worth a word
+SMALLEST_AREA = 1e-6  # [m²] a square millimetre; smaller polygons have no reliable normal
+TWIN_SHARE = 0.95  # a solid is a duplicate if the boundary surfaces have at least this share of its area
+SAME = 1e-4  # [m] corners closer than this are the same
+BENT = 0.05  # [m] deviation from the mean plane, peak to peak, from which a polygon is reported
 
 
 @dataclass
 class Draft:
-    """Polygons as flat arrays, still with what may be dropped."""
+    """Polygons as flat arrays, before unusable ones are removed."""
 
     polygons: list
     buildings: list  # (b,) ids
@@ -26,18 +26,18 @@ class Draft:
     names: list  # (n,) unique surface ids
 
     def shape(self):
-        """What the measuring functions ask for."""
+        """Arguments of the measuring functions."""
         return self.points, self.ring_start, self.polygon_start
 
 
 def mend_polygons(draft, report):
-    """Polygons that can be used, each once.
+    """Usable polygons, each once.
 
     Parameters
     ----------
     draft : Draft
     report : ImportReport
-        Grows by what was repaired and skipped.
+        Extended by what was repaired and skipped.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def mend_polygons(draft, report):
 
 
 def _drop_holes(draft, report):
-    """Take out holes without area."""
+    """Remove holes without area."""
     count, area = np.diff(draft.ring_start), np.linalg.norm(measure_rings(draft.points, draft.ring_start), axis=1)
     is_hole = np.ones(len(count), bool)
     is_hole[draft.polygon_start[:-1]] = False
@@ -58,7 +58,7 @@ def _drop_holes(draft, report):
     if not drop.any():
         return draft
     polygon = np.repeat(np.arange(len(draft.polygons)), np.diff(draft.polygon_start))
-    report.repair("hole without area taken out", [draft.names[i] for i in np.unique(polygon[drop])])
+    report.repair("hole without area removed", [draft.names[i] for i in np.unique(polygon[drop])])
     return replace(
         draft,
         points=draft.points[np.repeat(~drop, count)],
@@ -68,7 +68,7 @@ def _drop_holes(draft, report):
 
 
 def _drop_degenerate(draft, report):
-    """Leave out polygons without area."""
+    """Remove polygons without area."""
     count = np.diff(draft.ring_start)
     area, _ = measure_polygons(*draft.shape())
     few = count[draft.polygon_start[:-1]] < 3
@@ -80,7 +80,7 @@ def _drop_degenerate(draft, report):
 
 
 def _drop_twins(draft, report):
-    """Leave out the Solid (or MultiSurface) that repeats the boundary surfaces of its building."""
+    """Remove the Solid (or MultiSurface) that duplicates the boundary surfaces of its building."""
     area, _ = measure_polygons(*draft.shape())
     order = ("surface", "solid", "multisurface")
     rank = np.array([order.index(polygon.source) for polygon in draft.polygons], np.int64)
@@ -96,7 +96,7 @@ def _drop_twins(draft, report):
 
 
 def _drop_doubles(draft, report):
-    """Leave out a polygon that its building has already, corner for corner and facing the same side."""
+    """Remove a polygon that its building has already, with the same corners and facing the same side."""
     area, normal = measure_polygons(*draft.shape())
     bounds = [polygon_bounds(axis, draft.ring_start, draft.polygon_start) for axis in draft.points.T]
     size = np.diff(draft.ring_start[draft.polygon_start])
@@ -116,7 +116,7 @@ def _drop_doubles(draft, report):
 
 
 def _note_bent(draft, report):
-    """Say which polygons do not lie in a plane; their triangles follow the bend."""
+    """Report polygons that are not planar; their triangles follow the bend."""
     if not draft.polygons:
         return
     _, normal = measure_polygons(*draft.shape())

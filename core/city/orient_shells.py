@@ -1,4 +1,4 @@
-"""Which polygons of a building are drawn with their inside out, told by what they hang together with."""
+"""Find polygons of a building that are drawn inside out, from their orientation relative to adjacent polygons."""
 
 from dataclasses import dataclass
 
@@ -8,30 +8,30 @@ from scipy.sparse.csgraph import connected_components
 
 from .measure_polygons import measure_polygons, next_in_ring
 
-WELD = 1e-3  # [m] corners of one building this close to each other are one
-SURE_VOLUME = 0.01  # of area^1.5, a slab of 100 x 100 x 1.5 m: below it a shell that is open is rather a sheet
-SURE_SHARE = 2 / 3  # of the area of a sheet that must agree before the rest is turned
+WELD = 1e-3  # [m] corners of one building closer than this are merged
+SURE_VOLUME = 0.01  # of area^1.5, a slab of 100 x 100 x 1.5 m: an open shell with less volume is taken for a sheet
+SURE_SHARE = 2 / 3  # of the area of a sheet that must agree for the rest to be turned
 
 
 @dataclass
 class Orientation:
-    """What was found out about the polygons of a city."""
+    """Orientation of the polygons of a city."""
 
-    flip: np.ndarray  # (n,) bool: drawn with the inside out
-    closed: np.ndarray  # (n,) bool: part of a shell without a gap, so that its volume tells for certain
-    doubtful: np.ndarray  # (n,) bool: part of a shell that disagrees with itself and tells nothing
+    flip: np.ndarray  # (n,) bool: drawn inside out
+    closed: np.ndarray  # (n,) bool: part of a watertight shell, whose volume proves its orientation
+    doubtful: np.ndarray  # (n,) bool: part of a shell that contradicts itself and proves nothing
     shell: np.ndarray  # (n,) int: number of the shell
-    agree: np.ndarray  # (n,) bool: drawn as the volume, or the larger part, of its shell says
+    agree: np.ndarray  # (n,) bool: drawn in agreement with the volume, or the larger part, of its shell
 
 
 def orient_shells(points, ring_start, polygon_start, building):
     """Find polygons that face into their building.
 
-    Two polygons of a building that share an edge, and share it with no other, face the same side when they run along
-    it in opposite directions. Polygons linked by such edges are a shell; each shell has one of two orientations. The
-    one that encloses a positive volume is right (the divergence theorem: V = sum of area vector · point / 3). An open
-    shell is closed by a cone over its open edges. A shell that encloses next to nothing is a sheet: there the larger
-    part of the area, two thirds at least, tells the rest.
+    Two polygons of a building that share an edge with each other only face the same side if they traverse it in
+    opposite directions. Polygons linked by such edges form a shell, which has one of two orientations: the right one
+    encloses a positive volume (divergence theorem: V = sum of area vector · point / 3). An open shell is closed by a
+    cone over its open edges. A shell with hardly any volume is a sheet: there the larger part of the area, at least two
+    thirds, decides.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def orient_shells(points, ring_start, polygon_start, building):
 
 
 def turn_over(points, ring_start, polygon_start, chosen):
-    """Points with the rings of the chosen polygons run backwards, (m, 3) float64 [m]."""
+    """Points with the rings of the chosen polygons reversed, (m, 3) float64 [m]."""
     chosen_ring = np.repeat(chosen, np.diff(polygon_start))
     mirrored = np.repeat(ring_start[:-1] + ring_start[1:] - 1, np.diff(ring_start)) - np.arange(len(points))
     return points[np.where(np.repeat(chosen_ring, np.diff(ring_start)), mirrored, np.arange(len(points)))]
@@ -71,14 +71,14 @@ def turn_over(points, ring_start, polygon_start, chosen):
 
 @dataclass
 class _Edges:
-    """Directed edges of all rings, sorted so that equal undirected ones stand beside each other."""
+    """Directed edges of all rings, sorted so that equal undirected ones are adjacent."""
 
     polygon: np.ndarray  # (e,)
     start: np.ndarray  # (e,) index of a point
     end: np.ndarray  # (e,)
-    forward: np.ndarray  # (e,) +1 or -1: along the edge from its smaller to its larger place
-    group: np.ndarray  # (e,) number of the undirected edge
-    uses: np.ndarray  # (e,) how often that edge is used
+    forward: np.ndarray  # (e,) +1 or -1: from the smaller to the larger vertex index, or back
+    group: np.ndarray  # (e,) index of the undirected edge
+    uses: np.ndarray  # (e,) number of uses of that edge
 
 
 def _edges(points, ring_start, polygon_start, building):
@@ -102,8 +102,8 @@ def _edges(points, ring_start, polygon_start, building):
 def _link(edges, count):
     """Shell of each polygon (n,), its orientation within it +1 or -1 (n,), and shells that contradict themselves (n,).
 
-    Every polygon stands for two nodes, as drawn and turned. Links between nodes that agree make components: a shell
-    is a pair of them, mirror images of each other, or a single one if it contradicts itself.
+    Every polygon has two nodes in a graph, as drawn and turned. Nodes that agree are linked: a shell is a pair of
+    connected components, mirror images of each other, or a single one if it contradicts itself.
     """
     pairs = np.flatnonzero(edges.uses == 2).reshape(-1, 2)
     one, other = edges.polygon[pairs].T if len(pairs) else (np.zeros(0, np.int64),) * 2
@@ -120,7 +120,7 @@ def _link(edges, count):
 
 
 def _middles(points, edges, shell, sign):
-    """Tip of the cone that closes each shell, the middle of its open edges (s, 3) [m], and whether it has none (s,)."""
+    """Apex of the cone that closes each shell, the middle of its open edges (s, 3) [m]; and if it has none (s,)."""
     count = shell.max(initial=-1) + 1
     owner = shell[edges.polygon]
     gap = _gaps(edges, shell, sign)
@@ -136,7 +136,7 @@ def _middles(points, edges, shell, sign):
 
 
 def _gaps(edges, shell, sign):
-    """Edges where their shell, once it agrees with itself, is open: (e,) bool."""
+    """Open edges of the consistently oriented shells: (e,) bool."""
     owner = shell[edges.polygon]
     key = owner.astype(np.int64) * np.int64(edges.group.max(initial=0) + 1) + edges.group
     _, index = np.unique(key, return_inverse=True)

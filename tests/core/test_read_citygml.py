@@ -165,7 +165,7 @@ def test_same_building_in_two_tiles_counts_once(tmp_path):
     shutil.copy(find("denhaag_1BwBP.gml"), tmp_path / "a.gml")
     city = read_city(tmp_path)
     assert len(city) == 39
-    assert city.report.skipped["building given by an earlier file already"] == [city.building_id[0]]
+    assert city.report.skipped["building already in an earlier file"] == [city.building_id[0]]
 
 
 def test_files_in_two_systems_are_refused():
