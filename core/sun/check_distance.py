@@ -1,16 +1,16 @@
-"""Refuse weather whose sun is not that of the city."""
+"""Refuse weather from a place too far from the city."""
 
 import numpy as np
 import pyproj
 
 from ..errors import InputError
 
-FARTHEST = 150.0  # [km] from the city to the place of its weather, unless the user allows more
+FARTHEST = 150.0  # [km] from the city to the place of the weather, unless the user allows more
 KM_PER_DEGREE = 111.2  # along a meridian
 
 
 def check_distance(weather, site, allowed=None, suns=None):
-    """Refuse weather of a place too far from the city, or that the traced suns cannot stand for.
+    """Refuse weather from a place too far from the city, or from the latitude of the traced suns.
 
     Parameters
     ----------
@@ -20,8 +20,8 @@ def check_distance(weather, site, allowed=None, suns=None):
     allowed : float, optional
         [km] Default 150.
     suns : Suns, optional
-        Those of a Transfer, whose geometry may stand anywhere: along its latitude, or everywhere where they fill the
-        sky.
+        Suns of a Transfer, which can be used with any weather of about the same latitude, or of any place if they are a
+        sky grid.
 
     Raises
     ------

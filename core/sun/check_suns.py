@@ -1,4 +1,4 @@
-"""Refuse suns, times and places that mean nothing."""
+"""Refuse invalid suns, times and places."""
 
 import numpy as np
 import pandas as pd
@@ -6,14 +6,14 @@ import pandas as pd
 from ..check_arrays import UNIT, check_array, check_unit
 from ..errors import InputError
 
-BELOW_HORIZON = -1e-6  # sine of the elevation that rounding may leave to a sun on the horizon
+BELOW_HORIZON = -1e-6  # sine of the elevation down to which a sun counts as on the horizon (rounding)
 SECOND, INSTANT = pd.Timedelta(seconds=1), pd.Timedelta(0)
 DAY = pd.Timedelta(days=1)
 BOUNDS = {"latitude": 90, "longitude": 360}  # [°]
 
 
 def check_suns(suns):
-    """Refuse suns without a direction, without a weight or below the horizon.
+    """Refuse suns without direction or weight, or below the horizon.
 
     Parameters
     ----------
@@ -30,11 +30,11 @@ def check_suns(suns):
     if low.any():
         first = int(np.flatnonzero(low)[0])
         problem = f"row {first} is {direction[first]}, below the horizon"
-        raise InputError(name, problem, "leave out suns that have set")
+        raise InputError(name, problem, "leave out suns below the horizon")
 
 
 def check_times(times, interval, shortest=SECOND):
-    """Refuse a time axis that has no instants, and intervals without length.
+    """Refuse an invalid time axis, and intervals without length.
 
     Parameters
     ----------
@@ -42,13 +42,13 @@ def check_times(times, interval, shortest=SECOND):
         tz-aware.
     interval : pandas.Timedelta
     shortest : pandas.Timedelta
-        0 where instants will do.
+        Shortest interval allowed; 0 to allow instants.
 
     Raises
     ------
     InputError
     TypeError
-        The times have no time zone.
+        If the times have no time zone.
     """
     if not isinstance(times, pd.DatetimeIndex):
         raise InputError("times", f"a {type(times).__name__}", "give a pandas.DatetimeIndex with a time zone")

@@ -1,4 +1,4 @@
-"""Turn the user's words for the suns to trace into suns."""
+"""Suns to trace, from the user's setting."""
 
 import pandas as pd
 
@@ -27,19 +27,19 @@ def choose_suns(way, times, interval, latitude, longitude, seed=0):  # noqa: PLR
     interval : pandas.Timedelta
         Length of the intervals.
     latitude, longitude : float
-        Place [°], best that of the weather.
+        Place [°], preferably that of the weather.
     seed : int
-        Of the clustering.
+        Seed of the clustering.
 
     Returns
     -------
     Suns
-        Those of a sky grid are the same everywhere; only their weights are those of this time axis.
+        For a sky grid the directions are the same everywhere; only the weights depend on the time axis and the place.
 
     Raises
     ------
     InputError
-        The words mean nothing, or ask for more days than there are; the place is not on Earth.
+        If the setting is invalid or asks for more days than there are, or the place is not on Earth.
     """
     name, count = parse_way(way)
     check_times(times, interval)
@@ -59,7 +59,7 @@ def choose_suns(way, times, interval, latitude, longitude, seed=0):  # noqa: PLR
 
 
 def parse_way(way):
-    """Name and number of a way to choose suns.
+    """Parse a setting into its name and number.
 
     Parameters
     ----------

@@ -1,18 +1,18 @@
-"""Weights of four neighbours on a line for what lies between the middle two."""
+"""Weights for cubic interpolation between the middle two of four nodes."""
 
 import numpy as np
 
 
 def cubic_weights(place, nodes, known):
-    """Weights with which values at four nodes give the value at a place between the second and the third.
+    """Weights of the values at four nodes for interpolating between the second and the third.
 
-    The cubic through all four; the straight line between the middle two where an outer one is missing; one of the
-    middle two where only that is known.
+    Cubic through all four; linear between the middle two if an outer one is missing; one of the middle two if only that
+    is known.
 
     Parameters
     ----------
     place : numpy.ndarray, (t,)
-        Coordinate asked for.
+        Coordinate to interpolate at.
     nodes : numpy.ndarray, (t, 4)
         Ascending coordinates of the nodes.
     known : numpy.ndarray, (t, 4) bool
@@ -21,13 +21,13 @@ def cubic_weights(place, nodes, known):
     Returns
     -------
     numpy.ndarray, (t, 4) float64
-        Rows sum to 1, or to 0 where neither of the middle two is known. Those of the outer two are negative: -1/16 each
+        Rows sum to 1, or to 0 if neither of the middle two is known. Those of the outer two are negative: -1/16 each
         halfway between equidistant nodes.
 
     Notes
     -----
-    Lagrange's interpolation. With nodes h apart a smooth function is met within h⁴ |f⁗| / 24 at most (cubic), or
-    h² |f″| / 8 (straight line), which lies to one side of f wherever f is bent to one side.
+    Lagrange interpolation. With node spacing h the error for a smooth function is at most h⁴ |f⁗| / 24 (cubic), or
+    h² |f″| / 8 (linear); the latter is biased to one side where f is curved.
     """
     left, right = known[:, 1], known[:, 2]
     share = (place - nodes[:, 1]) / (nodes[:, 2] - nodes[:, 1])

@@ -1,4 +1,4 @@
-"""Trace every sun of the year: the reference, and the most expensive way."""
+"""The suns of all hours of the year: the reference, and the most expensive choice."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from .suns import Suns
 
 
 def hourly_suns(times, interval, latitude, longitude):
-    """The sun of every interval in which it stands at least 2° high.
+    """The sun of every interval with an elevation of at least 2°.
 
     Parameters
     ----------
@@ -29,5 +29,5 @@ def hourly_suns(times, interval, latitude, longitude):
     direction = sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
     day, step = (np.asarray(part) for part in solar_days(times, interval, longitude))
     weight = np.full(len(direction), 1.0 / max(len(direction), 1))
-    day = day - day[:1].sum()  # of the first interval, where there is one
+    day = day - day[:1].sum()  # of the first interval, if any
     return Suns("hourly", direction, weight, day[sunny].astype(np.int32), step[sunny].astype(np.int32))

@@ -1,4 +1,4 @@
-"""The suns that were traced until somebody interrupted: which of them are of use, and what they stand for."""
+"""Suns traced before an interruption: which of them are usable, and their weights."""
 
 from dataclasses import replace
 
@@ -7,14 +7,14 @@ import numpy as np
 from .match_suns import match_suns
 from .suns import Suns
 
-DAYS = ("days:", "typical-days:")  # ways whose number counts days
-FEWEST_OF_SKY = 16  # directions of a sky grid between which the whole sky can be interpolated
+DAYS = ("days:", "typical-days:")  # ways whose number is that of days
+FEWEST_OF_SKY = 16  # directions of a sky grid needed to interpolate over the whole sky
 
 
 def end_of_days(suns):
-    """After how many suns it makes sense to stop: (k,) int, ascending, the last one being their number.
+    """Numbers of suns after which tracing can stop: (k,) int, ascending, the last one being their total number.
 
-    A day is of use as a whole only, and a sky grid not before it fills the sky.
+    A day is usable only as a whole, and a sky grid only once it fills the sky.
     """
     if suns.way.startswith(DAYS):
         return np.append(np.flatnonzero(np.diff(suns.day)) + 1, len(suns))
@@ -23,7 +23,7 @@ def end_of_days(suns):
 
 
 def keep_suns(suns, count):
-    """The first suns, as if no more had been asked for.
+    """The first suns, as if only these had been requested.
 
     Parameters
     ----------
@@ -34,8 +34,8 @@ def keep_suns(suns, count):
     Returns
     -------
     Suns
-        Their `way` names their own number: days, directions, or suns of hours. The weights are those they had,
-        in proportion; `weigh_by_year` gives them those of their year.
+        `way` has their own number: of days, directions, or hourly suns. The weights are the given ones, normalised;
+        `weigh_by_year` replaces them with those of the year.
     """
     name = suns.way.partition(":")[0]
     number = len(np.unique(suns.day[:count])) if suns.way.startswith(DAYS) else count
@@ -45,16 +45,16 @@ def keep_suns(suns, count):
 
 
 def weigh_by_year(suns, times, interval, latitude, longitude):
-    """Give each sun the share of the sunny intervals that it stands for, by `match_suns`.
+    """Weight each sun with the share of the sunny intervals that it represents, by `match_suns`.
 
-    Parameters and errors as of `match_suns`.
+    Parameters and errors as in `match_suns`.
 
     Returns
     -------
     Suns
-        As they were, where no interval is sunny.
+        Unchanged if no interval is sunny.
     """
     match = match_suns(suns, times, interval, latitude, longitude)
     share = np.bincount(match.index.ravel(), weights=match.weight.ravel(), minlength=len(suns))
-    share = np.maximum(share, 0.0)  # a sun that only bends the interpolation between others may have less than nothing
+    share = np.maximum(share, 0.0)  # an outer node of the interpolation may have a negative sum
     return replace(suns, weight=share / share.sum()) if share.sum() > 0 else suns

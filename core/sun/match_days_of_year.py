@@ -6,9 +6,9 @@ from scipy.spatial import KDTree
 from .cubic_weights import cubic_weights
 from .days_of_year import EPOCH, TROPICAL_YEAR
 
-WIDEST_GAP = 60.0  # days; over longer times the sun's path is no smooth function of the season
-ON_STEP = 0.05  # of a step: the sun of the traced step itself
-FINE_STEP = np.cos(np.radians(6.0))  # between steps that lie closer than this a straight line is good enough
+WIDEST_GAP = 60.0  # days; over wider gaps the sun's path is not a smooth function of the season
+ON_STEP = 0.05  # of a step: closer than this, the sun of the traced step itself is taken
+FINE_STEP = np.cos(np.radians(6.0))  # between steps closer than this linear interpolation is good enough
 CHUNK = 4096  # intervals at a time
 AROUND = np.array([-1, 0, 1, 2])
 
@@ -16,15 +16,15 @@ AROUND = np.array([-1, 0, 1, 2])
 def match_days_of_year(suns, direction, day):
     """The traced suns around each sunny interval, and their weights.
 
-    In each step of the day the sun's place is a smooth function of the season, the analemma; along it four traced days
-    are joined by a cubic. Where the interval lies between two steps, because the weather has shorter steps or another
-    longitude, four steps are joined likewise. Where the interpolated place misses the sun by more than the nearest
-    traced sun does (about sunrise and sunset, and in gaps of more than 60 days), that one stands for it.
+    For each step of the day the sun's position is a smooth function of the season, the analemma; along it, four traced
+    days are interpolated by a cubic. If the interval lies between two steps, because the weather has shorter steps or
+    another longitude, four steps are interpolated likewise. Where the interpolated position is further from the sun
+    than the nearest traced sun is (near sunrise and sunset, and in gaps of more than 60 days), that one is used.
 
     Parameters
     ----------
     suns : Suns
-        Of days of the year.
+        Suns of days of the year.
     direction : numpy.ndarray, (t, 3)
         Towards the suns of the sunny intervals.
     day : numpy.ndarray, (t,) int
@@ -64,11 +64,11 @@ def join_days(table, phase, place):
     Parameters
     ----------
     table : numpy.ndarray, (n, s) int
-        Sun of each traced day and step; -1 where it is down.
+        Sun of each traced day and step; -1 if it is below the horizon.
     phase : numpy.ndarray, (n,)
         Time of the year of the traced days, ascending [days].
     place : numpy.ndarray, (d,)
-        Time of the year of the days asked for [days].
+        Time of the year of the days to interpolate [days].
 
     Returns
     -------
@@ -76,7 +76,7 @@ def join_days(table, phase, place):
         0 where the weight is 0.
     weight : numpy.ndarray, (d, 4, s)
     """
-    around = np.searchsorted(phase, place, side="right")[:, None] - 1 + AROUND  # (d, 4), over the year's end
+    around = np.searchsorted(phase, place, side="right")[:, None] - 1 + AROUND  # (d, 4), cyclic over the year
     nodes = phase[around % len(phase)] + TROPICAL_YEAR * (around // len(phase))
     near = np.diff(nodes, axis=1) <= WIDEST_GAP  # (d, 3)
     joined = np.stack([near[:, 0] & near[:, 1], near[:, 1], near[:, 1], near[:, 1] & near[:, 2]], axis=1)
@@ -95,9 +95,9 @@ def join_steps(path, known, direction):
     Parameters
     ----------
     path : numpy.ndarray, (t, s, 3)
-        Where the sun stands at each step, by the traced days.
+        Sun direction at each step, interpolated between the traced days.
     known : numpy.ndarray, (t, s) bool
-        Where it stands anywhere.
+        Whether it is known.
     direction : numpy.ndarray, (t, 3)
         Towards the sun of the interval.
 
@@ -105,11 +105,11 @@ def join_steps(path, known, direction):
     -------
     steps : numpy.ndarray, (t, 4) int
     weight : numpy.ndarray, (t, 4)
-        All 0 where no step is known.
+        All 0 if no step is known.
     """
     row, count = np.arange(len(path)), path.shape[1]
     near = np.where(known, np.einsum("tsx,tx->ts", path, direction), -2.0).argmax(axis=1)
-    # The next step is the neighbour on the sun's side; across midnight too, where the sun does not set.
+    # The other step is the neighbour on the sun's side; across midnight too, for the midnight sun.
     before, after = (near - 1) % count, (near + 1) % count
     ahead = np.where(known[row, after, None], path[row, after], path[row, near])
     behind = np.where(known[row, before, None], path[row, before], path[row, near])
@@ -128,7 +128,7 @@ def join_steps(path, known, direction):
 
 
 def take_nearest(suns, direction, index, weight):
-    """Put the nearest traced sun where it stands nearer than the interpolated place; index and weight are changed."""
+    """Use the nearest traced sun where it is closer than the interpolated position; changes index and weight."""
     place = np.einsum("tk,tkx->tx", weight, suns.direction[index])
     length = np.linalg.norm(place, axis=1)
     place[length > 0] /= length[length > 0, None]
@@ -139,7 +139,7 @@ def take_nearest(suns, direction, index, weight):
 
 
 def drop_empty_columns(index, weight):
-    """The same with as few columns as the fullest row needs, the others' zeros last."""
+    """Index and weight with only as many columns as the fullest row needs, zeros last."""
     order = np.argsort(weight == 0, axis=1, kind="stable")
     index, weight = (np.take_along_axis(part, order, axis=1) for part in (index, weight))
     columns = max(1, int((weight != 0).sum(axis=1).max(initial=1)))

@@ -11,9 +11,9 @@ CHUNK = 512  # directions at a time
 def match_sky_grid(suns, direction):
     """The three grid directions around each sun, and their weights.
 
-    The grid and its mirror image below the horizon are wrapped in triangles (the convex hull of points on a sphere is
-    their Delaunay triangulation); a direction gets the barycentric weights of the triangle it passes through. A
-    mirrored corner counts as its twin above the horizon.
+    The grid and its mirror image below the horizon are triangulated (the convex hull of points on a sphere is their
+    Delaunay triangulation); a direction gets the barycentric weights of the triangle it passes through. A mirrored
+    corner counts as its original above the horizon.
 
     Parameters
     ----------
@@ -41,8 +41,8 @@ def match_sky_grid(suns, direction):
 
 
 def find_triangles(hull, direction):
-    """Triangle of a hull around the origin that the ray of each direction leaves through: (t,) int64."""
-    # The ray leaves through the plane it meets first: the one with the largest (normal · direction) / distance.
+    """Triangle of a hull around the origin through which the ray of each direction exits: (t,) int64."""
+    # The ray exits through the plane it reaches first: the one with the largest (normal · direction) / distance.
     planes = hull.equations[:, :3] / -hull.equations[:, 3:]
     found = np.empty(len(direction), np.int64)
     for first in range(0, len(direction), CHUNK):

@@ -1,4 +1,4 @@
-"""Rebuild a whole year from the suns that were traced."""
+"""Match each interval of a time axis to the traced suns that represent it."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -16,12 +16,11 @@ WAYS = ("hourly", "days", "typical-days", "sky-grid")
 
 
 def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELEVATION):
-    """Which traced suns stand for each interval of a time axis.
+    """Which traced suns represent each interval of a time axis.
 
-    Hourly: the nearest sun, which is the interval's own on the axis that was traced. Days: the suns of the days before
-    and after, weighted. Typical days: a sun of the typical day that comes nearest to the interval's day. Sky grid: the
-    three directions around the sun, weighted. The axis may be another year and the place another one than those traced
-    for.
+    Hourly: the nearest sun, which is the interval's own on the traced axis. Days: the suns of the days before and
+    after, weighted. Typical days: a sun of the typical day that is nearest to the interval's day. Sky grid: the three
+    directions around the sun, weighted. Year and place may differ from those of tracing.
 
     Parameters
     ----------
@@ -34,13 +33,13 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
     latitude, longitude : float
         Place [°].
     lowest : float
-        Apparent elevation [°] from which on the nearest traced sun, or those around in a sky grid, stand for suns below
-        2°, which are never traced.
+        Apparent elevation [°] from which suns below 2°, which are never traced, are represented by the nearest traced
+        sun, or by the three around it in a sky grid.
 
     Returns
     -------
     SunMatch
-        With weights of zero where the sun stands lower.
+        With zero weights for lower suns.
     """
     check_suns(suns)
     if suns.way.partition(":")[0] not in WAYS:
@@ -51,8 +50,8 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
     if not sunny.any():
         return SunMatch(np.zeros((len(times), 1), np.int32), np.zeros((len(times), 1), float))
     if not len(suns):
-        problem = "none was traced, but the sun stands above 2° on this time axis"
-        raise InputError("suns", problem, "trace them again, for a year and place that have sun")
+        problem = "none was traced, but the sun is above 2° on this time axis"
+        raise InputError("suns", problem, "trace again for this year and place")
     day, _ = solar_days(times, interval, longitude)
     found, share = match_directions(suns, direction, day[sunny])
     index = np.zeros((len(times), found.shape[1]), np.int32)
@@ -67,7 +66,7 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
 
 
 def match_directions(suns, direction, day):
-    """Which traced suns stand for each sunny interval.
+    """Which traced suns represent each sunny interval.
 
     Parameters
     ----------
@@ -99,7 +98,7 @@ def nearest_sun(suns, direction):
 
 
 def match_low_suns(suns, direction):
-    """Suns that stand for others below 2°: index and weight, (t, 1) or, of a sky grid, (t, 3)."""
+    """Suns that represent those below 2°: index and weight, (t, 1) or, for a sky grid, (t, 3)."""
     if suns.way.startswith("sky-grid"):
         return match_sky_grid(suns, direction)
     return nearest_sun(suns, direction)[:, None], np.ones((len(direction), 1))

@@ -1,20 +1,20 @@
-"""Let typical days stand for the days of a year."""
+"""Match the days of a year to typical days."""
 
 import numpy as np
 
-NEAR = np.cos(np.radians(15.0))  # the way of the sun in one hour
+NEAR = np.cos(np.radians(15.0))  # motion of the sun in one hour
 
 
 def match_typical_days(suns, direction, day):
-    """The traced sun that stands for each sunny interval.
+    """The traced sun that represents each sunny interval.
 
-    Each solar day takes the typical day whose suns come nearest to its own, on average of the angles between them;
-    each interval the nearest sun of that typical day. Where that is more than 15° away, the nearest of all suns.
+    Each solar day is assigned the typical day with the smallest mean angle between its suns and those of the day; each
+    interval the nearest sun of that typical day, or, if that is more than 15° away, the nearest of all suns.
 
     Parameters
     ----------
     suns : Suns
-        Of typical days.
+        Suns of typical days.
     direction : numpy.ndarray, (t, 3)
         Towards the suns of the sunny intervals.
     day : numpy.ndarray, (t,) int

@@ -1,4 +1,4 @@
-"""Trace a grid of directions over the whole sky: valid for every latitude and year."""
+"""A grid of sun directions over the whole sky, valid for every latitude and year."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
 
 
 def sky_grid_suns(count):
-    """Directions that share the upper hemisphere in equal areas, on a Fibonacci spiral.
+    """Directions with equal areas of the upper hemisphere, on a Fibonacci spiral.
 
     Parameters
     ----------
@@ -18,7 +18,7 @@ def sky_grid_suns(count):
     Returns
     -------
     Suns
-        Way "sky-grid:N", all of the same weight, without days and steps.
+        Way "sky-grid:N", with equal weights, without days and steps.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""Days of local solar time: the calendar the sun itself keeps."""
+"""Days of local mean solar time."""
 
 import pandas as pd
 
@@ -6,23 +6,23 @@ DAY = pd.Timedelta(days=1)
 
 
 def solar_days(times, interval, longitude):
-    """Which day of local mean solar time each interval belongs to, and which step of it.
+    """Day of local mean solar time of each interval, and its step within the day.
 
     Parameters
     ----------
     times : pandas.DatetimeIndex, (t,)
         Start of each interval, tz-aware.
     interval : pandas.Timedelta
-        Length of the intervals, a whole part of a day.
+        Length of the intervals, an integer fraction of a day.
     longitude : float
-        Of the place [°]: 15° are one hour.
+        Longitude of the place [°]: 15° are one hour.
 
     Returns
     -------
     day : numpy.ndarray, (t,) int64
         Days since 1970-01-01 of local solar time.
     step : numpy.ndarray, (t,) int64
-        From 0, the step of the day that holds the middle of the interval.
+        The step of the day that contains the middle of the interval, from 0.
     """
     local = local_middle(times, interval, longitude)
     day = local.floor("D")
@@ -38,7 +38,7 @@ def local_middle(times, interval, longitude):
 def whole_solar_days(times, interval, longitude):
     """Time axis of the whole solar days whose noon lies within a given axis.
 
-    The first and last day of a calendar year are cut somewhere by the calendar; here they are complete.
+    The calendar cuts through the first and last solar day of a year; here they are complete.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def whole_solar_days(times, interval, longitude):
     interval : pandas.Timedelta
         Length of the intervals.
     longitude : float
-        Of the place [°].
+        Longitude of the place [°].
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Where the sun stands: angles from pvlib, unit vectors for the tracer."""
+"""Sun position: angles from pvlib, unit vectors for the tracer."""
 
 import numpy as np
 import pandas as pd
@@ -7,11 +7,11 @@ import pvlib
 from ..check_arrays import check_array
 from .check_suns import INSTANT, check_place, check_times
 
-MINIMUM_ELEVATION = 2.0  # [°] apparent; below it there is no direct part (paper, section 2.2)
+MINIMUM_ELEVATION = 2.0  # [°] apparent; below it direct light is not traced (paper, section 2.2)
 
 
 def solar_position(times, interval, latitude, longitude):
-    """Position of the sun in the middle of each interval.
+    """Position of the sun at the middle of each interval.
 
     Parameters
     ----------
@@ -65,5 +65,5 @@ def sun_direction(apparent_zenith, solar_azimuth):
 
 
 def is_sunny(apparent_zenith):
-    """Whether the sun stands high enough for a direct part: (t,) bool from apparent zenith angles [°]."""
+    """Whether the sun is at least 2° high: (t,) bool from apparent zenith angles [°]."""
     return 90.0 - np.asarray(apparent_zenith) >= MINIMUM_ELEVATION

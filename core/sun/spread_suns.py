@@ -1,4 +1,4 @@
-"""Order suns so that the first of them are a fair sample of all: whoever stops in between keeps those."""
+"""Order suns so that the first ones are a representative sample, in case tracing is stopped early."""
 
 from dataclasses import replace
 
@@ -9,16 +9,16 @@ from .days_of_year import TROPICAL_YEAR
 
 GOLDEN = (np.sqrt(5) - 1) / 2
 PLASTIC = 1.324717957244746  # the root of x³ = x + 1
-WALK_DAYS, WALK_SKY = 64, 4  # steps for each day or direction; those that are never met come last
+WALK_DAYS, WALK_SKY = 64, 4  # steps per day or direction; those never visited come last
 
 
 def spread_suns(suns):
-    """The same suns in the order in which they are best traced.
+    """The same suns in the order in which they are traced.
 
-    Days stay whole. They are laid end to end, from the one with the most southern sun to the one with the most
-    northern, each as long as its weight, and met by golden steps: days that stand for much come early, and no season
-    waits for long. Days of the year that are interpolated between lie in the order of the seasons instead, all of one
-    length. The directions of a sky grid are met by a walk that fills the sky evenly.
+    Days stay whole. They are lined up from the one with the southernmost sun to the one with the northernmost, each as
+    long as its weight, and visited in steps of the golden ratio: days of large weight come early, and every season is
+    sampled soon. Days of the year, which are interpolated, are lined up by season instead, all of one length. The
+    directions of a sky grid are visited by a low-discrepancy sequence over the sky.
 
     Parameters
     ----------
@@ -30,8 +30,8 @@ def spread_suns(suns):
 
     Notes
     -----
-    However many golden steps were taken along a circle, the gaps between them have at most three lengths. In the plane
-    powers of the plastic number take the place of the golden one.
+    After any number of golden-ratio steps around a circle, the gaps have at most three different lengths. In the plane,
+    powers of the plastic number replace the golden ratio.
 
     References
     ----------
@@ -44,7 +44,7 @@ def spread_suns(suns):
 
 
 def order_days(suns):
-    """Suns day by day, the days in golden steps: (s,) int."""
+    """Order of suns by days, the days in golden-ratio steps: (s,) int."""
     _, number, length = np.unique(suns.day, return_inverse=True, return_counts=True)
     if suns.way.startswith("days:"):
         place, share = np.unique(suns.day) % TROPICAL_YEAR, np.ones(len(length))
@@ -53,14 +53,14 @@ def order_days(suns):
     line = np.argsort(place, kind="stable")
     end = np.cumsum(share[line] if share.any() else np.ones(len(line)))
     steps = (0.5 + GOLDEN * np.arange(WALK_DAYS * len(line))) % 1 * end[-1]
-    met = np.minimum(np.searchsorted(end, steps, side="right"), len(line) - 1)
+    visited = np.minimum(np.searchsorted(end, steps, side="right"), len(line) - 1)
     rank = np.empty(len(line), int)
-    rank[line[order_of_visits(met, len(line))]] = np.arange(len(line))
+    rank[line[order_of_visits(visited, len(line))]] = np.arange(len(line))
     return np.argsort(rank[number], kind="stable")
 
 
 def order_sky(direction):
-    """Directions as a walk through equal areas of the sky meets them: (s,) int."""
+    """Order of directions in which a walk through equal areas of the sky visits them: (s,) int."""
     count = WALK_SKY * len(direction)
     height, turn = ((0.5 + np.arange(count) / PLASTIC**power) % 1 for power in (1, 2))
     radius, azimuth = np.sqrt(1 - height**2), 2 * np.pi * turn
@@ -68,7 +68,7 @@ def order_sky(direction):
     return order_of_visits(KDTree(direction).query(walk)[1], len(direction))
 
 
-def order_of_visits(met, count):
-    """Places 0 to count-1 in the order in which they were first met; those never met come last: (count,) int."""
-    found, first = np.unique(met, return_index=True)
+def order_of_visits(visited, count):
+    """Indices 0 to count-1 in the order of the first visit; those never visited come last: (count,) int."""
+    found, first = np.unique(visited, return_index=True)
     return np.concatenate([found[np.argsort(first)], np.setdiff1d(np.arange(count), found)])

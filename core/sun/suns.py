@@ -7,12 +7,12 @@ import numpy as np
 
 @dataclass
 class Suns:
-    """Sun positions that are traced, and what is needed to rebuild a whole year from them."""
+    """Sun positions that are traced, and what is needed to represent a whole year by them."""
 
-    way: str  # "hourly", "days:24", "typical-days:12" or "sky-grid:1654"; "hourly:480" are 480 of the hours
+    way: str  # "hourly", "days:24", "typical-days:12" or "sky-grid:1654"; "hourly:480" means 480 of the hours
     direction: np.ndarray  # (s, 3) float64, unit vectors towards the sun: x east, y north, z up
-    weight: np.ndarray  # (s,) float64, the share of the year's sunny intervals it stands for; sums to 1
-    day: np.ndarray  # (s,) int32, its day: a count, in the way "days" the ordinal of its date; -1 in a sky grid
+    weight: np.ndarray  # (s,) float64, share of the year's sunny intervals that it represents; sums to 1
+    day: np.ndarray  # (s,) int32, its day: a count, for "days" the ordinal of the date; -1 in a sky grid
     step: np.ndarray  # (s,) int32, step of that day; -1 in a sky grid
 
     def __len__(self):
@@ -21,7 +21,7 @@ class Suns:
 
 @dataclass
 class SunMatch:
-    """Which traced suns stand for each interval of a time axis."""
+    """Which traced suns represent each interval of a time axis."""
 
     index: np.ndarray  # (T, k) int32 into the suns; 0 where the weight is 0
-    weight: np.ndarray  # (T, k) float64; rows sum to 1, or to 0 where the sun is too low; some are negative
+    weight: np.ndarray  # (T, k) float64; rows sum to 1, or to 0 if the sun is too low; some are negative

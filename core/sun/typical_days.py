@@ -1,4 +1,4 @@
-"""Trace a few typical days instead of the whole year (paper, section 2.3)."""
+"""Suns of a few typical days instead of the whole year (paper, section 2.3)."""
 
 import numpy as np
 import pandas as pd
@@ -9,19 +9,19 @@ from .solar_days import whole_solar_days
 from .solar_position import is_sunny, solar_position, sun_direction
 from .suns import Suns
 
-RESTARTS = 10  # of the k-means, from different first guesses; the best is kept
+RESTARTS = 10  # of the k-means, from different initial centres; the best is kept
 
 
 def typical_day_suns(times, interval, latitude, longitude, *, count=12, seed=0):
     """Suns of typical days, found by k-means over the days' sun positions.
 
-    The days are those of local solar time, so that no longitude is worse than another; where hours and meridian agree
-    the days are the same but for a nearly equal choice of the k-means. The clustering sees the zenith and the azimuth
-    of every step, night included; the azimuth as its sine and cosine, because the angle itself jumps at north.
+    Days are those of local solar time, so that results do not depend on longitude; where hours and meridian agree, the
+    days are the same except for nearly equivalent choices of the k-means. Features of the clustering are zenith and
+    azimuth of every step, night included; the azimuth as sine and cosine, since the angle itself jumps at north.
     (Measured on 400 random horizons with 12 days, mean absolute error of the hourly mean in 1e-4, with the angle / sine
     and cosine / unit vectors: 52.5° N 7.4° E 74 / 58 / 57; 33° S 7.4° E 39 / 32 / 33; on the equator 25 / 27 / 52.)
-    Where each step of a typical day stands is the mean direction of those of its member days that have the sun at least
-    2° high.
+    The sun at each step of a typical day is the mean direction of those of its member days on which it is at least 2°
+    high.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def typical_day_suns(times, interval, latitude, longitude, *, count=12, seed=0):
     member = np.repeat(cluster_days(sun, steps, count, seed), steps)
     step = np.tile(np.arange(steps), len(axis) // steps)
     direction = sun_direction(sun["apparent_zenith"], sun["solar_azimuth"])
-    # Sum the members' directions at each step of each typical day, and keep the steps that have any.
+    # Sum the members' directions at each step of each typical day, and keep the steps with any sun.
     key = member * steps + step
     total = np.zeros((count * steps, 3))
     np.add.at(total, key[sunny], direction[sunny])
@@ -93,12 +93,12 @@ def cluster_days(sun, steps, count, seed):
 
 
 def weigh_suns(suns, direction, day):
-    """Give each sun the share of sunny intervals matched to it; leave out suns nobody needs.
+    """Weight each sun with the share of sunny intervals matched to it; drop suns without any.
 
     Parameters
     ----------
     suns : Suns
-        Of typical days, not yet weighed.
+        Suns of typical days, not weighted yet.
     direction : numpy.ndarray, (t, 3)
         Towards the suns of the sunny intervals.
     day : numpy.ndarray, (t,) int
