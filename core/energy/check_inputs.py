@@ -1,4 +1,4 @@
-"""Refuse a Transfer or a weather that would make numbers out of none."""
+"""Refuse an invalid Transfer or Weather."""
 
 import numpy as np
 
@@ -49,7 +49,7 @@ def check_transfer(transfer):
 
 
 def check_parts(parts, count):
-    """Refuse parts of standard errors that are not those of so many surfaces."""
+    """Refuse parts of standard errors whose shapes do not match the number of surfaces."""
     for name in ("diffuse_passed_on", "direct_passed_on"):
         check_array(name, getattr(parts, name), (count, "r"))
     for name in ("diffuse_discretisation", "direct_discretisation", "covariance"):
@@ -57,7 +57,7 @@ def check_parts(parts, count):
 
 
 def check_per_sun(name, matrix, shape, **bounds):
-    """Refuse a matrix of surfaces × suns; one that lies on disk is looked through block by block."""
+    """Refuse an invalid matrix of surfaces × suns; one on disk is checked block by block."""
     if not is_on_disk(matrix) or matrix.shape != shape:
         check_array(name, matrix, shape, least=0, **bounds)
         return
@@ -66,13 +66,13 @@ def check_per_sun(name, matrix, shape, **bounds):
 
 
 def check_unit_or_none(name, normal, count):
-    """Refuse normals that are neither of unit length nor, where a surface has no area, zero."""
+    """Refuse normals that are not of unit length, or zero for surfaces without area."""
     normal = check_array(name, normal, (count, 3), least=-1 - UNIT, most=1 + UNIT)
     check_unit(name, normal[normal.any(axis=1)])
 
 
 def check_hours(weather):
-    """Refuse a Weather that lacks columns or holds values that no weather has.
+    """Refuse a Weather with missing columns or impossible values.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def check_hours(weather):
     check_place(weather.latitude, weather.longitude)
     count = len(weather.data)
     if not count:
-        raise InputError("weather", "no hour in it", "give one or more full years")
+        raise InputError("weather", "it has no hours", "give one or more full years")
     for name in (*LIMITS, *ANGLES):
         if name not in weather.data.columns:
             raise InputError("weather", f"no column {name}", "complete it with add_sun")

@@ -22,7 +22,7 @@ from .pv_system import default_system
 from .standard_errors import standard_errors_of_hours
 from .sum_block import BlockSums, sum_block, take_block
 
-BLOCK = 1024  # surfaces at a time: long enough that threads wait little for the interpreter, short enough for the cache
+BLOCK = 1024  # surfaces at a time: enough that threads wait little for the interpreter, few enough for the cache
 PLAIN_LIMIT = 3e6  # surface-hours up to which pvlib itself is called
 YEAR = pd.Timedelta(days=365)
 
@@ -30,22 +30,22 @@ YEAR = pd.Timedelta(days=365)
 def compute_energy(transfer, weather, system=None, threads=None, progress=None, *, series=()):
     """Irradiance, full load hours and capacity factors of a traced scene under one weather.
 
-    The angle of incidence and the far ground are those of the true hour; visible shares and reflections those of the
-    traced suns that stand for it. Reflected light counts as diffuse. Few surfaces are computed by pvlib itself, many by
-    tables made from pvlib (0.01 % in full load hours).
+    Angles of incidence and light from the far ground are computed for every hour; visible shares and reflections are
+    those of the traced suns that represent it. Reflected light counts as diffuse. Few surfaces are computed by pvlib
+    itself, many by tables made with pvlib (accurate to 0.01 % of full load hours).
 
     Parameters
     ----------
     transfer : Transfer
     weather : Weather
     system : PvSystem, optional
-        The paper's module on open racks if not given.
+        By default the paper's module on open racks.
     threads : int, optional
-        All processors if not given; the result does not depend on it.
+        By default all processors; the result does not depend on it.
     progress : callable, optional
         Called as progress(stage, done, total, unit) from the calling thread.
     series : sequence of int
-        Rows of surfaces whose time series are kept.
+        Surfaces (row indices) whose time series are kept.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     Raises
     ------
     InputError
-        The Transfer or the weather cannot be used.
+        If the Transfer or the weather is invalid.
     """
     check_transfer(transfer)
     check_hours(weather)
@@ -101,13 +101,13 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
 
 @dataclass
 class Task:
-    """What all blocks of surfaces share."""
+    """Data shared by all blocks of surfaces."""
 
     transfer: object  # Transfer
     hours: Hours  # float64
     hours_as_computed: Hours  # in the precision of the blocks
     model: PlainPower | FastPower
-    ac: bool  # whether AC power is asked for
+    ac: bool  # whether to compute AC power
     taken: np.ndarray  # (2, n) from `diffuse_incidence_factors`
     neighbours: np.ndarray  # (s, m) int, from `order_neighbours`
     reach: float  # largest angle between an hour and its traced suns [°]
@@ -126,7 +126,7 @@ class Task:
 
 
 def prepare_task(transfer, weather, system, electric):
-    """Gather what all blocks share; few surface-hours go to pvlib itself, many to tables."""
+    """Prepare the data shared by all blocks; few surface-hours are computed by pvlib itself, many by tables."""
     hours = prepare_hours(transfer.suns, weather, system)
     plain = electric.sum() * len(hours) < PLAIN_LIMIT
     return Task(
@@ -142,7 +142,7 @@ def prepare_task(transfer, weather, system, electric):
 
 
 def sum_surfaces(task, group_weight, electric, *, threads, progress):
-    """Go through all surfaces, block by block on all threads, and add up in the order of the blocks.
+    """Process all surfaces in blocks on all threads, and sum in the order of the blocks.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def sum_surfaces(task, group_weight, electric, *, threads, progress):
     group_weight : numpy.ndarray, (n, g)
         Area of each surface over that of its group.
     electric : numpy.ndarray, (n,) bool
-        Surfaces whose full load hours are asked for.
+        Surfaces with full load hours.
     threads, progress
         As in `compute_energy`.
 
@@ -170,7 +170,7 @@ def sum_surfaces(task, group_weight, electric, *, threads, progress):
     count, hours, done = len(electric), len(task.hours), 0
     series = [np.zeros((length, group_weight.shape[1])) for length in (hours, hours if task.ac else 0)]
     total = BlockSums(np.zeros(count), np.zeros(count), np.zeros((count, 12)), series[0], np.zeros(count), series[1])
-    # The matrix products are small: threads of their own would only wait for each other.
+    # The matrix products are small: BLAS threads would only wait for each other.
     with threadpool_limits(1, "blas"), ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
         for rows, sums in pool.map(run, blocks):
             for name in ("direct_relative", "poa_global", "capacity_factor_by_month", "specific_yield"):
@@ -191,7 +191,7 @@ def find_series(task, rows, count):
 
 
 def spread_hours(values, hours, count):
-    """Values of the hours with light on the whole time axis: (count, g)."""
+    """Expand values of the hours with light to the whole time axis: (count, g)."""
     series = np.zeros((count, values.shape[1]))
     series[hours.interval] = values
     return series
@@ -203,7 +203,7 @@ def cut_blocks(rows):
 
 
 def largest_mismatch(suns, hours):
-    """Largest angle between the sun of an hour and the traced suns that stand for it [°]."""
+    """Largest angle between the sun of an hour and the traced suns that represent it [°]."""
     angle = 0.0
     for column in range(hours.match.shape[1]):
         used = hours.match_weight[:, column] != 0
@@ -213,6 +213,6 @@ def largest_mismatch(suns, hours):
 
 
 def count_years(weather):
-    """Years the weather covers: whole ones, or the part of one where it is shorter."""
+    """Number of years of the weather: whole ones, or a fraction if it is shorter than one."""
     span = len(weather.data) * weather.interval / YEAR
     return float(int(span)) if span >= 1 else span

@@ -1,4 +1,4 @@
-"""Which surfaces bear modules, and on how much of their area."""
+"""Which surfaces carry modules, and on how much of their area."""
 
 from dataclasses import dataclass
 
@@ -7,8 +7,8 @@ import numpy as np
 from ..racks.rack_names import find_racked_roofs
 from ..scene.classify import SMALLEST_ELIGIBLE_AREA, classify
 
-HALF = 0.5  # of a surface: covered by more than this it bears no modules
-STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, which looks to no side
+HALF = 0.5  # of a surface: if more of it is covered, it carries no modules
+STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, without an orientation
 
 
 @dataclass
@@ -21,7 +21,7 @@ class CountedArea:
     flat_roof: np.ndarray  # (n,) bool: would be eligible, were it not level; without racks, not among the eligible
     open_area: np.ndarray  # (n,) [m²] not inside or under buildings
     counted_area: np.ndarray  # (n,) [m²] open area of eligible surfaces and flat roofs, or all of it; 0 of others
-    module_area: np.ndarray  # (n,) [m²] of it, what windows and edges leave
+    module_area: np.ndarray  # (n,) [m²] of it, without windows and edges (usable share)
 
 
 def find_counted_area(transfer, system):
@@ -31,7 +31,7 @@ def find_counted_area(transfer, system):
     ----------
     transfer : Transfer
     system : PvSystem
-        Its `hidden_walls`, `overhangs` and `usable` decide.
+        Its settings `hidden_walls`, `overhangs` and `usable` are used.
 
     Returns
     -------
@@ -58,7 +58,7 @@ def find_counted_area(transfer, system):
 
 
 def take_overhangs(surfaces, kind, orientation, eligible):
-    """Make facades of walls that lean outward, as the paper does; fills kind, orientation and eligible in place."""
+    """Classify walls that lean outward as facades, as in the paper; changes kind, orientation, eligible in place."""
     tilt, thematic = np.asarray(surfaces.surface_tilt), np.asarray(surfaces.thematic, str)
     chosen = np.flatnonzero((kind == "downward") & (tilt < STEEPEST_UNDERSIDE) & (thematic != "GroundSurface"))
     upright = np.full(len(chosen), 90.0)

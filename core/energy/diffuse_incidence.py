@@ -1,17 +1,17 @@
-"""What diffuse light loses by its angles of incidence, by the tilt of the surface."""
+"""Incidence angle modifier (IAM) of diffuse light, by the tilt of the surface."""
 
 import numpy as np
 import pvlib
 from scipy.interpolate import PchipInterpolator
 
-STEP = 3.0  # [°] between the tilts that are integrated; cubics through them
+STEP = 3.0  # [°] between the tilts that are integrated; cubic interpolation in between
 
 
 def diffuse_incidence_factors(surface_tilt, system):
-    """Shares of the light from the sky, and of reflected light, that are not lost by their angles of incidence.
+    """IAM of the light from the sky, and of reflected light.
 
-    Sky and ground are taken as evenly bright (Marion 2017, :doi:`10.1016/j.solener.2017.02.027`), whatever of them is
-    seen; light that walls reflect counts as from the ground.
+    Sky and ground are assumed to be uniform (Marion 2017, :doi:`10.1016/j.solener.2017.02.027`) and unobstructed; light
+    reflected by walls is treated like light from the ground.
 
     Parameters
     ----------
@@ -22,12 +22,12 @@ def diffuse_incidence_factors(surface_tilt, system):
     Returns
     -------
     numpy.ndarray, (2, n)
-        1 where the system counts no such loss.
+        1 if the system has no IAM for diffuse light.
     """
     if not system.diffuse_incidence:
         return np.ones((2, len(surface_tilt)))
     tilt = np.arange(0.0, 180.0 + STEP, STEP)
     own = {"module": system.module.parameters} if system.incidence == "sapm" else {}
     factors = pvlib.iam.marion_diffuse(system.incidence, tilt, **own)
-    shares = np.nan_to_num([factors["sky"], factors["ground"]])  # (2, t); of nothing seen is 0
+    shares = np.nan_to_num([factors["sky"], factors["ground"]])  # (2, t); 0 where sky or ground is not visible
     return PchipInterpolator(tilt, shares, axis=1)(np.clip(surface_tilt, 0.0, 180.0))

@@ -1,4 +1,4 @@
-"""What one weather and one PV system make of a Transfer."""
+"""Results of a Transfer with one weather and one PV system."""
 
 from dataclasses import dataclass
 
@@ -16,22 +16,22 @@ class Energy:
     direct_relative_annual_standard_error: np.ndarray  # (n,)
     poa_global_annual: np.ndarray  # (n,) [kWh/m²] per year
     full_load_hours: np.ndarray  # (n,) [h] per year, DC; NaN for ground and downward surfaces
-    full_load_hours_standard_error: np.ndarray  # (n,) [h] by rays, size of patches and choice of suns
+    full_load_hours_standard_error: np.ndarray  # (n,) [h] from rays, discretisation and choice of suns
     full_load_hours_by_month: np.ndarray  # (n, 12) [h]
     times: pd.DatetimeIndex  # (T,) UTC, start of each interval
     interval: pd.Timedelta
     groups: list  # (g,) of (kind, orientation), those that have eligible surfaces
     group_count: np.ndarray  # (g,) eligible surfaces
-    group_area: np.ndarray  # (g,) [m²] that counts
+    group_area: np.ndarray  # (g,) [m²] counted area
     group_standard_error: np.ndarray  # (g,) [h] of the mean full load hours of each group
-    capacity_factor: np.ndarray  # (T, g) float64, mean over the group's area that counts
-    years: float  # how many years the weather spans
+    capacity_factor: np.ndarray  # (T, g) float64, mean over the group's counted area
+    years: float  # number of years of the weather
     longitude: float  # [°] of the weather
-    eligible: np.ndarray  # (n,) bool: bears modules
-    flat_roof: np.ndarray  # (n,) bool: level, else it would be eligible
+    eligible: np.ndarray  # (n,) bool: carries modules
+    flat_roof: np.ndarray  # (n,) bool: not eligible only because it is flat
     open_area: np.ndarray  # (n,) [m²] not inside or under buildings
-    counted_area: np.ndarray  # (n,) [m²] of eligible surfaces and flat roofs that counts; 0 of others
-    module_area: np.ndarray  # (n,) [m²] of it that bears modules
-    specific_yield: np.ndarray | None = None  # (n,) [kWh/kWp] per year, AC; None where nothing lies behind the modules
+    counted_area: np.ndarray  # (n,) [m²] counted area of eligible surfaces and flat roofs; 0 for others
+    module_area: np.ndarray  # (n,) [m²] of it that carries modules
+    specific_yield: np.ndarray | None = None  # (n,) [kWh/kWp] per year, AC; None without losses and inverter
     capacity_factor_ac: np.ndarray | None = None  # (T, g) AC power over nominal DC power
-    series: HourlySeries | None = None  # of the surfaces that were asked for
+    series: HourlySeries | None = None  # of the requested surfaces

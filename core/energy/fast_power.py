@@ -1,4 +1,4 @@
-"""Electricity of many surfaces from tables made by pvlib: the same numbers, ten times as fast."""
+"""DC and AC power of many surfaces from tables made with pvlib: the same numbers, ten times as fast."""
 
 from dataclasses import dataclass
 
@@ -9,22 +9,22 @@ from .pick_module import SANDIA
 from .power_model import dc_power, diffuse_share, incidence_factor
 
 HIGHEST = 3000.0  # [Wm⁻²] of effective irradiance
-IRRADIANCE_NODES = 16384  # evenly over its square root: near where efficiency changes fast, at low light
+IRRADIANCE_NODES = 16384  # uniform in its square root: dense at low light, where efficiency changes fast
 COLDEST, HOTTEST = -40.0, 90.0  # [°C] of cells
 MIDDLE, HALF = (COLDEST + HOTTEST) / 2, (HOTTEST - COLDEST) / 2
 TERMS = {SANDIA: 3}  # of the polynomial in cell temperature; power of the Sandia model is almost one of degree two
 MOST_TERMS = 5
-ANGLE_NODES = 65536  # evenly over √(1 - cosine), which goes with the angle where light falls straight
-MOST_POWER, POWER_NODES = 2.0, 65536  # capacity factors of the inverter's table, evenly over their square root
+ANGLE_NODES = 65536  # uniform in √(1 - cosine), which is proportional to the angle near normal incidence
+MOST_POWER, POWER_NODES = 2.0, 65536  # capacity factors of the inverter's table, uniform in their square root
 
 
 @dataclass
 class FastPower:
-    """One system's models, tabulated."""
+    """Tabulated models of one system."""
 
-    incidence: np.ndarray  # (a,) float32, share of direct light taken, over √(1 - cosine of the angle of incidence)
+    incidence: np.ndarray  # (a,) float32, IAM of direct light, over √(1 - cosine of the angle of incidence)
     efficiency: np.ndarray  # (c, e) float32 [W⁻¹m²], capacity factor per effective irradiance: 1, T, T² … (T scaled)
-    diffuse_share: np.float32  # FD, the share of diffuse light that the module takes
+    diffuse_share: np.float32  # FD, the share of diffuse light that the module uses
     conversion: np.ndarray  # (p,) float32, AC power over DC power, over the capacity factor
 
     def dc(self, poa_direct, poa_diffuse, diffuse_taken, aoi_projection, hours):
@@ -35,9 +35,9 @@ class FastPower:
         poa_direct, poa_diffuse : numpy.ndarray, (h, n) float32
             Irradiance on the surfaces [Wm⁻²].
         diffuse_taken : numpy.ndarray, (h, n) float32
-            Diffuse irradiance after what its angles of incidence lose [Wm⁻²].
+            Diffuse irradiance after its incidence angle modifier [Wm⁻²].
         aoi_projection : numpy.ndarray, (h, n) float32
-            Cosine of the angle of incidence, from 0 to 1; its values are overwritten.
+            Cosine of the angle of incidence, from 0 to 1; overwritten.
         hours : Hours
             The h hours, in float32.
 
@@ -54,7 +54,7 @@ class FastPower:
         effective += temperature
         effective *= hours.spectral_factor
         np.maximum(effective, 0, out=effective)  # visible shares between days may overshoot a little below 0
-        # Cell temperature: air, and heating in proportion to the irradiance; from -1 to 1 between the table's ends.
+        # Cell temperature: air plus heating in proportion to irradiance; scaled to -1 to 1 over the table's range.
         np.add(poa_direct, poa_diffuse, out=temperature)
         temperature *= hours.heating / np.float32(HALF)
         temperature += (hours.temp_air - np.float32(MIDDLE)) / np.float32(HALF)
@@ -77,9 +77,9 @@ class FastPower:
 def tabulate_power(system):
     """Tabulate pvlib's models of a system.
 
-    At a given effective irradiance the power is a smooth function of the cell temperature, so a polynomial through
-    three (Sandia) or five (CEC) temperatures says all. Power over irradiance changes slowly, so that the nearest node
-    is close enough.
+    At a given effective irradiance power is a smooth function of cell temperature, so a polynomial through three
+    (Sandia) or five (CEC) temperatures is accurate. Power over irradiance changes slowly, so that the nearest node is
+    close enough.
 
     Parameters
     ----------
@@ -92,9 +92,9 @@ def tabulate_power(system):
     cosine = 1.0 - np.linspace(0.0, 1.0, ANGLE_NODES) ** 2
     incidence = incidence_factor(np.degrees(np.arccos(cosine)), system)
     root = np.linspace(0.0, np.sqrt(HIGHEST), IRRADIANCE_NODES)
-    irradiance = np.maximum(root, root[1] / 2) ** 2  # the first node stands for all below half a step
+    irradiance = np.maximum(root, root[1] / 2) ** 2  # the first node represents all values below half a step
     terms = TERMS.get(system.module.library, MOST_TERMS)
-    nodes = np.cos(np.pi * (np.arange(terms) + 0.5) / terms)  # Chebyshev's, for the least error between them
+    nodes = np.cos(np.pi * (np.arange(terms) + 0.5) / terms)  # Chebyshev nodes, for the smallest error in between
     temperature = np.broadcast_to(MIDDLE + HALF * nodes[:, None], (terms, IRRADIANCE_NODES))
     power = dc_power(np.broadcast_to(irradiance, temperature.shape), temperature, system.module)
     efficiency = np.linalg.solve(np.vander(nodes, terms, increasing=True), power / irradiance)
@@ -120,7 +120,7 @@ def look_up(table, values, scale):
     Parameters
     ----------
     table : numpy.ndarray, (t,) or (c, t)
-        Over nodes 0, 1/scale, 2/scale, …
+        Values at nodes 0, 1/scale, 2/scale, …
     values : numpy.ndarray, (h, n) float32
         Not negative.
     scale : numpy.float32
@@ -129,7 +129,7 @@ def look_up(table, values, scale):
     Returns
     -------
     list of numpy.ndarray, (h, n)
-        One of each column of the table.
+        One for each column of the table.
     """
     place = values * scale
     place += np.float32(0.5)

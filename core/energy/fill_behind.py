@@ -1,12 +1,12 @@
-"""What a surface would see of a sun that was not traced because it stands behind the surface.
+"""Visible share of suns that are not traced because they are behind a surface.
 
-A traced sun stands for hours around it. It may stand just behind a wall, where nothing is traced, while the sun of a
-true hour stands just before it:
+A traced sun represents hours around it. It may be just behind a wall, where nothing is traced, while the sun of an
+actual hour is just in front of it:
 
         wall
-         |   × true hour
+         |   × actual hour
          |
-      ×  |       the traced sun takes the visible share of the next traced sun before the wall
+      ×  |       the traced sun gets the visible share of the next traced sun in front of the wall
          |
 """
 
@@ -14,11 +14,11 @@ import numpy as np
 from scipy.spatial import KDTree
 
 GRAZING = 1e-6  # cosine of incidence up to which a sun counts as behind
-NEAREST = 24  # other suns that are asked
+NEAREST = 24  # other suns that are considered
 
 
 def order_neighbours(suns):
-    """For each sun, the others in the order in which they are asked for its visible share.
+    """For each sun, the others in the order in which their visible shares are used instead.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def order_neighbours(suns):
     Returns
     -------
     numpy.ndarray, (s, m) int
-        First those of the same day, by steps between them; then the nearest in the sky.
+        First those of the same day, by the number of steps between them; then the nearest in the sky.
     """
     if not len(suns):
         return np.zeros((0, 1), int)
@@ -47,28 +47,28 @@ def order_neighbours(suns):
 
 
 def fill_behind(visible_share, projection, neighbours, reach, openness):
-    """Give suns just behind a surface the visible share of the next sun in front of it.
+    """Give suns just behind a surface the visible share of the nearest sun in front of it.
 
     Parameters
     ----------
     visible_share : numpy.ndarray, (s, n)
-        Share of each surface that sees each sun; filled in place.
+        Share of each surface from which each sun is visible; filled in place.
     projection : numpy.ndarray, (s, n)
-        Cosine between surface normals and suns, negative behind.
+        Cosine between surface normals and suns, negative if behind.
     neighbours : numpy.ndarray, (s, m) int
         From `order_neighbours`.
     reach : float
-        Largest angle between an hour and its traced suns [°]: suns further behind stand for no hour in front.
+        Largest angle between an hour and its traced suns [°]: suns further behind represent no hour in front.
     openness : numpy.ndarray, (n,)
-        Share taken where no traced sun is in front.
+        Share used if no traced sun is in front.
     """
     front = projection > GRAZING
     sun, surface = np.nonzero(~front & (projection > -np.sin(np.radians(min(reach, 90.0)))))
     visible_share[sun, surface] = openness[surface]
     for rank in range(neighbours.shape[1]):
         other = neighbours[sun, rank]
-        seen = front[other, surface]
-        visible_share[sun[seen], surface[seen]] = visible_share[other[seen], surface[seen]]
-        sun, surface = sun[~seen], surface[~seen]
+        in_front = front[other, surface]
+        visible_share[sun[in_front], surface[in_front]] = visible_share[other[in_front], surface[in_front]]
+        sun, surface = sun[~in_front], surface[~in_front]
         if not len(sun):
             return

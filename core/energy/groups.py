@@ -14,14 +14,14 @@ class Groups:
 
     names: list  # (g,) of (kind, orientation)
     count: np.ndarray  # (g,) surfaces
-    area: np.ndarray  # (g,) [m²] that counts
-    weight: np.ndarray  # (n, g) area of each surface over the group's area that counts
+    area: np.ndarray  # (g,) [m²] counted area
+    weight: np.ndarray  # (n, g) area of each surface over the group's counted area
 
 
 def find_groups(counted, area):
     """Group the eligible surfaces by kind and orientation.
 
-    Results are means over whole polygons, covered parts with zero; weighed with A / Σ A · (1 − covered_share) they
+    Results are means over whole polygons, with zero for covered parts; weighted with A / Σ A · (1 − covered_share) they
     become means over the open area of the group.
 
     Parameters

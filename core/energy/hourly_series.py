@@ -1,4 +1,4 @@
-"""Hour by hour: irradiance and power of single surfaces."""
+"""Time series of irradiance and power of single surfaces."""
 
 from dataclasses import dataclass
 
@@ -11,11 +11,11 @@ from .sum_block import direct_part, run_model
 class HourlySeries:
     """Time series of k surfaces."""
 
-    rows: np.ndarray  # (k,) int of the surfaces
-    poa_direct: np.ndarray  # (T, k) [Wm⁻²] first hits
+    rows: np.ndarray  # (k,) int, row indices of the surfaces
+    poa_direct: np.ndarray  # (T, k) [Wm⁻²] direct sunlight
     poa_diffuse: np.ndarray  # (T, k) [Wm⁻²] sky and all reflected light
     capacity_factor: np.ndarray  # (T, k) DC power over nominal power
-    capacity_factor_ac: np.ndarray | None  # (T, k) AC power over nominal DC power; None where nothing lies behind
+    capacity_factor_ac: np.ndarray | None  # (T, k) AC power over nominal DC power; None without AC
 
 
 def compute_series(rows, block, hours, model, *, count, ac=False):
@@ -30,9 +30,9 @@ def compute_series(rows, block, hours, model, *, count, ac=False):
         In the block's precision.
     model : PlainPower or FastPower
     count : int
-        Intervals of the weather.
+        Number of intervals of the weather.
     ac : bool
-        Whether AC power is asked for.
+        Whether to compute AC power.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What every surface shares at one hour: sun, weather, and the traced suns that stand for it."""
+"""Data of each hour shared by all surfaces: sun, weather, and the traced suns that represent it."""
 
 from dataclasses import dataclass
 
@@ -19,14 +19,14 @@ class Hours:
     interval: np.ndarray  # (h,) int, index into the weather's time axis
     month: np.ndarray  # (h,) int, 0 to 11, UTC, of mid-interval
     direction: np.ndarray  # (h, 3) towards the sun at mid-interval
-    sunny: np.ndarray  # (h, 1) 1.0 where the sun stands at least 2° high, else 0.0
+    sunny: np.ndarray  # (h, 1) 1.0 if the sun is at least 2° high, else 0.0
     dni: np.ndarray  # (h, 1) [Wm⁻²]
     dhi: np.ndarray  # (h, 1) [Wm⁻²]
     temp_air: np.ndarray  # (h, 1) [°C]
     wind_speed: np.ndarray  # (h, 1) [ms⁻¹]
     spectral_factor: np.ndarray  # (h, 1) f₁ of the Sandia model, see `spectral_factor`
-    heating: np.ndarray  # (h, 1) [Km²W⁻¹] of a cell above the air, per irradiance on the surface
-    match: np.ndarray  # (h, k) int, traced suns that stand for the hour
+    heating: np.ndarray  # (h, 1) [Km²W⁻¹] cell temperature above air temperature, per POA irradiance
+    match: np.ndarray  # (h, k) int, traced suns that represent the hour
     match_weight: np.ndarray  # (h, k) float
 
     def __len__(self):
@@ -42,7 +42,7 @@ class Hours:
         return Hours(**{name: values[first:last] for name, values in vars(self).items()})
 
     def as_type(self, dtype):
-        """The same with all floating-point values in another precision."""
+        """Convert all floating-point values to another precision."""
         return Hours(
             **{
                 name: values.astype(dtype) if values.dtype.kind == "f" else values
@@ -60,7 +60,7 @@ class Hours:
 
 
 def prepare_hours(suns, weather, system):
-    """Gather what all surfaces share, for the intervals that have any light.
+    """Prepare the data shared by all surfaces, for the intervals with any light.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def prepare_hours(suns, weather, system):
     month = (data.index + weather.interval / 2).month.to_numpy()[used] - 1
     used = used[np.argsort(month, kind="stable")]
     data, sunny = data.iloc[used], sunny[used]
-    # Below 2° no sun was traced: where DNI was measured there, the nearest one stands for it.
+    # No sun below 2° was traced: if DNI was measured there, the nearest one represents it.
     place = weather.latitude, weather.longitude
     lowest = 0.0 if (data["dni"].to_numpy()[~sunny] > 0).any() else MINIMUM_ELEVATION
     match = match_suns(suns, data.index, weather.interval, *place, lowest=lowest)

@@ -1,4 +1,4 @@
-"""The inverter: PVWatts' curve, or one of pvlib's library, as large as the modules ask for."""
+"""The inverter: the PVWatts curve, or one of pvlib's library, scaled to the modules."""
 
 import math
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ NEEDED = ("Paco", "Pdco", "Vdco", "Pso", "C0", "C1", "C2", "C3", "Pnt")
 
 @dataclass(frozen=True)
 class Inverter:
-    """An inverter whose size follows the modules."""
+    """An inverter that is scaled to the modules."""
 
     name: str
     parameters: dict  # of Sandia's model, name -> float; empty for PVWatts
@@ -42,7 +42,7 @@ def pick_inverter(name, dc_ac_ratio=1.0):
     Raises
     ------
     InputError
-        No inverter or several fit the name, or not all parameters of the inverter are known.
+        If no inverter or several match the name, or the library lacks a parameter of it.
     """
     if name.lower() == PVWATTS:
         return Inverter(PVWATTS, {}, dc_ac_ratio)
@@ -56,9 +56,9 @@ def pick_inverter(name, dc_ac_ratio=1.0):
 
 
 def convert_power(power, inverter):
-    """AC power of an inverter that as many modules feed as its size asks for.
+    """AC power of an inverter with as many modules as its size requires.
 
-    The modules' voltage is the inverter's nominal one: strings are made to fit. Its consumption at night is left out.
+    The input voltage is the inverter's nominal one: strings are assumed to fit. Consumption at night is neglected.
 
     Parameters
     ----------

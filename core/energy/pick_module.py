@@ -38,7 +38,7 @@ def pick_module(name):
     Parameters
     ----------
     name : str
-        As in pvlib's Sandia or CEC library; blanks and signs may stand for its underscores.
+        As in pvlib's Sandia or CEC library; spaces and punctuation may replace its underscores.
 
     Returns
     -------
@@ -49,7 +49,7 @@ def pick_module(name):
     Raises
     ------
     InputError
-        No module or several fit the name, or not all parameters of the module are known.
+        If no module or several match the name, or the library lacks a parameter of it.
     """
     library, key = search_library(name, (SANDIA, CEC), option="--module")
     row = read_library(library)[key]
@@ -63,5 +63,5 @@ def pick_module(name):
 
 
 def area_of_kwp(module):
-    """Area of modules that makes a kilowatt at reference conditions [m²/kWp]."""
+    """Module area per kilowatt at reference conditions [m²/kWp]."""
     return module.area / (module.nominal_power / 1000)

@@ -1,4 +1,4 @@
-"""Electricity of few surfaces: pvlib called for every surface and hour."""
+"""DC and AC power of few surfaces: pvlib is called for every surface and hour."""
 
 from dataclasses import dataclass
 
@@ -24,7 +24,7 @@ class PlainPower:
         poa_direct, poa_diffuse : numpy.ndarray, (h, n)
             Irradiance on the surfaces [Wm⁻²].
         diffuse_taken : numpy.ndarray, (h, n)
-            Diffuse irradiance after what its angles of incidence lose [Wm⁻²].
+            Diffuse irradiance after its incidence angle modifier [Wm⁻²].
         aoi_projection : numpy.ndarray, (h, n)
             Cosine of the angle of incidence, not negative.
         hours : Hours
@@ -33,7 +33,7 @@ class PlainPower:
         Returns
         -------
         numpy.ndarray, (h, n)
-            0 where no irradiance is effective.
+            0 without effective irradiance.
         """
         system = self.system
         aoi = np.degrees(np.arccos(np.minimum(aoi_projection, 1.0)))

@@ -1,4 +1,4 @@
-"""Power and energy of surfaces that bear modules."""
+"""Installable power and annual energy of surfaces."""
 
 import numpy as np
 
@@ -6,12 +6,12 @@ from .pick_module import area_of_kwp
 
 
 def sum_potential(rows, area, energy, system):
-    """Power, energy and hours of some surfaces together.
+    """Total power and energy and mean full load hours of some surfaces.
 
     Parameters
     ----------
     rows : numpy.ndarray
-        Of the surfaces, (k,) int or (n,) bool; those without full load hours are left out.
+        Surfaces, (k,) int or (n,) bool; those without full load hours are skipped.
     area : numpy.ndarray, (n,)
         Whole area of the surfaces [m²].
     energy : Energy
@@ -20,14 +20,14 @@ def sum_potential(rows, area, energy, system):
     Returns
     -------
     dict of str to float
-        eligible_area (that counts) and module_area [m²], kwp [kWp], full_load_hours [h] (Σ FLH·A over the area that
-        counts), mwh_per_year [MWh] DC; where something lies behind the modules specific_yield [kWh/kWp] and
-        mwh_ac_per_year [MWh], too. Hours are None where there is no area.
+        eligible_area (counted) and module_area [m²], kwp [kWp], full_load_hours [h] (Σ FLH·A over the counted area),
+        mwh_per_year [MWh] DC; with losses or an inverter also specific_yield [kWh/kWp] and mwh_ac_per_year [MWh].
+        Hours are None without any area.
     """
     rows = np.flatnonzero(rows) if np.asarray(rows).dtype == bool else np.asarray(rows)
     rows = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
     counted, kwp = energy.counted_area[rows], energy.module_area[rows] / area_of_kwp(system.module)
-    spread = area[rows] / counted  # hours are means over whole polygons; here over the area that counts
+    spread = area[rows] / counted  # hours are means over whole polygons; here over the counted area
     total = {"eligible_area": counted.sum(), "module_area": energy.module_area[rows].sum(), "kwp": kwp.sum()}
     columns = {"full_load_hours": ("mwh_per_year", energy.full_load_hours)}
     if energy.specific_yield is not None:

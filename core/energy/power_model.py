@@ -1,16 +1,16 @@
-"""From light on a module to DC power, by pvlib: the only calls of its module models."""
+"""DC power from irradiance on a module: the only calls of pvlib's module models."""
 
 import numpy as np
 import pvlib
 
 from .pick_module import SANDIA
 
-HIGHEST_AIRMASS = 10.0  # up to which the coefficients of f₁ were fitted; beyond it the polynomials run away
+HIGHEST_AIRMASS = 10.0  # up to which the coefficients of f₁ were fitted; beyond it the polynomials diverge
 INCIDENCE_LAWS = {"physical": pvlib.iam.physical, "ashrae": pvlib.iam.ashrae}
 
 
 def incidence_factor(aoi, system):
-    """Share of the direct light that is not lost by its angle of incidence.
+    """Incidence angle modifier (IAM) of direct light.
 
     Parameters
     ----------
@@ -29,23 +29,23 @@ def incidence_factor(aoi, system):
 
 
 def diffuse_share(system):
-    """Share FD of the diffuse light that the module takes: below 1 for concentrators of the Sandia library."""
+    """Share FD of diffuse light that the module uses: below 1 for concentrators of the Sandia library."""
     return system.module.parameters["FD"] if system.module.library == SANDIA else 1.0
 
 
 def spectral_factor(airmass, system):
-    """Sandia's f₁, the influence of the spectrum on the current; 1 for modules of the CEC library, which tells none.
+    """Sandia's f₁, the influence of the spectrum on the current; 1 for modules of the CEC library, which has none.
 
     Parameters
     ----------
     airmass : numpy.ndarray
-        Absolute; NaN with the sun below the horizon.
+        Absolute air mass; NaN with the sun below the horizon.
     system : PvSystem
 
     Returns
     -------
     numpy.ndarray
-        0 with the sun below the horizon, as in pvlib. Beyond an air mass of 10 (sun below 5.4°) its value there.
+        0 with the sun below the horizon, as in pvlib. Held constant beyond an air mass of 10 (sun below 5.4°).
     """
     if system.module.library != SANDIA:
         return np.ones_like(airmass)
@@ -66,7 +66,7 @@ def dc_power(effective, temp_cell, module):
     Returns
     -------
     numpy.ndarray
-        By the Sandia array performance model, or by the single-diode equation with the CEC's parameters.
+        By the Sandia array performance model, or by the single-diode model with CEC parameters.
     """
     own = module.parameters
     if module.library == SANDIA:

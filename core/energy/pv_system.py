@@ -1,4 +1,4 @@
-"""What is mounted on the surfaces, and which of their area bears it."""
+"""The PV system: modules, mounting, losses, inverter, and the area that carries modules."""
 
 from dataclasses import dataclass, field
 
@@ -20,21 +20,21 @@ MODULE = "SunPower_SPR_300_WHT__2007__E__"  # the paper's
 
 @dataclass(frozen=True)
 class PvSystem:
-    """Modules, their mounting, what is lost on the way to the grid, and the area that counts."""
+    """Modules, their mounting, the losses up to the grid, and the counted area."""
 
     module: Module
     mounting: str = "open-rack"
-    incidence: str = "sapm"  # law of the loss by the angle of incidence: sapm, physical, ashrae
-    diffuse_incidence: bool = False  # whether diffuse light loses by its angles of incidence, too
+    incidence: str = "sapm"  # incidence angle modifier: sapm, physical, ashrae
+    diffuse_incidence: bool = False  # whether diffuse light has an incidence angle modifier, too
     losses: float = 0.0  # [%] of DC energy: soiling, mismatch, wiring …
     inverter: Inverter | None = None
-    hidden_walls: str = "leave-out"  # or count: whether covered area bears modules
+    hidden_walls: str = "leave-out"  # or count: whether covered area carries modules
     overhangs: bool = False  # whether walls that lean outward by more than 1° are facades, as in the paper
-    usable: dict = field(default_factory=dict)  # kind -> share of its area that windows and edges leave
+    usable: dict = field(default_factory=dict)  # kind -> share of its area without windows and edges
 
     @property
     def feeds_grid(self):
-        """Whether anything lies between the modules' DC terminals and the energy that is told."""
+        """Whether AC energy is computed: with losses or an inverter."""
         return self.losses > 0 or self.inverter is not None
 
     @property
@@ -44,7 +44,7 @@ class PvSystem:
 
 
 def build_system(request):
-    """The system that the settings ask for.
+    """Build the system from the settings.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def build_system(request):
     Raises
     ------
     InputError
-        A share that may bear modules means nothing, or no module or inverter fits its name.
+        If a usable share is invalid, or no module or inverter matches the name.
     """
     check_usable(request.usable)
     module = pick_module(request.module)
@@ -76,14 +76,14 @@ def build_system(request):
 
 
 def default_system():
-    """The paper's module on open racks, on the open area."""
+    """The paper's module on open racks, on open area."""
     return PvSystem(pick_module(MODULE))
 
 
 def check_usable(usable):
-    """Refuse shares of kinds that bear no modules, and what is no share."""
+    """Refuse shares of kinds without modules, and numbers outside of 0 to 1."""
     for kind, share in usable.items():
         if kind not in BEARING:
-            raise InputError("--usable", f"{kind!r} bears no modules", f"give {', '.join(BEARING)}")
+            raise InputError("--usable", f"{kind!r} carries no modules", f"give {', '.join(BEARING)}")
         if not 0 <= share <= 1:
             raise InputError("--usable", f"{kind}={share} is not a share", "give numbers from 0 to 1")

@@ -1,4 +1,4 @@
-"""Find a module or an inverter in pvlib's libraries by its name or part of it."""
+"""Find a module or an inverter in pvlib's libraries by its name or a part of it."""
 
 import difflib
 from functools import cache, lru_cache
@@ -13,23 +13,23 @@ CANDIDATES = 400  # names that are compared letter by letter
 
 @lru_cache
 def read_library(library):
-    """One of the tables that pvlib carries: pandas.DataFrame, a column for each product."""
+    """One of pvlib's tables: pandas.DataFrame, a column for each product."""
     return pvlib.pvsystem.retrieve_sam(library)
 
 
 def search_library(text, libraries, *, option):
-    """Find the one product that a name, or part of a name, stands for.
+    """Find the one product that a name, or a part of it, matches.
 
-    Capitals, blanks and signs do not count. A whole name wins over part of one, and part of a name over its words in
+    Case, spaces and punctuation are ignored. A full name takes precedence over a part of one, and a part over words in
     another order.
 
     Parameters
     ----------
     text : str
     libraries : sequence of str
-        As `pvlib.pvsystem.retrieve_sam` calls them; the first that holds a whole name wins.
+        Names for `pvlib.pvsystem.retrieve_sam`; the first one with an exact match is used.
     option : str
-        Of the command line, for the error.
+        Command line option, for the error.
 
     Returns
     -------
@@ -38,7 +38,7 @@ def search_library(text, libraries, *, option):
     Raises
     ------
     InputError
-        No name fits (lists the nearest), or several do (lists some of them).
+        If no name matches (lists the nearest), or several do (lists some of them).
     """
     for library in libraries:
         if text in read_library(library):
@@ -57,7 +57,7 @@ def search_library(text, libraries, *, option):
         if found:
             names = ", ".join(name for _, name in found[:SHOWN])
             more = f" and {len(found) - SHOWN:,} more" if len(found) > SHOWN else ""
-            raise InputError(option, f"{text!r} fits {len(found):,} names", f"give more of the name: {names}{more}")
+            raise InputError(option, f"{text!r} matches {len(found):,} names", f"give more of the name: {names}{more}")
     nearest = list_nearest(text, [name for _, name in known])
     raise InputError(
         option,
@@ -67,7 +67,7 @@ def search_library(text, libraries, *, option):
 
 
 def list_nearest(text, names):
-    """The names most like a text, joined by commas: those that hold most of its words, by their likeness."""
+    """The names most similar to a text, joined by commas: those with most of its words, then by similarity."""
     words = split_words(text)
     shared = {name: sum(word in join_letters(name) for word in words) for name in names}
     candidates = sorted(names, key=lambda name: -shared[name])[:CANDIDATES]

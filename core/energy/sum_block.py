@@ -1,4 +1,4 @@
-"""Sum irradiance and electricity of a few hundred surfaces over all hours."""
+"""Sum irradiance and power of a block of surfaces over all hours."""
 
 from dataclasses import dataclass
 
@@ -9,32 +9,32 @@ from .fill_behind import fill_behind
 
 @dataclass
 class Block:
-    """Some surfaces, as the hours need them."""
+    """Data of some surfaces for the loop over hours."""
 
     normal: np.ndarray  # (3, n)
     diffuse: np.ndarray  # (n,) per DHI
     far_ground: np.ndarray  # (n,) per direct horizontal irradiance
-    sky: np.ndarray  # (n,) the part of `diffuse` that comes straight from the sky
-    taken: np.ndarray  # (2, n) share of the light from the sky, and of what is reflected, that is not lost by its angle
-    visible_share: np.ndarray  # (s, n), suns just behind filled
+    sky: np.ndarray  # (n,) the part of `diffuse` that comes directly from the sky
+    taken: np.ndarray  # (2, n) incidence angle modifiers of light from the sky and of reflected light
+    visible_share: np.ndarray  # (s, n), filled in for suns just behind
     reflected: np.ndarray  # (s, n) per DNI
     group_weight: np.ndarray  # (n, g) share of the group's area
 
 
 @dataclass
 class BlockSums:
-    """What a block adds to the result; sums over hours."""
+    """Results of a block: sums over hours."""
 
     direct_relative: np.ndarray  # (n,) over the sunny hours
     poa_global: np.ndarray  # (n,) [Wm⁻²]
     capacity_factor_by_month: np.ndarray  # (n, 12)
     capacity_factor: np.ndarray  # (h, g), of the block's part of each group
-    specific_yield: np.ndarray  # (n,) AC power over nominal power; 0 where nothing lies behind the modules
-    capacity_factor_ac: np.ndarray  # (h, g); (0, g) where nothing lies behind the modules
+    specific_yield: np.ndarray  # (n,) AC power over nominal power; 0 without AC
+    capacity_factor_ac: np.ndarray  # (h, g); (0, g) without AC
 
 
 def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken):
-    """Cut some surfaces out of a Transfer.
+    """Extract some surfaces of a Transfer.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken)
     """
     normal = transfer.surfaces.normal[rows].T
     visible = np.ascontiguousarray(transfer.visible_share[rows].T, dtype=dtype)
-    # What is known of a surface that no traced sun meets: its free share of the sky it is tilted towards.
+    # For a surface that no traced sun reaches: the visible share of the part of the sky that it faces.
     openness = np.clip(transfer.sky_view_factor[rows] / np.maximum((1.0 + normal[2]) / 2.0, 1e-9), 0.0, 1.0)
     fill_behind(visible, transfer.suns.direction @ normal, neighbours, reach, openness)
     return Block(
@@ -74,7 +74,7 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken)
 
 
 def sum_block(block, hours, model, *, ac=False):
-    """Go through all hours for one block.
+    """Process all hours for one block.
 
     Parameters
     ----------
@@ -82,9 +82,9 @@ def sum_block(block, hours, model, *, ac=False):
     hours : Hours
         In the block's precision.
     model : PlainPower, FastPower or None
-        None leaves electricity out.
+        None skips power.
     ac : bool
-        Whether AC power is asked for.
+        Whether to compute AC power.
 
     Returns
     -------
@@ -116,7 +116,7 @@ def sum_block(block, hours, model, *, ac=False):
 
 
 def direct_part(block, hours):
-    """Cosine of the angle of incidence, and first hits per DNI: (h, n), (h, n)."""
+    """Cosine of the angle of incidence, and direct irradiance per DNI without reflections: (h, n), (h, n)."""
     projection = np.maximum(hours.direction @ block.normal, 0)
     direct = at_hours(block.visible_share, hours)
     direct *= projection
@@ -124,7 +124,7 @@ def direct_part(block, hours):
 
 
 def run_model(model, block, hours, direct, projection):
-    """Irradiance on the surfaces and capacity factors at some hours; `direct` and `projection` are overwritten.
+    """POA irradiance and capacity factors at some hours; `direct` and `projection` are overwritten.
 
     Returns
     -------
@@ -143,7 +143,7 @@ def run_model(model, block, hours, direct, projection):
 
 
 def at_hours(values, hours):
-    """Values of the traced suns, (s, n), at the hours they stand for: (h, n)."""
+    """Values of the traced suns, (s, n), at the hours they represent: (h, n)."""
     if hours.match.shape[1] == 1:
         return np.take(values, hours.match[:, 0], axis=0, mode="clip")
     return sum(
@@ -153,7 +153,7 @@ def at_hours(values, hours):
 
 
 def diffuse_part(block, hours):
-    """Irradiance the module treats as diffuse: sky, reflections and far ground: (h, n) [Wm⁻²]."""
+    """Irradiance treated as diffuse: sky, reflections and far ground: (h, n) [Wm⁻²]."""
     diffuse = at_hours(block.reflected, hours)
     diffuse *= hours.dni
     shared = np.concatenate([hours.dhi, hours.dni * hours.cos_zenith], axis=1)
@@ -162,7 +162,7 @@ def diffuse_part(block, hours):
 
 
 def add_linear_parts(block, hours, weights, direct_sums):
-    """Complete the sums over hours with what is linear in the Transfer.
+    """Add the parts that are linear in the Transfer to the sums over hours.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def add_linear_parts(block, hours, weights, direct_sums):
     weights : numpy.ndarray, (h, 2)
         1 for each sunny hour, and its DNI.
     direct_sums : numpy.ndarray, (2, n)
-        Sums of the first hits under these weights.
+        Sums of the direct irradiance with these weights.
 
     Returns
     -------

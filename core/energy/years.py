@@ -1,15 +1,15 @@
-"""The years of a time axis, one by one."""
+"""Split a time axis into years."""
 
 import numpy as np
 import pandas as pd
 
-WHOLE = pd.Timedelta(days=364)  # a year that lacks more than a day and some is not told by itself
+WHOLE = pd.Timedelta(days=364)  # shorter years are not reported separately
 
 
 def split_years(times, interval):
-    """Years that a time axis covers, counted from its first instant.
+    """Years of a time axis, counted from its first instant.
 
-    Years may lie apart, and a calendar may begin at another hour than that of UTC.
+    There may be gaps between years, and a year may start at another hour than in UTC.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def split_years(times, interval):
     Returns
     -------
     list of (int, numpy.ndarray)
-        Year that holds most of it, and the intervals (k,) int; incomplete years are left out.
+        Calendar year that contains most of it, and its intervals (k,) int; incomplete years are skipped.
     """
     years, first = [], times[0]
     for number in range(times[-1].year - first.year + 1):
