@@ -208,7 +208,7 @@ def test_module_names():
     with pytest.raises(InputError, match=rf"--module.*nearest: .*{SANDIA}"):
         pick_module("SunPower_SPR_300_WHT__2007__F__")
     with pytest.raises(
-        InputError, match=r"--module.*fits 2 names.*Canadian_Solar_CS5P_220M___2009_, .*_Inc__CS5P_220M"
+        InputError, match=r"--module.*matches 2 names.*Canadian_Solar_CS5P_220M___2009_, .*_Inc__CS5P_220M"
     ):
         pick_module("CS5P 220M")
     for empty in ("", "!?"):
@@ -246,7 +246,7 @@ def test_inverter_names():
         ({"losses": float("nan")}, "--losses"),
         ({"dc_ac_ratio": 0.0}, "--dc-ac-ratio"),
         ({"usable": {"facade": 1.2}}, "--usable.*facade=1.2"),
-        ({"usable": {"ground": 0.5}}, "--usable.*'ground' bears no modules"),
+        ({"usable": {"ground": 0.5}}, "--usable.*'ground' carries no modules"),
         ({"inverter": "none of these"}, "--inverter"),
     ],
 )

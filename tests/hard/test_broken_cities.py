@@ -258,7 +258,7 @@ def test_a_broken_weather(number):
 
 def test_a_weather_that_lacks_something():
     refused("no column dni", compute_energy, TRANSFER, replace(WEATHER, data=WEATHER.data.drop(columns="dni")))
-    refused("no hour in it", compute_energy, TRANSFER, replace(WEATHER, data=WEATHER.data.iloc[:0]))
+    refused("it has no hours", compute_energy, TRANSFER, replace(WEATHER, data=WEATHER.data.iloc[:0]))
     refused("interval: ", compute_energy, TRANSFER, replace(WEATHER, interval=pd.Timedelta(0)))
     refused("--latitude", compute_energy, TRANSFER, replace(WEATHER, latitude=np.nan))
     refused("--module", build_system, Request(module="no such module"))
