@@ -1,4 +1,4 @@
-"""The command line and what its commands do.
+"""The command line and its commands.
 
-In: the words a user types. Out: files, text and an exit status. Read first: command_line.py, then simulate.py.
+In: command line arguments. Out: files, text and an exit status. Read first: command_line.py, then simulate.py.
 """

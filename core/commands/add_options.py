@@ -1,4 +1,4 @@
-"""Options of the command line from the settings that `Request` declares."""
+"""Command line options from the settings that `Request` declares."""
 
 import argparse
 
@@ -8,7 +8,7 @@ from ..request import Request, check_request, declared_settings
 TITLES = {
     "city": "the city",
     "weather": "the weather",
-    "electricity": "the modules, and the area that counts",
+    "electricity": "the modules, and the counted area",
     "light": "the light",
     "run": "the run",
 }
@@ -21,7 +21,7 @@ def add_options(parser, *groups):
     ----------
     parser : argparse.ArgumentParser
     *groups : str
-        As settings name them: city, weather, electricity, light, run.
+        Names of groups: city, weather, electricity, light, run.
     """
     for group in groups:
         place = parser.add_argument_group(TITLES[group])
@@ -65,12 +65,12 @@ def describe_setting(default, details):
 
 
 def or_none(kind, word):
-    """A type for `add_argument` that takes a word for None."""
+    """A type for `add_argument` in which a word means None."""
 
     def parse(text):
         return None if text == word else kind(text)
 
-    parse.__name__ = kind.__name__  # argparse names it: "invalid float value"
+    parse.__name__ = kind.__name__  # for argparse's message: "invalid float value"
     return parse
 
 
@@ -106,11 +106,11 @@ def shares(text):
     return found
 
 
-SEVERAL = {"pairs": {"type": pair}, "shares": {"type": shares}, "names": {}}  # kinds that take several words
+SEVERAL = {"pairs": {"type": pair}, "shares": {"type": shares}, "names": {}}  # kinds with several values
 
 
 def imply_method(options):
-    """Let the method that was asked for set the defaults of a command's options.
+    """Set the defaults of a command's options from the method, if one was given.
 
     Parameters
     ----------
@@ -130,12 +130,12 @@ def imply_method(options):
 
 
 def request_of_options(options):
-    """Settings from parsed options, checked; those that a command does not have are the method's, or the defaults.
+    """Checked settings from parsed options; those without an option come from the method, or are defaults.
 
     Raises
     ------
     InputError
-        A value is out of its range.
+        If a value is out of range.
     """
     known = {name: details for name, _, details in declared_settings()}
     given = {name: value for name, value in vars(options).items() if name in known}
@@ -148,7 +148,7 @@ def request_of_options(options):
             given[name] = tuple(value)
         elif known[name].kind == "texts":
             given[name] = one_of(value)
-    implied = METHODS.get(given.get("method"), {})  # of settings that this command has no option for
+    implied = METHODS.get(given.get("method"), {})  # settings without an option of this command
     request = Request(**{**implied, **given})
     check_request(request)
     return request

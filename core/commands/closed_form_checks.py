@@ -18,7 +18,7 @@ from ..sun.suns import Suns
 from .plain_scenes import join_parts, rectangle, room
 
 ALBEDO = 0.25
-SINGLE = 1e-6  # what single precision may leave of a number near 1
+SINGLE = 1e-6  # rounding in single precision of a number near 1
 
 # Infinite street canyon, height = width, after 0, 1, 2, 3 reflections: mean of a wall and of the street per isotropic
 # sky. The first is exact (crossed strings), the others come from a numeric radiosity of 80 strips per face.
@@ -96,7 +96,7 @@ def mean_of(transfer, chosen, name="diffuse_relative"):
 
 
 def unshaded(tilt, *, rays):
-    """A square that looks south, with nothing around it."""
+    """A square that faces south, with nothing around it."""
     up = [0, np.cos(np.radians(tilt)), np.sin(np.radians(tilt))]
     scene = join_parts([rectangle([0, 0, 5], [1, 0, 0], up)])
     return mean_of(trace(scene, samples=1 << 15, effects={"closed-form": not rays}), np.arange(2))
@@ -117,7 +117,7 @@ def canyon(bounces, samples=8192, strips=40):
 
 
 def hemisphere_of(scene, albedo, samples):
-    """Patches of a scene and what their rays meet."""
+    """Patches of a scene and their hemisphere rays."""
     patches = patches_of_scene(scene, np.full(len(scene.triangles), float(albedo)), 0)
     every = np.ones(len(patches), bool)
     ray_scene = RayScene(scene.vertices, scene.triangles)
@@ -127,14 +127,14 @@ def hemisphere_of(scene, albedo, samples):
 
 
 def furnace(albedo, bounces):
-    """Irradiance inside a closed room whose faces are all given 1 first: (1 - ρⁿ⁺¹)/(1 - ρ) after n reflections.
+    """Irradiance inside a closed room whose faces all start with 1: (1 - ρⁿ⁺¹)/(1 - ρ) after n reflections.
 
     Returns
     -------
     float
-        Of the face that is furthest from the mean.
+        Of the face with the largest deviation from the mean.
     float
-        0: no chance is left where every ray meets a face.
+        0: there is no noise if every ray hits a face.
     """
     patches, hemisphere = hemisphere_of(join_parts(room((0, 0, 0), (4, 5, 3))), albedo, 1024)
     first = np.ones((len(patches), 1), np.float32)
@@ -149,14 +149,14 @@ def view(one, other):
     scene = join_parts([*one, *other])
     own = sum(len(triangles) for _, triangles in one)
     patches, hemisphere = hemisphere_of(scene, 1, 1 << 16)
-    seen = np.asarray(hemisphere.form_factors.as_matrix()[: own * HEMISPHERE_REPLICATES].sum(axis=1)).reshape(
+    shares = np.asarray(hemisphere.form_factors.as_matrix()[: own * HEMISPHERE_REPLICATES].sum(axis=1)).reshape(
         own, HEMISPHERE_REPLICATES
     )
     share = patches.area[:own] / patches.area[:own].sum()
-    error = share**2 @ seen.var(axis=1, ddof=1) / HEMISPHERE_REPLICATES
-    return float(share @ seen.mean(axis=1)), float(np.sqrt(error))
+    error = share**2 @ shares.var(axis=1, ddof=1) / HEMISPHERE_REPLICATES
+    return float(share @ shares.mean(axis=1)), float(np.sqrt(error))
 
 
 def cell_temperature():
-    """Sandia's model of the cell temperature, with the mounting that the full load hours use."""
+    """Sandia's cell temperature, with the mounting of the default system."""
     return float(pvlib.temperature.sapm_cell(900.0, 20.0, 5.0, **default_system().thermal)), 0.0

@@ -1,7 +1,7 @@
 """The command line: `citypv`, `python -m citypv` and `blender --command citypv` are this program.
 
-Exit status: 0 success; 2 wrong arguments or input that cannot be used; 130 interrupted, whether what was traced until
-then could be kept or not; 1 any other failure.
+Exit status: 0 success; 2 wrong arguments or invalid input; 130 interrupted, whether or not partial results could be
+kept; 1 any other failure.
 """
 
 import argparse
@@ -21,10 +21,10 @@ EPILOGUE = "Every option and every file written is described in docs/command_lin
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """A parser that says in one line what is wrong."""
+    """A parser that reports errors in one line."""
 
     def error(self, message):
-        """Leave with status 2."""
+        """Exit with status 2."""
         self.exit(2, f"{self.prog}: error: {message}; see {self.prog} --help\n")
 
 
@@ -34,9 +34,9 @@ def main(arguments=None, draw=None):
     Parameters
     ----------
     arguments : list of str, optional
-        Without the program's name; by default those of the process.
+        Arguments without the program name; by default those of the process.
     draw : callable, optional
-        `draw(folder, scene, transfer, energy, note, pictures)`: Blender's part, for `--blend` and `--preview`.
+        `draw(folder, scene, transfer, energy, note, pictures)`: drawing by Blender, for `--blend` and `--preview`.
 
     Returns
     -------
@@ -50,34 +50,34 @@ def main(arguments=None, draw=None):
             options = parser.parse_args(arguments)
     except SystemExit as stop:
         return stop.code or 0
-    before = hear_termination()
+    before = handle_sigterm()
     try:
         options.draw = draw
         return options.run(options) or 0
     except InputError as error:
-        return complain(str(error), 2)
+        return print_error(str(error), 2)
     except (KeyboardInterrupt, CancelledError) as stop:
-        moment = " before the first suns were done" if isinstance(stop, CancelledError) else ""
-        return complain(f"interrupted{moment}; nothing was written", 130)
+        moment = " before the first suns were finished" if isinstance(stop, CancelledError) else ""
+        return print_error(f"interrupted{moment}; nothing was written", 130)
     except OSError as error:
-        return complain(f"{error.filename or 'system'}: {error.strerror or error}", 1)
+        return print_error(f"{error.filename or 'system'}: {error.strerror or error}", 1)
     except Exception:
         traceback.print_exc()
-        return complain("this should not have happened; please report the lines above", 1)
+        return print_error("internal error; please report the lines above", 1)
     finally:
         if before is not None:
             signal.signal(signal.SIGTERM, before)
 
 
-def complain(message, status):
-    """One line on the error stream."""
-    renew = "\r\x1b[2K" if sys.stderr.isatty() else ""  # the line of a stage that did not end
+def print_error(message, status):
+    """Print an error in one line to stderr, and return the exit status."""
+    renew = "\r\x1b[2K" if sys.stderr.isatty() else ""  # clears the line of an unfinished stage
     print(f"{renew}citypv: error: {' '.join(message.split())}", file=sys.stderr)
     return status
 
 
-def hear_termination():
-    """Treat a polite request to end like Ctrl-C, so that nothing half-written stays. Only the main thread can."""
+def handle_sigterm():
+    """Treat SIGTERM like Ctrl-C, so that no partial output remains. Only possible in the main thread."""
 
     def stop(number, frame):
         raise KeyboardInterrupt
@@ -91,17 +91,17 @@ def hear_termination():
 def build_parser():
     """Parser of all commands."""
     parser = OneLineParser(
-        prog="citypv", description="What the sun gives to the roofs and facades of a city.", epilog=EPILOGUE
+        prog="citypv", description="Irradiance and PV yield of the roofs and facades of a city.", epilog=EPILOGUE
     )
     parser.add_argument("--version", action="version", version=f"citypv {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    simulate = commands.add_parser("simulate", help="trace a city and write full load hours of every face")
+    simulate = commands.add_parser("simulate", help="trace a city and write full load hours of every surface")
     add_city(simulate)
     add_output(simulate)
     add_options(simulate, "weather", "electricity", "light", "run")
     simulate.add_argument("--blend", action="store_true", help="write city.blend (needs bpy)")
     simulate.add_argument("--preview", action="store_true", help="write preview.png (needs bpy)")
-    simulate.add_argument("--transfer", action="store_true", help="write transfer.nc even where it takes gigabytes")
+    simulate.add_argument("--transfer", action="store_true", help="write transfer.nc even if it takes gigabytes")
     simulate.add_argument("--cityjson", action="store_true", help="write city.city.json: the city with its results")
     simulate.add_argument("--gltf", action="store_true", help="write city.glb: the city in colours, for any viewer")
     simulate.set_defaults(run=run_simulate, parser=simulate)
@@ -112,39 +112,39 @@ def build_parser():
     again.set_defaults(run=run_yield, parser=again)
     plot = commands.add_parser("plot", help="draw a result folder: pictures and tables in one report.html")
     plot.add_argument("folder", metavar="DIR", help="folder that simulate or yield has written")
-    plot.add_argument("--quiet", action="store_true", help="say nothing but errors")
+    plot.add_argument("--quiet", action="store_true", help="print nothing but errors")
     plot.set_defaults(run=run_plot)
-    inspect = commands.add_parser("inspect", help="say what was read, and where it stands on Earth")
+    inspect = commands.add_parser("inspect", help="describe what was read, and its place on Earth")
     add_city(inspect)
     inspect.add_argument("--json", action="store_true", help="print as JSON")
     inspect.set_defaults(run=run_inspect)
-    effects = commands.add_parser("effects", help="say what tracing this city calls for, and why")
+    effects = commands.add_parser("effects", help="list the effects that tracing this city includes, and why")
     add_city(effects)
     add_options(effects, "light", "run")
     effects.add_argument("--json", action="store_true", help="print as JSON")
     effects.set_defaults(run=run_effects)
-    selfcheck = commands.add_parser("selfcheck", help="trace what is known in closed form, and a dozen hard cases")
+    selfcheck = commands.add_parser("selfcheck", help="check the tracer against closed forms and hard cases")
     selfcheck.add_argument("--json", action="store_true", help="print as JSON")
     selfcheck.set_defaults(run=run_selfcheck)
     return parser
 
 
 def add_city(parser):
-    """The files that are read, and options about reading them."""
+    """Input files, and options for reading them."""
     parser.add_argument("city", nargs="+", metavar="CITY", help="files or folders with buildings")
     add_options(parser, "city")
 
 
 def add_output(parser):
-    """Options about what is written."""
+    """Output options."""
     output = parser.add_argument_group("the results")
     output.add_argument("--out", required=True, metavar="DIR", help="folder to write")
     output.add_argument("--overwrite", action="store_true", help="replace results in a folder that is not empty")
-    output.add_argument("--quiet", action="store_true", help="say nothing but errors")
+    output.add_argument("--quiet", action="store_true", help="print nothing but errors")
 
 
 def run_simulate(options):
-    """`citypv simulate`: status 130 where it was interrupted and what was traced until then is kept."""
+    """`citypv simulate`: status 130 if it was interrupted and partial results were kept."""
     pictures = [name for name in ("blend", "preview") if getattr(options, name)]
     for name in pictures:
         if options.draw is None or importlib.util.find_spec("bpy") is None:
@@ -156,7 +156,7 @@ def run_simulate(options):
         options.out,
         request_of_options(options),
         overwrite=options.overwrite,
-        say=voice(options),
+        say=output_stream(options),
         draw=partial(options.draw, pictures=pictures) if pictures else None,
         exports=[name for name in EXPORTS if getattr(options, name)],
     )
@@ -171,7 +171,11 @@ def run_yield(options):
     from .simulate import recompute
 
     recompute(
-        options.transfer, options.out, request_of_options(options), overwrite=options.overwrite, say=voice(options)
+        options.transfer,
+        options.out,
+        request_of_options(options),
+        overwrite=options.overwrite,
+        say=output_stream(options),
     )
 
 
@@ -208,7 +212,7 @@ def run_effects(options):
 
 
 def run_selfcheck(options):
-    """`citypv selfcheck`: status 1 where a check fails."""
+    """`citypv selfcheck`: status 1 if a check fails."""
     from .selfcheck import describe_check, describe_outcome, report_checks, selfcheck
 
     checks = selfcheck(None if options.json else lambda check: print(describe_check(check), flush=True))
@@ -216,6 +220,6 @@ def run_selfcheck(options):
     return int(not all(check.passed for check in checks))
 
 
-def voice(options):
-    """Where to say what is being done; None to be quiet."""
+def output_stream(options):
+    """Stream for progress messages; None if quiet."""
     return None if options.quiet else sys.stderr

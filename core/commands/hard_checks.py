@@ -1,4 +1,4 @@
-"""A dozen hard cases against the tracer: positions, shapes, suns and numbers that break ray tracers."""
+"""Hard cases for the tracer: positions, shapes, suns and numbers that break ray tracers."""
 
 import tempfile
 from pathlib import Path
@@ -90,14 +90,14 @@ def faces_of_box(low, high):
 
 
 def canopy():
-    """Light of the underside of a slab that hangs above a plain and is an object of its own."""
+    """Light on the underside of a slab above a plain, drawn as its own object."""
     plain = [[[-30, -30, 0], [30, -30, 0], [30, 30, 0], [-30, 30, 0]]]
     scene = scene_of_faces([plain, faces_of_box((-5, -5, 3), (5, 5, 3.01))], 2.0)
     return mean_of(trace(scene, samples=256, max_bounces=3), [1])
 
 
 def board():
-    """Sky of a wall behind a noise barrier of 400 m that looks away from it: the slot between their upper edges."""
+    """Sky view of a wall behind a noise barrier of 400 m that faces away: the slot between their upper edges."""
     barrier = [[[-200, -1.5, 0], [200, -1.5, 0], [200, -1.5, 6], [-200, -1.5, 6]]]
     scene = scene_of_faces([barrier, faces_of_box((-5, 0, 0), (5, 8, 6))], None)
     return mean_of(trace(scene, samples=1 << 14, max_bounces=0), [3], "sky_view_factor")
@@ -206,24 +206,24 @@ def laid():
 
 
 def open_house():
-    """Walls of a house whose roof is missing see no light through it."""
+    """Walls of a house without a roof get no light through it."""
     transfer = trace(join_parts([PLAIN, *HOUSE[1:]]), samples=1 << 14, max_bounces=0)
     return mean_of(transfer, np.arange(24 + 2, 24 + 10), "sky_view_factor")
 
 
 def shares(directions, chosen, extreme):
-    """Extreme share of some faces of the house that sees some suns."""
+    """Extreme visible share of some faces of the house under some suns."""
     transfer = trace(join_parts([PLAIN, *HOUSE]), sun_at(*directions), samples=64, shadow_samples=64)
     return float(extreme(transfer.visible_share[chosen])), 0.0
 
 
 def in_plane():
-    """The sun stands in the south: east and west walls are seen from their edges."""
+    """Sun in the south: edge-on to the east and west walls."""
     return shares([[0, -0.8, 0.6]], np.concatenate([EAST, WEST]), np.max)
 
 
 def on_horizon():
-    """The sun stands at elevation 0 in the south."""
+    """Sun at elevation 0 in the south."""
     return shares([[0, -1, 0]], SOUTH, np.min)
 
 
@@ -235,13 +235,13 @@ def no_sun():
 
 
 def bright():
-    """No light is made where none is lost."""
+    """No light is created if none is absorbed."""
     transfer = trace(join_parts([PLAIN, *HOUSE]), albedo=1.0, ground_albedo=1.0, max_bounces=50)
     return mean_of(transfer, ROOF)
 
 
 def threads():
-    """Largest difference of any number of a result."""
+    """Largest difference between results with one and four threads."""
     scene, suns = join_parts([PLAIN, *HOUSE]), sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4])
     one, four = (trace(scene, suns, threads=count) for count in (1, 4))
     names = ("diffuse_relative", "visible_share", "direct_reflected", "diffuse_relative_standard_error")
@@ -249,7 +249,7 @@ def threads():
 
 
 def refused():
-    """Scenes with a coordinate that is NaN, infinite or 1e38, and a sun of NaN: how many are refused in words."""
+    """Scenes with a coordinate that is NaN, infinite or 1e38, and a sun of NaN: number of those that are refused."""
     count = 0
     for number in (np.nan, np.inf, 1e38, None):
         scene, suns = join_parts([PLAIN, *HOUSE]), sun_at([0, 0, 1])

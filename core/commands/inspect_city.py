@@ -1,4 +1,4 @@
-"""`citypv inspect`: what was read, what was mended or left out, and where it stands on Earth."""
+"""`citypv inspect`: what was read, what was repaired or skipped, and its place on Earth."""
 
 from dataclasses import asdict, replace
 
@@ -31,7 +31,7 @@ def inspect_city(paths, request, progress=silent):
     Raises
     ------
     InputError
-        A file cannot be used.
+        If a file is invalid.
     """
     city = read_buildings(paths, request, progress)
     scene = stand_city(city, replace(request, patch_size=None))
@@ -54,7 +54,7 @@ def inspect_city(paths, request, progress=silent):
 
 
 def describe_materials(scene):
-    """What the files say the surfaces are made of: count and area by name, and what `--materials` takes each as."""
+    """Materials of the surfaces in the files: count and area by name, and their properties with `--materials`."""
     surfaces = scene.surfaces
     names = np.array(surfaces.material or [""] * len(surfaces), dtype=object)
     groups = group_areas(names, surfaces.area, names != "")
@@ -63,7 +63,7 @@ def describe_materials(scene):
 
 
 def describe_spec(finish):
-    """What a material reflects in words; "" where nothing tells."""
+    """The reflection of a material in words; "" if unknown."""
     if finish is None:
         return ""
     brdf = finish.brdf()
@@ -72,7 +72,7 @@ def describe_spec(finish):
 
 
 def describe_findings(findings):
-    """Findings in plain types: what, why, how many, which area [m²] and which ids."""
+    """Findings in plain types: heading, reason, count, area [m²] and ids."""
     return [
         {
             "heading": finding.heading,
@@ -98,9 +98,9 @@ def group_areas(names, area, chosen=None):
 
 
 def describe_city(found):
-    """The description in lines of text."""
+    """The description as lines of text."""
     report, site = found["report"], found["site"]
-    place = "nowhere on Earth: neither the files nor the options say where"
+    place = "unknown: given neither in the files nor by options"
     if site["latitude"] is not None and site["longitude"] is not None:
         place = (
             f"latitude {site['latitude']:.5f}°, longitude {site['longitude']:.5f}°, altitude {site['altitude']:.1f} m"
@@ -109,8 +109,8 @@ def describe_city(found):
         *(f"file         {path}" for path in report["files"]),
         f"buildings    {report['building_count']:,}, parts {report['part_count']:,}",
         f"surfaces     {found['surfaces']:,}, holes {found['holes']:,}",
-        f"LoDs met     {words_of(report['lods_met'])}",
-        f"LoDs chosen  {words_of(report['lods_chosen'])}",
+        f"LoDs found   {words_of(report['lods_met'])}",
+        f"LoDs used    {words_of(report['lods_chosen'])}",
         f"CRS          {site['crs'] or 'none'}",
         f"place        {place}",
         f"grid north   at {site['convergence']:+.4f}° from true north",
@@ -122,16 +122,16 @@ def describe_city(found):
             for name, row in found[title].items()
         ]
     if found["materials"]:
-        lines.append("materials, and what --materials takes them as:")
+        lines.append("materials, and their properties with --materials:")
     lines += [
-        f"  {name:<22} {row['count']:>8,}  {row['area']:>14,.1f} m²  {row['taken_as'] or 'unknown: as --albedo'}"
+        f"  {name:<22} {row['count']:>8,}  {row['area']:>14,.1f} m²  {row['taken_as'] or 'unknown: --albedo is used'}"
         for name, row in found["materials"].items()
     ]
-    return [*lines, *tell_findings(found["findings"]), *report["notes"]]
+    return [*lines, *findings_as_lines(found["findings"]), *report["notes"]]
 
 
-def tell_findings(findings):
-    """A line for each finding: how many, why, area, the first ids."""
+def findings_as_lines(findings):
+    """A line for each finding: count, reason, area, the first ids."""
     lines = []
     for finding in findings:
         names = ", ".join(map(str, finding["ids"][:NAMES_SHOWN]))

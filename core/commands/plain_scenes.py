@@ -1,4 +1,4 @@
-"""Scenes of a few rectangles, whose light is known in closed form."""
+"""Scenes of a few rectangles with closed-form solutions."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ def rectangle(start, along, across, strips=1):
     Parameters
     ----------
     start, along, across : (3,) float [m]
-        A corner and the two edges; the rectangle faces to where along × across points.
+        A corner and the two edges; the normal is along × across.
     strips : int
 
     Returns
@@ -31,7 +31,7 @@ def rectangle(start, along, across, strips=1):
 
 
 def box(low, high):
-    """Six rectangles that face outwards: roof, floor, south, north, east, west."""
+    """Six rectangles facing outwards: roof, floor, south, north, east, west."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     east, north, up = [x1 - x0, 0, 0], [0, y1 - y0, 0], [0, 0, z1 - z0]
     return [
@@ -57,7 +57,7 @@ def join_parts(parts, turn=None, away=(0, 0, 0)):
     parts : list of tuple
         Of (k, 3) points and (m, 3) triangles.
     turn : (3, 3) float, optional
-        Rotation of all points, before they are moved.
+        Rotation of all points, before the shift.
     away : (3,) float [m]
 
     Returns

@@ -1,4 +1,4 @@
-"""`citypv selfcheck`: closed forms and hard cases on the user's own machine, each with numbers."""
+"""`citypv selfcheck`: closed forms and hard cases on the user's own machine, with numbers."""
 
 import math
 import time
@@ -8,21 +8,21 @@ from ..version import __version__
 from .closed_form_checks import closed_form_checks
 from .hard_checks import hard_checks
 
-ERRORS_ALLOWED = 4  # standard errors; seeds are fixed, so that chance never fails a check that passed before
+ERRORS_ALLOWED = 4  # standard errors; seeds are fixed, so that a check that passed once never fails by chance
 
 
 @dataclass
 class Check:
-    """What one check expected and found."""
+    """Expected and found value of one check."""
 
     name: str
     expected: float
-    found: float | None  # None where it broke off
+    found: float | None  # None if it failed with an error
     standard_error: float | None
     allowance: float  # for rounding
     seconds: float
     passed: bool
-    problem: str = ""  # why it broke off
+    problem: str = ""  # the error with which it failed
 
 
 def selfcheck(say=None):
@@ -46,7 +46,7 @@ def selfcheck(say=None):
 
 
 def run_check(name, expected, allowance, find):
-    """Run one check; one that breaks off has failed, and the others go on.
+    """Run one check; an exception counts as failure.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def describe_check(check):
     word = "pass" if check.passed else "FAIL"
     line = f"{word}  {check.name:<65} expected {check.expected:<11.7g}"
     if check.found is None:
-        return f"{line} broke off: {check.problem}"
+        return f"{line} error: {check.problem}"
     return f"{line} found {check.found:<11.7g} ± {check.standard_error:<8.1g} {check.seconds:5.2f} s"
 
 

@@ -1,4 +1,4 @@
-"""The two commands that write results: trace and weigh a city, or weigh again what was traced."""
+"""The commands that write results: trace a city and compute its energy, or recompute energy from a Transfer."""
 
 from dataclasses import replace
 
@@ -33,7 +33,7 @@ from ..transfer.prepare_scene import prepare_scene
 
 
 class RunLog:
-    """Says what is being done, and keeps the seconds of each stage."""
+    """Prints messages, and measures the seconds of each stage."""
 
     def __init__(self, stream):
         self.stream = stream
@@ -41,7 +41,7 @@ class RunLog:
         self.clock = Clock()
 
     def say(self, text):
-        """One line."""
+        """Print one line."""
         if self.stream:
             print(text, file=self.stream, flush=True)
 
@@ -57,22 +57,22 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
     paths : list of path-like
         Files or folders with buildings.
     folder : path-like
-        Where the results go, all of them or none.
+        Folder for the results, written completely or not at all.
     request : Request
     overwrite : bool
         Replace the results in a folder that is not empty.
     say : text stream, optional
-        Where to tell the progress.
+        Stream for progress messages.
     draw : callable, optional
         `draw(folder, scene, transfer, energy, note)` writes pictures of the results.
     exports : collection of str
-        Of `EXPORTS`: formats for other programs to write as well. "transfer" writes transfer.nc even where its
-        matrices do not fit into the memory; otherwise it is left out then.
+        Of `EXPORTS`: additional formats for other programs. "transfer" writes transfer.nc even if its matrices do not
+        fit into memory; by default it is skipped then.
 
     Returns
     -------
     str
-        After Ctrl-C while suns were traced: which of them everything written is made of. Else "".
+        After Ctrl-C while suns were traced: the suns on which the results are based. Else "".
 
     Raises
     ------
@@ -88,13 +88,13 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         city = read_buildings(paths, request, log.progress)
         scene = place_city(city, request)
         log.clock.lap("read city")
-        find_surfaces(scene.surfaces.surface_id, request.series)  # refuses unknown ones before anything long begins
+        find_surfaces(scene.surfaces.surface_id, request.series)  # refuses unknown names before anything takes long
         for line in describe_scene(scene):
             log.say(f"  {line}")
         weather = read_year(scene.site, request)
         log.say(describe_weather(weather, scene.site))
         log.clock.lap("read weather")
-        log.say("What this scene calls for:")
+        log.say("Effects included for this scene:")
         prepared = prepare_scene(scene, request)
         for line in describe_plan(prepared.plan):
             log.say(f"  {line}")
@@ -109,12 +109,12 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         energy = write_results(work, transfer, weather, request, log, scene=scene, draw=draw, keep=keep)
         if exports:
             write_exports(work, (city, scene, transfer, energy, weather), request, exports, log.progress)
-    tell_outcome(log, folder, energy)
+    report_outcome(log, folder, energy)
     return describe_interruption(transfer.record)
 
 
 def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
-    """Transfer of a scene with its error of sun sampling; after Ctrl-C that of the suns that were traced until then.
+    """Transfer of a scene with its error of sun sampling; after Ctrl-C, of the suns that were traced until then.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     request : Request
     log : RunLog
     folder : path-like
-        As of `trace_scene`.
+        As in `trace_scene`.
     prepared : PreparedScene
 
     Returns
@@ -133,11 +133,11 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     Raises
     ------
     KeyboardInterrupt, CancelledError
-        Before any sun was of use, or after a second Ctrl-C.
+        Before any usable set of suns was traced, or after a second Ctrl-C.
     """
     with Interruption(log.progress, log.stream) as heard:
         transfer = trace_scene(scene, weather, request, heard, folder, prepared=prepared)
-        # The check takes seconds: after an interruption it is the only thing that tells what the lack of suns does.
+        # This takes seconds: after an interruption it is the only estimate of the error from missing suns.
         progress = log.progress if heard.asked else heard
         try:
             sampling = measure_sun_sampling(scene, weather, transfer, request, progress, prepared=prepared)
@@ -152,25 +152,25 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
 
 
 def recompute(transfer_path, folder, request, *, overwrite=False, say=None):
-    """Weigh a Transfer that was traced before with another weather or module.
+    """Compute the energy of an earlier Transfer with another weather or module.
 
-    Parameters and errors as of `simulate`.
+    Parameters and errors as in `simulate`.
     """
     log = RunLog(say)
     check_settings(request)
     with whole_folder(folder, overwrite) as work:
         transfer = read_transfer(transfer_path)
         if transfer.record and transfer.record.interrupted:
-            log.say(f"{transfer_path} comes from a run that did not end. {describe_interruption(transfer.record)}")
+            log.say(f"{transfer_path} is from an interrupted run. {describe_interruption(transfer.record)}")
         weather = read_year(transfer.site, request, transfer.suns)
         log.say(describe_weather(weather, transfer.site))
         log.clock.lap("read")
         energy = write_results(work, transfer, weather, request, log)
-    tell_outcome(log, folder, energy)
+    report_outcome(log, folder, energy)
 
 
 def write_results(work, transfer, weather, request, log, *, scene=None, draw=None, keep=True):
-    """Weigh a Transfer and write all files into a folder, transfer.nc only where it is to be kept.
+    """Compute the energy of a Transfer and write all files into a folder, transfer.nc only if `keep`.
 
     Returns
     -------
@@ -183,7 +183,7 @@ def write_results(work, transfer, weather, request, log, *, scene=None, draw=Non
     if keep:
         write_transfer(work / "transfer.nc", transfer, log.progress)
     else:
-        log.say(f"transfer.nc would hold {transfer.visible_share.shape[1]:,} suns for each surface: left out")
+        log.say(f"transfer.nc would have {transfer.visible_share.shape[1]:,} suns for each surface: not written")
         log.say("  (--transfer writes it)")
     log.clock.lap("write tables")
     if draw:
@@ -196,7 +196,7 @@ def write_results(work, transfer, weather, request, log, *, scene=None, draw=Non
 
 
 def write_exports(work, results, request, exports, progress=silent):
-    """Write what other programs read: `city.city.json`, `city.glb`.
+    """Write files for other programs: `city.city.json`, `city.glb`.
 
     Parameters
     ----------
@@ -225,7 +225,7 @@ def draw_city(city, scene, request):
 
 
 def describe_scene(scene):
-    """Counts and place in lines of text."""
+    """Counts and place as lines of text."""
     report, site = scene.report, scene.site
     kinds = ", ".join(f"{(scene.surfaces.kind == kind).sum():,} {kind}" for kind in sorted(set(scene.surfaces.kind)))
     lines = [
@@ -239,26 +239,26 @@ def describe_scene(scene):
 
 
 def describe_weather(weather, site):
-    """The weather in lines of text: its label, its distance where it comes from another place, what was found out."""
+    """The weather as lines of text: its label, its distance from the city, and notes."""
     away = distance_of_weather(weather, site)
-    elsewhere = f"; its place is {away:,.0f} km away, and so is the sun" if away >= 1 else ""
+    elsewhere = f"; from a place {away:,.0f} km away, whose sun is used" if away >= 1 else ""
     return "\n".join([f"Weather: {weather.label}{elsewhere}", *(f"  {note}" for note in weather.notes)])
 
 
 def describe_interruption(record):
-    """Which suns a Transfer with such a record is made of, and what those lack; "" where it is whole."""
+    """The suns on which an interrupted Transfer is based, and the resulting error; "" for a complete one."""
     if record.interrupted is None:
         return ""
     line = "Interrupted: kept {suns_traced:,} of {of:,} suns".format(**record.interrupted)
     if record.sun_sampling:
-        line += "; by that full load hours are off by {bias:+.2f} %, single surfaces by {rms:.2f} % (rms)".format(
+        line += "; this changes full load hours by {bias:+.2f} %, those of single surfaces by {rms:.2f} % (rms)".format(
             **record.sun_sampling
         )
     return line
 
 
-def tell_outcome(log, folder, energy):
-    """The groups' full load hours, and where everything was written."""
+def report_outcome(log, folder, energy):
+    """Report the groups' full load hours, and the folder of the results."""
     hours = energy.interval.total_seconds() / 3600
     for index, (kind, orientation) in enumerate(energy.groups):
         full_load_hours = energy.capacity_factor[:, index].sum() * hours / energy.years

@@ -90,7 +90,7 @@ def test_first_interrupt_keeps_the_suns(city, tmp_path, capfd, monkeypatch):
     assert main(again) == 0
     assert (tmp_path / "again" / "faces.csv").read_text() == (out / "faces.csv").read_text()
     assert main([*again[:-1], "--overwrite"]) == 0
-    assert f"a run that did not end. Interrupted: kept {kept} of {count} suns" in capfd.readouterr().err
+    assert f"an interrupted run. Interrupted: kept {kept} of {count} suns" in capfd.readouterr().err
 
 
 def column(path, name):
@@ -129,7 +129,7 @@ def test_interrupt_before_the_first_block_leaves_nothing(city, tmp_path, capfd, 
 
     monkeypatch.setattr(sun_blocks.SunProgress, "begin", stop)
     assert run(city, tmp_path / "out", "--quiet") == 130
-    assert capfd.readouterr().err == "citypv: error: interrupted before the first suns were done; nothing was written\n"
+    assert capfd.readouterr().err == "citypv: error: interrupted before the first suns were finished; nothing was written\n"
     assert list(tmp_path.iterdir()) == []
 
 

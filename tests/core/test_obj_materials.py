@@ -234,7 +234,7 @@ def test_command_line(tmp_path, capsys):
     assert materials["Bild"]["taken_as"] == ""
     assert materials["Glass"]["taken_as"] == "glass: reflects as glass or water"
     assert main(["inspect", str(path), *place]) == 0
-    assert "Bild                          1            50.0 m²  unknown: as --albedo" in capsys.readouterr().out
+    assert "Bild                          1            50.0 m²  unknown: --albedo is used" in capsys.readouterr().out
     table, out = tmp_path / "albedo.csv", tmp_path / "out"
     run = ["simulate", str(path), "--materials", *place, "--out", str(out), "--samples", "16", "--suns"]
     run += ["typical-days:1", "--quiet"]
