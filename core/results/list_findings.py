@@ -1,4 +1,4 @@
-"""What reading a city came upon: repairs, what was left out, what lies inside or is a sheet; with areas."""
+"""Findings on a city: repaired, skipped, covered surfaces and sheets, with areas."""
 
 from dataclasses import dataclass
 
@@ -6,19 +6,19 @@ import numpy as np
 
 from ..radiosity.measure_cover import measure_cover
 
-HALF = 0.5  # of a surface: covered by more than this, it is named among what lies inside
+HALF = 0.5  # of a surface: if more of it is covered, it is listed as inside
 SHEET = "has no thickness and encloses nothing: its back receives and reflects too, its row is the front as drawn"
 
 
 @dataclass
 class Finding:
-    """Surfaces, or what was left out, that share a reason."""
+    """Surfaces, or skipped objects, with the same reason."""
 
     heading: str  # repaired, skipped, inside or sheet
     reason: str
-    names: list  # ids: of surfaces, or of buildings and polygons that are not among them
-    surfaces: np.ndarray  # (k,) int64 rows of the scene's surfaces; empty for what was left out
-    area: float | None  # [m²]; None where what was left out has no shape
+    names: list  # ids of surfaces, or of buildings and polygons that were skipped
+    surfaces: np.ndarray  # (k,) int64 rows of the scene's surfaces; empty if skipped
+    area: float | None  # [m²]; None for skipped objects without a shape
 
 
 def list_findings(scene, covered_share=None):
@@ -28,7 +28,7 @@ def list_findings(scene, covered_share=None):
     ----------
     scene : Scene
     covered_share : (n,) float, optional
-        Of each surface, where it was traced; else a few rays are.
+        Of each surface, if it was traced; by default a few rays are traced for it.
 
     Returns
     -------
@@ -56,12 +56,12 @@ def list_findings(scene, covered_share=None):
 
 
 def find_inside(scene, covered_share=None):
-    """Surfaces that lie inside or under something, and receive nothing there.
+    """Surfaces that lie inside or under something and receive no light.
 
     Returns
     -------
     dict of str to (n,) bool
-        Reason -> surfaces; a surface has one reason at most.
+        Reason -> surfaces; a surface has at most one reason.
     """
     if covered_share is None:
         covered_share = measure_cover(scene)
@@ -75,7 +75,7 @@ def find_inside(scene, covered_share=None):
     return {
         "closes a building towards its neighbour (ClosureSurface)": closure,
         "lies under its building, on the ground": footprint & ~closure,
-        "covered for more than half: shared with a neighbour, inside a building or below the ground": (
+        "more than half covered: shared with a neighbour, inside a building or below the ground": (
             covered & ~closure & ~footprint
         ),
     }

@@ -1,4 +1,4 @@
-"""buildings.csv: what the surfaces of each building give together."""
+"""buildings.csv: totals of each building."""
 
 import numpy as np
 import pandas as pd
@@ -17,7 +17,7 @@ def write_buildings(path, transfer, energy, system, *, monthly=False):
     energy : Energy
     system : PvSystem
     monthly : bool
-        Whether full load hours of each month are columns, too.
+        Whether to add columns with the full load hours of each month.
     """
     area = np.asarray(transfer.surfaces.area, float)
     names, building = np.unique(np.array(transfer.surfaces.building_id, dtype=object).astype(str), return_inverse=True)

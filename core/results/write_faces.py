@@ -6,11 +6,11 @@ import pandas as pd
 from ..progress import ignore_share
 from .columns import column_values, tabled_columns
 
-WRITTEN = 0.7  # share of the time until all numbers are text
+WRITTEN = 0.7  # share of the time for formatting the numbers
 
 
 def write_faces(path, transfer, energy, tell=ignore_share, *, monthly=False):
-    """Write what was found of each surface.
+    """Write the results of each surface.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def write_faces(path, transfer, energy, tell=ignore_share, *, monthly=False):
     tell : callable, optional
         `tell(share)` is called after each column.
     monthly : bool
-        Whether full load hours of each month are columns, too.
+        Whether to add columns with the full load hours of each month.
     """
     tabled = tabled_columns(energy)
     columns = {column.name: column_values(column, transfer, energy) for column in tabled}
@@ -29,7 +29,7 @@ def write_faces(path, transfer, energy, tell=ignore_share, *, monthly=False):
     }
     columns |= name_months(energy.full_load_hours_by_month) if monthly else {}
     table = pd.DataFrame(columns)
-    # Six digits, and not more behind the point than any reader could use.
+    # Six significant digits.
     for number, name in enumerate(columns):
         tell(WRITTEN * number / len(columns))
         if table[name].dtype.kind == "f":

@@ -12,7 +12,7 @@ COLUMNS.append("full_load_hours_standard_error")
 
 
 def write_groups(path, energy):
-    """Write full load hours of the groups of eligible surfaces, means over their area that counts, and their errors.
+    """Write full load hours of the groups of eligible surfaces, means over their counted area, and their errors.
 
     Parameters
     ----------
@@ -34,15 +34,15 @@ def write_groups(path, energy):
 
 
 def place_periods(energy):
-    """Periods that the tables tell, and the intervals that belong to each.
+    """Periods of the tables, and the intervals that belong to each.
 
-    An interval belongs to the month and hour (UTC) of its middle. To the hours of local mean solar time it belongs in
-    parts, for they begin anywhere within those of UTC. Years stand by themselves where the weather covers several.
+    An interval belongs to the month and hour (UTC) of its middle. It is split between hours of local mean solar time,
+    which start at any time within those of UTC. Years are separate if the weather covers several.
 
     Returns
     -------
     list of (str, list, list of (numpy.ndarray, numpy.ndarray or float))
-        Period, its indices, and parts: the place of each interval among the indices, (T,) int, and its share there.
+        Period, its indices, and parts: for each interval the position in the indices, (T,) int, and its share.
     """
     middle = energy.times.tz_convert("UTC") + energy.interval / 2
     solar = local_middle(energy.times, energy.interval, energy.longitude) - energy.interval / 2
@@ -62,7 +62,7 @@ def place_periods(energy):
 
 
 def split_hours(start, interval):
-    """Hours of the day that intervals overlap, with the share of each interval in them.
+    """Hours of the day that intervals overlap, and the share of each interval in them.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def split_hours(start, interval):
 
 
 def sum_periods(capacity_factor, energy, periods):
-    """Hours of each group in each period, per year.
+    """Full load hours of each group in each period, per year.
 
     Parameters
     ----------

@@ -1,11 +1,11 @@
-"""series.csv: irradiance and power of chosen surfaces, interval by interval."""
+"""series.csv: time series of irradiance and power of chosen surfaces."""
 
 import numpy as np
 import pandas as pd
 
 
 def write_series(path, transfer, energy):
-    """Write the time series of the surfaces that were asked for, one after the other.
+    """Write the time series of the requested surfaces, surface by surface.
 
     Parameters
     ----------

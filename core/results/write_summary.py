@@ -1,4 +1,4 @@
-"""summary.json: what went in, what was decided, what it cost, and how sure it is."""
+"""summary.json: input, settings, decisions, cost and error budget of a run."""
 
 import importlib.metadata
 import json
@@ -18,16 +18,16 @@ from ..sun.check_distance import distance_of_weather
 from .list_findings import list_findings
 
 LIBRARIES = ("embreex", "numba", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
-LEAST_HOURS = 0.1  # of the mean, for a surface to count among single ones
+LEAST_HOURS = 0.1  # of the mean: surfaces with less are left out of the errors of single surfaces
 
 
 def write_summary(path, summary):
-    """Write a summary as JSON. What is not a finite number becomes null."""
+    """Write a summary as JSON, with null for numbers that are not finite."""
     path.write_text(json.dumps(finite(summary), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
-    """Everything a reader needs to trust or to repeat a run.
+    """Everything needed to judge or to repeat a run.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
     weather : Weather
     request : Request
     scene : Scene, optional
-        Where the run read one.
+        If the run has one.
     seconds : dict of str to float, optional
         Time per stage.
 
@@ -100,19 +100,19 @@ def describe_input(transfer, energy, scene):
 
 
 def annual_sum(weather, column, years):
-    """[kWh/m²] per year of an irradiance column."""
+    """Annual sum of an irradiance column [kWh/m² per year]."""
     return float(weather.data[column].sum()) * (weather.interval.total_seconds() / 3600) / 1000 / years
 
 
 def budget_errors(transfer, energy):
-    """What is known of the error of the full load hours, in percent.
+    """Error budget of the full load hours, in percent.
 
     - `sampling_total`: standard error of the area-weighted mean over all eligible surfaces.
     - `sampling_median`, `sampling_95`: standard error of single eligible surfaces, median and 95th percentile by area,
-      among those with a tenth of the mean hours at least: walls hidden by a neighbour have a few hours or none.
-    - `bounces`: the most that reflections beyond the last one could add to all light.
-    - `patches`: of reflected light, what is uneven within the cells of patches; a third of what is uneven between the
-      cells, which is measured.
+      among those with at least a tenth of the mean hours: walls hidden by a neighbour have a few hours or none.
+    - `bounces`: upper bound of what reflections beyond the last one could add to all light.
+    - `patches`: discretisation error of reflected light, from light uneven within the cells of patches; one third of
+      the measured effect of light that is uneven between the cells.
     """
     eligible = energy.eligible & np.isfinite(energy.full_load_hours)
     budget = {"unit": "percent", "bounces": bound_of_bounces(transfer)}
@@ -134,7 +134,7 @@ def budget_errors(transfer, energy):
 
 
 def bound_of_bounces(transfer):
-    """Percent of all light that reflections after the last one add at most: each is at most ρ of the one before."""
+    """Upper bound [%] of what reflections after the last one add to all light: each is at most ρ times the last."""
     record = transfer.record
     if record is None:
         return None
@@ -144,9 +144,9 @@ def bound_of_bounces(transfer):
 
 
 def sum_totals(transfer, energy, system):
-    """Power and annual energy if all eligible area that is open and usable bore modules.
+    """Power and annual energy if all eligible area that is open and usable carried modules.
 
-    Walls that were left out because a neighbour covers them, and flat roofs as they lie, are told apart.
+    Walls excluded because a neighbour covers them, and flat roofs, are listed separately.
     """
     area = np.asarray(transfer.surfaces.area, float)
     hidden = transfer.surfaces.eligible & ~energy.eligible
@@ -184,7 +184,7 @@ def describe_racks(transfer, energy, system):
 
 
 def describe_years(energy):
-    """Full load hours of the groups year by year, with mean and spread; empty where the weather covers one year."""
+    """Full load hours of the groups by year, with mean and standard deviation; empty for a single year."""
     years = split_years(energy.times, energy.interval)
     if len(years) < 2:
         return {}
@@ -204,7 +204,7 @@ def describe_years(energy):
 
 
 def versions():
-    """What the run was made with."""
+    """Versions of Python, CityPV and libraries."""
     found = {"python": platform.python_version(), "citypv": importlib_version("citypv")}
     for library in LIBRARIES:
         found[library] = importlib_version(library)
@@ -212,7 +212,7 @@ def versions():
 
 
 def importlib_version(name):
-    """Version of an installed distribution, None where it is not installed as one."""
+    """Version of an installed distribution, or None."""
     try:
         return importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
@@ -220,7 +220,7 @@ def importlib_version(name):
 
 
 def peak_memory():
-    """Largest memory this process has held [bytes]; None where the platform does not tell."""
+    """Peak memory of this process [bytes]; None if the platform does not report it."""
     if sys.platform == "win32":
         return None
     import resource
@@ -230,7 +230,7 @@ def peak_memory():
 
 
 def finite(value):
-    """The same value with plain types only, and null for what is not finite."""
+    """Convert a value to plain types, with None for numbers that are not finite."""
     if isinstance(value, dict):
         return {str(key): finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

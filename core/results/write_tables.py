@@ -11,7 +11,7 @@ from .write_timeseries import write_timeseries
 
 
 def write_tables(folder, transfer, energy, weather, request, *, progress):
-    """Write faces.csv, groups.csv, buildings.csv, timeseries.nc and, where it is asked for, series.csv.
+    """Write faces.csv, groups.csv, buildings.csv, timeseries.nc and, if requested, series.csv.
 
     Parameters
     ----------
@@ -21,22 +21,22 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
     weather : Weather
     request : Request
     progress : callable
-        See `core.progress`; in files.
+        See `core.progress`; counts files.
     """
 
-    def tell_faces(share):
+    def report_faces(share):
         progress("writing tables", share, len(tables), "files")
 
     system, monthly = build_system(request), request.monthly
     tables = {
-        "faces.csv": partial(write_faces, transfer=transfer, energy=energy, tell=tell_faces, monthly=monthly),
+        "faces.csv": partial(write_faces, transfer=transfer, energy=energy, tell=report_faces, monthly=monthly),
         "groups.csv": partial(write_groups, energy=energy),
         "buildings.csv": partial(write_buildings, transfer=transfer, energy=energy, system=system, monthly=monthly),
         "timeseries.nc": partial(write_timeseries, energy=energy, weather=weather),
     }
     if energy.series is not None:
         tables["series.csv"] = partial(write_series, transfer=transfer, energy=energy)
-    tell_faces(0)
+    report_faces(0)
     for number, (name, write) in enumerate(tables.items()):
         write(folder / name)
         progress("writing tables", number + 1, len(tables), "files")

@@ -15,7 +15,7 @@ from citypv.core.request import Request
 from citypv.core.results.list_findings import list_findings
 from citypv.core.scene.build_scene import build_scene
 
-SHARED = "covered for more than half: shared with a neighbour, inside a building or below the ground"
+SHARED = "more than half covered: shared with a neighbour, inside a building or below the ground"
 FOOT = "lies under its building, on the ground"
 
 
