@@ -1,4 +1,4 @@
-"""Give weather its sun: positions at mid-interval, and the direct part that belongs to them."""
+"""Add sun positions at mid-interval to weather, and complete GHI, DHI and DNI."""
 
 import numpy as np
 import pandas as pd
@@ -23,7 +23,7 @@ COLUMNS = [
 
 
 def add_sun(record, interval, horizon_cut="measured"):
-    """Complete a checked record to Weather.
+    """Turn a checked record into Weather.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def add_sun(record, interval, horizon_cut="measured"):
     interval : pandas.Timedelta
         Length of its intervals.
     horizon_cut : {"measured", "neglect"}
-        What happens to suns below 2° of apparent elevation, as of `complete_irradiance`.
+        Treatment of suns below 2° of apparent elevation, as in `complete_irradiance`.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def add_sun(record, interval, horizon_cut="measured"):
         With the sun at mid-interval and all three irradiances.
     """
     sun = solar_position(record.data.index, interval, record.latitude, record.longitude)
-    # Negative irradiance down to -1 W/m² is rounding of the file's packing or the dark signal of an instrument.
+    # Negative irradiance down to -1 W/m² comes from packing in the file or the dark signal of an instrument.
     given = {
         name: record.data[name].to_numpy(float).clip(min=0.0) for name in record.data if name in ("ghi", "dhi", "dni")
     }
@@ -58,7 +58,7 @@ def add_sun(record, interval, horizon_cut="measured"):
 
 
 def complete_irradiance(given, apparent_zenith, horizon_cut="measured"):
-    """Find the third of ghi, dhi and dni, and settle what a sun near the horizon gives.
+    """Compute the missing one of ghi, dhi and dni, and treat the sun near the horizon.
 
     Parameters
     ----------
@@ -67,8 +67,8 @@ def complete_irradiance(given, apparent_zenith, horizon_cut="measured"):
     apparent_zenith : numpy.ndarray, (t,)
         Of the sun at mid-interval [°].
     horizon_cut : {"measured", "neglect"}
-        "measured": below 2° of apparent elevation DNI is kept where it was measured; where it would have to be derived,
-        a quotient of two numbers near zero, all light is diffuse. With the sun below the horizon all light is diffuse.
+        "measured": below 2° of apparent elevation DNI is kept if it was measured; if it would have to be derived, as a
+        quotient of two numbers near zero, all light is diffuse. With the sun below the horizon all light is diffuse.
         "neglect": intervals with the sun below 2° have no light, as in the paper.
 
     Returns
@@ -80,12 +80,12 @@ def complete_irradiance(given, apparent_zenith, horizon_cut="measured"):
         raise InputError("horizon_cut", f"{horizon_cut!r} is unknown", f"give one of {', '.join(HORIZON_CUTS)}")
     sunny = is_sunny(apparent_zenith)
     ghi, dhi, dni = (given.get(name) for name in ("ghi", "dhi", "dni"))
-    # A sun that is up, and high enough for a direct part.
+    # Intervals with direct light: sun above the horizon, or above 2° if DNI has to be derived.
     direct = sunny if dni is None or horizon_cut == "neglect" else np.asarray(apparent_zenith) < 90.0
     if ghi is None:
         ghi = compute_ghi(dhi, dni, apparent_zenith)
     if dhi is None:
-        # A direct part larger than the global one comes from the sun's path within the interval: nothing is left over.
+        # Direct above global irradiance comes from the sun's motion within the interval: then DHI is 0.
         dhi = np.maximum(compute_dhi(ghi, dni, apparent_zenith), 0.0)
     if dni is None:
         dni = np.zeros_like(ghi)

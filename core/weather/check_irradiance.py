@@ -1,4 +1,4 @@
-"""Refuse irradiance that no sun gives: another unit, another time step, or a column that holds something else."""
+"""Refuse impossible irradiance: wrong unit, wrong time step, or a column with another quantity."""
 
 import numpy as np
 import pandas as pd
@@ -10,20 +10,23 @@ from .check_sun_times import haurwitz, sun_track
 HOUR = pd.Timedelta(hours=1)
 SOLAR_CONSTANT = 1361.0  # [Wm⁻²]
 
-# Physically possible limits of BSRN: factor, exponent and offset of a S cos(z)^b + c.
+# Physically possible limits of BSRN, a S cos(z)^b + c: factor a, exponent b, offset c.
 POSSIBLE = {"ghi": (1.5, 1.2, 100.0), "dhi": (0.95, 1.2, 50.0)}
-MOST_ABOVE = 0.01  # of the values by day may exceed them: edges of clouds do for minutes
+MOST_ABOVE = 0.01  # share of daytime values that may exceed them, as cloud edges do for minutes
 LEAST_CLEARNESS, MOST_CLEARNESS = 0.2, 0.85  # of a year: GHI per irradiation outside of the atmosphere
-BRIGHT = 0.99  # quantile of GHI by day that is set against the clear sky to find a factor
-NO_FACTOR = (0.6, 1.7)  # between these the unit is right
-NEAR = 1.3  # a known factor is named where it explains the values to within this ratio
-OVERCAST, HIGH = 0.25, np.sin(np.radians(10.0))  # clearness below which, and sine of elevation above which, it is dull
-LEAST_DIFFUSE = 0.6  # share of diffuse light under a dull sky, median
-FEWEST_DULL = 24  # hours that tell
+BRIGHT = 0.99  # quantile of daytime GHI that is compared with the clear sky to find a factor
+NO_FACTOR = (0.6, 1.7)  # for ratios in this range the unit is right
+NEAR = 1.3  # a known factor is suggested if it explains the values to within this ratio
+OVERCAST, HIGH = (
+    0.25,
+    np.sin(np.radians(10.0)),
+)  # clearness below which, and sine of elevation above which, the sky is overcast
+LEAST_DIFFUSE = 0.6  # share of diffuse light under an overcast sky, median
+FEWEST_DULL = 24  # overcast hours needed for the check
 
 
 def check_irradiance(data, interval, latitude, longitude, source):
-    """Refuse irradiance beyond physical limits, years too dark or too bright, and direct light from dull skies.
+    """Refuse irradiance beyond physical limits, years too dark or bright, and direct light from overcast skies.
 
     Parameters
     ----------
@@ -38,7 +41,7 @@ def check_irradiance(data, interval, latitude, longitude, source):
     Raises
     ------
     InputError
-        More than 1 % of the values by day exceed BSRN's physically possible limits, or the year's clearness does not
+        If more than 1 % of the daytime values exceed BSRN's physically possible limits, or the year's clearness does not
         lie between 0.2 and 0.85 (with the factor that would fit); or, under skies with a clearness below 0.25, less
         than 0.6 of the light is diffuse.
 
@@ -59,7 +62,7 @@ def check_irradiance(data, interval, latitude, longitude, source):
 
 
 def check_possible(data, normal, cos_zenith, interval, source):
-    """Refuse irradiance of which more than 1 % exceeds what is possible with the sun at its highest in the interval."""
+    """Refuse irradiance of which more than 1 % exceeds the limits for the highest sun of the interval."""
     day = cos_zenith > 0
     for name, (factor, exponent, offset) in POSSIBLE.items():
         limit = factor * normal * cos_zenith**exponent + offset
@@ -67,7 +70,7 @@ def check_possible(data, normal, cos_zenith, interval, source):
         if above.sum() > MOST_ABOVE * max(day.sum(), 1):
             share = 100 * above.sum() / day.sum()
             problem = (
-                f"{share:.0f} % of {name} by day exceed what is physically possible ({factor:g} S cos(z)^{exponent:g}"
+                f"{share:.0f} % of daytime {name} exceeds what is physically possible ({factor:g} S cos(z)^{exponent:g}"
             )
             problem += f" + {offset:g} Wm⁻²)"
             raise InputError(source, problem, cure_of_factor(data["ghi"].to_numpy(), cos_zenith, interval))
@@ -85,10 +88,10 @@ def check_clearness(ghi, extra_horizontal, cos_zenith, interval, source):
 
 
 def check_dull_skies(data, extra_horizontal, cos_zenith, interval, source):
-    """Refuse much direct light from dull skies: then the direct part is none.
+    """Refuse much direct light from overcast skies: then the direct column is wrong.
 
-    With a clearness below 0.22 diffuse light is 0.98 and more of all (Erbs et al. 1982,
-    :doi:`10.1016/0038-092X(82)90302-4`); a direct column that holds GHI makes one half of it.
+    With a clearness below 0.22 the diffuse fraction is at least 0.98 (Erbs et al. 1982,
+    :doi:`10.1016/0038-092X(82)90302-4`); a direct column that contains GHI gives one half.
     """
     ghi = data["ghi"].to_numpy()
     dull = (cos_zenith > HIGH) & (ghi < OVERCAST * extra_horizontal) & (ghi > 0)
@@ -96,12 +99,12 @@ def check_dull_skies(data, extra_horizontal, cos_zenith, interval, source):
         return
     share = float(np.median(data["dhi"].to_numpy()[dull] / ghi[dull]))
     if share < LEAST_DIFFUSE:
-        problem = f"under dull skies only {100 * share:.0f} % of the light is diffuse, where nearly all should be"
-        raise InputError(source, problem, "check the direct column: it may hold the global irradiance")
+        problem = f"under overcast skies only {100 * share:.0f} % of the light is diffuse, but nearly all should be"
+        raise InputError(source, problem, "check the direct column: it may contain global irradiance")
 
 
 def cure_of_factor(ghi, cos_zenith, interval):
-    """The factor that would bring GHI to a plausible brightness, in words."""
+    """Cure that names the factor with which GHI would be plausible."""
     day = cos_zenith > 0
     bright = float(np.quantile(ghi[day], BRIGHT)) if day.any() else 0.0
     if not bright > 0:
@@ -118,7 +121,7 @@ def cure_of_factor(ghi, cos_zenith, interval):
 
 
 def known_factors(interval):
-    """Factors that mistaken units make, and what they mean.
+    """Factors that result from wrong units, and what they mean.
 
     Parameters
     ----------
@@ -139,6 +142,6 @@ def known_factors(interval):
         41868.0 / seconds: "they look like cal/cm² per interval",
     }
     if interval < HOUR:
-        factors[HOUR / interval] = "they look like energy per interval that was taken for energy per hour"
-        factors[interval / HOUR] = "they look like sums of an hour in every interval"
+        factors[HOUR / interval] = "they look like energy per interval that was read as energy per hour"
+        factors[interval / HOUR] = "they look like hourly sums repeated in every interval"
     return factors

@@ -1,4 +1,4 @@
-"""Compare the irradiance with the sun: does GHI = DHI + DNI cos z hold, and does the day rise and set on time."""
+"""Compare irradiance with the sun: does GHI = DHI + DNI cos z hold, and do sunrise and sunset fit."""
 
 from dataclasses import dataclass
 
@@ -11,18 +11,18 @@ from ..errors import InputError
 DAY = pd.Timedelta(days=1)
 STEP = pd.Timedelta(minutes=10)  # the clear sky is averaged over an interval in steps of at most this
 COARSE, FINE = 30, 1  # [min] steps in which shifts are tried
-WINDOW, BRIGHT = 20, 0.9  # days whose brightest hours stand for a clear day, and the quantile that is taken of them
+WINDOW, BRIGHT = 20, 0.9  # days whose brightest hours represent a clear day, and the quantile of these
 
 # Limits. Sources and the values of real files: docs/weather.md.
-RESIDUAL = 0.01  # of GHI; below this nothing is wrong with the times
+RESIDUAL = 0.01  # of GHI; below this the times are right
 WORST_RESIDUAL = 0.08  # of GHI; Long and Shi (2008) flag GHI / (DHI + DNI cos z) beyond 8 %
 CLOSURE_SHIFT, DAYLIGHT_SHIFT = 10, 20  # [min]
-GAIN = 0.8  # a shift must bring the residual below this share of what it is without
+GAIN = 0.8  # a shift must reduce the residual to less than this share
 
 
 @dataclass
 class SunTimes:
-    """How the irradiance of a record fits the sun of its stamps; shifts are what to add to the stamps [min]."""
+    """How well the irradiance of a record fits the sun at its time stamps; shifts are to be added to these [min]."""
 
     closure_residual: float | None  # mean |GHI - DHI - DNI cos z| / mean GHI; None where only two of them are given
     closure_residual_shifted: float | None  # the same with the best shift
@@ -67,14 +67,14 @@ def measure_sun_times(data, interval, latitude, longitude):
 
 @dataclass
 class SunTrack:
-    """Declination and hour angle of the sun, to half a minute: enough to try many shifts quickly."""
+    """Declination and hour angle of the sun, to half a minute: for trying many shifts quickly."""
 
     sine: np.ndarray  # (t,) sin(latitude) sin(declination)
     cosine: np.ndarray  # (t,) cos(latitude) cos(declination)
     hour_angle: np.ndarray  # (t,) [rad]
 
     def cos_zenith(self, shift=0.0):
-        """Cosine of the zenith angle so many minutes later, 0 below the horizon: (t,)."""
+        """Cosine of the zenith angle after a shift [min], 0 below the horizon: (t,)."""
         return np.maximum(self.sine + self.cosine * np.cos(self.hour_angle + np.radians(shift / 4)), 0.0)
 
 
@@ -128,7 +128,7 @@ def search_shift(residual):
 
 
 def compare_daylight(ghi, interval, track):
-    """A function that tells how far clear days are from the model of a clear sky when the sun is shifted.
+    """Function for the residual between clear days and the clear-sky model as a function of a shift.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def compare_daylight(ghi, interval, track):
     days = len(ghi) // steps // windows
     shape, used = (windows, days, steps), windows * days * steps
     clear = np.quantile(ghi[:used].reshape(shape), BRIGHT, axis=1)  # (windows, steps) [Wm⁻²]
-    # The sun of the middle day stands for the window.
+    # The sun of the middle day represents the window.
     middle = np.arange(used).reshape(shape)[:, days // 2].ravel()
     own = SunTrack(track.sine[middle], track.cosine[middle], track.hour_angle[middle])
     parts = max(int(np.ceil(interval / STEP)), 1)
@@ -168,7 +168,7 @@ def haurwitz(cos_zenith):
 
 
 def check_shift(times, source):
-    """Refuse irradiance that belongs to the sun of another time, with the shift that would fit.
+    """Refuse irradiance that is shifted in time relative to the sun, and suggest the shift.
 
     Parameters
     ----------
@@ -179,20 +179,20 @@ def check_shift(times, source):
     Raises
     ------
     InputError
-        GHI, DHI and DNI contradict each other by more than 1 % of GHI, and a shift of 10 minutes or more brings this
-        down by a fifth and below 8 %; or, where two are given or the three differ by more than 8 %, clear days fit the
-        sun better by a fifth with a shift of 20 minutes or more.
+        If GHI, DHI and DNI contradict each other by more than 1 % of GHI, and a shift of 10 minutes or more reduces
+        this by a fifth and below 8 %; or if only two are given, or the three differ by more than 8 %, and clear days
+        fit the sun better by a fifth with a shift of 20 minutes or more.
     """
     closed = times.closure_residual is not None and times.closure_residual <= RESIDUAL
     if closed or times.daylight_shift is None:
         return
     if times.closure_residual is not None and shift_closes(times):
         raise InputError(source, *describe_closure(times))
-    # GHI, DHI and DNI that no shift brings together may still belong to another place.
+    # GHI, DHI and DNI that no shift reconciles may belong to another place.
     contradictory = times.closure_residual is None or times.closure_residual > WORST_RESIDUAL
     gained = times.daylight_residual_shifted < GAIN * times.daylight_residual
     if contradictory and gained and abs(times.daylight_shift) >= DAYLIGHT_SHIFT:
-        problem = f"its irradiance fits the sun {describe_shift(times.daylight_shift)} than its stamps say"
+        problem = f"its irradiance fits the sun {describe_shift(times.daylight_shift)} than its time stamps"
         raise InputError(source, problem, cure_of_shift(round_shift(times.daylight_shift, 5)))
 
 
@@ -203,7 +203,7 @@ def shift_closes(times):
 
 
 def describe_closure(times):
-    """Problem and cure of a record whose closure wants a shift."""
+    """Problem and cure of a record whose closure requires a shift."""
     residual, shifted, shift = times.closure_residual, times.closure_residual_shifted, times.closure_shift
     problem = f"GHI differs from DHI + DNI cos z by {100 * residual:.1f} % of GHI, by {100 * shifted:.1f} %"
     problem += f" with the sun {describe_shift(shift)}"
@@ -234,13 +234,13 @@ def describe_shift(shift):
 
 
 def round_shift(shift, error):
-    """A shift found to within an error [min], as whole quarters of an hour where that is as good."""
+    """Round a shift to quarters of an hour if that is within its error [min]."""
     quarters = 15 * round(shift / 15)
     return quarters if abs(shift - quarters) <= error else shift
 
 
 def cure_of_shift(shift):
-    """What to do about a shift."""
+    """Cure for a shift."""
     if abs(shift) > 90:
         return f"check the place (--weather-place) and the time zone of the weather, or give --time-shift {shift}"
     return f"check its time zone and stamps, or give --time-shift {shift}"

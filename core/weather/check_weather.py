@@ -1,4 +1,4 @@
-"""Refuse weather that full load hours cannot be computed from."""
+"""Refuse weather from which full load hours cannot be computed."""
 
 from itertools import pairwise
 
@@ -10,7 +10,7 @@ from ..errors import InputError
 DAY = pd.Timedelta(days=1)
 HOUR = pd.Timedelta(hours=1)
 
-# Values outside are no weather of this Earth, but another unit or a mark for "missing".
+# Values outside are impossible on Earth: another unit, or a marker for missing values.
 LIMITS = {
     "ghi": (-1.0, 2000.0, "Wm⁻²"),
     "dhi": (-1.0, 2000.0, "Wm⁻²"),
@@ -24,12 +24,12 @@ LIMITS = {
 def check_weather(record):
     """Refuse a record with missing variables or values, a broken time axis, or less than whole years.
 
-    What exceeds the upper limits is left to `check_values`, after `check_irradiance` has had a word on units.
+    Upper limits are checked later by `check_values`, after `check_irradiance`, whose message on units is more helpful.
 
     Parameters
     ----------
     record : Record
-        As read from a file.
+        Record as read from a file.
 
     Returns
     -------
@@ -39,7 +39,7 @@ def check_weather(record):
     Raises
     ------
     InputError
-        Names the file, the place in it, and the cure.
+        With the file, the place in it, and the cure.
     """
     check_variables(record)
     interval = check_time_axis(record.data.index, record.source)
@@ -82,7 +82,7 @@ def check_time_axis(times, source):
     if len(disorder):
         stamp = times[disorder[0] + 1]
         raise InputError(
-            source, f"the time {stamp} stands twice or out of order", "sort the times and remove duplicates"
+            source, f"the time {stamp} is repeated or out of order", "sort the times and remove duplicates"
         )
     interval = step.to_series().mode().iloc[0]
     if interval > HOUR or DAY % interval != pd.Timedelta(0):
@@ -128,7 +128,7 @@ def skips_leap_day(times, interval):
     Returns
     -------
     numpy.ndarray, (t - 1,) bool
-        Whether the step to the next time is such a gap, in whichever time zone.
+        Whether the step to the next time is such a gap, in any time zone.
     """
     middle = times[:-1] + interval + DAY / 2  # of the day that is left out, if it is
     leap_day = (middle.month == 2) & (middle.day == 29) | (
@@ -156,24 +156,24 @@ def count_years(span):
 
 
 def check_finite(record):
-    """Refuse values that are missing; name the first time."""
+    """Refuse missing values, naming the first time."""
     for name in LIMITS:
         if name not in record.data.columns:
             continue
         missing = np.flatnonzero(~np.isfinite(record.data[name].to_numpy(dtype=float)))
         if len(missing):
-            place = f"{name} is missing at {record.data.index[missing[0]]} ({len(missing)} values in all)"
+            place = f"{name} is missing at {record.data.index[missing[0]]} ({len(missing)} values in total)"
             raise InputError(record.source, place, "fill the missing values")
 
 
 def check_values(record, *, lowest_only=False):
-    """Refuse values outside what weather can be; name the first time.
+    """Refuse impossible values, naming the first time.
 
     Parameters
     ----------
     record : Record
     lowest_only : bool
-        Look at the lower bounds only.
+        Check the lower bounds only.
     """
     for name, (lowest, highest, unit) in LIMITS.items():
         if name not in record.data.columns:

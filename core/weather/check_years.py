@@ -1,4 +1,4 @@
-"""Check the irradiance of each year by itself, so that one bad year does not hide among good ones."""
+"""Check the irradiance of each year separately, so that good years do not hide a bad one."""
 
 from dataclasses import asdict, replace
 
@@ -12,7 +12,7 @@ from .check_weather import skips_leap_day
 from .record import IRRADIANCES
 
 SHORTEST_YEAR = pd.Timedelta(days=350)
-LONGEST_REST = pd.Timedelta(days=2)  # of a neighbouring year, where a year is that of another time zone
+LONGEST_REST = pd.Timedelta(days=2)  # of an adjacent year, when the record's year is that of another time zone
 
 
 def check_years(record, interval):
@@ -45,7 +45,7 @@ def check_years(record, interval):
 
 
 def cut_years(record, interval):
-    """Rows of each calendar year of the place's mean solar time; all rows under one name where years are other ones.
+    """Rows of each calendar year in mean solar time of the place; all rows in one if it is not in calendar years.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def cut_years(record, interval):
 
 
 def describe_leap_days(record, interval):
-    """A note where 29 February is left out."""
+    """A note if 29 February is missing."""
     days = record.data.index[:-1][skips_leap_day(record.data.index, interval)]
     return [f"29 February {', '.join(str((day + interval).year) for day in days)} is missing"] if len(days) else []
 

@@ -1,4 +1,4 @@
-"""Weather without clouds: what a place could get at most."""
+"""Clear-sky weather: an upper bound."""
 
 import pandas as pd
 import pvlib
@@ -31,10 +31,10 @@ def clear_sky(latitude, longitude, altitude, year):
 
     Notes
     -----
-    :doi:`10.1016/S0038-092X(02)00045-2`; an upper bound of what a real year brings.
+    :doi:`10.1016/S0038-092X(02)00045-2`; an upper bound of a real year.
     """
     if not 1900 <= year <= 2100:
-        raise InputError("--year", f"{year} is not from 1900 to 2100", "give a year the sun's position is known for")
+        raise InputError("--year", f"{year} is not from 1900 to 2100", "give a year in that range")
     times = pd.date_range(f"{year}-01-01", f"{year + 1}-01-01", freq=INTERVAL, inclusive="left", tz="UTC")
     zenith = solar_position(times, INTERVAL, latitude, longitude)["apparent_zenith"]
     pressure = pvlib.atmosphere.alt2pres(altitude)

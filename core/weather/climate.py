@@ -1,4 +1,4 @@
-"""The built-in climate as weather of one place; off land the clear sky."""
+"""The built-in climate as weather of one place; clear sky at sea."""
 
 import pandas as pd
 
@@ -19,14 +19,14 @@ def climate(latitude, longitude, year=2021, seed=0):
     latitude, longitude : float
         Place [°].
     year : int
-        Calendar year, in UTC: it sets the sun and the dates, not the weather.
+        Calendar year, in UTC: determines sun positions and dates, not the weather.
     seed : int
-        Of the days and hours drawn.
+        Seed of the random days and hours.
 
     Returns
     -------
     Record
-        Hourly; its altitude is that of pvlib's table. Off land a clear sky, whose label says so.
+        Hourly; the altitude is that of pvlib's table. At sea a clear sky, as noted in the label.
     """
     altitude = look_up_altitude(latitude, longitude)
     if look_up_normals(latitude, longitude) is None:

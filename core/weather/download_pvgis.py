@@ -11,24 +11,24 @@ CURE = "give a file, or --weather climate, which needs no network"
 
 
 def download_pvgis(latitude, longitude, url=None):
-    """Download a typical year and lay its intervals as for a file of it.
+    """Download a typical year, with the same intervals as from a file.
 
     Parameters
     ----------
     latitude, longitude : float
         Place [°].
     url : str, optional
-        Of the server; by default pvlib's.
+        URL of the server; by default that of pvlib.
 
     Returns
     -------
     Record
-        The horizon is that of the far terrain around the place, as PVGIS knows it.
+        Includes the horizon of distant terrain, from PVGIS.
 
     Raises
     ------
     InputError
-        There is no network, or PVGIS has nothing for this place: its own words in one line.
+        If there is no network, or PVGIS has no data for this place; with its message in one line.
     """
     longitude = (longitude + 180.0) % 360.0 - 180.0
     address = url or pvlib.iotools.pvgis.URL
@@ -48,7 +48,7 @@ def download_pvgis(latitude, longitude, url=None):
 
 
 def describe_failure(error, address):
-    """Why nothing came, in a few words."""
+    """Reason of a failed download, in a few words."""
     if error.__class__.__name__ in ("ConnectionError", "ConnectTimeout", "ProxyError", "SSLError"):
         return f"cannot reach {address} ({error.__class__.__name__})"
     return f"{address} refused ({' '.join(str(error).split())[:160]})"

@@ -1,4 +1,4 @@
-"""Take one place out of gridded weather."""
+"""Extract one place from gridded weather."""
 
 import numpy as np
 
@@ -62,7 +62,7 @@ def weigh_neighbours(distance, point):
     Returns
     -------
     list of (int, float) or None
-        Index and weight of one or two lines; None where the place lies outside by more than half a cell.
+        Index and weight of one or two lines; None if the place is outside by more than half a cell.
     """
     lines = np.unique(distance)
     cell = np.diff(lines).min() if len(lines) > 1 else CELL
@@ -73,7 +73,7 @@ def weigh_neighbours(distance, point):
         return [(nearest, 1.0)]
     other = np.where(distance * distance[nearest] < 0, np.abs(distance), np.inf)
     second = int(other.argmin())
-    # At the grid's edge there is no line on the other side: the nearest stands alone.
+    # At the grid's edge there is no line on the other side: only the nearest is used.
     if distance[nearest] == 0 or other[second] > 1.001 * cell:
         return [(nearest, 1.0)]
     share = other[second] / (other[second] + abs(distance[nearest]))
@@ -81,9 +81,9 @@ def weigh_neighbours(distance, point):
 
 
 def describe_outside(dataset, latitude, longitude):
-    """Words for a place outside the grid."""
+    """Message for a place outside the grid."""
     north, east = dataset["latitude"].to_numpy(), dataset["longitude"].to_numpy()
     return (
-        f"the place {latitude:.4f}° N, {longitude:.4f}° E lies outside the grid "
+        f"the place {latitude:.4f}° N, {longitude:.4f}° E is outside the grid "
         f"({north.min():g} to {north.max():g}° N, {east.min():g} to {east.max():g}° E)"
     )

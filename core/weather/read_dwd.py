@@ -18,16 +18,16 @@ GERMANY = {"latitude": (46.0, 56.0), "longitude": (5.0, 16.0)}  # [°]
 TABLE_COLUMNS = {"ghi": ("G_Bh", "G_Dh"), "dhi": ("G_Dh",), "temp_air": ("Ta",), "wind_speed": ("FF",)}
 TRY_COLUMNS = {"ghi": ("B", "D"), "dhi": ("D",), "temp_air": ("t",), "wind_speed": ("WG",)}
 TRY_PLANE = "EPSG:3034"  # Lambert's conformal conic of Europe, of Rechtswert and Hochwert
-MOST_MISSING = 3  # hours at the end of a year that may be filled in, at night
+MOST_MISSING = 3  # hours at the end of a year that are filled in, at night
 NUMBER = r"[-+]?\d+(?:[.,]\d+)?"
 
 
 def read_dwd(path, place=None):
     """Read a table of a station's year: lines of ``#``, then hour, p, Ta, RH, G_Bh, G_Dh, N, FF, DD.
 
-    Hour 1 ends at 1:00 of UTC+1. G_Bh and G_Dh are the direct and the diffuse part on a horizontal plane. The head
-    gives latitude and longitude in either order, told apart by what is possible in Germany. Hours that the file leaves
-    out at the end of the year take the values of the last one, if the sun is down then; a note says so.
+    Hour 1 ends at 1:00 of UTC+1. G_Bh and G_Dh are the direct and the diffuse part on a horizontal plane. The header
+    has latitude and longitude in either order, distinguished by what is possible in Germany. Hours missing at the end
+    of the year are filled with the values of the last one, if the sun is below the horizon; a note reports it.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def read_columns(path, names, rows, columns):
     text = "\n".join(row.replace(",", ".") for row in rows)
     table = pd.read_csv(io.StringIO(text), sep=r"\s+", header=None, dtype=float)
     if table.shape[1] != len(names):
-        problem = f"{table.shape[1]} columns, but the head names {len(names)}"
+        problem = f"{table.shape[1]} columns, but {len(names)} in the header"
         raise InputError(path, problem, "give the file as it was downloaded")
     table.columns = names
     missing = [name for parts in columns.values() for name in parts if name not in names]
@@ -77,16 +77,16 @@ def read_columns(path, names, rows, columns):
 
 
 def find_year(path, head):
-    """Calendar year of a station table: named in its head or by the file."""
+    """Calendar year of a station table, from its header or file name."""
     for text in (*head, path.name):
         found = re.search(r"(?<!\d)(19|20)\d\d(?!\d)", text)
         if found:
             return int(found[0])
-    raise InputError(path, "neither its head nor its name says which year it is", "put the year into the file's name")
+    raise InputError(path, "no year in its header or name", "put the year into the file's name")
 
 
 def find_place(path, head):
-    """Latitude and longitude [°] and altitude [m] from the line of the head that holds nothing but numbers."""
+    """Latitude and longitude [°] and altitude [m] from the header line that contains numbers only."""
     for line in head:
         numbers = [float(number.replace(",", ".")) for number in re.findall(NUMBER, line)]
         if len(numbers) < 3 or not re.fullmatch(rf"\s*(?:{NUMBER}\s*)+", line):
@@ -95,11 +95,11 @@ def find_place(path, head):
             place = {"latitude": latitude, "longitude": longitude}
             if all(low <= place[name] <= high for name, (low, high) in GERMANY.items()):
                 return latitude, longitude, numbers[2]
-    raise InputError(path, "its head names no place in Germany", "give --weather-place LATITUDE LONGITUDE")
+    raise InputError(path, "no place in Germany in its header", "give --weather-place LATITUDE LONGITUDE")
 
 
 def complete_year(path, table, year):
-    """Add the last hours of a year where they are missing by night: table and notes."""
+    """Fill in missing night hours at the end of a year: table and notes."""
     wanted = 8784 if pd.Timestamp(year, 1, 1).is_leap_year else 8760
     missing = wanted - len(table)
     if not 0 < missing <= MOST_MISSING:
@@ -108,12 +108,12 @@ def complete_year(path, table, year):
         problem = f"the last {missing} hours of {year} are missing"
         raise InputError(path, problem, "give the whole year")
     last = table.iloc[[-1] * missing]
-    note = f"the last {missing} h of {year} (night) are missing in {path.name}: taken as the hour before"
+    note = f"the last {missing} h of {year} (night) are missing in {path.name}: filled with the hour before"
     return pd.concat([table, last], ignore_index=True), [note]
 
 
 def read_try(path, place=None):
-    """Read a test reference year: Rechtswert and Hochwert in the head, then RW HW MM DD HH t p WR WG N x RF B D A E IL.
+    note = f"the last {missing} h of {year} (night) are missing in {path.name}: filled with the last hour"
 
     Hour 1 ends at 1:00 of Central European Time (UTC+1); B and D are the direct and the diffuse part on a horizontal
     plane. The year is put on the calendar of 2021.
@@ -123,7 +123,7 @@ def read_try(path, place=None):
     path : path-like
         The file; may be gz-compressed.
     place : tuple of float, optional
-        As of `read_dwd`.
+        As in `read_dwd`.
 
     Returns
     -------
@@ -153,7 +153,7 @@ def find_try_place(path, lines):
     for name in ("Rechtswert", "Hochwert", "Hoehenlage"):
         found = next((re.search(rf":\s*({NUMBER})", line) for line in lines if line.startswith(name)), None)
         if not found:
-            raise InputError(path, f"no line {name} in its head", "give --weather-place LATITUDE LONGITUDE")
+            raise InputError(path, f"no line {name} in its header", "give --weather-place LATITUDE LONGITUDE")
         values.append(float(found[1].replace(",", ".")))
     globe = pyproj.Transformer.from_crs(TRY_PLANE, "EPSG:4326", always_xy=True)
     longitude, latitude = globe.transform(values[0], values[1])

@@ -20,7 +20,7 @@ COLUMNS = {
     "wind_speed": "wind_speed",
     "atmospheric_pressure": "pressure",
 }
-# The format's marks for a missing value: at or above this number there is none.
+# Missing values of the format are at or above these numbers.
 MISSING = {"ghi": 9999, "dhi": 9999, "dni": 9999, "temp_air": 99.9, "wind_speed": 999, "pressure": 999999}
 OFFSET = re.compile(r"irradiance time offset \(h\)\s*:\s*([-+]?\d*\.?\d+)", re.IGNORECASE)
 HEADER_LINES = 8
@@ -29,9 +29,9 @@ HEADER_LINES = 8
 def read_epw(path):
     """Read an EPW file of a station.
 
-    Its hour 1 covers 0:00 to 1:00 of local standard time, and pvlib's index is the start of that hour. A typical year
-    is put into one calendar year. Temperature, wind and pressure are those of the record's own hour. In files of PVGIS
-    the irradiance is that of satellite images, whose time stands in COMMENTS.
+    Hour 1 covers 0:00 to 1:00 of local standard time, and pvlib's index is the start of that hour. A typical year is
+    put into one calendar year. Temperature, wind and pressure are those of the record's own hour. In files of PVGIS
+    the irradiance is that of satellite images, whose time is given in COMMENTS.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def read_epw(path):
     data = table[list(COLUMNS)].rename(columns=COLUMNS).astype(float)
     for name, mark in MISSING.items():
         data[name] = data[name].mask(data[name] >= mark)
-    # Pressure has a good substitute in the altitude of the station; the other variables have none.
+    # Pressure can be computed from the altitude of the station; the other variables have no substitute.
     if data["pressure"].isna().any():
         data["pressure"] = data["pressure"].fillna(pvlib.atmosphere.alt2pres(place["altitude"]))
     data, typical = coerce_year(data)
@@ -60,11 +60,11 @@ def read_epw(path):
 
 
 def read_offset(text):
-    """How far the middle of the intervals lies from half past the hour.
+    """Shift of the middle of the intervals from half past the hour.
 
-    PVGIS states the time of its images in the head of its csv, in hours after the stamp, and one hour less in COMMENTS
-    of its EPW (0.1761 and -0.8239 for 45° N, 8° E). The row that EPW calls hour h holds the image stamped h, so the
-    image was taken one hour and the offset after h.
+    PVGIS gives the time of its images in the header of its csv, in hours after the stamp, and one hour less in COMMENTS
+    of its EPW (0.1761 and -0.8239 for 45° N, 8° E). The row of hour h in EPW has the image stamped h, so the image was
+    taken one hour plus the offset after h.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def read_offset(text):
     Returns
     -------
     shift : pandas.Timedelta
-        0 where the comments name no offset.
+        0 if the comments have no offset.
     notes : list of str
     """
     head = "\n".join(islice(io.StringIO(text), HEADER_LINES))

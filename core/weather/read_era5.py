@@ -1,4 +1,4 @@
-"""ERA5 reanalysis in NetCDF, as the Climate Data Store delivers it or as others saved it again."""
+"""ERA5 reanalysis in NetCDF, as delivered by the Climate Data Store or saved by other programs."""
 
 import tempfile
 import zipfile
@@ -14,7 +14,7 @@ from ..errors import InputError
 from .grid_point import interpolate_point
 from .record import Record
 
-# Names that a variable may have; the mean rates are those of the same hour in Wm⁻².
+# Possible names of each variable; mean rates are those of the same hour in Wm⁻².
 NAMES = {
     "ssrd": ("ssrd", "msdwswrf", "avg_sdswrf", "surface_solar_radiation_downwards"),
     "fdir": ("fdir", "msdrswrf", "avg_sdirswrf", "total_sky_direct_solar_radiation_at_surface"),
@@ -25,7 +25,7 @@ NAMES = {
     "sp": ("sp", "surface_pressure"),
 }
 RATES = ("msdwswrf", "avg_sdswrf", "msdrswrf", "avg_sdirswrf")
-# Units as `spell_unit` writes them -> factor and offset to ours, per interval for what is accumulated.
+# Unit as normalised by `spell_unit` -> factor and offset to ours, per interval for accumulated variables.
 UNITS = {
     "ssrd": {"Jm-2": (1.0, 0.0), "kJm-2": (1e3, 0.0), "Wm-2": (1.0, 0.0), "Whm-2": (3600.0, 0.0)},
     "t2m": {"K": (1.0, -273.15), "degC": (1.0, 0.0), "C": (1.0, 0.0), "celsius": (1.0, 0.0)},
@@ -52,7 +52,7 @@ def read_era5(paths, latitude, longitude, altitude, point):
     ----------
     paths : path-like or list of path-like
         NetCDF files, or zips or folders of such files: one for each year, month, variable or group of variables. Files
-        without any of our variables are left alone.
+        without any of these variables are ignored.
     latitude, longitude : float
         Place [°].
     altitude : float
@@ -63,7 +63,7 @@ def read_era5(paths, latitude, longitude, altitude, point):
     Returns
     -------
     Record
-        ghi, dhi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹] and, where the file has it, pressure [Pa].
+        ghi, dhi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹] and, if available, pressure [Pa].
     """
     paths = [Path(path) for path in (paths if isinstance(paths, list | tuple) else [paths])]
     with ExitStack() as stack:
@@ -75,7 +75,7 @@ def read_era5(paths, latitude, longitude, altitude, point):
         missing += sorted(WIND - set(table))
     if missing:
         raise InputError(source, f"the variables {', '.join(missing)} are missing", CURE)
-    # The values are those of the grid; the sun is that of the place asked for.
+    # The values are those of the grid; the sun is that of the requested place.
     label = f"ERA5 {names} ({point}: {place[0]:g}°, {place[1]:g}°)"
     return Record(convert_era5(table, rates), latitude, longitude, altitude, source, label)
 
@@ -94,7 +94,7 @@ def list_files(path, stack):
 
 
 def unzip_netcdf(path, folder):
-    """Unpack the NetCDF files of a zip into a folder, under names of our own: list of paths."""
+    """Unpack the NetCDF files of a zip into a folder, under new names: list of paths."""
     files = []
     with zipfile.ZipFile(path) as archive:
         members = [member for member in archive.namelist() if member.endswith(".nc")]
@@ -138,7 +138,7 @@ def read_files(files, latitude, longitude, point):
             )
             raise InputError(path, problem, "download all variables on the same grid")
         if rates & set(own) != means & set(table):
-            raise InputError(path, "is in Wm⁻² where other files are in Jm⁻², or the other way", "use one unit")
+            raise InputError(path, "is in Wm⁻² while other files are in Jm⁻², or vice versa", "use one unit")
         table, rates = table.combine_first(own), rates | means
     if table is None:
         raise InputError(", ".join(dict.fromkeys(str(path) for path, _ in files)), "no weather variable inside", CURE)
@@ -179,27 +179,27 @@ def read_file(path, file, latitude, longitude, point):
 
 
 def spell_unit(unit):
-    """One spelling for the many of a unit: J m**-2, J m-2, J/m^2 and J m⁻² become Jm-2."""
+    """Normalise the spelling of a unit: J m**-2, J m-2, J/m^2 and J m⁻² become Jm-2."""
     for old, new in (("⁻", "-"), ("²", "2"), ("¹", "1"), ("**", ""), ("^", ""), (" ", ""), (".", ""), ("·", "")):
         unit = unit.replace(old, new)
     return unit.replace("/m2", "m-2").replace("/s", "s-1").replace("°C", "degC")
 
 
 def check_length(file):
-    """Raise where a file in NetCDF's classic format is shorter than its header says.
+    """Raise an error if a file in NetCDF's classic format is truncated.
 
-    The NetCDF library reads zeros beyond the end of such a file. (Files in HDF5 know their own length.)
+    The NetCDF library reads zeros beyond the end of such a file. (HDF5 files store their length.)
     """
     with file.open("rb") as stream:
         if stream.read(4) in (b"CDF\x01", b"CDF\x02"):
             stream.seek(0)
-            # Laying every array over the mapped file fails where bytes are missing.
+            # Mapping every array onto the file fails if bytes are missing.
             classic = netcdf_file(stream, "r", mmap=True)
             classic.variables.clear()
 
 
 def rename_dimensions(path, dataset):
-    """Give time and place the names time, latitude and longitude, whichever of the known ones the file uses."""
+    """Rename the coordinates of time and place to time, latitude and longitude."""
     names = {"valid_time": "time", "lat": "latitude", "lon": "longitude"}
     dataset = dataset.rename(
         {old: new for old, new in names.items() if old in dataset.variables and new not in dataset}
@@ -212,12 +212,12 @@ def rename_dimensions(path, dataset):
     if getattr(dataset["time"].dt, "calendar", None) in NO_LEAP_DAYS:
         dataset = dataset.convert_calendar("standard", use_cftime=False)
     if not np.issubdtype(dataset["time"].dtype, np.datetime64):
-        raise InputError(path, "its times are in no standard calendar", CURE)
+        raise InputError(path, "its times are not in a standard calendar", CURE)
     return dataset
 
 
 def merge_versions(dataset):
-    """Join final and preliminary data, which the file keeps side by side along expver with gaps in each."""
+    """Join final and preliminary data, which are stored along expver, with gaps in each."""
     merged = dataset.isel(expver=0, drop=True)
     for version in range(1, dataset.sizes["expver"]):
         merged = merged.fillna(dataset.isel(expver=version, drop=True))
@@ -243,7 +243,7 @@ def convert_era5(table, rates=()):
     steps = table.index[1:] - table.index[:-1]
     interval = steps.to_series().mode().iloc[0] if len(steps) else HOUR
     seconds = {name: 1.0 if name in rates else interval.total_seconds() for name in ACCUMULATED}
-    # The files hold packed integers: nights come out slightly off zero, and fdir slightly above ssrd.
+    # Values are packed integers: at night slightly off zero, and fdir slightly above ssrd.
     ghi, direct = (table[name] / seconds[name] for name in ACCUMULATED)
     wind = table["ws10"] if "ws10" in table else np.hypot(table["u10"], table["v10"])
     data = pd.DataFrame({"ghi": ghi, "dhi": ghi - direct, "temp_air": table["t2m"], "wind_speed": wind})

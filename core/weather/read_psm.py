@@ -11,14 +11,14 @@ from .typical_year import coerce_year
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
 PASCALS = {"mbar": 100.0, "millibar": 100.0, "hpa": 100.0, "pa": 1.0}
-MISSING = -990.0  # the format's mark for a missing value is -999 or -9999
+MISSING = -990.0  # missing values are -999 or -9999 in this format
 
 
 def read_psm(path):
     """Read a PSM csv in SAM's format: two header lines, the column names, one row for each interval.
 
-    Each value belongs to the moment of its stamp (satellite images; hourly files have them at half past): the interval
-    is laid around it. A typical year (TMY) is put into one calendar year.
+    Values are instantaneous at their stamps (satellite images; at half past in hourly files): the interval is centred
+    on the stamp. A typical year (TMY) is put into one calendar year.
 
     Parameters
     ----------

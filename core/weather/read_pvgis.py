@@ -15,15 +15,15 @@ from .typical_year import coerce_year
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
 HALF_HOUR = pd.Timedelta(minutes=30)
-LEVEL = 0.01  # [°] up to which a plane counts as horizontal
+LEVEL = 0.01  # [°] slope up to which a plane counts as horizontal
 CURE = "download from PVGIS the typical meteorological year (TMY), or hourly data with slope 0 and radiation components"
 
 
 def read_pvgis(path, file_format):
     """Read a typical meteorological year or an hourly series of PVGIS.
 
-    The irradiance is that of one satellite image per hour: the interval is laid around that moment. In typical years it
-    is "Irradiance Time Offset" hours after the stamp (UTC); in hourly series the stamp itself.
+    Irradiance is that of one satellite image per hour: the interval is centred on its time, which in typical years is
+    "Irradiance Time Offset" hours after the stamp (UTC), and in hourly series the stamp itself.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def parse_json(path, text):
     try:
         tree = json.loads(text)
     except json.JSONDecodeError as error:
-        raise InputError(path, f"line {error.lineno} is no json ({error.msg})", CURE) from error
+        raise InputError(path, f"line {error.lineno} is not JSON ({error.msg})", CURE) from error
     return tree if isinstance(tree, dict) else {}
 
 
@@ -90,7 +90,7 @@ def read_place(text, file_format):
     Returns
     -------
     tuple of float
-        Files of PVGIS before version 5.3 name no offset: there it is 0.
+        The offset is 0 in files of PVGIS before version 5.3, which have none.
     """
     if file_format == "json":
         place = json.loads(text)["inputs"]["location"]
@@ -113,7 +113,7 @@ def read_hourly(path, text, file_format):
         slope = re.search(r"^slope:\s*(-?[\d.]+)", text, re.IGNORECASE | re.MULTILINE)
         slope = slope and float(slope[1])
     if slope is None or abs(float(slope)) > LEVEL:
-        raise InputError(path, f"the plane has a slope of {slope}°, not of 0", CURE)
+        raise InputError(path, f"the plane has a slope of {slope}° instead of 0", CURE)
     if not {"poa_direct", "poa_sky_diffuse"} <= set(table):
         raise InputError(path, "direct and diffuse radiation, Gb(i) and Gd(i), are missing", CURE)
     data = pd.DataFrame({"ghi": table["poa_direct"] + table["poa_sky_diffuse"], "dhi": table["poa_sky_diffuse"]})

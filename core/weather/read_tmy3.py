@@ -12,15 +12,15 @@ from .record import Record
 from .typical_year import coerce_year
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
-MISSING = -9000.0  # the format's mark for a missing value is -9900
+MISSING = -9000.0  # missing values are -9900 in this format
 
 
 def read_tmy3(path):
     """Read a TMY3 csv of a station.
 
-    Its stamps end the hour, in local standard time, and its months come from different years: they are put into one
-    calendar year. Files saved again by other programs may begin with a copy of the last row, to start at midnight: a
-    row that repeats another in time and all values is left out, and the label says so.
+    Stamps are at the end of the hour, in local standard time. Months come from different years and are put into one
+    calendar year. Files saved by other programs may begin with a copy of the last row, to start at midnight: a row
+    that repeats another in time and all values is dropped, as noted in the label.
 
     Parameters
     ----------
@@ -50,9 +50,9 @@ def read_tmy3(path):
 
 
 def read_header(line):
-    """The seven fields of the first line, without commas inside.
+    """The seven fields of the first line, with commas inside fields replaced.
 
-    Programs that save the file again may quote the whole line as if it were one field.
+    Programs that save the file may quote the whole line as one field.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""One door for all weather: recognise the source, read it, check it, add the sun."""
+"""Read weather from any source: recognise the format, read, check, and add the sun."""
 
 import gzip
 import zipfile
@@ -26,7 +26,7 @@ CURE = "give ERA5 as NetCDF, EPW, TMY3, PVGIS, NSRDB PSM, DWD, a csv with tz-awa
 
 @dataclass
 class Reading:
-    """How files are to be read."""
+    """Settings for reading weather."""
 
     point: str = "nearest"  # or bilinear: how a value is taken from gridded weather
     year: int = 2021  # of the clear sky and the built-in climate
@@ -48,9 +48,9 @@ def read_weather(source, latitude, longitude, altitude=0.0, **settings):
         are read as one), EPW, TMY3 csv, PVGIS (csv or json), NSRDB PSM csv, DWD, or a plain csv; text files may be
         gz-compressed. The format is recognised by the content. Several files are put end to end.
     latitude, longitude : float
-        The place asked for [°]. Files of one station keep the place of the station.
+        Requested place [°]. Files of one station keep the place of the station.
     altitude : float, optional
-        Of the place [m]; used where the source names none, for the pressure and the clear sky.
+        Of the place [m]; used for pressure and the clear sky if the source has none.
     **settings
         Fields of `Reading`.
 
@@ -61,7 +61,7 @@ def read_weather(source, latitude, longitude, altitude=0.0, **settings):
     Raises
     ------
     InputError
-        The source cannot be used: names file, place and cure.
+        If the source is invalid, with file, place and cure.
     """
     reading = Reading(**settings)
     if reading.place is not None:
@@ -125,11 +125,11 @@ def read_record(path, kind, own, place):
     ----------
     path : pathlib.Path
     kind : str
-        As of `recognise_weather`.
+        Of `recognise_weather`.
     own : tuple of float
-        Latitude and longitude [°] and altitude [m] for files that name none.
+        Latitude and longitude [°] and altitude [m] for files without a place.
     place : tuple of float or None
-        The same, where the user wants it instead of what files name.
+        The same, if the user overrides the place of the files.
 
     Returns
     -------
@@ -150,14 +150,14 @@ def read_record(path, kind, own, place):
     except InputError:
         raise
     except (ValueError, KeyError, IndexError, TypeError, AttributeError, OSError, EOFError) as error:
-        # A file of a known kind that breaks its reader is damaged: say which, and the reader's own words in one line.
+        # A file of a known format that its reader cannot parse is damaged: name it, with the reader's message.
         words = " ".join(str(error).split())[:200]
         problem = f"cannot be read as {kind} ({type(error).__name__}: {words})"
         raise InputError(path, problem, "download the file again; it may be cut") from error
 
 
 def recognise_weather(path):
-    """Format of a weather file, judged by how it begins.
+    """Format of a weather file, recognised by its beginning.
 
     Parameters
     ----------
@@ -191,11 +191,11 @@ def recognise_weather(path):
     for kind, found in marks.items():
         if found:
             return kind
-    raise InputError(path, "is in no known weather format", CURE)
+    raise InputError(path, "is not in a known weather format", CURE)
 
 
 def read_head(path):
-    """The first bytes of a file, unpacked where it is gz-compressed."""
+    """The first bytes of a file, decompressed if it is gz-compressed."""
     try:
         with path.open("rb") as file:
             head = file.read(4096)

@@ -1,4 +1,4 @@
-"""Plain csv tables of weather."""
+"""Weather from plain csv tables."""
 
 from pathlib import Path
 
@@ -23,7 +23,7 @@ def read_weather_csv(path, latitude, longitude, altitude):
     path : path-like
         The file; may be gz-compressed.
     latitude, longitude : float
-        Place of the weather [°]: the file names none.
+        Place of the weather [°], which is not in the file.
     altitude : float
         Of that place [m].
 
@@ -46,7 +46,7 @@ def read_weather_csv(path, latitude, longitude, altitude):
 
 
 def read_times(path, column):
-    """Time stamps that say how far they are from UTC.
+    """Parse time stamps with UTC offsets.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def read_times(path, column):
     times = pd.to_datetime(column, utc=True, errors="coerce", format="ISO8601")
     if times.isna().any():
         row = int(times.isna().to_numpy().argmax())
-        problem = f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is no time"
+        problem = f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is not a time"
         raise InputError(path, problem, "write times as 2021-01-01T00:00+01:00")
     return pd.DatetimeIndex(times)
 
@@ -92,5 +92,7 @@ def read_numbers(path, column):
     words = numbers.isna() & column.notna()
     if words.any():
         row = int(words.to_numpy().argmax())
-        raise InputError(path, f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is no number", "mend it")
+        raise InputError(
+            path, f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is not a number", "correct it"
+        )
     return numbers.to_numpy(dtype=float)

@@ -1,4 +1,4 @@
-"""What weather files say, before anything is checked or the sun is added; several files as one."""
+"""Weather as read from files, before checks and sun positions; joining several files."""
 
 from dataclasses import dataclass, field, replace
 
@@ -7,21 +7,19 @@ import pandas as pd
 from ..errors import InputError
 
 IRRADIANCES = ("ghi", "dhi", "dni")
-SAME_PLACE = 0.05  # [°] by which files that are put together may differ
+SAME_PLACE = 0.05  # [°] by which the places of joined files may differ
 
 
 @dataclass
 class Record:
     """The values of one file at one place, as they were read."""
 
-    data: (
-        pd.DataFrame
-    )  # index: UTC start of each interval; what there is of ghi, dhi, dni, temp_air, wind_speed, pressure
+    data: pd.DataFrame  # index: UTC start of each interval; any of ghi, dhi, dni, temp_air, wind_speed, pressure
     latitude: float  # [°]
     longitude: float  # [°]
     altitude: float  # [m]
     source: str  # the file, for messages
-    label: str  # for the user, beside the results
+    label: str  # shown with the results
     notes: list = field(default_factory=list)  # of str: what the user should know about the file
 
 
@@ -39,7 +37,7 @@ def join_records(records):
     Raises
     ------
     InputError
-        Their places or columns differ.
+        If their places or columns differ.
     """
     first = records[0]
     if len(records) == 1:
@@ -63,7 +61,7 @@ def join_records(records):
 
 
 def change_record(record, time_shift=0.0, without="none"):
-    """Shift the times and leave out a column, as the user wants it; notes say so.
+    """Shift the times and drop a column, as requested, with notes on it.
 
     Parameters
     ----------
@@ -71,7 +69,7 @@ def change_record(record, time_shift=0.0, without="none"):
     time_shift : float
         [min] added to the times.
     without : {"none", "ghi", "dhi", "dni"}
-        Column that is not to be used.
+        Column to drop.
 
     Returns
     -------

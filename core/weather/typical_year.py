@@ -1,4 +1,4 @@
-"""A typical year is made of months of different years: give it one calendar."""
+"""Put typical years, which consist of months of different years, into one calendar year."""
 
 import pandas as pd
 
@@ -9,7 +9,7 @@ TYPICAL_LEAP_YEAR = 2020
 def coerce_year(data):
     """Put the rows of a typical year into one calendar year, in order.
 
-    One real year is left as it is, and so are several that follow each other.
+    One real year, or several consecutive ones, are unchanged.
 
     Parameters
     ----------

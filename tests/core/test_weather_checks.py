@@ -202,7 +202,7 @@ def test_a_factor_is_named_only_where_it_fits():
 
 def test_a_direct_column_that_holds_the_global_irradiance():
     """Potsdam 2019: G_Bh + G_Dh sums up to 1,659 kWh/m²."""
-    refuse(POTSDAM_2019, "under dull skies only 50 %", "direct column", "2019")
+    refuse(POTSDAM_2019, "under overcast skies only 50 %", "direct column", "2019")
     assert annual_sums(read_weather(POTSDAM_2018, *BERLIN))[0] == pytest.approx(1209.4, abs=0.06)
 
 
