@@ -1,14 +1,14 @@
-"""Air temperature of a typical year: a yearly cycle that follows the sun, and a daily one that follows clearness."""
+"""Air temperature of a typical year: an annual cycle from irradiance, and a daily cycle from clearness."""
 
 import numpy as np
 
-# Of the first annual harmonic of air temperature over that of GHI: [K/Wm⁻²] of air from the sea and from land.
+# First annual harmonic of air temperature over that of GHI [K/Wm⁻²], for air from the sea and from land.
 GAIN_SEA, GAIN_LAND = 0.03, 0.19
-LAG = 29.0  # [days], of the temperature of land behind the sun (Stine et al. 2009)
+LAG = 29.0  # [days] of land temperature behind irradiance (Stine et al. 2009)
 
 
 def air_temperature(places, times, normals, outside, ghi):
-    """Air temperature [°C] of each hour: the annual mean, a yearly and a daily cycle: (p, t).
+    """Air temperature [°C] of each hour, (p, t): annual mean plus annual and daily cycle.
 
     Parameters
     ----------
@@ -22,13 +22,13 @@ def air_temperature(places, times, normals, outside, ghi):
 
     Notes
     -----
-    The yearly cycle is the first harmonic of GHI times a gain, 29 days later. The gain lies between those of air from
-    the sea and from land, by the share of land upwind, which explains most of its variance: A. R. Stine et al.,
-    :doi:`10.1038/nature07675`; K. A. McKinnon et al., :doi:`10.1175/JCLI-D-13-00021.1`.
+    The annual cycle is the first harmonic of GHI times a gain, delayed by 29 days. The gain is interpolated between
+    those of air from the sea and from land by the share of land upwind, which explains most of its variance: A. R.
+    Stine et al., :doi:`10.1038/nature07675`; K. A. McKinnon et al., :doi:`10.1175/JCLI-D-13-00021.1`.
 
     The daily cycle is that of D. G. Erbs, S. A. Klein, W. A. Beckman, ASHRAE J. 25 (6), 60 to 65 (1983): its range
-    follows from the clearness index, its form is a sum of four harmonics. They give it for the mean day of a month;
-    here each hour has the clearness of the 24 hours around it, so that sunny days have the warmest afternoons.
+    follows from the clearness index, its shape is a sum of four harmonics. They give it for the mean day of a month;
+    here each hour uses the clearness of the 24 hours around it, so that sunny days have the warmest afternoons.
     """
     phase = 2j * np.pi * (np.arange(len(times)) + 0.5) / len(times)
     harmonic = 2 * (ghi * np.exp(-phase)).mean(axis=1)  # (p,) [Wm⁻²]
@@ -48,6 +48,6 @@ def air_temperature(places, times, normals, outside, ghi):
 
 
 def sum_around(values):
-    """Sum of the 24 hours around each, round the year: (p, t)."""
+    """Sum of the 24 hours around each hour, cyclic over the year: (p, t)."""
     running = np.cumsum(np.pad(values, ((0, 0), (12, 12)), mode="wrap"), axis=1)
     return running[:, 24:] - running[:, :-24]

@@ -1,4 +1,4 @@
-"""The world's climate that ships with the program: long-term means of every place on land."""
+"""The built-in climate of the world: long-term means of every place on land."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -7,15 +7,20 @@ from pathlib import Path
 import numpy as np
 
 FILE = Path(__file__).with_name("climate_grid.npz")  # made by tools/make_climate_grid.py
-CELL, SOUTH, WEST, SHAPE = 0.25, -59.875, -179.875, (576, 1440)  # of the fine grid: centre of its first cell [°]
+CELL, SOUTH, WEST, SHAPE = (
+    0.25,
+    -59.875,
+    -179.875,
+    (576, 1440),
+)  # fine grid: cell size and centre of the first cell [°], rows and columns
 STEPS = {"ghi": 0.005, "temp_air": 0.1, "wind_speed": 0.1}
 SHARE_STEP = 0.002
 EARTH_RADIUS = 6371.0  # [km]
-REACH = 100.0  # [km] to the nearest cell on land; the grid leaves out many cells on coasts
-WINDOW = 4  # cells looked through to the north and to the south of a place
+REACH = 100.0  # [km] to the nearest cell on land; the grid lacks many coastal cells
+WINDOW = 4  # cells searched to the north and to the south of a place
 
 # The share of land that air has passed over: along the parallel, from the west poleward of 30° and from the east
-# equatorward (westerlies and trade winds), forgotten over 2,000 km, in a band of ±3°.
+# equatorward (westerlies and trade winds), with an exponential memory of 2,000 km, in a band of ±3°.
 TRADE_WINDS = 30.0  # [°]
 MEMORY = 2000.0  # [km]
 BAND = 12  # cells
@@ -43,11 +48,11 @@ def look_up_normals(latitude, longitude):
     Returns
     -------
     Normals or None
-        None where no land of the grid lies within 100 km.
+        None if there is no land in the grid within 100 km.
 
     Notes
     -----
-    Annual means are those of the nearest cell on land of 0.25° (PVCZ, from GLDAS NOAH); the months' clearness is
+    Annual means are those of the nearest land cell of 0.25° (PVCZ, from GLDAS NOAH); the monthly clearness is
     interpolated on 3° (gsee, from MERRA-2).
     """
     grid = read_grid()
@@ -84,7 +89,7 @@ def join_bytes(planes):
 
 
 def find_cell(land, latitude, longitude):
-    """Row and column of the nearest land cell, None where there is none within reach."""
+    """Row and column of the nearest land cell, None if there is none within reach."""
     nearest_row = round((latitude - SOUTH) / CELL)
     rows = np.arange(max(nearest_row - WINDOW, 0), min(nearest_row + WINDOW + 1, SHAPE[0]))
     across = int(min((WINDOW + 1) / max(np.cos(np.radians(latitude)), 0.02), SHAPE[1] // 2 - 1))
@@ -95,7 +100,7 @@ def find_cell(land, latitude, longitude):
     north = np.radians(SOUTH + CELL * rows)[:, None]
     east = np.radians(WEST + CELL * columns - longitude)
     here = np.radians(latitude)
-    # Haversine: exact for places close to each other.
+    # Haversine formula: accurate for small distances.
     chord = np.sin((north - here) / 2) ** 2 + np.cos(here) * np.cos(north) * np.sin(east / 2) ** 2
     distance = np.where(window, 2 * EARTH_RADIUS * np.arcsin(np.sqrt(np.minimum(chord, 1.0))), np.inf)
     row, column = np.unravel_index(distance.argmin(), distance.shape)

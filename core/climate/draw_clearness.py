@@ -7,13 +7,13 @@ hour; the numbers drawn are the same for all places, so that neighbours have the
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-LEAST_DAY = 0.05  # clearness index of the dullest day (Bendt et al. 1981)
+LEAST_DAY = 0.05  # clearness index of the cloudiest day (Bendt et al. 1981)
 DAY_MEMORY = 0.29  # correlation of a day with the day before (Graham et al. 1988)
 BISECTIONS = 60
 
 
 def draw_normals(seed, shape):
-    """Standard normal numbers from a counter-based generator, the same on every machine.
+    """Standard normal random numbers from a counter-based generator, the same on every machine.
 
     Parameters
     ----------
@@ -29,10 +29,10 @@ def draw_normals(seed, shape):
 
 
 def rank_days(normals, month):
-    """Where each day stands among those of its month: a quantile, evenly spread over 0 to 1.
+    """Rank of each day within its month as a quantile, evenly spread over 0 to 1.
 
-    Each month has the same set of quantiles whatever the seed, which decides their order: a first-order autoregressive
-    sequence (Graham et al. 1988, :doi:`10.1016/0038-092X(88)90019-8`).
+    The set of quantiles of a month does not depend on the seed, only their order, which is that of an autoregressive
+    sequence of first order (Graham et al. 1988, :doi:`10.1016/0038-092X(88)90019-8`).
 
     Parameters
     ----------
@@ -64,9 +64,9 @@ def draw_days(mean, cleanest, quantile, month):
     mean : numpy.ndarray, (p, 12)
         Clearness index of the months.
     cleanest : numpy.ndarray, (p, d)
-        Of each day under the cleanest sky.
+        Clearness index of each day under the cleanest sky.
     quantile : numpy.ndarray, (d,)
-        As of `rank_days`.
+        Of `rank_days`.
     month : numpy.ndarray, (d,)
         Of each day, from 0.
 
@@ -90,7 +90,7 @@ def draw_days(mean, cleanest, quantile, month):
 
 
 def solve_exponential(mean):
-    """γ of the density ∝ exp(γx) on 0 to 1 that has a mean, which is held to 0.02 to 0.98.
+    """γ of the density ∝ exp(γx) on 0 to 1 with a given mean, which is clipped to 0.02 to 0.98.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def solve_exponential(mean):
 
 
 def exponential_quantile(gamma, quantile):
-    """Value below which a share of the density ∝ exp(γx) on 0 to 1 lies."""
+    """Quantile function of the density ∝ exp(γx) on 0 to 1."""
     return np.log1p(quantile * np.expm1(gamma)) / gamma
 
 
@@ -123,21 +123,21 @@ def draw_hours(days, cleanest, sine, normals):
     days : numpy.ndarray, (p, d)
         Clearness index of each day.
     cleanest : numpy.ndarray, (p, d, 24)
-        Of each hour under the cleanest sky.
+        Clearness index of each hour under the cleanest sky.
     sine : numpy.ndarray, (p, d, 24)
-        Of the sun's elevation, 0 at night.
+        Sine of the sun's elevation, 0 at night.
     normals : numpy.ndarray, (d, 24)
         Independent standard normal numbers.
 
     Returns
     -------
     numpy.ndarray, (p, d, 24)
-        From 0 to `cleanest`. Their sums are not yet those of the days.
+        From 0 to `cleanest`. Their sums do not match those of the days yet.
 
     Notes
     -----
     R. Aguiar, M. Collares-Pereira, :doi:`10.1016/0038-092X(92)90068-L`: mean, standard deviation and autocorrelation of
-    a truncated normal distribution by day and elevation. It is truncated by its quantiles, without drawing again, and
+    a truncated normal distribution by day and elevation. It is truncated by its quantiles, without resampling, and
     at the cleanest sky instead of a cosine of the hour.
     """
     day = days[..., None]
@@ -157,23 +157,23 @@ def draw_hours(days, cleanest, sine, normals):
 
 
 def scale_to_sums(clearness, cleanest, outside, sums, starts):
-    """Raise or lower clearness indices by one factor for each stretch of time, none above the cleanest sky's.
+    """Scale clearness indices by one factor for each period, limited to those of the cleanest sky.
 
     Parameters
     ----------
     clearness, cleanest, outside : numpy.ndarray, (p, t)
-        Clearness index, the largest it can be, and the irradiance outside the atmosphere it belongs to [Wm⁻²].
+        Clearness index, its upper limit, and the corresponding extraterrestrial irradiance [Wm⁻²].
     sums : numpy.ndarray, (p, k)
-        Sum of clearness · outside that each stretch should have; where it is more than the cleanest sky's, that one.
+        Wanted sum of clearness · outside of each period; limited to that of the cleanest sky.
     starts : numpy.ndarray, (k,)
-        First index of each stretch.
+        First index of each period.
 
     Returns
     -------
     numpy.ndarray, (p, t)
     """
     length = np.diff(np.append(starts, clearness.shape[1]))
-    # A stretch without any light has nothing to scale; one drawn dark altogether gets something to scale.
+    # Periods without any light are not scaled; those that were drawn completely dark get a small value to scale.
     clearness = np.minimum(np.maximum(clearness, 1e-3), cleanest)
     low, high = np.full(sums.shape, -8.0), np.full(sums.shape, 8.0)  # natural logarithm of the factor
     for _ in range(BISECTIONS):

@@ -1,7 +1,7 @@
-"""Typical years of many places on land, from long-term means and drawn days.
+"""Typical years of many places on land, from long-term means and synthetic days.
 
-The months' sums of GHI are those of the climate; days and hours are drawn. It is a climatology: neither a forecast nor
-a record of any year.
+Monthly sums of GHI are those of the climate; days and hours are random. It is a climatology: neither a forecast nor a
+record of any year.
 """
 
 import numpy as np
@@ -15,37 +15,37 @@ from .climate_grid import look_up_normals
 from .draw_clearness import draw_days, draw_hours, draw_normals, rank_days, scale_to_sums
 
 INTERVAL = pd.Timedelta(hours=1)
-CLEAN_TURBIDITY = 2.0  # Linke's, of very clean, dry air
-CLOSEST = 0.97  # of the cleanest sky's sum, the most that a month gets
-ROUNDING = 3  # decimals of the irradiance [Wm⁻²]: processors differ only far below
-SINE_ROUNDING = 9  # decimals of the sine of the sun's elevation that splits it, for the same reason
+CLEAN_TURBIDITY = 2.0  # Linke turbidity of very clean, dry air
+CLOSEST = 0.97  # largest monthly sum as a share of that of the cleanest sky
+ROUNDING = 3  # decimals of the irradiance [Wm⁻²]: processors differ far below that
+SINE_ROUNDING = 9  # decimals of the sine of the sun's elevation for splitting it, for the same reason
 
-RAYLEIGH = np.sqrt(np.pi / 4)  # mean over root of the mean square of wind speeds
+RAYLEIGH = np.sqrt(np.pi / 4)  # mean over root mean square of wind speeds
 
 
 def make_climates(latitudes, longitudes, year=2021, seed=0):
-    """One typical year of each of many places. All have the same numbers drawn.
+    """One typical year of each of many places, with the same random numbers for all.
 
     Parameters
     ----------
     latitudes, longitudes : array_like, (p,)
         Places [°], all on land.
     year, seed
-        As of `weather.climate.climate`.
+        As in `weather.climate.climate`.
 
     Returns
     -------
     dict
         times: start of each hour (UTC), (t,); ghi, dhi, dni [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹] and pressure [Pa]:
-        (p, t). A place takes some 3 MB while it is made.
+        (p, t). It takes about 3 MB of memory per place.
 
     Raises
     ------
     InputError
-        A place lies off land.
+        If a place is not on land.
     """
     if not 1900 <= year <= 2100:
-        raise InputError("--year", f"{year} is not from 1900 to 2100", "give a year the sun's position is known for")
+        raise InputError("--year", f"{year} is not from 1900 to 2100", "give a year in that range")
     places = list(zip(np.atleast_1d(latitudes), np.atleast_1d(longitudes), strict=True))
     normals = [look_up_normals(*place) for place in places]
     for place, found in zip(places, normals, strict=True):
@@ -76,7 +76,7 @@ def look_up_altitude(latitude, longitude):
 
 
 def cleanest_sky(places, times, altitude):
-    """The sun, the irradiance outside the atmosphere, and that under the cleanest sky.
+    """Sun position, extraterrestrial irradiance, and irradiance under the cleanest sky.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def cleanest_sky(places, times, altitude):
 
     Notes
     -----
-    Ineichen's and Perez's model with a Linke turbidity of 2.
+    Model of Ineichen and Perez with a Linke turbidity of 2.
     """
     zenith = np.stack([solar_position(times, INTERVAL, *place)["apparent_zenith"].to_numpy() for place in places])
     sine = np.maximum(np.cos(np.radians(zenith)), 0.0)
@@ -109,7 +109,7 @@ def cleanest_sky(places, times, altitude):
 
 
 def raise_sky(sky, annual):
-    """The cleanest sky, brighter where the climate's annual sum [Wh/m²] is more than it gives."""
+    """The cleanest sky, scaled up where the climate's annual sum [Wh/m²] exceeds it."""
     factor = np.maximum(1.0, annual / (CLOSEST * sky["ghi"].sum(axis=1, keepdims=True)))
     return sky | {"ghi": sky["ghi"] * factor, "dni": sky["dni"] * factor}
 
@@ -120,10 +120,10 @@ def starts_of_months(times):
 
 
 def monthly_sums(annual, normals, sky, times):
-    """Sum of GHI of each month [Wh/m²]: (p, 12), together the annual sum (p, 1).
+    """Sum of GHI of each month [Wh/m²], (p, 12), adding up to the annual sum (p, 1).
 
-    The months share the year by their clearness; none gets more than 97 % of what the cleanest sky gives, and what is
-    too much goes to the others.
+    The annual sum is distributed by the clearness of the months; each is limited to 97 % of the cleanest sky, and the
+    excess goes to the others.
     """
     starts = starts_of_months(times)
     outside = np.add.reduceat(sky["outside"], starts, axis=1)
@@ -148,7 +148,7 @@ def draw_irradiance(places, times, sky, monthly, seed):
     starts, outside = starts_of_months(times), sky["outside"]
     cleanest = sky["ghi"] / np.maximum(outside, 1e-9)
     shift = np.array([[round(longitude / 15)] for _, longitude in places])
-    local = (np.arange(len(times)) - shift) % len(times)  # (p, t) index in UTC of each local hour, round the year
+    local = (np.arange(len(times)) - shift) % len(times)  # (p, t) index in UTC of each local hour, cyclic over the year
     by_day = (len(places), len(times) // 24, 24)
 
     def to_local(values):
