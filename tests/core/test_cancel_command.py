@@ -129,7 +129,8 @@ def test_interrupt_before_the_first_block_leaves_nothing(city, tmp_path, capfd, 
 
     monkeypatch.setattr(sun_blocks.SunProgress, "begin", stop)
     assert run(city, tmp_path / "out", "--quiet") == 130
-    assert capfd.readouterr().err == "citypv: error: interrupted before the first suns were finished; nothing was written\n"
+    message = "citypv: error: interrupted before the first suns were finished; nothing was written\n"
+    assert capfd.readouterr().err == message
     assert list(tmp_path.iterdir()) == []
 
 
