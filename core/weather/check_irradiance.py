@@ -41,8 +41,8 @@ def check_irradiance(data, interval, latitude, longitude, source):
     Raises
     ------
     InputError
-        If more than 1 % of the daytime values exceed BSRN's physically possible limits, or the year's clearness does not
-        lie between 0.2 and 0.85 (with the factor that would fit); or, under skies with a clearness below 0.25, less
+        If more than 1 % of the daytime values exceed BSRN's physically possible limits, or the year's clearness does
+        not lie between 0.2 and 0.85 (with the factor that would fit); or, under skies with a clearness below 0.25, less
         than 0.6 of the light is diffuse.
 
     References

@@ -113,7 +113,7 @@ def complete_year(path, table, year):
 
 
 def read_try(path, place=None):
-    note = f"the last {missing} h of {year} (night) are missing in {path.name}: filled with the last hour"
+    """Read a test reference year: Rechtswert and Hochwert, then RW HW MM DD HH t p WR WG N x RF B D A E IL.
 
     Hour 1 ends at 1:00 of Central European Time (UTC+1); B and D are the direct and the diffuse part on a horizontal
     plane. The year is put on the calendar of 2021.
