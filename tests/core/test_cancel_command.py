@@ -79,7 +79,7 @@ def test_first_interrupt_keeps_the_suns(city, tmp_path, capfd, monkeypatch):
     assert summary["error_budget"]["sun_sampling"]["patches"] > 10
     said = capfd.readouterr().err
     assert "Interrupting: finished suns are kept" in said
-    assert said.strip().splitlines()[-1].startswith(f"Interrupted: kept {kept} of {count} suns; by that full")
+    assert said.strip().splitlines()[-1].startswith(f"Interrupted: kept {kept} of {count} suns; this changes full")
     assert "Traceback" not in said
     # The whole run is not far away, and the part can be weighed again.
     monkeypatch.undo()

@@ -144,13 +144,13 @@ def test_files_that_are_no_weather(tmp_path):
     refuse(tmp_path / "missing.nc", "cannot be read")
     for name, content, word in (
         ("empty.csv", b"", "empty"),
-        ("words.txt", b"this is no weather", "no known weather format"),
-        ("bytes.bin", bytes(range(256)) * 8, "no known weather format"),
+        ("words.txt", b"this is no weather", "not in a known weather format"),
+        ("bytes.bin", bytes(range(256)) * 8, "not in a known weather format"),
         ("header.csv", b"time,ghi,dhi,temp_air,wind_speed\n", "no rows"),
         ("other.csv", b"a,b\n1,2\n", "weather variable"),
         ("cut.epw", b"LOCATION,Nowhere,-,USA,TMY3,1,10.0,10.0,1.0,5.0\nDESIGN", "full year"),
         ("head.epw", b"LOCATION,Nowhere\n", "cannot be read as epw"),
-        ("cut.json", b'{"inputs": {"loc', "no json"),
+        ("cut.json", b'{"inputs": {"loc', "not JSON"),
         ("other.json", b'{"type": "CityJSON"}', "PVGIS"),
         ("cut.nc", ERA5.read_bytes()[:300], "NetCDF"),
         ("broken.nc", b"\x89HDF\r\n\x1a\n" + bytes(200), "NetCDF"),
