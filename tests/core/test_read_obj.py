@@ -239,7 +239,7 @@ REFUSED = {
     "two numbers": (CUBE + "\nv 0 1\nf 1 2 3", "line 9: vertex without three numbers"),
     "long line": ("f " + "1 " * 600_000, "line 1: longer than"),
     "endless line": ("f 1 \\\n" * 400_000, r"line \d+: longer than"),
-    "only points": (CUBE + "\nf 1 2\nf 3", "no building has a shape"),
+    "only points": (CUBE + "\nf 1 2\nf 3", "no building has a usable shape"),
 }
 
 
