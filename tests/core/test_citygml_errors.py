@@ -26,7 +26,7 @@ FILES = {
     "binary": (bytes(range(1, 200)), "line 1"),
     "html": (b"<html><body>404</body></html>", r"line 1: <html> is not CityGML"),
     "no buildings": (text.model().encode(), "no buildings"),
-    "building without a shape": (text.model(text.building()).encode(), "no building has a shape"),
+    "building without a shape": (text.model(text.building()).encode(), "no building has a usable shape"),
     "laughs": (LAUGHS.encode(), "line 1: document types"),
     "external document type": (OUTSIDE.encode(), "line 1: document types"),
     "zip": (b"PK\x03\x04....", "zip archive"),
