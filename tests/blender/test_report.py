@@ -62,7 +62,7 @@ def test_import_says_what_was_read(addon, row_file):
 
 def test_the_report_follows_the_steps(addon, city):
     inside = {row["name"]: row for row in read_rows(city, "inside")}
-    name = next(name for name in inside if name.startswith("covered"))
+    name = next(name for name in inside if name.startswith("more than half covered"))
     covered = inside[name]["ids"].split()
     assert sorted(covered) == ["a_WallSurface_1", "b_WallSurface_3"]
     assert inside[name]["area"] == "120 m²"

@@ -116,7 +116,7 @@ def test_a_passage_stays_open():
     scene = build_scene(make_city([*box("a", 0, 0, 10, 10, 0, 10), *bridge, *box("a", 20, 0, 10, 10, 0, 10)]), 50, 8)
     middle = np.array([[0.0, 0.0]])  # the origin of the scene is the middle of the city
     assert heights_below(*ground_of(scene), middle) == pytest.approx(0.0, abs=1e-4)
-    assert any("hang in the air" in note for note in scene.report.notes)
+    assert any("above the ground" in note for note in scene.report.notes)
 
 
 def test_a_tower_on_a_podium_does_not_lift_the_ground():

@@ -105,7 +105,7 @@ def test_dwd_heads_of_several_kinds(tmp_path):
     assert (weather.latitude, weather.longitude, weather.altitude) == (52.38, 13.06, 81.0)
     nowhere = [line for line in lines_of(POTSDAM_2018) if not line.startswith("# 52,47")]
     path = write_lines(tmp_path / "b.txt", nowhere)
-    refuse(path, "names no place", "--weather-place")
+    refuse(path, "no place in Germany", "--weather-place")
     assert read_weather(path, *BERLIN, place=POTSDAM).latitude == 52.38
     refuse(write_lines(tmp_path / "c.txt", [*nowhere[:100], *nowhere[101:]]), "row 96", "hour 97", place=BERLIN)
 
@@ -126,7 +126,7 @@ def test_several_years_of_dwd_are_put_together(tmp_path):
     assert list(weather.checks) == ["2017", "2018"]
     assert annual_sums(weather)[0] == pytest.approx(2 * 1209.4, abs=0.1)
     # Twice the same year, and years of two places.
-    with pytest.raises(InputError, match="twice"):
+    with pytest.raises(InputError, match="is repeated"):
         read_weather([files[0], files[0]], *BERLIN)
     with pytest.raises(InputError, match="is not that of"):
         read_weather([files[0], BARROW], *BERLIN)

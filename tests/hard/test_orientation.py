@@ -243,7 +243,7 @@ def test_no_ray_is_cast_where_nothing_is_in_doubt(tmp_path, monkeypatch):
     def refuse(*_):
         raise AssertionError("a ray was cast")
 
-    monkeypatch.setattr("citypv.core.city.judge_turning.look_from_both_sides", refuse)
+    monkeypatch.setattr("citypv.core.city.judge_turning.trace_both_sides", refuse)
     read_city([DATA / "citygml" / "berlin_opendata_part_v1.gml.gz"])
     read_city([write_obj(tmp_path / "city.obj", {"a": valley(), "b": box((0, 0, 20), (9, 9, 29)), "c": bowl()})])
     with pytest.raises(AssertionError, match="a ray was cast"):
