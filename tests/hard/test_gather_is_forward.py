@@ -198,7 +198,7 @@ def test_gather_is_forward(name):
     scene = build_scene(city if WHOLE else middle_of(city, half), **place)
     groups = groups_of(scene.surfaces, lies_alone(scene))
     samples = 64 if WHOLE and len(scene.triangles) > 3e5 else 256
-    found = compare_estimators(scene, groups, (samples, 2), (photons if WHOLE else 32, 6))
+    found = compare_estimators(scene, groups, (samples, 2), (photons if WHOLE else 48, 6))
     print(f"\n{name}, {len(scene.triangles)} patches\n{found.table()}")
     bias = np.where(["roof" in group for group in groups], BIAS_ON_ROOFS, BIAS)
     allowed = ERRORS * found.error

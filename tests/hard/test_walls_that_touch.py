@@ -23,6 +23,7 @@ from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.sampling.sample_points import cell_of_point, cosine_direction
 from citypv.core.scene.build_scene import build_scene
+from citypv.core.transfer.prepare_scene import prepare_scene
 
 BOUNCES = 3
 PATHS, SETS, SEEDS = 120, 6, 3  # paths from each patch in each set, and runs of gather
@@ -84,9 +85,10 @@ def trace_shadow_rays(trees, normal, origins):
 
 def reflections_by_paths(scene, members):
     """Means over some surfaces, of all reflections and without the first: two (SETS, 2)."""
-    tracing = prepare_gather(scene, Request(), silent)
+    prepared = prepare_scene(scene, Request())
+    tracing = prepare_gather(prepared, Request(), silent)
     covered = find_cover(tracing.ray_scene, tracing.patches, tracing.threads)[1]
-    surface = scene.triangle_surface
+    surface = prepared.scene.triangle_surface  # with the backs of sheets
     chosen = np.flatnonzero((surface >= 0) & members[surface] & tracing.patches.receives)
     area = tracing.patches.area[chosen] / scene.surfaces.area[members].sum()
     generator = np.random.default_rng(5)
