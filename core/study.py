@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .effects.table import check_effects
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
 from .errors import InputError
@@ -43,6 +44,7 @@ def check_settings(request):
     InputError
     """
     check_request(request)
+    check_effects(request)
     parse_way(request.suns)
     parse_racks(request.racks)
     build_system(request)

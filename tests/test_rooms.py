@@ -38,6 +38,7 @@ LAYERS = (
     *(
         "sun",
         "climate",
+        "effects",
         "transfer",
         "radiosity",
         "photons",

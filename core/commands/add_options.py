@@ -2,6 +2,7 @@
 
 import argparse
 
+from ..effects.table import check_effects
 from ..methods import METHODS
 from ..request import Request, check_request, declared_settings
 
@@ -135,7 +136,7 @@ def request_of_options(options):
     Raises
     ------
     InputError
-        If a value is out of range.
+        If a value is out of range, or an effect does not exist.
     """
     known = {name: details for name, _, details in declared_settings()}
     given = {name: value for name, value in vars(options).items() if name in known}
@@ -151,4 +152,5 @@ def request_of_options(options):
     implied = METHODS.get(given.get("method"), {})  # settings without an option of this command
     request = Request(**{**implied, **given})
     check_request(request)
+    check_effects(request)
     return request

@@ -198,15 +198,13 @@ def run_inspect(options):
 
 def run_effects(options):
     """`citypv effects`."""
-    from dataclasses import asdict
-
+    from ..effects.plan_effects import describe_plan
     from ..study import plan_scene, read_scene
-    from ..transfer.plan_effects import describe_plan
 
     request = request_of_options(options)
     plan = plan_scene(read_scene(options.city, request, TerminalProgress(lasting=False)), request)
     if options.json:
-        print(json.dumps([asdict(effect) for effect in plan.effects], indent=2))
+        print(json.dumps([effect.as_dict() for effect in plan.effects], indent=2))
     else:
         print("\n".join(describe_plan(plan)))
 

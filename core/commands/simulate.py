@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from ..effects.plan_effects import describe_plan
 from ..energy.pv_system import build_system
 from ..interruption import Interruption
 from ..progress import CancelledError, Clock, TerminalProgress, silent
@@ -28,7 +29,6 @@ from ..study import (
 )
 from ..sun.check_distance import distance_of_weather
 from ..transfer.kept_matrix import is_on_disk
-from ..transfer.plan_effects import describe_plan
 from ..transfer.prepare_scene import prepare_scene
 
 
@@ -95,7 +95,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
         log.say(describe_weather(weather, scene.site))
         log.clock.lap("read weather")
         log.say("Effects included for this scene:")
-        prepared = prepare_scene(scene, request)
+        prepared = prepare_scene(scene, request, weather=weather)
         for line in describe_plan(prepared.plan):
             log.say(f"  {line}")
         log.say("Tracing")

@@ -116,7 +116,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
         direct_annual_standard_error=standard_error(direct.annual, direct.photons, unreachable),
         record=TraceRecord(
             request=request.as_dict(),
-            effects=[asdict(effect) for effect in plan.effects],
+            effects=[effect.as_dict() for effect in plan.effects],
             max_bounces=plan.max_bounces,
             brightest_albedo=max(float(patches.albedo.max(initial=0)), request.ground_albedo),
             patches=len(patches),

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from ..effects.plan_effects import EffectPlan
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
 from ..request import Request
 from ..threads import usable_threads
-from ..transfer.plan_effects import EffectPlan
 from ..transfer.surface_means import area_means
 
 

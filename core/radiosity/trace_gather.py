@@ -1,9 +1,8 @@
 """From a scene and its suns to the Transfer: the gather estimator."""
 
-from dataclasses import asdict
-
 import numpy as np
 
+from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..materials.read_albedo import materials_of_surfaces
 from ..progress import Clock
 from ..request import check_request
@@ -11,7 +10,6 @@ from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..scene.check_scene import check_scene
 from ..sun.check_suns import check_suns
 from ..sun.keep_suns import keep_suns
-from ..transfer.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..transfer.prepare_scene import prepare_scene
 from ..transfer.trace_record import TraceRecord, note_interruption
 from ..transfer.transfer import ErrorParts, Transfer
@@ -92,7 +90,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
         ),
         record=TraceRecord(
             request=request.as_dict(),
-            effects=[asdict(effect) for effect in plan.effects],
+            effects=[effect.as_dict() for effect in plan.effects],
             max_bounces=plan.max_bounces,
             brightest_albedo=max(float(patches.albedo.max(initial=0)), request.ground_albedo),
             patches=len(patches),

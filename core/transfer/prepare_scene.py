@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
+from ..effects.plan_effects import EffectPlan, plan_effects
 from ..materials.read_albedo import albedo_of_triangles, name_brdfs
 from ..patches.patches import Patches, patches_of_scene
 from ..scene.add_backs import add_backs
 from ..scene.check_scene import check_scene
 from ..scene.scene import Scene
-from .plan_effects import EffectPlan, plan_effects
 
 
 @dataclass
@@ -20,13 +20,16 @@ class PreparedScene:
     plan: EffectPlan
 
 
-def prepare_scene(scene, request):
+def prepare_scene(scene, request, *, weather=None, suns=None):
     """Materials, patches and plan of a scene.
 
     Parameters
     ----------
     scene : Scene
     request : Request
+    weather : Weather, optional
+    suns : Suns, optional
+        Where they are known already, for effects that depend on them.
 
     Returns
     -------
@@ -41,4 +44,5 @@ def prepare_scene(scene, request):
     materials = name_brdfs(scene, request)
     scene = add_backs(scene)
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request, materials), request.seed)
-    return PreparedScene(scene, materials, patches, plan_effects(scene, patches, request))
+    plan = plan_effects(scene, patches, request, materials=materials, weather=weather, suns=suns)
+    return PreparedScene(scene, materials, patches, plan)

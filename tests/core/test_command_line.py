@@ -184,6 +184,7 @@ REFUSED = {
     "no such module": (["CITY", "--module", "Nonesuch"], "--module"),
     "no such suns": (["CITY", "--suns", "monthly"], "--suns"),
     "no such effect": (["CITY", "--effects", "fog=on"], "--effects"),
+    "no such effect, before any file is read": (["nowhere.gml", "--effects", "fog=on"], "no effect is called"),
     "effect without a state": (["CITY", "--effects", "fog"], "fog"),
     "negative bounces": (["CITY", "--max-bounces", "-1"], "--max-bounces"),
     "beyond the poles": (["CITY", "--latitude", "91", "--longitude", "0"], "--latitude"),

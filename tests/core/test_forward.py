@@ -9,6 +9,7 @@ from test_closed_forms import ALBEDO, SUNS, canyon, direct_relative, tilted_squa
 from test_tracing import three_houses
 
 from citypv.core.commands.plain_scenes import room
+from citypv.core.effects.table import TABLE
 from citypv.core.errors import InputError
 from citypv.core.materials.brdf_lambertian import Lambertian
 from citypv.core.materials.brdf_mirror import Mirror
@@ -21,7 +22,6 @@ from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
-from citypv.core.transfer.plan_effects import KEYS
 
 FIELDS = ("sky_view_factor", "far_ground_view_factor", "covered_share", "visible_share", "direct_reflected")
 ERRORS = ("diffuse_relative", "diffuse_relative_standard_error", "direct_annual_standard_error")
@@ -252,7 +252,7 @@ def test_shortcuts_of_gather_are_refused():
     with pytest.raises(InputError, match="no effect is called"):
         trace(three_houses(), effects={"fog": True})
     effects = trace(three_houses(), samples=16)
-    assert [effect["key"] for effect in effects.record.effects] == list(KEYS)
+    assert [effect["key"] for effect in effects.record.effects] == list(TABLE)
     assert not any(effect["on"] for effect in effects.record.effects[:2])
 
 

@@ -1,19 +1,21 @@
 """What must not change a result, and what must."""
 
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
 from scenes import join, scene_of_triangles, strip, suns_towards
 from test_covered import box
 
+from citypv.core.effects.plan_effects import plan_effects
+from citypv.core.effects.table import TABLE
 from citypv.core.errors import InputError
 from citypv.core.progress import silent
 from citypv.core.radiosity import sun_visibility, trace_hemisphere
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
-from citypv.core.transfer.plan_effects import KEYS, plan_effects
 
 SUNS = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3]])
 FIELDS = ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error", "covered_share")
@@ -121,7 +123,7 @@ def test_automatic_bounces_follow_the_albedo():
 def test_unknown_effect_is_refused():
     with pytest.raises(InputError, match="no effect is called 'fog'") as caught:
         trace_gather(three_houses(), SUNS, Request(effects={"fog": True}), silent)
-    assert all(key in str(caught.value) for key in KEYS)
+    assert all(key in str(caught.value) for key in TABLE)
 
 
 def test_an_error_in_progress_ends_the_task():
@@ -147,15 +149,20 @@ def test_embree_never_sees_broken_numbers(vertices, triangles, words):
         RayScene(np.array(vertices, float), np.array(triangles))
 
 
+def import_effect(key):
+    return import_module(f"citypv.core.effects.{key.replace('-', '_')}")
+
+
 def test_plan_says_why():
     scene = three_houses()
     from citypv.core.patches.patches import patches_of_scene
 
     patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.25), 0)
     plan = plan_effects(scene, patches, Request())
-    assert [effect.key for effect in plan.effects] == list(KEYS)
+    assert [effect.key for effect in plan.effects] == list(TABLE)
     assert all(effect.reason for effect in plan.effects)
-    reflections = plan.effects[2]
+    assert all(plan[key].key == key == import_effect(key).KEY for key in TABLE)
+    reflections = plan["reflections"]
     assert reflections.bound == pytest.approx(0.25**4 / 0.75)
     brighter = replace(patches, albedo=np.ones_like(patches.albedo))
-    assert plan_effects(scene, brighter, Request()).effects[2].bound is None
+    assert plan_effects(scene, brighter, Request())["reflections"].bound is None

@@ -8,6 +8,8 @@ import pytest
 from closed import box
 from scenes import join, strip, suns_towards
 
+from citypv.core.effects.closed_form import find_unobstructed, ground_view_of_tilt, sky_view_of_tilt
+from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.errors import InputError
 from citypv.core.patches.find_buried import find_buried
 from citypv.core.patches.patches import patches_of_scene
@@ -19,8 +21,6 @@ from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.radiosity.trace_hemisphere import trace_hemisphere
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request, check_request
-from citypv.core.transfer.closed_form import find_unobstructed, ground_view_of_tilt, sky_view_of_tilt
-from citypv.core.transfer.plan_effects import plan_effects
 
 SCENE = join([strip([-20, -20, 0], [40, 0, 0], [0, 40, 0], 2), *box((-5, -5, 0), (5, 5, 10))])
 COUNT = len(SCENE.triangles)

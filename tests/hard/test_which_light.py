@@ -8,6 +8,7 @@ import pytest
 from closed import box, room
 from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 
+from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.errors import InputError
 from citypv.core.patches.patches import patches_of_scene
@@ -17,7 +18,6 @@ from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.radiosity.trace_hemisphere import trace_hemisphere
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request, check_request
-from citypv.core.transfer.plan_effects import plan_effects
 from citypv.core.weather.add_sun import add_sun
 from citypv.core.weather.clear_sky import clear_sky
 
@@ -96,8 +96,8 @@ def test_automatic_reflections_stop_at_fifty():
     patches = patches_of_scene(HOUSE, np.ones(len(HOUSE.triangles)), 0)
     plan = plan_effects(HOUSE, patches, Request(max_bounces=None, albedo=1.0))
     assert plan.max_bounces == 50
-    assert plan.effects[2].bound is None
-    assert "most that are followed" in plan.effects[2].reason
+    assert plan["reflections"].bound is None
+    assert "most that are followed" in plan["reflections"].reason
 
 
 # Samples

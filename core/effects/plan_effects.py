@@ -1,0 +1,82 @@
+"""Which effects a scene calls for, decided before the first ray, each with a reason and a bound."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .effect import Effect, Inputs
+from .table import TABLE, check_effects, decide_effect
+
+
+@dataclass
+class EffectPlan:
+    """What will be traced: `plan[key]` is the Effect of a key."""
+
+    effects: list[Effect]  # in the order of the table
+
+    def __getitem__(self, key):
+        return next(effect for effect in self.effects if effect.key == key)
+
+    @property
+    def unobstructed(self) -> np.ndarray:
+        """Patches in closed form: (p,) bool."""
+        return self["closed-form"].setting
+
+    @property
+    def max_bounces(self) -> int:
+        """Number of reflections."""
+        return self["reflections"].setting
+
+    @property
+    def reflections(self) -> bool:
+        """Whether the matrix of form factors is needed."""
+        return self.max_bounces > 0
+
+    @property
+    def far_ground(self) -> bool:
+        """Whether rays that leave downwards meet lit ground."""
+        return self["far-ground"].on
+
+    @property
+    def suns_behind(self) -> bool:
+        """Whether shadow rays are sent to suns behind a patch."""
+        return self["suns-behind"].on
+
+
+def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=None):
+    """Decide what to trace.
+
+    Parameters
+    ----------
+    scene : Scene
+    patches : Patches
+    request : Request
+    materials : list, optional
+        Of `materials.read_albedo.Found`.
+    weather : Weather, optional
+    suns : Suns, optional
+
+    Returns
+    -------
+    EffectPlan
+
+    Raises
+    ------
+    InputError
+        If `request.effects` names an effect that does not exist, or an array of the scene cannot be used.
+    """
+    check_effects(request)
+    inputs = Inputs(scene, patches, materials, request, weather, suns)
+    for key in TABLE:
+        inputs.decided[key] = decide_effect(key, inputs)
+    return EffectPlan(list(inputs.decided.values()))
+
+
+def describe_plan(plan):
+    """The plan in lines of text."""
+    lines = []
+    for effect in plan.effects:
+        bound = "without bound" if effect.bound is None else f"leaves out at most {effect.bound:.2%}"
+        state = "on " if effect.on else "off"
+        lines.append(f"{effect.key:<12} {state}  {effect.extent}: {effect.reason} ({bound})")
+    return lines

@@ -1,0 +1,38 @@
+"""The table of effects: one line each, in the order in which they are decided.
+
+A key stands for the file of its name, with underscores for hyphens, which has `KEY` and `decide(inputs) -> Effect`.
+"""
+
+from importlib import import_module
+
+from ..errors import InputError
+
+BOTH = ("gather", "forward")
+
+TABLE = {  # key -> estimators for which it may be switched on
+    "closed-form": ("gather",),
+    "suns-behind": ("gather",),
+    "reflections": BOTH,
+    "far-ground": BOTH,
+}
+
+
+def check_effects(request):
+    """Refuse effects that do not exist, or that the estimator cannot have.
+
+    Raises
+    ------
+    InputError
+        Names the key, and the keys that exist.
+    """
+    for key, on in request.effects.items():
+        if key not in TABLE:
+            raise InputError("--effects", f"no effect is called {key!r}", f"use {', '.join(TABLE)}")
+        if on and request.estimator not in TABLE[key]:
+            name = TABLE[key][0]
+            raise InputError("--effects", f"{key} is for {name} only", f"leave it out or use --estimator {name}")
+
+
+def decide_effect(key, inputs):
+    """Decision on one effect: Effect."""
+    return import_module(f".{key.replace('-', '_')}", __package__).decide(inputs)
