@@ -23,13 +23,15 @@ class Diffuse:
     discretisation_error: float = 0.0  # of `estimate_discretisation_error`
 
 
-def gather_diffuse(context, hemisphere):
+def gather_diffuse(context, hemisphere, element_sky):
     """Relative irradiance of the surfaces under the isotropic sky.
 
     Parameters
     ----------
     context : GatherContext
     hemisphere : Hemisphere
+    element_sky : ElementSky or None
+        None without reflections.
 
     Returns
     -------
@@ -42,8 +44,8 @@ def gather_diffuse(context, hemisphere):
     if plan.reflections:
         report_bounces(context, 0)
         far_first = context.request.ground_albedo * hemisphere.far_ground
-        form_factors, element_sky = hemisphere.form_factors, hemisphere.element_sky
-        first_bounce = multiply_elements(form_factors, context.patches.albedo, element_sky, context.threads)
+        form_factors = hemisphere.form_factors
+        first_bounce = multiply_elements(form_factors, context.patches.albedo, element_sky.view, context.threads)
         _, propagated, last = iterate_bounces(
             form_factors,
             hemisphere.factor,
@@ -57,9 +59,9 @@ def gather_diffuse(context, hemisphere):
         reflected = multiply_elements(form_factors, propagated, hemisphere.factor, context.threads)
         reflected += first_bounce + far_first
         by_replicate += reflected
-        steps = steps_of_cells(context, hemisphere, element_sky)
+        steps = steps_of_cells(context, hemisphere, element_sky.view)
         discretisation_error = estimate_discretisation_error(context, steps, reflected)
-        passed_on = propagate_deviations(context, hemisphere, (hemisphere.sky_deviation, STEP), reflected)
+        passed_on = propagate_deviations(context, hemisphere, (element_sky.deviation, STEP), reflected)
         reflections = ReflectedError(merge @ by_replicate.mean(axis=1, dtype=float), passed_on, steps)
         report_bounces(context, plan.max_bounces + 1)
     return Diffuse(

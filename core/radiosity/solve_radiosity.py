@@ -33,29 +33,30 @@ def radiosity_factor(patches, covered_share):
     return (patches.albedo / open_share).astype(np.float32)
 
 
-def element_factors(context, hemisphere):
+def element_factors(context, rays, tallies):
     """Factors from the mean irradiance of a patch to the radiosity of each of its cells (elements).
 
     Parameters
     ----------
     context : GatherContext
-    hemisphere : Hemisphere
+    rays : HemisphereRays
+    tallies : ElementTallies
 
     Returns
     -------
     (p, cells) float32
         That of `radiosity_factor` where no reflected sky light arrives, or keys of hits do not resolve start cells.
     """
-    patches, form_factors = context.patches, hemisphere.form_factors
-    whole = radiosity_factor(patches, hemisphere.covered_share)
+    patches, form_factors = context.patches, rays.form_factors
+    whole = radiosity_factor(patches, rays.covered_share)
     if form_factors.starts < form_factors.cells or form_factors.cells == 1:
         return np.repeat(whole[:, None], form_factors.cells, axis=1)
-    factor = multiply_starts(form_factors, patches.albedo, hemisphere.element_sky, context.threads)
-    of_ground = np.float32(context.request.ground_albedo), hemisphere.element_far_ground
+    factor = multiply_starts(form_factors, patches.albedo, tallies.sky.view, context.threads)
+    of_ground = np.float32(context.request.ground_albedo), tallies.far_ground
 
     def share(rows):
         light = factor[rows], of_ground[0], of_ground[1][rows]
-        weigh_elements(light, hemisphere.open_share[rows], patches.albedo[rows], whole[rows])
+        weigh_elements(light, tallies.open_share[rows], patches.albedo[rows], whole[rows])
 
     work_in_slices(share, len(factor), context.threads)
     return factor

@@ -16,6 +16,7 @@ from ..transfer.transfer import ErrorParts, Transfer
 from .gather_context import prepare_gather
 from .gather_diffuse import gather_diffuse
 from .gather_direct import gather_direct
+from .hemisphere import Hemisphere, empty_tallies
 from .shadow_points import count_elements, points_above
 from .solve_radiosity import element_factors
 from .trace_hemisphere import trace_hemisphere
@@ -60,11 +61,11 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
     patches, plan, merge, ray_scene = context.patches, context.plan, context.merge, context.ray_scene
     clock.lap("plan and tree")
 
-    hemisphere = view_hemispheres(context, count_elements(points_above(request.shadow_samples)))
+    hemisphere, element_sky = view_hemispheres(context, count_elements(points_above(request.shadow_samples)))
     clock.lap("sky and reflections")
 
-    diffuse = gather_diffuse(context, hemisphere)
-    hemisphere.element_sky = hemisphere.sky_deviation = None  # of no more use, and large
+    diffuse = gather_diffuse(context, hemisphere, element_sky)
+    del element_sky  # large
     clock.lap("diffuse reflections")
     direct = gather_direct(context, hemisphere, suns, diffuse.by_replicate, folder)
     clock.lap("suns")
@@ -121,14 +122,17 @@ def view_hemispheres(context, cells):
     ----------
     context : GatherContext
     cells : int
-        1, 4 or 16: into how many cells the light of a patch is resolved.
+        1, 4 or 16: into how many elements the light of a patch is resolved.
 
     Returns
     -------
     Hemisphere
+    ElementSky or None
+        None without reflections.
     """
     patches, plan = context.patches, context.plan
-    hemisphere = trace_hemisphere(
+    tallies = empty_tallies(len(patches), cells) if plan.reflections else None
+    rays = trace_hemisphere(
         context.ray_scene,
         patches,
         ~plan.unobstructed & patches.receives,
@@ -136,22 +140,29 @@ def view_hemispheres(context, cells):
         reflections=plan.reflections,
         threads=context.threads,
         progress=context.progress,
-        cells=cells,
+        tallies=tallies,
     )
-    fill_closed_forms(hemisphere, patches, plan)
-    if plan.reflections:
-        hemisphere.factor = element_factors(context, hemisphere)
-    hemisphere.element_far_ground = hemisphere.open_share = None  # of no more use, and large
-    return hemisphere
+    fill_closed_forms(rays, patches, plan)
+    if tallies is None:
+        return Hemisphere(**vars(rays), factor=None), None
+    fill_elements(tallies, rays, patches, plan)
+    return Hemisphere(**vars(rays), factor=element_factors(context, rays, tallies)), tallies.sky
 
 
-def fill_closed_forms(hemisphere, patches, plan):
+def fill_closed_forms(rays, patches, plan):
     """Put in what is known without rays, and take out what the plan leaves out."""
     known = plan.unobstructed & patches.receives
-    hemisphere.sky[known] = sky_view_of_tilt(patches.normal[known])[:, None]
-    hemisphere.far_ground[known] = ground_view_of_tilt(patches.normal[known])[:, None]
-    hemisphere.element_far_ground[known] = hemisphere.far_ground[known, :1] / hemisphere.element_far_ground.shape[1]
-    hemisphere.element_sky[known] = hemisphere.sky[known, :1]
-    hemisphere.covered[~patches.receives] = True
+    rays.sky[known] = sky_view_of_tilt(patches.normal[known])[:, None]
+    rays.far_ground[known] = ground_view_of_tilt(patches.normal[known])[:, None]
+    rays.covered[~patches.receives] = True
     if not plan.far_ground:
-        hemisphere.far_ground[:] = hemisphere.element_far_ground[:] = 0
+        rays.far_ground[:] = 0
+
+
+def fill_elements(tallies, rays, patches, plan):
+    """The same for the elements of patches."""
+    known = plan.unobstructed & patches.receives
+    tallies.sky.view[known] = rays.sky[known, :1]
+    tallies.far_ground[known] = rays.far_ground[known, :1] / tallies.far_ground.shape[1]
+    if not plan.far_ground:
+        tallies.far_ground[:] = 0

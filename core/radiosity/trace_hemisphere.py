@@ -6,8 +6,6 @@
 ═════════════ patch
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numba import njit
 
@@ -18,6 +16,7 @@ from ..sampling.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, cells_inside, sobol_digits
 from ..threads import map_in_order
 from .form_factors import FEWEST_RAYS, FormFactors, count_hits, count_starts
+from .hemisphere import HemisphereRays
 from .replicates import tally_deviations
 
 RAYS_PER_TASK = 1 << 17
@@ -25,28 +24,7 @@ SKY, FAR_GROUND, FRONT, BACK, DARK = range(5)  # fate of a ray; DARK carries not
 AGREEING_RAYS = 3  # so many rays of a cell suffice, if they agree, to tell whether it lies inside something
 
 
-@dataclass
-class Hemisphere:
-    """Results of the hemisphere rays of p patches."""
-
-    sky: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32, share of rays that reach the sky
-    element_sky: np.ndarray  # (p, cells) float32, the same for the open part of each cell of the patch
-    element_far_ground: np.ndarray  # (p, cells) float32, share of all rays that start in the cell and reach far ground
-    open_share: np.ndarray  # (p, cells) float32, share of the rays of each cell that start in the open
-    far_ground: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32, share of rays that escape below the horizon
-    form_factors: FormFactors | None  # from the rays that hit the front of another patch
-    covered: np.ndarray  # (p, CELL_DIVISIONS²) bool, cells that lie inside or under something
-    ray_count: int
-    factor: np.ndarray | None = None  # (p, cells) float32, of `element_factors`
-    sky_deviation: np.ndarray | None = None  # (p, cells, HEMISPHERE_REPLICATES) int16, of `tally_deviations`
-
-    @property
-    def covered_share(self):
-        """Share of each patch that lies inside or under something: (p,) float32."""
-        return self.covered.mean(axis=1, dtype=np.float32)
-
-
-def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, threads, progress, cells=1):
+def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, threads, progress, tallies=None):
     """Trace cosine-distributed rays from every traced patch.
 
     Parameters
@@ -62,12 +40,13 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     threads : int
     progress : callable
         See `core.progress`.
-    cells : int, optional
-        1, 4 or 16: number of cells by which the light of a patch is resolved.
+    tallies : ElementTallies, optional
+        The rows of traced patches are written, which needs `reflections`. The light of a patch is resolved by as many
+        elements, 1, 4 or 16, as they have columns; by one if not given.
 
     Returns
     -------
-    Hemisphere
+    HemisphereRays
 
     Raises
     ------
@@ -83,21 +62,18 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     step = max(1, RAYS_PER_TASK // sample_count)
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
 
+    cells = tallies.open_share.shape[1] if tallies is not None else 1
     starts = count_starts(count, cells, sample_count)
 
     def trace_rows(chosen):
         return trace_patches(ray_scene, patches, chosen, sequence, (cells, starts) if reflections else None)
 
-    found = Hemisphere(
+    found = HemisphereRays(
         sky=np.zeros((count, HEMISPHERE_REPLICATES), np.float32),
-        element_sky=np.zeros((count, cells), np.float32),
-        element_far_ground=np.zeros((count, cells), np.float32),
-        open_share=np.ones((count, cells), np.float32),
         far_ground=np.zeros((count, HEMISPHERE_REPLICATES), np.float32),
         form_factors=FormFactors([], count, cells, len(sequence), starts) if reflections else None,
         covered=np.zeros((count, CELL_DIVISIONS**2), bool),
         ray_count=0,
-        sky_deviation=np.zeros((count, cells, HEMISPHERE_REPLICATES), np.int16) if reflections else None,
     )
     if len(rows):
         progress("sky and reflections", 0, len(rows) * sample_count, "rays")
@@ -105,10 +81,11 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
         tally, covered, matrix_rows, deviation = traced_rows
         found.covered[chosen] = covered
         found.sky[chosen], found.far_ground[chosen] = tally[:2]
-        found.element_sky[chosen], found.element_far_ground[chosen], found.open_share[chosen] = tally[2:]
         if reflections:
             found.form_factors.rows.append(matrix_rows)
-            found.sky_deviation[chosen] = deviation
+        if tallies is not None:
+            tallies.sky.view[chosen], tallies.far_ground[chosen], tallies.open_share[chosen] = tally[2:]
+            tallies.sky.deviation[chosen] = deviation
         found.ray_count += len(chosen) * sample_count
         progress("sky and reflections", found.ray_count, len(rows) * sample_count, "rays")
     return found
