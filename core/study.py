@@ -149,7 +149,7 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
     CancelledError.
     """
     year = weather.data.index, weather.interval, weather.latitude, weather.longitude
-    suns = spread_suns(choose_suns(request.suns, *year, request.seed))
+    suns = spread_suns(choose_suns(request.suns, *year, request.seed, position=weather.data))
     trace = {"gather": trace_gather, "forward": trace_forward}[request.estimator]
     transfer = trace(scene, suns, request, progress, folder, prepared=prepared)
     return weigh_kept_suns(transfer, year) if transfer.record.interrupted else transfer
@@ -193,7 +193,7 @@ def measure_sun_sampling(scene, weather, transfer, request, progress=silent, *, 
     if transfer.suns.way == "hourly" or not transfer.surfaces.eligible.any():
         return {"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "patches": 0}
     year = weather.data.index, weather.interval, weather.latitude, weather.longitude
-    hourly = choose_suns("hourly", *year, request.seed)
+    hourly = choose_suns("hourly", *year, request.seed, position=weather.data)
     clustered, exact = trace_sun_samples(scene, transfer, hourly, request, progress, prepared=prepared)
     system = build_system(request)
     found, true = (

@@ -83,7 +83,7 @@ def prepare_hours(suns, weather, system):
     # No sun below 2° was traced: if DNI was measured there, the nearest one represents it.
     place = weather.latitude, weather.longitude
     lowest = 0.0 if (data["dni"].to_numpy()[~sunny] > 0).any() else MINIMUM_ELEVATION
-    match = match_suns(suns, data.index, weather.interval, *place, lowest=lowest)
+    match = match_suns(suns, data.index, weather.interval, *place, lowest=lowest, position=data)
     relative = pvlib.atmosphere.get_relative_airmass(data["apparent_zenith"].to_numpy(), "kastenyoung1989")
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, data["pressure"].to_numpy())
     # The model is linear in the irradiance: 1 Wm⁻² in air of 0 °C gives the slope.

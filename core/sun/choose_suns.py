@@ -15,7 +15,7 @@ CURE = "give hourly, days:N, typical-days:N or sky-grid:N"
 FEWEST_DIRECTIONS, MOST_DIRECTIONS = 16, 1_000_000
 
 
-def choose_suns(way, times, interval, latitude, longitude, seed=0):  # noqa: PLR0917
+def choose_suns(way, times, interval, latitude, longitude, seed=0, *, position=None):  # noqa: PLR0917
     """Suns to trace for a time axis at a place.
 
     Parameters
@@ -30,6 +30,8 @@ def choose_suns(way, times, interval, latitude, longitude, seed=0):  # noqa: PLR
         Place [°], preferably that of the weather.
     seed : int
         Seed of the clustering.
+    position : pandas.DataFrame, optional
+        Of `solar_position` for this time axis and place, if known; further columns do not matter.
 
     Returns
     -------
@@ -46,16 +48,16 @@ def choose_suns(way, times, interval, latitude, longitude, seed=0):  # noqa: PLR
     check_place(latitude, longitude)
     check_seed(seed)
     if name == "hourly":
-        return hourly_suns(times, interval, latitude, longitude)
+        return hourly_suns(times, interval, latitude, longitude, position)
     year = times, interval, latitude, longitude
     if name == "sky-grid":
-        return weigh_by_year(sky_grid_suns(count), *year)
+        return weigh_by_year(sky_grid_suns(count), *year, position=position)
     days = len(times) * interval // pd.Timedelta(days=1)
     if count > days:
         raise InputError("--suns", f"{count} {name.replace('-', ' ')} of {days} days", "ask for fewer, or for hourly")
     if name == "typical-days":
         return typical_day_suns(*year, count=count, seed=seed)
-    return weigh_by_year(days_of_year_suns(*year, count=count), *year)
+    return weigh_by_year(days_of_year_suns(*year, count=count), *year, position=position)
 
 
 def parse_way(way):

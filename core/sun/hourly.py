@@ -7,7 +7,7 @@ from .solar_position import is_sunny, solar_position, sun_direction
 from .suns import Suns
 
 
-def hourly_suns(times, interval, latitude, longitude):
+def hourly_suns(times, interval, latitude, longitude, position=None):
     """The sun of every interval with an elevation of at least 2°.
 
     Parameters
@@ -18,13 +18,15 @@ def hourly_suns(times, interval, latitude, longitude):
         Length of the intervals.
     latitude, longitude : float
         Place [°].
+    position : pandas.DataFrame, optional
+        Of `solar_position` for this time axis and place, if known; further columns do not matter.
 
     Returns
     -------
     Suns
         Way "hourly"; `day` counts the solar days of the axis from 0.
     """
-    sun = solar_position(times, interval, latitude, longitude)
+    sun = solar_position(times, interval, latitude, longitude) if position is None else position
     sunny = is_sunny(sun["apparent_zenith"])
     direction = sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
     day, step = (np.asarray(part) for part in solar_days(times, interval, longitude))

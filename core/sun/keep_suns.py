@@ -44,7 +44,7 @@ def keep_suns(suns, count):
     return Suns(f"{name}:{number}", suns.direction[:count], weight, suns.day[:count], suns.step[:count])
 
 
-def weigh_by_year(suns, times, interval, latitude, longitude):
+def weigh_by_year(suns, times, interval, latitude, longitude, *, position=None):
     """Weight each sun with the share of the sunny intervals that it represents, by `match_suns`.
 
     Parameters and errors as in `match_suns`.
@@ -54,7 +54,7 @@ def weigh_by_year(suns, times, interval, latitude, longitude):
     Suns
         Unchanged if no interval is sunny.
     """
-    match = match_suns(suns, times, interval, latitude, longitude)
+    match = match_suns(suns, times, interval, latitude, longitude, position=position)
     share = np.bincount(match.index.ravel(), weights=match.weight.ravel(), minlength=len(suns))
     share = np.maximum(share, 0.0)  # an outer node of the interpolation may have a negative sum
     return replace(suns, weight=share / share.sum()) if share.sum() > 0 else suns

@@ -15,7 +15,7 @@ from .suns import SunMatch
 WAYS = ("hourly", "days", "typical-days", "sky-grid")
 
 
-def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELEVATION):
+def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELEVATION, position=None):
     """Which traced suns represent each interval of a time axis.
 
     Hourly: the nearest sun, which is the interval's own on the traced axis. Days: the suns of the days before and
@@ -35,6 +35,8 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
     lowest : float
         Apparent elevation [°] from which suns below 2°, which are never traced, are represented by the nearest traced
         sun, or by the three around it in a sky grid.
+    position : pandas.DataFrame, optional
+        Of `solar_position` for this time axis and place, if known; further columns do not matter.
 
     Returns
     -------
@@ -44,7 +46,7 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
     check_suns(suns)
     if suns.way.partition(":")[0] not in WAYS:
         raise InputError("suns", f"the way {suns.way!r} is unknown", f"give one of {', '.join(WAYS)}")
-    sun = solar_position(times, interval, latitude, longitude)
+    sun = solar_position(times, interval, latitude, longitude) if position is None else position
     sunny = is_sunny(sun["apparent_zenith"])
     direction = sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
     if not sunny.any():

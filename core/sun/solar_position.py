@@ -7,6 +7,7 @@ import pvlib
 from ..check_arrays import check_array
 from .check_suns import INSTANT, check_place, check_times
 
+POSITION = ["solar_zenith", "apparent_zenith", "solar_azimuth"]  # columns of `solar_position`
 MINIMUM_ELEVATION = 2.0  # [°] apparent; below it direct light is not traced (paper, section 2.2)
 
 

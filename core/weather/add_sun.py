@@ -5,7 +5,7 @@ import pandas as pd
 import pvlib
 
 from ..errors import InputError
-from ..sun.solar_position import is_sunny, solar_position
+from ..sun.solar_position import POSITION, is_sunny, solar_position
 from .weather import Weather
 
 HORIZON_CUTS = ("measured", "neglect")
@@ -16,13 +16,11 @@ COLUMNS = [
     "temp_air",
     "wind_speed",
     "pressure",
-    "solar_zenith",
-    "apparent_zenith",
-    "solar_azimuth",
+    *POSITION,
 ]
 
 
-def add_sun(record, interval, horizon_cut="measured"):
+def add_sun(record, interval, horizon_cut="measured", position=None):
     """Turn a checked record into Weather.
 
     Parameters
@@ -33,13 +31,17 @@ def add_sun(record, interval, horizon_cut="measured"):
         Length of its intervals.
     horizon_cut : {"measured", "neglect"}
         Treatment of suns below 2° of apparent elevation, as in `complete_irradiance`.
+    position : pandas.DataFrame, optional
+        Of `solar_position` for the times and the place of the record, if known.
 
     Returns
     -------
     Weather
         With the sun at mid-interval and all three irradiances.
     """
-    sun = solar_position(record.data.index, interval, record.latitude, record.longitude)
+    sun = position
+    if position is None:
+        sun = solar_position(record.data.index, interval, record.latitude, record.longitude)
     # Negative irradiance down to -1 W/m² comes from packing in the file or the dark signal of an instrument.
     given = {
         name: record.data[name].to_numpy(float).clip(min=0.0) for name in record.data if name in ("ghi", "dhi", "dni")

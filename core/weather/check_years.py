@@ -15,7 +15,7 @@ SHORTEST_YEAR = pd.Timedelta(days=350)
 LONGEST_REST = pd.Timedelta(days=2)  # of an adjacent year, when the record's year is that of another time zone
 
 
-def check_years(record, interval):
+def check_years(record, interval, position):
     """Check the irradiance of each year against the sun and against physical limits.
 
     Parameters
@@ -23,6 +23,8 @@ def check_years(record, interval):
     record : Record
         Whole years, complete.
     interval : pandas.Timedelta
+    position : pandas.DataFrame
+        Of `solar_position` for its times and place.
 
     Returns
     -------
@@ -34,7 +36,7 @@ def check_years(record, interval):
     for year, rows in cut_years(record, interval).items():
         data = given.iloc[rows]
         source = f"{record.source} (year {year})"
-        whole = add_sun(replace(record, data=record.data.iloc[rows]), interval).data
+        whole = add_sun(replace(record, data=record.data.iloc[rows]), interval, position=position.iloc[rows]).data
         data = data.assign(ghi=whole["ghi"].to_numpy())
         times = measure_sun_times(data, interval, record.latitude, record.longitude)
         check_shift(times, source)

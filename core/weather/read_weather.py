@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..errors import InputError
+from ..sun.solar_position import POSITION
 from .add_sun import add_sun
 from .check_weather import check_values, check_weather
 from .check_years import check_years, describe_checks, describe_leap_days
@@ -77,7 +78,7 @@ def read_weather(source, latitude, longitude, altitude=0.0, **settings):
     record = change_record(join_records(records), reading.time_shift, reading.without)
     interval = check_weather(record)
     weather = add_sun(record, interval, reading.horizon_cut)
-    weather.checks = check_years(record, interval)
+    weather.checks = check_years(record, interval, weather.data[POSITION])
     check_values(record)
     weather.notes += describe_leap_days(record, interval) + describe_checks(weather.checks)
     return weather
