@@ -6,6 +6,7 @@ from ..sampling.random_numbers import mix
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, cells_inside, grid_of
 from ..threads import work_in_slices
 from ..transfer.incidence import projection_in_front
+from .replicates import Deviations
 
 # Variance of a net of 2, 4, … 1,024 points as a share of that of stratified points: computed for straight edges of
 # shadow at any place and angle it is 0.38 to 0.59 (`tests/core/test_standard_errors.py`).
@@ -34,8 +35,8 @@ def variance_of_shadow_points(by_point, covered, normal, suns, threads):
     covered : (p, cells) bool
         Cells, as a rule more of them than points, that lie inside or under something.
     normal : (p, 3) float32
-    suns : tuple of (s, 3) float32 and (s,) float32
-        Directions and weights of the suns in `by_point`.
+    suns : SunBlock
+        Those in `by_point`.
     threads : int
 
     Returns
@@ -135,9 +136,7 @@ def deviations_of_points(by_point, representative_points, covered, keys):
 
     Returns
     -------
-    deviation : (p, cells, HEMISPHERE_REPLICATES) int16
-    step : float32
-        Unit of these numbers.
+    Deviations
     """
     spread = spread_of_points(by_point)
     partly = np.flatnonzero(covered.any(axis=1) & ~covered.all(axis=1))
@@ -156,7 +155,7 @@ def deviations_of_points(by_point, representative_points, covered, keys):
     for replicate in range(HEMISPHERE_REPLICATES):
         sign = 1 - 2 * ((bits >> np.uint64(replicate)) & np.uint64(1)).astype(np.float32)
         deviation[:, :, replicate] = np.rint(sign * spread / step)
-    return deviation, step
+    return Deviations(deviation, step)
 
 
 def fill_dark(by_point):

@@ -8,7 +8,7 @@ import numpy as np
 from .form_factor_products import multiply_elements
 from .light_errors import LightError, ReflectedError, errors_of_surfaces
 from .patch_size_errors import estimate_discretisation_error, steps_of_cells
-from .replicates import STEP, propagate_deviations
+from .replicates import STEP, Deviations, propagate_deviations
 from .solve_radiosity import iterate_bounces, variance_of_replicates
 
 
@@ -61,7 +61,7 @@ def gather_diffuse(context, hemisphere, element_sky):
         by_replicate += reflected
         steps = steps_of_cells(context, hemisphere, element_sky.view)
         discretisation_error = estimate_discretisation_error(context, steps, reflected)
-        passed_on = propagate_deviations(context, hemisphere, (element_sky.deviation, STEP), reflected)
+        passed_on = propagate_deviations(context, hemisphere, Deviations(element_sky.deviation, STEP), reflected)
         reflections = ReflectedError(merge @ by_replicate.mean(axis=1, dtype=float), passed_on, steps)
         report_bounces(context, plan.max_bounces + 1)
     return Diffuse(

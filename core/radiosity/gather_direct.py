@@ -15,7 +15,7 @@ from .patch_size_errors import estimate_discretisation_error, steps_of_cells
 from .replicates import propagate_deviations
 from .shadow_points import points_above
 from .solve_radiosity import covariance_of_replicates, iterate_bounces, variance_of_replicates
-from .sun_blocks import SunProgress, count_kept, cut_into_blocks
+from .sun_blocks import SunProgress, block_of_suns, count_kept, cut_into_blocks
 from .sun_visibility import sun_visibility
 
 
@@ -86,7 +86,7 @@ def gather_direct(context, hemisphere, suns, by_replicate, folder=None):
     done = []
     try:
         for block in blocks:
-            gather_block(context, hemisphere, (suns, block), progress, found=found, annual=annual)
+            gather_block(context, hemisphere, suns, block, progress=progress, found=found, annual=annual)
             done.append(block)
             progress.end()
     except CancelledError:
@@ -97,32 +97,33 @@ def gather_direct(context, hemisphere, suns, by_replicate, folder=None):
             keep_columns(matrix, found.kept) for matrix in (found.visible_share, found.reflected)
         )
     last = done[-1].stop if done else 0
-    traced = suns.direction[:last].astype(np.float32), suns.weight[:last].astype(np.float32)
+    traced = block_of_suns(suns, slice(last))
     errors = error_of_direct(context, hemisphere, annual, traced, by_replicate)
     found.error, found.covariance, found.discretisation_error = errors
     if found.kept < len(suns):
-        whole = traced[1].sum() or np.nan  # the sums contain only these suns
+        whole = traced.weights.sum() or np.nan  # the sums contain only these suns
         found.error, found.covariance = found.error.scaled(1 / whole), found.covariance / whole
     return found
 
 
-def gather_block(context, hemisphere, block_of, progress, *, found, annual):
+def gather_block(context, hemisphere, suns, block, *, progress, found, annual):
     """Trace one block of suns and add it to the results.
 
     Parameters
     ----------
     context : GatherContext
     hemisphere : Hemisphere
-    block_of : tuple of Suns and slice
-        All suns, and those of the block.
+    suns : Suns
+        All of them.
+    block : slice
+        Those to trace.
     progress : SunProgress
     found : Direct
         Written.
     annual : Annual
         Written.
     """
-    suns, block = block_of
-    part = suns.direction[block].astype(np.float32), suns.weight[block].astype(np.float32)
+    part = block_of_suns(suns, block)
     progress.begin(block)
     light = first_light_of_block(context, hemisphere, part, progress.report_rays)
     if context.plan.reflections:
@@ -132,7 +133,9 @@ def gather_block(context, hemisphere, block_of, progress, *, found, annual):
         found.last = max(found.last, last)
         annual.propagated += propagated
         if context.plan.far_ground:
-            annual.lit_ground += context.request.ground_albedo * float(part[1] @ np.maximum(part[0][:, 2], 0))
+            annual.lit_ground += context.request.ground_albedo * float(
+                part.weights @ np.maximum(part.directions[:, 2], 0)
+            )
     keep_block(context, found.visible_share, block, light.visible_share)
     found.ray_count += light.ray_count
     annual.by_point += light.by_point
@@ -149,8 +152,8 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
 
     Parameters
     ----------
-    suns : tuple of (s, 3) float32 and (s,) float32
-        Directions and weights of the suns in `annual`.
+    suns : SunBlock
+        Those in `annual`.
     diffuse : (p, HEMISPHERE_REPLICATES) float32
         Light of the sky from the same rays.
 
@@ -191,8 +194,7 @@ def first_light_of_block(context, hemisphere, suns, report):
 
     Parameters
     ----------
-    suns : tuple of (b, 3) float32 and (b,) float32
-        Directions and weights.
+    suns : SunBlock
     report : callable
         Called with the share done and the rays traced.
 
@@ -222,8 +224,7 @@ def reflect_block(context, hemisphere, light, suns, report):
     ----------
     light : SunLight
         Of the b suns of the block.
-    suns : tuple of (b, 3) float32 and (b,) float32
-        Directions and weights.
+    suns : SunBlock
     report : callable
         Called with the number of bounces done.
 

@@ -6,6 +6,8 @@ of a surface: unlike their own noise, it does not average out among them. Deviat
 light are therefore propagated through F like light, and the variance of what arrives is its error.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
@@ -14,6 +16,13 @@ from .form_factor_products import multiply_columns, propagate
 
 STEP = np.float32(1 / 4096)  # of deviations stored as 16-bit integers; the range ends at eight times full light
 LEAST_SHARE = 0.1  # of a deviation, by powers of the brightest albedo: bounces that carry less are left out
+
+
+class Deviations(NamedTuple):
+    """Deviations of each replicate's first light from the mean of all."""
+
+    values: np.ndarray  # (p, cells, HEMISPHERE_REPLICATES) int16
+    unit: np.float32  # of `values`
 
 
 @njit(nogil=True, cache=True)
@@ -66,8 +75,7 @@ def propagate_deviations(context, hemisphere, first, arrived):
     ----------
     context : GatherContext
     hemisphere : Hemisphere
-    first : tuple of (p, cells, HEMISPHERE_REPLICATES) int16 and float32
-        Deviations of first light, and their unit.
+    first : Deviations
     arrived : (p, HEMISPHERE_REPLICATES) float32
         What patches receive from others, by the rays of each replicate. Overwritten.
 
@@ -76,7 +84,7 @@ def propagate_deviations(context, hemisphere, first, arrived):
     (p, HEMISPHERE_REPLICATES) float32
     """
     form_factors, albedo = hemisphere.form_factors, context.patches.albedo
-    total = multiply_columns(form_factors, albedo * first[1], first[0], context.threads)
+    total = multiply_columns(form_factors, albedo * first.unit, first.values, context.threads)
     arrived -= arrived.mean(axis=1, keepdims=True)
     arrived += total
     unused = np.zeros(HEMISPHERE_REPLICATES, np.float32), np.empty(len(arrived), np.float32)

@@ -1,6 +1,7 @@
 """Blocks of suns: their size, their progress, and what is kept of them after an interruption."""
 
 import time
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,18 @@ BYTES_PER_BLOCK = 53e6  # of one array (patches × suns); about six exist at a t
 # the town take 8 % longer in blocks of 72, 20 % in blocks of 48, 70 % in blocks of 24, and three times as long in
 # blocks of 8.
 SUNS_PER_BLOCK = 160
+
+
+class SunBlock(NamedTuple):
+    """Suns that are traced together."""
+
+    directions: np.ndarray  # (s, 3) float32, unit vectors towards the suns
+    weights: np.ndarray  # (s,) float32, in sums over the suns
+
+
+def block_of_suns(suns, block):
+    """SunBlock of a slice of all Suns."""
+    return SunBlock(suns.direction[block].astype(np.float32), suns.weight[block].astype(np.float32))
 
 
 def cut_into_blocks(suns, patch_count):

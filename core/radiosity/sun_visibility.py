@@ -40,8 +40,8 @@ def sun_visibility(ray_scene, patches, traced, unobstructed, covered, *, point_c
         Cells of each patch that lie inside or under something: no sun is visible from points deep inside them.
     point_count : int
         Points per patch, a power of two.
-    suns : tuple of (s, 3) float32 and (s,) float32
-        Unit vectors towards the suns, and their weights in `by_point`.
+    suns : SunBlock
+        With their weights in `by_point`.
     behind : bool
         Trace rays to suns behind a patch as well (they are never visible; this only costs time).
     threads : int
@@ -86,7 +86,7 @@ def sun_visibility(ray_scene, patches, traced, unobstructed, covered, *, point_c
 
     def trace_rows(chosen):
         points = shadow_points(patches, chosen, covered[chosen], point_count)
-        return trace_shadow_rays(ray_scene, patches, chosen, points, (directions, suns[1]), behind=behind, found=found)
+        return trace_shadow_rays(ray_scene, patches, chosen, points, suns, behind=behind, found=found)
 
     done = 0
     for chosen, ray_count in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
@@ -105,8 +105,7 @@ def trace_shadow_rays(ray_scene, patches, chosen, points, suns, *, behind, found
         The patches.
     points : tuple of (c, m, 3) float32, (c, m) bool and (c, cells) int
         Of `shadow_points`.
-    suns : tuple of (s, 3) float32 and (s,) float32
-        Directions and weights.
+    suns : SunBlock
     behind : bool
     found : SunLight
         Written: the rows of these patches.
