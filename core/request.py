@@ -126,7 +126,7 @@ class Request(SystemSettings):
     horizon_cut: str = setting(
         "measured",
         "weather",
-        "irradiance while the sun stands below 2°",
+        "irradiance while the sun is below 2°",
         kind="choice",
         choices={
             "measured": "Kept: measured direct light down to the horizon, the rest as diffuse light",

@@ -79,7 +79,7 @@ def place_city(city, request):
         raise InputError(
             city.report.files[0],
             "names no coordinate reference system",
-            "say where it stands with --latitude D --longitude D",
+            "give its location with --latitude D --longitude D",
         )
     return scene
 

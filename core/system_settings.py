@@ -1,4 +1,4 @@
-"""Settings of the modules, of the area that counts, and of what tables tell; part of `core.request.Request`."""
+"""Settings of the modules, of the area that counts, and of the tables; part of `core.request.Request`."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ INCIDENCE_LAWS = {
     "ashrae": "ASHRAE's law",
 }
 HIDDEN_WALLS = {
-    "leave-out": "What neighbours cover bears no modules",
+    "leave-out": "Area covered by neighbours carries no modules",
     "count": "Covered area counts like open area (the paper's)",
 }
 OVERHANGS = {"leave-out": "Facades lean by 1° at most", "count": "Walls that lean outward are facades (the paper's)"}

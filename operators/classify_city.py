@@ -49,7 +49,7 @@ class ClassifyCity(Step, bpy.types.Operator):
         city = city or join_meshes(meshes)
         progress("classifying", 0, len(city), "polygons")
         scene = stand_city(city, request)
-        progress("looking for what lies inside", 0, len(city), "polygons")
+        progress("finding interior surfaces", 0, len(city), "polygons")
         return city, scene, list_findings(scene)
 
     def finish(self, context, result):

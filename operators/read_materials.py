@@ -19,7 +19,7 @@ NODES = {  # type of node -> names of its inputs for colour, metallic, roughness
     "BSDF_GLOSSY": ("Color", 1.0, "Roughness", 0.0),
     "BSDF_GLASS": ("Color", 0.0, "Roughness", 1.0),
 }
-UNREAD = "a texture, another node or another shader tells its colour"
+UNREAD = "a texture, another node or another shader defines its colour"
 
 
 def name_face_materials(item, mesh):

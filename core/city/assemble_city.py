@@ -17,7 +17,7 @@ from .orient_shells import orient_shells, turn_over
 ORIENTS = ("auto", "as-drawn")
 
 
-def assemble_city(contents, crs, lod=None, orient="auto", tell=ignore_share):
+def assemble_city(contents, crs, lod=None, orient="auto", report_share=ignore_share):
     """Join the contents of files into one City.
 
     Parameters
@@ -29,8 +29,8 @@ def assemble_city(contents, crs, lod=None, orient="auto", tell=ignore_share):
         Level of detail; by default the best 2.x of each building.
     orient : {'auto', 'as-drawn'}
         Turn over polygons that face into their building, or keep all as drawn.
-    tell : callable, optional
-        `tell(share)` is called after each step with the share of the time, as measured with up to a million polygons.
+    report_share : callable, optional
+        Called after each step with the share of the time, as measured with up to a million polygons.
 
     Returns
     -------
@@ -44,20 +44,20 @@ def assemble_city(contents, crs, lod=None, orient="auto", tell=ignore_share):
     lod = check_lod(lod)
     report = _start_report(contents)
     drop_repeated_buildings(contents, report)
-    tell(0.1)
+    report_share(0.1)
     chosen = _choose(contents, lod, report)
-    tell(0.2)
+    report_share(0.2)
     draft = _flatten(contents, chosen, report)
-    tell(0.35)
+    report_share(0.35)
     draft = mend_polygons(draft, report)
-    tell(0.65)
+    report_share(0.65)
     if not draft.polygons:
         raise InputError(contents[0].path, "no building has a usable polygon", "see `citypv inspect`")
     if orient not in ORIENTS:
         raise InputError("--orient", f"{orient!r} is unknown", f"give {' or '.join(ORIENTS)}")
     if orient == "auto":
         _orient(draft, report)
-    tell(1.0)
+    report_share(1.0)
     return City(
         surface_id=draft.names,
         building_id=[draft.buildings[b] for b in draft.building],
@@ -188,7 +188,7 @@ def _flatten(contents, chosen, report):
     for reason, indices in changed.items():
         report.repair(reason, [surface_names[i] for i in indices])
     turned = [name for name, polygon in zip(surface_names, polygons, strict=True) if polygon.flipped]
-    report.repair("turned over, as given by its OrientableSurface", turned)
+    report.repair("flipped, as specified by its OrientableSurface", turned)
     return Draft(polygons, names, building, points, ring_start, polygon_start, surface_names)
 
 
@@ -212,7 +212,7 @@ def _name_surfaces(polygons, building, buildings, report):
             repeated.append(name)
         taken.add(name)
         names.append(name)
-    report.repair("identifier given twice, number added", repeated)
+    report.repair("duplicate identifier, number appended", repeated)
     return names
 
 
@@ -220,10 +220,13 @@ def _orient(draft, report):
     """Turn over polygons that face into their building: in closed shells, and in open ones those without a class."""
     found = orient_shells(draft.points, draft.ring_start, draft.polygon_start, draft.building)
     named = np.array([bool(polygon.thematic) for polygon in draft.polygons])
-    wanted, turned = judge_turning(draft.shape(), found, found.closed | ~named)
-    certain, likely = turned & found.closed, turned & ~found.closed
+    wanted, turned = judge_turning(draft.shape(), found, found.watertight | ~named)
+    certain, likely = turned & found.watertight, turned & ~found.watertight
     draft.points = turn_over(draft.points, draft.ring_start, draft.polygon_start, certain | likely)
-    for reason, mask in (("turned over: faced into its closed shell", certain), ("turned over with its shell", likely)):
+    for reason, mask in (
+        ("flipped: faced inwards in a watertight shell", certain),
+        ("flipped with its open shell", likely),
+    ):
         report.repair(reason, [draft.names[i] for i in np.flatnonzero(mask)])
     spared = "face inwards by the shape of their shell, but not by rays from both sides; kept as drawn"
     _note(draft, report, found.doubtful, "form shells whose outside cannot be determined; kept as drawn")

@@ -35,7 +35,7 @@ def clean_rings(rings, polygon_start):
     doubled[ring_of_point[repeats & ~last]] = True
     changed = {
         "ring was not closed": np.unique(ring_polygon[unclosed & (count > 0)]),
-        "repeated point taken out": np.unique(ring_polygon[doubled]),
+        "repeated point removed": np.unique(ring_polygon[doubled]),
     }
     kept_count = np.bincount(ring_of_point[keep], minlength=len(rings))
     return points[keep], starts_of(kept_count), changed

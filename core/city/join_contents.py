@@ -57,7 +57,7 @@ def join_contents(contents, lod=None, unit="m", orient="auto", progress=silent):
         for polygon in content.polygons:
             polygon.rings = [next(pieces) for _ in polygon.rings]
     progress(JOINING, BROUGHT * count, count, "polygons")
-    return assemble_city(contents, crs, lod, orient, partial(tell_joined, progress, count))
+    return assemble_city(contents, crs, lod, orient, partial(report_joining, progress, count))
 
 
 def leave_out_degrees(content):
@@ -68,7 +68,7 @@ def leave_out_degrees(content):
     content.polygons = [polygon for polygon in content.polygons if not polygon.implicit]
 
 
-def tell_joined(progress, count, share):
+def report_joining(progress, count, share):
     """Report progress of joining polygons."""
     progress(JOINING, (BROUGHT + (1 - BROUGHT) * share) * count, count, "polygons")
 

@@ -90,7 +90,7 @@ def spare_upward_sheets(shape, found, wanted, others):
     only_up = np.bincount(shell, -height < DOWNWARD, count) == 0
     only_up &= np.bincount(shell, height < DOWNWARD, count) > 0
     mostly = np.bincount(shell, np.where(found.agree, 0.0, area), count) >= SURE_SHARE * np.bincount(shell, area, count)
-    spared = (only_up & mostly)[shell] & ~found.closed & np.isin(shell, np.unique(shell[wanted]))
+    spared = (only_up & mostly)[shell] & ~found.watertight & np.isin(shell, np.unique(shell[wanted]))
     return np.where(spared, ~found.agree, found.agree), np.where(spared, others, wanted)
 
 

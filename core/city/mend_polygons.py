@@ -90,7 +90,7 @@ def _drop_twins(draft, report):
         twin = (size[better] > 0) & (size[worse] > 0) & (size[better] >= TWIN_SHARE * size[worse])
         keep &= ~((rank == worse) & twin[draft.building])
     if not keep.all():
-        reason = "second drawing of the same building (Solid beside its surfaces)"
+        reason = "second geometry of the same building (Solid beside its surfaces)"
         report.skip(reason, _names(draft, ~keep), area[~keep].sum())
     return _keep(draft, keep)
 
@@ -111,12 +111,12 @@ def _drop_doubles(draft, report):
         keep[k] = key not in seen
         seen.add(key)
     if not keep.all():
-        report.skip("drawn twice in its building", _names(draft, ~keep), area[~keep].sum())
+        report.skip("duplicate polygon in its building", _names(draft, ~keep), area[~keep].sum())
     return _keep(draft, keep)
 
 
 def _note_bent(draft, report):
-    """Report polygons that are not planar; their triangles follow the bend."""
+    """Report polygons that are not planar; they are triangulated as drawn."""
     if not draft.polygons:
         return
     _, normal = measure_polygons(*draft.shape())
@@ -125,7 +125,7 @@ def _note_bent(draft, report):
     height = np.einsum("ij,ij->i", draft.points - draft.points[first][polygon], normal[polygon])
     bent = np.maximum.reduceat(height, first) - np.minimum.reduceat(height, first) > BENT
     if bent.any():
-        report.repair(f"bent by more than {100 * BENT:.0f} cm, triangles follow the bend", _names(draft, bent))
+        report.repair(f"bent by more than {100 * BENT:.0f} cm, triangulated as drawn", _names(draft, bent))
 
 
 def _names(draft, mask):

@@ -9,7 +9,7 @@ class Relief:
     """Triangles of the TIN reliefs of one file."""
 
     corners: dict = field(default_factory=dict)  # LoD, "" where none is named -> array of 9 float64 per triangle
-    srs_names: dict = field(default_factory=dict)  # spelling that the relief itself bears -> line where it was met
+    srs_names: dict = field(default_factory=dict)  # spelling that the relief itself has -> line where it was met
 
     def add(self, lod, numbers):
         """Take the corners of triangles: 9 numbers each, in the order and the units of the file."""

@@ -156,7 +156,7 @@ def run_simulate(options):
         options.out,
         request_of_options(options),
         overwrite=options.overwrite,
-        say=output_stream(options),
+        stream=output_stream(options),
         draw=partial(options.draw, pictures=pictures) if pictures else None,
         exports=[name for name in EXPORTS if getattr(options, name)],
     )
@@ -175,7 +175,7 @@ def run_yield(options):
         options.out,
         request_of_options(options),
         overwrite=options.overwrite,
-        say=output_stream(options),
+        stream=output_stream(options),
     )
 
 

@@ -25,12 +25,12 @@ class Check:
     problem: str = ""  # the error with which it failed
 
 
-def selfcheck(say=None):
+def selfcheck(report=None):
     """Run all checks.
 
     Parameters
     ----------
-    say : callable, optional
+    report : callable, optional
         Called with each Check when it is done.
 
     Returns
@@ -40,8 +40,8 @@ def selfcheck(say=None):
     done = []
     for name, expected, allowance, find in (*closed_form_checks(), *hard_checks()):
         done.append(run_check(name, float(expected), float(allowance), find))
-        if say:
-            say(done[-1])
+        if report:
+            report(done[-1])
     return done
 
 

@@ -40,7 +40,7 @@ class RunLog:
         self.progress = TerminalProgress(stream) if stream else silent
         self.clock = Clock()
 
-    def say(self, text):
+    def write(self, text):
         """Print one line."""
         if self.stream:
             print(text, file=self.stream, flush=True)
@@ -49,7 +49,7 @@ class RunLog:
 EXPORTS = ("transfer", "cityjson", "gltf")
 
 
-def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, exports=()):
+def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None, exports=()):
     """Trace a city and write its full load hours.
 
     Parameters
@@ -61,7 +61,7 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
     request : Request
     overwrite : bool
         Replace the results in a folder that is not empty.
-    say : text stream, optional
+    stream : text stream, optional
         Stream for progress messages.
     draw : callable, optional
         `draw(folder, scene, transfer, energy, note)` writes pictures of the results.
@@ -81,24 +81,24 @@ def simulate(paths, folder, request, *, overwrite=False, say=None, draw=None, ex
     KeyboardInterrupt, CancelledError
         Ctrl-C at any other time: nothing is written.
     """
-    log = RunLog(say)
+    log = RunLog(stream)
     check_settings(request)
     with whole_folder(folder, overwrite) as work:
-        log.say(f"Reading {', '.join(str(path) for path in paths)}")
+        log.write(f"Reading {', '.join(str(path) for path in paths)}")
         city = read_buildings(paths, request, log.progress)
         scene = place_city(city, request)
         log.clock.lap("read city")
         find_surfaces(scene.surfaces.surface_id, request.series)  # refuses unknown names before anything takes long
         for line in describe_scene(scene):
-            log.say(f"  {line}")
+            log.write(f"  {line}")
         weather = read_year(scene.site, request)
-        log.say(describe_weather(weather, scene.site))
+        log.write(describe_weather(weather, scene.site))
         log.clock.lap("read weather")
-        log.say("Effects included for this scene:")
+        log.write("Effects included for this scene:")
         prepared = prepare_scene(scene, request, weather=weather)
         for line in describe_plan(prepared.plan):
-            log.say(f"  {line}")
-        log.say("Tracing")
+            log.write(f"  {line}")
+        log.write("Tracing")
         transfer = trace_until_interrupted(scene, weather, request, log, work.parent, prepared=prepared)
         log.clock.lap("trace")
         city = draw_city(city, scene, request)
@@ -143,7 +143,7 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
             sampling = measure_sun_sampling(scene, weather, transfer, request, progress, prepared=prepared)
             transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
         except CancelledError:
-            log.say("The error of sun sampling was not measured")
+            log.write("The error of sun sampling was not measured")
     if heard.asked:
         count = len(transfer.suns)
         noted = transfer.record.interrupted or {"suns_traced": count, "of": count}
@@ -151,19 +151,19 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     return transfer
 
 
-def recompute(transfer_path, folder, request, *, overwrite=False, say=None):
+def recompute(transfer_path, folder, request, *, overwrite=False, stream=None):
     """Compute the energy of an earlier Transfer with another weather or module.
 
     Parameters and errors as in `simulate`.
     """
-    log = RunLog(say)
+    log = RunLog(stream)
     check_settings(request)
     with whole_folder(folder, overwrite) as work:
         transfer = read_transfer(transfer_path)
         if transfer.record and transfer.record.interrupted:
-            log.say(f"{transfer_path} is from an interrupted run. {describe_interruption(transfer.record)}")
+            log.write(f"{transfer_path} is from an interrupted run. {describe_interruption(transfer.record)}")
         weather = read_year(transfer.site, request, transfer.suns)
-        log.say(describe_weather(weather, transfer.site))
+        log.write(describe_weather(weather, transfer.site))
         log.clock.lap("read")
         energy = write_results(work, transfer, weather, request, log)
     report_outcome(log, folder, energy)
@@ -176,18 +176,18 @@ def write_results(work, transfer, weather, request, log, *, scene=None, draw=Non
     -------
     Energy
     """
-    log.say("Electricity")
+    log.write("Electricity")
     energy = compute_energy(transfer, weather, request, log.progress)
     log.clock.lap("electricity")
     write_tables(work, transfer, energy, weather, request, progress=log.progress)
     if keep:
         write_transfer(work / "transfer.nc", transfer, log.progress)
     else:
-        log.say(f"transfer.nc would have {transfer.visible_share.shape[1]:,} suns for each surface: not written")
-        log.say("  (--transfer writes it)")
+        log.write(f"transfer.nc would have {transfer.visible_share.shape[1]:,} suns for each surface: not written")
+        log.write("  (--transfer writes it)")
     log.clock.lap("write tables")
     if draw:
-        log.say("Blender")
+        log.write("Blender")
         draw(work, scene, transfer, energy, weather.label)
         log.clock.lap("Blender")
     summary = summarise(transfer, energy, weather, request, scene=scene, seconds=log.clock.seconds)
@@ -262,8 +262,8 @@ def report_outcome(log, folder, energy):
     hours = energy.interval.total_seconds() / 3600
     for index, (kind, orientation) in enumerate(energy.groups):
         full_load_hours = energy.capacity_factor[:, index].sum() * hours / energy.years
-        log.say(
+        log.write(
             f"  {kind} {orientation}: {full_load_hours:.0f} h, "
             f"{energy.group_count[index]:,} surfaces, {energy.group_area[index]:,.0f} m²"
         )
-    log.say(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")
+    log.write(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")

@@ -44,8 +44,8 @@ def find_counted_area(transfer, system):
     area, covered = np.asarray(surfaces.area, float), np.asarray(transfer.covered_share, float)
     open_area = area * (1.0 - np.minimum(covered, 1.0))
     closure = np.asarray(surfaces.thematic, str) == "ClosureSurface"
-    bears_racks = find_racked_roofs(surfaces.surface_id, surfaces.kind)
-    flat_roof = (kind == "flat") & ~eligible & (area >= SMALLEST_ELIGIBLE_AREA) & ~closure & ~bears_racks
+    carries_racks = find_racked_roofs(surfaces.surface_id, surfaces.kind)
+    flat_roof = (kind == "flat") & ~eligible & (area >= SMALLEST_ELIGIBLE_AREA) & ~closure & ~carries_racks
     if system.hidden_walls == "leave-out":
         eligible &= covered <= HALF
         flat_roof &= covered <= HALF

@@ -13,15 +13,15 @@ FREE_BYTES = 64 * 2**20  # decompressed size that is always accepted
 BUFFER = 2**18  # bytes per read and per progress report
 
 
-def open_input(path, tell=ignore_share):
+def open_input(path, report_share=ignore_share):
     """Open a file as a stream of bytes.
 
     Parameters
     ----------
     path : str or path-like
         A file; gzip is recognised by its first bytes, not by its name.
-    tell : callable, optional
-        `tell(share)` is called repeatedly with the share of the file read so far, 0 to 1. An exception raised in it
+    report_share : callable, optional
+        Called repeatedly with the share of the file read so far, 0 to 1. An exception raised in it
         stops reading.
 
     Returns
@@ -39,7 +39,7 @@ def open_input(path, tell=ignore_share):
     if path.is_dir():
         raise InputError(path, "is a folder, but a file is expected", "give a file in it")
     try:
-        stream, start = _open_reporting(path, tell)
+        stream, start = _open_reporting(path, report_share)
     except OSError as error:
         raise InputError(path, f"cannot be read ({error.strerror})", "check the file permissions") from error
     if not start:
@@ -65,9 +65,9 @@ def open_text(path):
     return io.TextIOWrapper(open_input(path), encoding="utf-8-sig", errors="replace")
 
 
-def _open_reporting(path, tell):
+def _open_reporting(path, report_share):
     """Stream of a file that reports progress, and its first bytes."""
-    stream = io.BufferedReader(_Reporting(path.open("rb", buffering=0), path.stat().st_size, tell), BUFFER)
+    stream = io.BufferedReader(_Reporting(path.open("rb", buffering=0), path.stat().st_size, report_share), BUFFER)
     try:
         return stream, stream.peek(4)[:4]
     except BaseException:
@@ -78,8 +78,8 @@ def _open_reporting(path, tell):
 class _Reporting(io.RawIOBase):
     """Raw bytes of a file; each read is reported."""
 
-    def __init__(self, file, size, tell):
-        self._file, self._size, self._tell, self._count = file, max(size, 1), tell, 0
+    def __init__(self, file, size, report_share):
+        self._file, self._size, self._report_share, self._count = file, max(size, 1), report_share, 0
 
     def readable(self):
         return True
@@ -87,7 +87,7 @@ class _Reporting(io.RawIOBase):
     def readinto(self, buffer):
         count = self._file.readinto(buffer)
         self._count += count
-        self._tell(min(self._count / self._size, 1.0))
+        self._report_share(min(self._count / self._size, 1.0))
         return count
 
     def close(self):

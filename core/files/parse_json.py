@@ -34,11 +34,11 @@ class Repeated(dict):
 class _Pace:
     """Scale progress: reading takes only a part of the time, the rest goes into building polygons."""
 
-    def __init__(self, tell):
-        self._tell, self.part = tell, READ
+    def __init__(self, report_share):
+        self._report_share, self.part = report_share, READ
 
     def __call__(self, share):
-        self._tell(self.part * share)
+        self._report_share(self.part * share)
 
 
 class _NoNumberError(ValueError):
@@ -74,7 +74,7 @@ def _refuse_constant(name):
 DECODER = json.JSONDecoder(object_pairs_hook=_to_object, parse_constant=_refuse_constant)
 
 
-def iterate_json(path, notes, tell=ignore_share):
+def iterate_json(path, notes, report_share=ignore_share):
     """Yield each JSON text of a file and the line it begins on.
 
     A file with one text per line is read line by line; any other is read into memory as a whole.
@@ -85,7 +85,7 @@ def iterate_json(path, notes, tell=ignore_share):
         Plain or gzip-compressed; UTF-8, UTF-16 or UTF-32.
     notes : list of str
         A note is appended if bytes had to be replaced.
-    tell : callable, optional
+    report_share : callable, optional
         As in `open_input`; for a file of one text it ends at `READ`, and the caller continues from there.
 
     Yields
@@ -98,7 +98,7 @@ def iterate_json(path, notes, tell=ignore_share):
     InputError
         Not JSON, truncated, nested too deeply, contains NaN, or too large for memory.
     """
-    pace = _Pace(tell)
+    pace = _Pace(report_share)
     with open_input(path, pace) as stream:
         budget = FREE_MEMORY + MOST_GAIN * Path(path).stat().st_size
         first = _read_line(path, stream, budget)

@@ -35,14 +35,14 @@ class ObjParts:
     comment_crs: str = ""  # a comment line that mentions EPSG
 
 
-def parse_obj(path, tell=ignore_share):
+def parse_obj(path, report_share=ignore_share):
     """Read the statements of an OBJ file.
 
     Parameters
     ----------
     path : path-like
         Plain or gzip-compressed; UTF-8, UTF-16 or another text encoding.
-    tell : callable, optional
+    report_share : callable, optional
         As in `open_input`.
 
     Returns
@@ -56,7 +56,7 @@ def parse_obj(path, tell=ignore_share):
     """
     parts, vertices, faces = ObjParts(np.empty((0, 3)), object_names=[""]), [], []
     number, group, material = 0, "", ""
-    for line, words in _statements(path, tell):
+    for line, words in _statements(path, report_share):
         keyword = words[0]
         if keyword == "v":
             vertices.append(_vertex(path, line, words))
@@ -87,9 +87,9 @@ def parse_obj(path, tell=ignore_share):
     return parts
 
 
-def _statements(path, tell):
+def _statements(path, report_share):
     """Line number and words of every statement; a trailing backslash continues on the next line."""
-    with open_input(path, tell) as stream:
+    with open_input(path, report_share) as stream:
         start = stream.peek(2)[:2] if hasattr(stream, "peek") else b""
         text = io.TextIOWrapper(stream, MARKS.get(start, "utf-8-sig"), errors="replace")
         number, pending, length = 0, [], 0

@@ -82,7 +82,7 @@ def read_root(path, declared=()):
         return root.tag, dict(root.nsmap)
 
 
-def iterate_elements(path, tags, declared=(), tell=ignore_share, only_in=None):
+def iterate_elements(path, tags, declared=(), report_share=ignore_share, only_in=None):
     """Yield each completed element with one of the tags; it and everything before it is freed afterwards.
 
     Parameters
@@ -92,7 +92,7 @@ def iterate_elements(path, tags, declared=(), tell=ignore_share, only_in=None):
         Local names in any namespace.
     declared : collection of str
         Prefixes that the file uses without declaring them; declarations are added.
-    tell : callable, optional
+    report_share : callable, optional
         As in `open_input`.
     only_in : dict, optional
         Tag -> tag: elements of the first are yielded only inside one of the second; others are left as they are.
@@ -103,7 +103,7 @@ def iterate_elements(path, tags, declared=(), tell=ignore_share, only_in=None):
     """
     wanted = [f"{{*}}{tag}" for tag in tags]
     above = {tag: f"{{*}}{outer}" for tag, outer in (only_in or {}).items()}
-    with open_input(path, tell) as opened:
+    with open_input(path, report_share) as opened:
         stream = _Counted(path, _declare(opened, declared))
         try:
             for _, element in etree.iterparse(stream, events=("end",), tag=wanted, **SAFE):

@@ -108,6 +108,6 @@ def _suffix(path):
     return suffixes[-1] if suffixes else ""
 
 
-def _read(path, up, tell):
+def _read(path, up, report_share):
     reader = READERS.get(_suffix(path), read_citygml_content)
-    return reader(path, up, tell) if reader is read_obj else reader(path, tell)
+    return reader(path, up, report_share) if reader is read_obj else reader(path, report_share)

@@ -15,11 +15,11 @@ IN_RELIEF = [f"{{*}}{name}" for name in RELIEFS]
 MOST_UNDECLARED = 16  # prefixes; a file with more is not accepted
 
 
-def read_content(path, tell=ignore_share):
+def read_content(path, report_share=ignore_share):
     """Read all polygons of one CityGML file, at all levels of detail.
 
     A namespace prefix that the file uses without declaring it (such as that of an extension) is declared on the fly,
-    with a note. `tell` is as in `open_input`.
+    with a note. `report_share` is as in `open_input`.
 
     Returns
     -------
@@ -28,7 +28,7 @@ def read_content(path, tell=ignore_share):
     declared = []
     while True:
         try:
-            content = _read_declared(path, declared, tell)
+            content = _read_declared(path, declared, report_share)
         except UndeclaredPrefixError as error:
             if error.prefix in declared or len(declared) == MOST_UNDECLARED:
                 raise
@@ -39,7 +39,7 @@ def read_content(path, tell=ignore_share):
             return content
 
 
-def _read_declared(path, declared, tell):
+def _read_declared(path, declared, report_share):
     root, namespaces = read_root(path, declared)
     if "opengis.net/citygml" not in " ".join([root, *filter(None, namespaces.values())]):
         name = root.rpartition("}")[2]
@@ -47,7 +47,7 @@ def _read_declared(path, declared, tell):
     content, kinds, others = FileContent(path), {}, {}
     relief, before = GmlRelief(content), 0  # terrain triangles before the current member
     tags = ("Building", "Envelope", "appearanceMember", "Triangle", *MEMBERS)
-    for element in iterate_elements(path, tags, declared, tell, {"Triangle": "TINRelief"}):
+    for element in iterate_elements(path, tags, declared, report_share, {"Triangle": "TINRelief"}):
         name = element.tag.rpartition("}")[2]
         if name == "Building":
             collect_polygons(element, content, kinds)

@@ -31,14 +31,14 @@ ORPHANS = "parts or installations have no parent building; they are read as buil
 AGAIN = "city object whose name is used again later in the file"
 
 
-def read_cityjson(path, tell=ignore_share):
+def read_cityjson(path, report_share=ignore_share):
     """Read all building polygons of one CityJSON file, at all levels of detail.
 
     Parameters
     ----------
     path : path-like
         ``.json`` or ``.jsonl``, with either content; plain or gzip-compressed.
-    tell : callable, optional
+    report_share : callable, optional
         As in `open_input`, with the share of the work done.
 
     Returns
@@ -53,7 +53,7 @@ def read_cityjson(path, tell=ignore_share):
     path = Path(path)
     content = FileContent(path)
     reading = _Reading(path, content)
-    for value, line in iterate_json(path, content.notes, tell):
+    for value, line in iterate_json(path, content.notes, report_share):
         kind = value.get("type") if isinstance(value, dict) else None
         if kind == "CityJSON":
             reading.start(value, line)
@@ -63,7 +63,7 @@ def read_cityjson(path, tell=ignore_share):
         elif reading.templates is None:
             cure = "put the header object, of type CityJSON, on the first line"
             raise InputError(path, f"line {line}: a CityJSONFeature before the header", cure)
-        reading.add(value, line, tell if kind == "CityJSON" else ignore_share)
+        reading.add(value, line, report_share if kind == "CityJSON" else ignore_share)
     reading.finish()
     return content
 
@@ -98,7 +98,7 @@ class _Reading:
         if self.transform is None and not text.startswith("1.0"):
             self._note(f"{self.path} has no transform; its vertices were read as real coordinates.")
 
-    def add(self, text, line, tell=ignore_share):
+    def add(self, text, line, report_share=ignore_share):
         """Read the buildings among the objects of one JSON text."""
         _refuse_repeated(self.path, text, line)
         objects = text.get("CityObjects", {})
@@ -113,9 +113,9 @@ class _Reading:
             self._note(f"{self.path} has a transform, but vertices that are not integers; it was applied.")
         for name in getattr(objects, "names", ()):
             self.content.skip(AGAIN, clean_name(name))
-        self._add_objects(objects, Shapes(self.content, vertices, self.templates, self.remarks), line, tell)
+        self._add_objects(objects, Shapes(self.content, vertices, self.templates, self.remarks), line, report_share)
 
-    def _add_objects(self, objects, shapes, line, tell):
+    def _add_objects(self, objects, shapes, line, report_share):
         families, content = find_families(objects), self.content
         for reason, name in families.skipped:
             content.skip(reason, clean_name(name))
@@ -132,7 +132,7 @@ class _Reading:
         reliefs = set(families.reliefs)
         for number, (name, one) in enumerate(objects.items()):
             if number % OBJECTS_AT_ONCE == 0:
-                tell(READ + (DRAWN - READ) * number / len(objects))
+                report_share(READ + (DRAWN - READ) * number / len(objects))
             if name in families.owner:
                 kind = one["type"] if one["type"] in ("BuildingInstallation", "BuildingConstructiveElement") else ""
                 place = building[families.owner[name]], part[families.part[name]]

@@ -21,7 +21,7 @@ FACES_AT_ONCE = 4096  # polygons per progress report
 ABOVE = 0.5  # share of a piece's polygons that must lie above or below another piece to join its building
 
 
-def read_obj(path, up="z", tell=ignore_share):
+def read_obj(path, up="z", report_share=ignore_share):
     """Read all polygons (`f` statements) of an OBJ file.
 
     Each ``o`` is a building. Without any, each name of ``g`` is one; without either, polygons that share vertices form
@@ -33,7 +33,7 @@ def read_obj(path, up="z", tell=ignore_share):
     path : path-like
     up : {'z', 'y'}
         Vertical axis. With y, north is -z.
-    tell : callable, optional
+    report_share : callable, optional
         As in `open_input`, with the share of the work done.
 
     Returns
@@ -45,7 +45,7 @@ def read_obj(path, up="z", tell=ignore_share):
     InputError
         The file cannot be read, or has no polygons.
     """
-    parts = parse_obj(path, lambda share: tell(PARSED * share))
+    parts = parse_obj(path, lambda share: report_share(PARSED * share))
     if not parts.faces:
         raise InputError(path, "contains no polygons", "give an OBJ file of buildings")
     vertices = parts.vertices if up == "z" else parts.vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
@@ -54,7 +54,7 @@ def read_obj(path, up="z", tell=ignore_share):
     rows = zip(parts.faces, parts.lines, building, parts.materials, strict=True)
     for place, (face, line, number, material) in enumerate(rows):
         if place % FACES_AT_ONCE == 0:
-            tell(PARSED + (1 - PARSED) * place / len(parts.faces))
+            report_share(PARSED + (1 - PARSED) * place / len(parts.faces))
         if len(face) < 3:
             content.skip("fewer than three points", f"line {line}")
         else:

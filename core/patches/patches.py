@@ -9,7 +9,7 @@ from ..sampling.random_numbers import key_of_names, mix
 from ..scene.add_backs import other_sides
 from ..scene.check_scene import check_scene
 from ..scene.find_ground import find_ground
-from .find_buried import find_buried
+from .find_resting_floors import find_resting_floors
 
 OFFSET_SPACINGS = 8  # distance of ray origins from their face in float32 spacings; at 2 the first rays get lost
 LARGEST_INSET = 1 / 64  # as a share of the distance to the middle
@@ -75,7 +75,7 @@ def patches_of_scene(scene, albedo, seed):
         facing=np.column_stack([normal, 2 * scene.footprint]).astype(np.float32),
         ground=ground,
         other_side=other_sides(scene),
-        receives=~scene.closure & ~find_buried(scene, ground) & (length > 0),
+        receives=~scene.closure & ~find_resting_floors(scene, ground) & (length > 0),
     )
 
 

@@ -1,4 +1,4 @@
-"""Where the sun stands over the year, and which of its places were traced (paper, Fig. 2)."""
+"""Position of the sun over the year, and which positions were traced (paper, Fig. 2)."""
 
 import numpy as np
 import pandas as pd
@@ -25,7 +25,7 @@ def sun_angles(directions):
 
 
 def hour_curves(times, interval, latitude, longitude):
-    """Where the sun stands at each hour of the day, over the year of a time axis.
+    """Position of the sun at each hour of the day, over the year of a time axis.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ def read_results(folder):
     faces = read_table(folder / "faces.csv", FACE_TEXTS, FACE_NUMBERS)
     groups = read_table(folder / "groups.csv", GROUP_TEXTS, GROUP_NUMBERS)
     if groups.duplicated([*GROUP_TEXTS, "index"]).any():
-        raise InputError(folder / "groups.csv", "tells a period of a group twice", CURE)
+        raise InputError(folder / "groups.csv", "has two rows for one period of a group", CURE)
     times, interval, sums = read_times(folder / "timeseries.nc")
     compare_hours(folder / "timeseries.nc", groups, sums * (interval / pd.Timedelta(hours=1)), summary)
     suns, outlines = read_shapes(folder / "transfer.nc", faces["surface_id"].tolist())

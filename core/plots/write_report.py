@@ -21,7 +21,7 @@ HOURS = (
     "Full load hours are the hours in which modules at full power would make the energy of a year: 800 h mean 800 kWh "
     "for each kWp (kilowatt of nominal power). They are direct current (DC), before inverter and cables."
 )
-ELSEWHERE = "What else is uncertain stands under “How sure the numbers are”."
+ELSEWHERE = "Further uncertainties are listed under “How sure the numbers are”."
 NO_PLAN = (
     "There is no plan of the city here: this folder has no shapes of the surfaces. Results of citypv simulate have "
     "them in transfer.nc, unless it was left out for its size (--transfer keeps it) or written by an earlier version."
@@ -208,13 +208,13 @@ def compose_plan(results):
             uri = embed_figure(draw_plan(results.faces, results.outlines, show), "png")
             note = " Yellow is high, dark blue is low; the two plans have different scales. North is up."
             parts.append(picture(uri, f"plan-{show}", caption + note))
-    return section("Plan of the city", *(parts or [paragraph("No surface bears modules.")]))
+    return section("Plan of the city", *(parts or [paragraph("No surface carries modules.")]))
 
 
 def compose_times(results):
     """Months, hours of the day, and the sun's path."""
     site = results.summary["input"]["site"]
-    known = "" if results.suns is not None else " Which suns were traced stands in transfer.nc, which is not here."
+    known = "" if results.suns is not None else " The traced suns are listed in transfer.nc, which is missing."
     suns = draw_sun_path(results.times, results.interval, site["latitude"], site["longitude"], results.suns)
     hours = "Local solar time is UTC plus four minutes for each degree east; the sun stands highest at about 12."
     parts = []
@@ -224,7 +224,7 @@ def compose_times(results):
         parts.append(picture(embed_figure(draw_months(results.groups)), "months", months))
         parts.append(picture(embed_figure(draw_day(results.groups)), "day", day))
     caption = (
-        "Where the sun stands: pale curves for each hour of the day through the year (UTC), coloured ones for three "
+        "Position of the sun: pale curves for each hour of the day through the year (UTC), coloured ones for three "
         f"days. Green dots are the sun positions for which shadows and reflections were computed.{known}"
     )
     return section("Over the year and the day", *parts, picture(embed_figure(suns), "sun-path", caption))

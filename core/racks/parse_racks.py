@@ -32,7 +32,7 @@ class Racks:
     depth: float = 1.0  # [m] of a row along its slope
     rim: float = 0.5  # [m] kept free along edges, holes and whatever rises
     height: float = 0.1  # [m] of the lower edges above the roof
-    area: float = 20.0  # [m²] of the smallest roof that bears racks
+    area: float = 20.0  # [m²] of the smallest roof that carries racks
     back_albedo: float = 0.0  # of undersides and edges
 
 

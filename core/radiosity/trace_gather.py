@@ -21,7 +21,7 @@ from .shadow_points import count_elements, points_above
 from .solve_radiosity import element_factors
 from .trace_hemisphere import trace_hemisphere
 
-ONE_POINT = "of direct light: one shadow point per patch tells no spread; ask for --shadow-samples 2 or more"
+ONE_POINT = "of direct light: one shadow point per patch gives no variance estimate; ask for --shadow-samples 2 or more"
 
 
 def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):

@@ -9,7 +9,7 @@ from .columns import column_values, tabled_columns
 WRITTEN = 0.7  # share of the time for formatting the numbers
 
 
-def write_faces(path, transfer, energy, tell=ignore_share, *, monthly=False):
+def write_faces(path, transfer, energy, report_share=ignore_share, *, monthly=False):
     """Write the results of each surface.
 
     Parameters
@@ -17,8 +17,8 @@ def write_faces(path, transfer, energy, tell=ignore_share, *, monthly=False):
     path : path-like
     transfer : Transfer
     energy : Energy
-    tell : callable, optional
-        `tell(share)` is called after each column.
+    report_share : callable, optional
+        `report_share(share)` is called after each column.
     monthly : bool
         Whether to add columns with the full load hours of each month.
     """
@@ -31,7 +31,7 @@ def write_faces(path, transfer, energy, tell=ignore_share, *, monthly=False):
     table = pd.DataFrame(columns)
     # Six significant digits.
     for number, name in enumerate(columns):
-        tell(WRITTEN * number / len(columns))
+        report_share(WRITTEN * number / len(columns))
         if table[name].dtype.kind == "f":
             table[name] = [f"{value:.6g}" if np.isfinite(value) else "" for value in table[name].to_numpy()]
     table.to_csv(path, index=False, lineterminator="\n")

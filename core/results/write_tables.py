@@ -29,7 +29,7 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
 
     system, monthly = build_system(request), request.monthly
     tables = {
-        "faces.csv": partial(write_faces, transfer=transfer, energy=energy, tell=report_faces, monthly=monthly),
+        "faces.csv": partial(write_faces, transfer=transfer, energy=energy, report_share=report_faces, monthly=monthly),
         "groups.csv": partial(write_groups, energy=energy),
         "buildings.csv": partial(write_buildings, transfer=transfer, energy=energy, system=system, monthly=monthly),
         "timeseries.nc": partial(write_timeseries, energy=energy, weather=weather),

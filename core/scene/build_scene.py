@@ -230,9 +230,9 @@ def _stand_on_terrain(scene, feet, points, terrain, patch_size):
     names = scene.surfaces.surface_id
     ground = build_terrain(feet, points, terrain, patch_size)
     for reason, polygons in (
-        ("ends above the terrain, carried down", ground.raised),
-        ("ends below the terrain, cut by it", ground.below_ground),
-        ("footprint hangs in the air, the ground goes on below", ground.hanging),
+        ("ends above the terrain, extended down to it", ground.raised),
+        ("continues below the terrain, cut off at it", ground.below_ground),
+        ("footprint above the ground, which continues below it", ground.hanging),
     ):
         scene.report.repair(reason, [names[k] for k in polygons])
     scene.report.notes += ground.notes

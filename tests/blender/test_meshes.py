@@ -158,7 +158,7 @@ def test_a_box_turned_inside_out_is_mended_as_in_a_file(addon):
     box.data.flip_normals()
     assert bpy.ops.citypv.take_meshes() == {"FINISHED"}
     item, _ = find_city(bpy.context.scene)
-    assert find_row(item, "repaired/turned over: faced into its closed shell")["count"] == "6"
+    assert find_row(item, "repaired/flipped: faced inwards in a watertight shell")["count"] == "6"
     assert not read_rows(item, "skipped")
     assert find_row(item, "kind/flat")["area"] == "80.0 m²"
 

@@ -13,7 +13,7 @@ from citypv.operators.select_faces import leave_edit_mode, read_selection
 from citypv.operators.session import find_city, find_session
 from citypv.operators.write_attributes import read_face_attribute
 
-TURNED = "repaired/turned over: faced into its closed shell"
+TURNED = "repaired/flipped: faced inwards in a watertight shell"
 
 
 @pytest.fixture

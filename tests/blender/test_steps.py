@@ -84,9 +84,9 @@ def test_the_city_stands_on_the_terrain_of_a_file(addon, city_file, tmp_path):
     # The walls begin at 35 m; the terrain, at 37 m, cuts them.
     assert heights.max() == pytest.approx(2.0, abs=1e-4)
     session = find_session(city)
-    assert len(session.scene.report.repaired["ends below the terrain, cut by it"]) >= 3
+    assert len(session.scene.report.repaired["continues below the terrain, cut off at it"]) >= 3
     rows = [row["name"] for row in read_rows(city, "repaired")]
-    assert "ends below the terrain, cut by it" in rows
+    assert "continues below the terrain, cut off at it" in rows
 
 
 TRIANGLE = (

@@ -89,7 +89,7 @@ def test_names_are_made_where_missing_and_numbered_where_repeated(tmp_path):
     assert city.surface_id[0] == "house_1"
     assert city.surface_id[1:3] == ["a", "a~2"]
     assert city.building_id[3] == "building_2"
-    assert city.report.repaired["identifier given twice, number added"] == ["a~2", "a~3", "a~4"]
+    assert city.report.repaired["duplicate identifier, number appended"] == ["a~2", "a~3", "a~4"]
 
 
 def test_unclosed_and_repeated_points_are_mended_and_reported(tmp_path):
@@ -97,7 +97,7 @@ def test_unclosed_and_repeated_points_are_mended_and_reported(tmp_path):
     walls = text.surface(text.members(text.polygon("open", SQUARE, closed=False), text.polygon("twice", doubled)))
     city = read(tmp_path, text.building(walls))
     assert [len(city.rings(k)[0]) for k in range(2)] == [4, 4]
-    assert city.report.repaired == {"ring was not closed": ["open"], "repeated point taken out": ["twice"]}
+    assert city.report.repaired == {"ring was not closed": ["open"], "repeated point removed": ["twice"]}
 
 
 def test_polygon_drawn_twice_in_its_building_counts_once(tmp_path):
@@ -110,8 +110,8 @@ def test_polygon_drawn_twice_in_its_building_counts_once(tmp_path):
         text.building(text.surface(text.members(text.polygon("neighbour", SQUARE))), name="next"),
     )
     assert city.surface_id == ["once", "other_side", "larger", "neighbour"]
-    assert city.report.skipped == {"drawn twice in its building": ["again"]}
-    assert city.report.skipped_area == {"drawn twice in its building": pytest.approx(12)}
+    assert city.report.skipped == {"duplicate polygon in its building": ["again"]}
+    assert city.report.skipped_area == {"duplicate polygon in its building": pytest.approx(12)}
 
 
 def test_polygons_that_cannot_be_used_are_left_out_with_reason_and_name(tmp_path):

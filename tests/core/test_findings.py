@@ -80,9 +80,9 @@ def test_terrain_counts_in_the_inspection(tmp_path):
     head = f"ncols 60\nnrows 60\nxllcorner {EAST - 280}\nyllcorner {NORTH - 280}\ncellsize 10\n"
     (tmp_path / "ground.asc").write_text(head + rows, encoding="utf-8")
     request = Request(terrain=str(tmp_path / "ground.asc"))
-    carried = next(row for row in inspect_city([city], request)["findings"] if "carried down" in row["reason"])
+    carried = next(row for row in inspect_city([city], request)["findings"] if "extended down" in row["reason"])
     assert (carried["heading"], carried["count"]) == ("repaired", 12)  # the walls of three houses
-    assert not any("carried down" in row["reason"] for row in inspect_city([city], Request())["findings"])
+    assert not any("extended down" in row["reason"] for row in inspect_city([city], Request())["findings"])
 
 
 def test_read_city_still_gives_ids_for_each_reason():

@@ -275,7 +275,7 @@ def test_without_transfer_there_is_no_plan_and_that_is_said(folder, tmp_path):
     assert main(["plot", str(tmp_path / "copy"), "--quiet"]) == 0
     page = Page((tmp_path / "copy" / "report.html").read_text(encoding="utf-8"))
     assert set(page.figures) == FIGURES - {"plan-roof", "plan-facade"}
-    assert "no plan of the city" in page.text and "transfer.nc, which is not here" in page.text
+    assert "no plan of the city" in page.text and "transfer.nc, which is missing" in page.text
 
 
 def test_cells_have_outlines_too(folder, tmp_path):

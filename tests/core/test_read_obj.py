@@ -68,7 +68,7 @@ def test_counts_bounds_and_volumes(name):
     city = read_city(find(name))
     assert city.report.building_count == max(expected["objects"], 1)
     assert sum(city.report.lods_met.values()) == expected["triangles"]
-    doubles = len(city.report.skipped.get("drawn twice in its building", []))
+    doubles = len(city.report.skipped.get("duplicate polygon in its building", []))
     assert doubles == count_doubles(parts)
     lost = sum(len(ids) for reason, ids in city.report.skipped.items())
     assert lost - doubles == expected["degenerate"]
@@ -97,7 +97,7 @@ def test_grounds_of_rockaway_that_face_up_are_turned_and_named():
     assert up == pytest.approx(down, rel=1e-4)
     expected = EXPECTED["nyc_rockaway_1km_feet.obj"]["area_by_tilt_native_units_if_Zup"]
     assert up + down == pytest.approx((expected["up<1"] + expected["down"]) * US_FOOT**2, rel=1e-3)
-    assert sum(len(ids) for reason, ids in city.report.repaired.items() if "turned over" in reason) > 4000
+    assert sum(len(ids) for reason, ids in city.report.repaired.items() if "flipped" in reason) > 4000
     assert any("EPSG:2263" in note for note in city.report.notes)
 
 
@@ -124,7 +124,7 @@ def test_the_floors_of_lyon_are_turned_as_the_tower_around_them():
     area, _, tilt = measure(city)
     assert area[tilt > 91].sum() == pytest.approx(area[tilt < 1].sum() + area[(tilt > 1) & (tilt < 60)].sum(), rel=0.06)
     # Three more, 0.25 m² in all, stick out of the tower and see the sky as they are drawn.
-    assert len(city.report.repaired["turned over with its shell"]) == 233
+    assert len(city.report.repaired["flipped with its open shell"]) == 233
     spared = [note for note in city.report.notes if "not by rays from both sides" in note]
     assert len(spared) == 1
     assert spared[0].startswith("3 surfaces")
@@ -192,7 +192,7 @@ def test_a_house_is_turned_right_side_out(tmp_path, turned, missing):
     _, normal, _ = measure(city)
     middles = np.array([city.rings(k)[0].mean(axis=0) for k in range(len(city))])
     assert (((middles - [0.5, 1.0, 1.5]) * normal).sum(axis=1) > 0).all()
-    named = sum(len(ids) for reason, ids in city.report.repaired.items() if "turned over" in reason)
+    named = sum(len(ids) for reason, ids in city.report.repaired.items() if "flipped" in reason)
     assert named == len([k for k in turned if k != missing])
 
 
@@ -225,7 +225,7 @@ def test_two_touching_buildings_do_not_turn_each_other():
     building = np.repeat([0, 1], 6)
     found = orient_shells(city.points, city.ring_start, city.polygon_start, building)
     assert not found.flip.any()
-    assert found.closed.all()
+    assert found.watertight.all()
 
 
 REFUSED = {

@@ -127,8 +127,8 @@ def sloping(path, slope=0.2):
 def test_walls_above_a_slope_are_carried_down_and_those_below_are_cut(tmp_path):
     city = town(-60.0, -60.0, 0.0)
     scene = build_scene(city, 50.0, 8.0, terrain=read_terrain(sloping(tmp_path / "slope.asc"), city))
-    raised = scene.report.repaired["ends above the terrain, carried down"]
-    buried = scene.report.repaired["ends below the terrain, cut by it"]
+    raised = scene.report.repaired["ends above the terrain, extended down to it"]
+    buried = scene.report.repaired["continues below the terrain, cut off at it"]
     column = {name: k // 18 for k, name in enumerate(city.surface_id)}  # three buildings of six surfaces each
     assert {column[name] for name in raised} == {0, 1}  # x from -60 and -20; the terrain is level with them at 0
     assert {column[name] for name in buried} == {2}  # x from 20

@@ -11,7 +11,7 @@ from scenes import join, strip, suns_towards
 from citypv.core.effects.closed_form import find_unobstructed, ground_view_of_tilt, sky_view_of_tilt
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.errors import InputError
-from citypv.core.patches.find_buried import find_buried
+from citypv.core.patches.find_resting_floors import find_resting_floors
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
 from citypv.core.radiosity.solve_radiosity import radiosity_factor, solve_radiosity
@@ -67,7 +67,7 @@ def albedo():
 USERS = {
     "trace_gather": lambda scene: trace_gather(scene, SUNS, Request(), silent),
     "patches_of_scene": lambda scene: patches_of_scene(scene, albedo(), 0),
-    "find_buried": find_buried,
+    "find_resting_floors": find_resting_floors,
     "trace_sun_samples": lambda scene: trace_sun_samples(scene, None, SUNS, Request(), silent),
 }
 

@@ -113,7 +113,7 @@ def write_obj(path, objects, shift=(0.0, 0.0, 0.0)):
 
 def turned(city):
     """Numbers of the polygons that were turned over."""
-    names = [name for reason, ids in city.report.repaired.items() if "turned over" in reason for name in ids]
+    names = [name for reason, ids in city.report.repaired.items() if "flipped" in reason for name in ids]
     return sorted(city.surface_id.index(name) for name in names)
 
 

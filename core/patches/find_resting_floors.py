@@ -10,7 +10,7 @@ UPRIGHT = np.sin(np.radians(1))  # a face less than one degree off the vertical 
 ROUNDING = 8 * np.finfo(np.float32).eps  # of coordinates, relative
 
 
-def find_buried(scene, ground=None):
+def find_resting_floors(scene, ground=None):
     """Triangles that face downwards at or below the ground, or rest on another surface.
 
     The ground has no thickness, so a ray that starts under it would hit nothing. Triangles under it are found by
