@@ -42,15 +42,15 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
     Returns
     -------
     Transfer
-        Its `settings` say what was decided, how many rays were traced and how long each stage took. Whoever cancels
-        after some suns (see `core.progress`) gets those that were traced as `suns`, and is told so by `interrupted`.
+        `record` has what was decided, how many rays were traced and how long each stage took. If cancelled after some
+        suns (see `core.progress`), `suns` are those that were traced, and `record.interrupted` says so.
 
     Raises
     ------
     CancelledError
-        It was cancelled before any sun was of use.
+        Cancelled before any sun could be used.
     InputError
-        If a number, an array or a setting cannot be used: no ray is traced with it.
+        If a number, an array or a setting is invalid; raised before any ray is traced.
     """
     check_scene(scene)
     check_suns(suns)
