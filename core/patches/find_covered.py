@@ -36,7 +36,8 @@ def meets_back(patches, hit, directions):
 def find_covered_cells(ray_scene, patches, chosen, verdict=None):
     """Which cells of some patches lie inside or under something.
 
-    Rays are traced from one point in each cell; the cell is covered if more than half of them hit backs and at most one
+    Rays are traced from one point in each cell, the same for every seed: a wall that is covered for about half would
+    otherwise be eligible with some seeds only. The cell is covered if more than half of them hit backs and at most one
     reaches the sky. Real models are open shells: a single ray proves nothing, and rays into an open house from outside
     hit backs, but others reach the sky. From a wall that continues below the ground, rays hit the back of the ground
     upwards and nothing downwards: no ray carries light, so the cell is covered too. Below a slope some rays would
@@ -56,7 +57,7 @@ def find_covered_cells(ray_scene, patches, chosen, verdict=None):
     """
     count, cells = len(chosen), CELL_DIVISIONS**2
     verdict = np.full((count, cells), UNKNOWN) if verdict is None else verdict
-    numbers = uniform(mix(patches.key[chosen] ^ np.uint64(0xC0FE)), 4 * cells).reshape(count, cells, 4)
+    numbers = uniform(mix(patches.place_key[chosen] ^ np.uint64(0xC0FE)), 4 * cells).reshape(count, cells, 4)
     b1, b2 = stratified_points(numbers, CELL_DIVISIONS)
     covered = verdict == COVERED
     row, cell = np.nonzero(verdict == UNKNOWN)
@@ -114,6 +115,25 @@ def lie_in_earth(ray_scene, patches, points):
     up = np.tile(np.float32([0, 0, 1]), (points.shape[0] * points.shape[1], 1))
     above = ray_scene.trace_closest(points.reshape(-1, 3), up)
     return ((above >= 0) & patches.ground[above] & (patches.normal[above, 2] > 0)).reshape(points.shape[:2])
+
+
+def settled_cells(verdict):
+    """The verdicts on cells that all their neighbours share; UNKNOWN for the others.
+
+    Along the edge of the covered part the few rays of a cell may agree by chance.
+
+    Parameters
+    ----------
+    verdict : (c, cells) int8
+
+    Returns
+    -------
+    (c, cells) int8
+    """
+    settled = np.full_like(verdict, UNKNOWN)
+    for state in (OPEN, COVERED):
+        settled[enclosed_cells(verdict == state)] = state
+    return settled
 
 
 def enclosed_cells(covered):

@@ -1,32 +1,40 @@
 """Variance of the direct light of patches, estimated from their shadow points."""
 
+import functools
+
 import numpy as np
 
+from ..patches.find_covered import enclosed_cells
 from ..sampling.random_numbers import mix
-from ..sampling.sample_points import HEMISPHERE_REPLICATES, cells_inside, grid_of
-from ..threads import work_in_slices
+from ..sampling.sample_points import (
+    DIGITS,
+    HEMISPHERE_REPLICATES,
+    cell_of_point,
+    cells_inside,
+    grid_of,
+    points_of_grid,
+)
+from ..transfer.closed_form import sky_view_of_tilt
 from ..transfer.incidence import projection_in_front
 from .replicates import Deviations
+from .shadow_points import fill_from_nearest, place_points, places_of_points
 
 # Variance of a net of 2, 4, … 1,024 points as a share of that of stratified points: computed for straight edges of
 # shadow at any place and angle it is 0.38 to 0.59 (`tests/core/test_standard_errors.py`).
 EVENNESS = 0.5
-# The same for the edge of the covered part, which cells resolve in quarters: 1.0 to 1.1 for straight lines at any
-# angle, 0.35 to 0.4 for lines parallel to an edge of the patch, as many of neighbours' roofs and walls are.
-ALONG_THE_LINE = 0.75
-FINEST_SHARE = 1 / 8  # half of a quarter
+PLACES, NETS, MOST_POINTS = 16, 16, 256  # of nets laid over covered cells
 WRONG_SIDE = 0.25  # of points along the edge of the covered part, in cells of which less than half is covered
 LARGEST_STEP = 32767  # of 16-bit numbers
 
 
-def variance_of_shadow_points(by_point, covered, normal, suns, threads):
+def variance_of_shadow_points(by_point, covered, patches, suns, sky):
     """Variance of the mean light of patches.
 
-    It is estimated from differences of neighbouring points. Where part of a patch is covered, the edge of the covered
-    part adds variance that these differences may miss: only few cells contain that edge, and their points may fall on
-    the same side of it by chance. The expected variance of such a cell is known: with a covered share q its point is
-    dark with probability q, so the variance is q (1 - q). The open points give the rest. The larger of the two
-    estimates is taken, since the course of the edge is not known.
+    It is estimated from differences of neighbouring points. Where part of a patch is covered, the number of points that
+    lie in the open varies as well, and few points cannot tell how much: how even they are depends on whether the edge
+    of the covered part runs along an edge of the patch, as those of many neighbours' roofs and walls do. The variance
+    of their number is that of randomly shifted nets over the covered cells, whose course is known; differences of
+    neighbours then tell that of the light in the open.
 
     Parameters
     ----------
@@ -34,10 +42,11 @@ def variance_of_shadow_points(by_point, covered, normal, suns, threads):
         Light at each point, weighted sum over the suns.
     covered : (p, cells) bool
         Cells, as a rule more of them than points, that lie inside or under something.
-    normal : (p, 3) float32
+    patches : Patches
     suns : SunBlock
         Those in `by_point`.
-    threads : int
+    sky : tuple of (p,) float32 and int
+        Visible share of the sky, and by how many rays it was found.
 
     Returns
     -------
@@ -46,31 +55,95 @@ def variance_of_shadow_points(by_point, covered, normal, suns, threads):
     """
     variance = variance_of_neighbours(by_point)
     partly = np.flatnonzero(covered.any(axis=1) & ~covered.all(axis=1))
-    brightest = by_point[partly].max(axis=1).astype(float)
-
-    def sum_unshaded(rows):
-        return projection_in_front(normal[partly[rows]], suns[0]) @ suns[1]
-
-    unshaded = np.concatenate([np.zeros(0), *work_in_slices(sum_unshaded, len(partly), threads)])
-    # Where no point sees a sun, the number of open points bounds the light, by the rule of succession.
-    open_points = np.round(by_point.shape[1] * (1 - covered[partly].mean(axis=1)))
-    light = np.where(brightest > 0, brightest, unshaded / (1 + open_points))
-    # Where the edge seems to run between cells it may still cut one of them, by half of the resolution of their share.
-    least = FINEST_SHARE * (1 - FINEST_SHARE) / by_point.shape[1] ** 2
-    along_the_line = light**2 * np.maximum(variance_of_cover(covered[partly], by_point.shape[1]), least)
-    in_the_open = variance_of_neighbours(fill_dark(by_point[partly]))
-    variance[partly] = np.maximum(variance[partly], in_the_open + along_the_line)
+    if len(partly) and by_point.shape[1] > 1:
+        cells, normal = covered[partly], patches.normal[partly]
+        filled, light = fill_covered(by_point[partly], cells, patches.key[partly])
+        dark = light == 0
+        open_share = 1 - cells[dark].mean(axis=1)
+        visible = share_of_sky(normal[dark], sky[0][partly[dark]], sky[1], open_share)
+        unshaded = projection_in_front(normal[dark], suns.direction) @ suns.weight.astype(float)
+        # Points may all have missed what is lit, by the rule of succession; and suns are hidden as the sky is.
+        light[dark] = unshaded * visible / (1 + by_point.shape[1] * open_share)
+        variance[partly] = variance_of_neighbours(filled) + light**2 * variance_of_cover(cells, by_point.shape[1])
     return variance
 
 
-def variance_of_cover(covered, count):
-    """Variance of the share of open points, stratified as one in each of `count` cells: (p,) float64.
+def fill_covered(by_point, covered, keys):
+    """Replace dark points in or beside covered cells by the nearest of the other points of their patch.
 
-    0 if these are finer than those of `covered`; if `count` is not a power of four, of the next lower one.
+    Parameters
+    ----------
+    by_point : (k, m) float32
+    covered : (k, cells) bool
+    keys : (k,) uint64
+        Of the patches' random numbers.
+
+    Returns
+    -------
+    filled : (k, m) float32
+    beside : (k,) float64
+        Root mean square of the light that replaces the dark points, which is that beside the covered part; of all
+        points where none was replaced.
     """
-    divisions = 1 << (count.bit_length() - 1) // 2
-    share = shares_of_cells(covered, divisions**2)
-    return ALONG_THE_LINE * (share * (1 - share)).sum(axis=1) / divisions**4
+    places = places_of_points(keys, by_point.shape[1])
+    near_cover = ~enclosed_cells(~covered)
+    cell = cell_of_point(*places, round(np.sqrt(covered.shape[1]))).astype(np.intp)
+    hidden = (by_point == 0) & np.take_along_axis(near_cover, cell, axis=1)
+    filled, beside = by_point.copy(), np.empty(len(by_point))
+    fill_from_nearest(places, hidden, filled, beside)
+    return filled, beside
+
+
+def share_of_sky(normal, sky, rays, open_share):
+    """Visible share of the sky in the open part of patches, by the rule of succession: (k,) float64.
+
+    Parameters
+    ----------
+    normal : (k, 3) float32
+    sky : (k,) float32
+        Share of the rays that reach the sky.
+    rays : int
+        Per patch.
+    open_share : (k,) float
+    """
+    unobstructed = sky_view_of_tilt(normal).astype(float) * open_share
+    return np.minimum((sky * rays + 1) / (unobstructed * rays + 1), 1)
+
+
+def variance_of_cover(covered, count):
+    """Variance of the share of the points of a net that lie in the open: (k,) float64.
+
+    Parameters
+    ----------
+    covered : (k, cells) bool
+    count : int
+        Points, a power of two.
+    """
+    used = min(count, MOST_POINTS)
+    found = covered @ points_in_cells(used, covered.shape[1]).reshape(-1, covered.shape[1]).T / used
+    variance = found.reshape(len(covered), PLACES, NETS).var(axis=2, ddof=1).mean(axis=1)
+    return variance * used / count  # of more points than these as of independent ones, a bound
+
+
+@functools.cache
+def points_in_cells(count, cells):
+    """Number of points in each cell, of nets with random digital shifts: (PLACES, NETS, cells) float64.
+
+    All NETS of one place are moved by the same vector of up to half a cell: where in a cell the edge of the covered
+    part runs is not known.
+    """
+    generator, divisions = np.random.default_rng(0), round(np.sqrt(cells))
+    shift = (generator.random((PLACES * NETS, 2)) * (1 << DIGITS)).astype(np.uint32)
+    places = np.empty((2, len(shift), count), np.float32)
+    place_points(shift, (points_of_grid(count), grid_of(count)), places)
+    moved = generator.uniform(-0.5, 0.5, (2, PLACES)) / divisions
+    b1, b2 = np.abs(places + np.repeat(moved, NETS, axis=1)[:, :, None])
+    outside = b1 + b2 > 1
+    b1, b2 = np.where(outside, 1 - b2, b1), np.where(outside, 1 - b1, b2)
+    cell = cell_of_point(np.clip(b1, 0, 1), np.clip(b2, 0, 1), divisions).astype(np.intp)
+    found = np.zeros((len(shift), cells))
+    np.add.at(found, (np.arange(len(shift))[:, None], cell), 1)
+    return found.reshape(PLACES, NETS, cells)
 
 
 def shares_of_cells(covered, cells):

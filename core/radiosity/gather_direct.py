@@ -166,7 +166,8 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
         Of `estimate_discretisation_error`.
     """
     patches, merge, threads = context.patches, context.merge, context.threads
-    variance = variance_of_shadow_points(annual.by_point, hemisphere.covered, patches.normal, suns, threads)
+    sky = hemisphere.sky.mean(axis=1), context.request.samples
+    variance = variance_of_shadow_points(annual.by_point, hemisphere.covered, patches, suns, sky)
     variance[~send_shadow_rays(context, hemisphere)] = 0  # known exactly, even with a single point
     if not context.plan.reflections or annual.representative_points is None:
         return errors_of_surfaces(merge, variance), np.zeros(merge.shape[0]), 0.0

@@ -40,11 +40,9 @@ def shadow_points(patches, chosen, covered, point_count):
     representative_points : (c, count_elements(m)) uint
         The point that represents each cell.
     """
-    shift = (uniform(mix(patches.key[chosen] ^ np.uint64(0x5EED)), 2) * (1 << DIGITS)).astype(np.uint32)
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
-    places = np.empty((2, len(chosen), point_count), np.float32)
     position = np.empty((len(chosen), point_count, 3), np.float32)
-    place_points(shift, (points_of_grid(point_count), grid_of(point_count)), places)
+    places = places_of_points(patches.key[chosen], point_count)
     lay_points(places, start, patches.edges[chosen], position)
     cell = cell_of_point(*places, round(np.sqrt(covered.shape[1])))
     dark, in_covered = (
@@ -55,6 +53,14 @@ def shadow_points(patches, chosen, covered, point_count):
     all_covered = find_covered_elements(covered, len(middles))
     choose_representatives(places, (in_covered, all_covered), middles, representative_points)
     return position, ~dark, representative_points
+
+
+def places_of_points(keys, point_count):
+    """Barycentric weights of the shadow points of patches with these keys: (2, c, m) float32."""
+    shift = (uniform(mix(keys ^ np.uint64(0x5EED)), 2) * (1 << DIGITS)).astype(np.uint32)
+    places = np.empty((2, len(keys), point_count), np.float32)
+    place_points(shift, (points_of_grid(point_count), grid_of(point_count)), places)
+    return places
 
 
 def find_covered_elements(covered, cells):
@@ -131,3 +137,34 @@ def choose_representatives(places, excluded, middles, representative_points):
                 if away < nearest and (all_covered[patch, cell] or not in_covered[patch, point]):
                     nearest, chosen = away, point
             representative_points[patch, cell] = chosen
+
+
+@njit(nogil=True, cache=True)
+def fill_from_nearest(places, hidden, filled, beside):
+    """Write to hidden points the light of the nearest other point of their patch.
+
+    Parameters
+    ----------
+    places : (2, k, m) float32
+    hidden : (k, m) bool
+    filled : (k, m) float32
+        Light of the points. Overwritten.
+    beside : (k,) float64
+        Written: root mean square of what hidden points got, of all points where none is hidden.
+    """
+    for patch in range(len(hidden)):
+        taken, square, whole = 0, 0.0, 0.0
+        for point in range(hidden.shape[1]):
+            whole += filled[patch, point] ** 2
+            if not hidden[patch, point]:
+                continue
+            least, found = np.inf, np.float32(0)
+            for other in range(hidden.shape[1]):
+                x = places[0, patch, other] - places[0, patch, point]
+                y = places[1, patch, other] - places[1, patch, point]
+                away = x * x + x * y + y * y  # squared, on a triangle of equal sides
+                if not hidden[patch, other] and away < least:
+                    least, found = away, filled[patch, other]
+            taken, square = taken + 1, square + found**2
+            filled[patch, point] = found
+        beside[patch] = np.sqrt(square / taken if taken else whole / hidden.shape[1])

@@ -11,7 +11,15 @@ from numba import njit
 
 from ..check_arrays import check_array
 from ..errors import InputError
-from ..patches.find_covered import COVERED, OPEN, UNKNOWN, enclosed_cells, find_covered_cells, lie_in_earth
+from ..patches.find_covered import (
+    COVERED,
+    OPEN,
+    UNKNOWN,
+    enclosed_cells,
+    find_covered_cells,
+    lie_in_earth,
+    settled_cells,
+)
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, cells_inside, sobol_digits
 from ..threads import map_in_order
@@ -120,7 +128,7 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
     # A patch with a ray that hit a back may lie inside something.
     suspect = np.flatnonzero(suspect)
     covered = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
-    verdict = classify_cells(fate[suspect], start_cells[suspect])
+    verdict = settled_cells(classify_cells(fate[suspect], start_cells[suspect]))
     covered[suspect] = find_covered_cells(ray_scene, patches, chosen[suspect], verdict)
     within = suspect[covered[suspect].any(axis=1)]
     mark_dark(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))

@@ -10,11 +10,11 @@ from test_closed_forms import SUNS, direct_relative, tilted_square
 from test_tracing import box, three_houses
 
 from citypv.core.progress import silent
-from citypv.core.radiosity.direct_errors import ALONG_THE_LINE, variance_of_cover, variance_of_neighbours
+from citypv.core.radiosity.direct_errors import variance_of_cover, variance_of_neighbours
 from citypv.core.radiosity.shadow_points import place_points
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.sampling.sample_points import DIGITS, grid_of, points_of_grid
+from citypv.core.sampling.sample_points import DIGITS, grid_of, points_of_grid, stratified_points
 from citypv.core.scene.refine import refine_triangles
 
 pytestmark = pytest.mark.once
@@ -105,30 +105,63 @@ def test_errors_of_patches_partly_under_a_house_are_not_missed_by_chance():
     assert np.mean(steps > stats.t.ppf(0.995, 8)) < 0.01 * TOO_SMALL
 
 
-def test_variance_along_the_line_of_what_covers():
-    """Of 64 cells one is covered: with 16 points, one stands in four cells of which it is one; with 64, in it alone."""
-    covered = np.zeros((1, 64), bool)
-    covered[0, 0] = True
-    assert variance_of_cover(covered, 16) == pytest.approx(ALONG_THE_LINE * 0.25 * 0.75 / 16**2)
-    assert variance_of_cover(covered, 1) == pytest.approx(ALONG_THE_LINE * 1 / 64 * 63 / 64)
-    assert variance_of_cover(covered, 64) == 0
-    assert variance_of_cover(~covered, 4) == pytest.approx(ALONG_THE_LINE * 1 / 16 * 15 / 16 / 4**2)
+def lines_across_a_triangle(angle, generator):
+    """Straight lines at random places across a right triangle: their normals (2, k), their distances from the right
+    angle (k,), and the area beyond them in closed form, as a share of the triangle's, (k,)."""
+    normal = np.stack([np.cos(angle), np.sin(angle)])
+    corners = np.sort(np.stack([np.zeros_like(angle), *normal]), axis=0)
+    edge = generator.uniform(corners[0], corners[2])
+    low, middle, high = corners
+    before = 1 - (edge - low) ** 2 / np.maximum((middle - low) * (high - low), 1e-12)
+    beyond = (high - edge) ** 2 / np.maximum((high - low) * (high - middle), 1e-12)
+    return normal, edge, np.where(edge < middle, before, beyond)
+
+
+def shadow_nets(number, count, generator):
+    """Nets of `count` points with random shifts: (2, number, count)."""
+    turned = (generator.random((number, 2)) * (1 << DIGITS)).astype(np.uint32)
+    places = np.empty((2, number, count), np.float32)
+    place_points(turned, (points_of_grid(count), grid_of(count)), places)
+    return places
+
+
+LINES = {"anywhere": None, "along an edge": [0, np.pi / 2, np.pi / 4], "along its height": [np.pi, -np.pi / 2]}
+
+
+@pytest.mark.parametrize("lines", LINES)
+@pytest.mark.parametrize("count", [1, 4, 16, 64])
+def test_variance_along_the_line_of_what_covers(count, lines):
+    """Of the points on one side of a line, told from a point in each of 64 cells; whose area is known in closed form.
+
+    Where the line runs along an edge of the patch, points are more even.
+    """
+    generator = np.random.default_rng(count)
+    number = 20000
+    drawn = generator.uniform(0, 2 * np.pi, number)
+    angle = drawn if LINES[lines] is None else np.array(LINES[lines])[generator.integers(0, len(LINES[lines]), number)]
+    normal, edge, area = lines_across_a_triangle(angle, generator)
+    places = shadow_nets(number, count, generator)
+    lit = np.einsum("xn,xnm->nm", normal, places) > edge[:, None]
+    actual = np.mean((lit.mean(axis=1) - area) ** 2)
+    cells = np.stack(stratified_points(generator.random((number, 64, 2), np.float32), 8))
+    covered = np.einsum("xn,xnm->nm", normal, cells) <= edge[:, None]
+    stated = variance_of_cover(covered, count).mean()
+    finest = 0.8 if count < 64 else 0.65  # as many cells as points do not tell where between these the line runs
+    assert finest < np.sqrt(actual / stated) < 1.25
+
+
+def test_even_cover_has_no_variance():
+    """Wholly covered, wholly open."""
+    cells = np.array([np.zeros(64, bool), np.ones(64, bool)])
+    np.testing.assert_array_equal(variance_of_cover(cells, 16), 0)
 
 
 @pytest.mark.parametrize("count", [2, 4, 8, 16, 64, 256])
 def test_what_is_left_of_the_variance_along_the_straight_edge_of_a_shadow(count):
     """Edges at any place and angle across a right triangle, whose lit area is known in closed form."""
     generator = np.random.default_rng(count)
-    angle = generator.uniform(0, 2 * np.pi, 40000)
-    normal = np.stack([np.cos(angle), np.sin(angle)])
-    corners = np.sort(np.stack([np.zeros_like(angle), *normal]), axis=0)
-    edge = generator.uniform(corners[0], corners[2])
-    low, middle, high = corners
-    before = 1 - (edge - low) ** 2 / ((middle - low) * (high - low))
-    area = np.where(edge < middle, before, (high - edge) ** 2 / ((high - low) * (high - middle)))
-    turned = (generator.random((len(angle), 2)) * (1 << DIGITS)).astype(np.uint32)
-    places = np.empty((2, len(angle), count), np.float32)
-    place_points(turned, (points_of_grid(count), grid_of(count)), places)
+    normal, edge, area = lines_across_a_triangle(generator.uniform(0, 2 * np.pi, 40000), generator)
+    places = shadow_nets(40000, count, generator)
     lit = (np.einsum("xn,xnm->nm", normal, places) > edge[:, None]).astype(np.float32)
     actual = np.mean((lit.mean(axis=1, dtype=float) - area) ** 2)
     assert 0.75 < np.sqrt(actual / variance_of_neighbours(lit).mean()) < 1.25
