@@ -70,7 +70,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     by_month = np.where(electric[:, None], sums.capacity_factor_by_month * hour / years, np.nan)
     poa = sums.poa_global * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
-    errors, group_errors = standard_errors_of_hours(transfer, weather, (full_load_hours, poa, years), groups)
+    errors, *errors_of_means = standard_errors_of_hours(transfer, weather, (full_load_hours, poa, years), groups)
     ac = system.feeds_grid
     return Energy(
         direct_relative_annual=sums.direct_relative / max(task.hours.sunny.sum(), 1.0),
@@ -84,7 +84,8 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
         groups=groups.names,
         group_count=groups.count,
         group_area=groups.area,
-        group_standard_error=group_errors,
+        group_standard_error=errors_of_means[0],
+        sampling_error=errors_of_means[1],
         capacity_factor=spread_hours(sums.capacity_factor, task.hours, len(weather.data)),
         years=years,
         longitude=weather.longitude,

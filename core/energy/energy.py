@@ -24,6 +24,7 @@ class Energy:
     group_count: np.ndarray  # (g,) eligible surfaces
     group_area: np.ndarray  # (g,) [m²] counted area
     group_standard_error: np.ndarray  # (g,) [h] of the mean full load hours of each group
+    sampling_error: float  # [h] of the mean over the counted area of all groups, from rays and points only
     capacity_factor: np.ndarray  # (T, g) float64, mean over the group's counted area
     years: float  # number of years of the weather
     longitude: float  # [°] of the weather

@@ -9,7 +9,7 @@ PROPORTION = 0.1  # relative difference in yield per irradiance between direct, 
 
 
 def standard_errors_of_hours(transfer, weather, sums, groups):
-    """Standard errors of full load hours, of surfaces and of the means of groups.
+    """Standard errors of full load hours: of surfaces, of the means of groups, and of the mean of all groups together.
 
     Errors of irradiance are converted proportionally; that of the direct part is taken as that of its mean weighted
     with the suns. Over the surfaces of a group, own noise adds up as for independent numbers; errors of light that
@@ -31,6 +31,8 @@ def standard_errors_of_hours(transfer, weather, sums, groups):
         [h] NaN without full load hours, or if the error of the irradiance is unknown.
     means : numpy.ndarray, (g,)
         [h]
+    whole : float
+        [h] Of the mean over the counted area of all groups, from rays and points only.
     """
     full_load_hours = sums[0]
     own, passed_on, discretisation = carry_to_hours(transfer, weather, *sums)
@@ -43,9 +45,22 @@ def standard_errors_of_hours(transfer, weather, sums, groups):
         members = groups.weight[:, column] > 0
         weight = groups.weight[members, column]
         suns = sun_sampling_share(transfer.record, name, "bias") * (weight @ full_load_hours[members])
-        variance = weight**2 @ own[members] + variance_of_mean(weight @ passed_on[members])
+        variance = noise_of_mean(weight, own[members], passed_on[members])
         means[column] = np.sqrt(variance + (weight @ discretisation[members]) ** 2 + suns**2)
-    return surfaces, means
+    weight = groups.weight @ (groups.area / max(groups.area.sum(), np.finfo(float).tiny))
+    counted = weight > 0
+    return surfaces, means, float(np.sqrt(noise_of_mean(weight[counted], own[counted], passed_on[counted])))
+
+
+def noise_of_mean(weight, own, passed_on):
+    """Variance of a weighted sum over surfaces: own noise is independent, that of light passed on is common.
+
+    Parameters
+    ----------
+    weight, own : (n,) float
+    passed_on : (n, r) float
+    """
+    return weight**2 @ own + variance_of_mean(weight @ passed_on)
 
 
 def carry_to_hours(transfer, weather, full_load_hours, poa, years):

@@ -107,20 +107,22 @@ def annual_sum(weather, column, years):
 def budget_errors(transfer, energy):
     """Error budget of the full load hours, in percent.
 
-    - `sampling_total`: standard error of the area-weighted mean over all eligible surfaces.
-    - `sampling_median`, `sampling_95`: standard error of single eligible surfaces, median and 95th percentile by area,
-      among those with at least a tenth of the mean hours: walls hidden by a neighbour have a few hours or none.
+    - `sampling_total`: standard error of the mean over the counted area of all eligible surfaces, from rays and points.
+    - `sampling_median`, `sampling_95`: standard error of single eligible surfaces, median and 95th percentile by
+      counted area, among those with at least a tenth of the mean hours: walls hidden by a neighbour have a few hours or none.
     - `bounces`: upper bound of what reflections beyond the last one could add to all light.
     - `patches`: discretisation error of reflected light, from light uneven within the cells of patches; one third of
       the measured effect of light that is uneven between the cells.
     """
     eligible = energy.eligible & np.isfinite(energy.full_load_hours)
     budget = {"unit": "percent", "bounces": bound_of_bounces(transfer)}
-    hours, area = energy.full_load_hours[eligible], transfer.surfaces.area[eligible]
+    hours, area = energy.full_load_hours[eligible], energy.counted_area[eligible]
     error = energy.full_load_hours_standard_error[eligible]
-    if (hours * area).sum() > 0:
-        budget["sampling_total"] = 100 * float(np.sqrt(((area * error) ** 2).sum()) / (area * hours).sum())
-        lit = hours >= LEAST_HOURS * (area * hours).sum() / area.sum()
+    whole = float(hours @ transfer.surfaces.area[eligible])
+    if whole > 0:
+        mean = whole / area.sum()
+        budget["sampling_total"] = 100 * energy.sampling_error / mean
+        lit = hours >= LEAST_HOURS * mean
         single, order = 100 * error[lit] / hours[lit], np.argsort(error[lit] / hours[lit])
         share = np.cumsum(area[lit][order]) / area[lit].sum()
         budget["sampling_median"] = float(single[order][np.searchsorted(share, 0.5)])

@@ -136,6 +136,7 @@ def energy(scene):
         group_count=np.array([3]),
         group_area=np.array([180.0]),
         group_standard_error=np.array([1.0]),
+        sampling_error=1.0,
         capacity_factor=np.full((4, 1), 0.25),
         years=1.0,
         longitude=13.4,

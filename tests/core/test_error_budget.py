@@ -1,0 +1,86 @@
+"""Error of the mean over all surfaces: noise that they share does not average out, covered area does not count."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from transfers import unshaded_transfer
+from weathers import ERA5
+
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.results.write_summary import budget_errors
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.transfer.transfer import ErrorParts
+from citypv.core.weather.read_weather import read_weather
+
+COUNT = 50
+NOISE = 0.01  # of the diffuse light
+SIGNS = np.array([1.0, -1.0, 1.0, -1.0])  # deviations of four replicates: variance of their mean 1/3
+
+
+@pytest.fixture(scope="module")
+def walls():
+    """Transfer of walls to the south, all of the same area, half of them covered by 40 %; and a weather."""
+    weather = read_weather(ERA5, 52.5, 13.4)
+    suns = choose_suns("typical-days:4", weather.data.index, weather.interval, 52.5, 13.4, 0)
+    transfer = unshaded_transfer(suns, np.full(COUNT, 90.0), np.full(COUNT, 180.0))
+    transfer.surfaces.area[:] = 10.0
+    transfer.surfaces.eligible[:] = True
+    transfer.covered_share[::2] = 0.4
+    return transfer, weather
+
+
+def with_noise(transfer, own, shared):
+    """The Transfer with noise in its diffuse light: standard deviation of each surface's own, signs of the shared."""
+    deviations = NOISE * np.sqrt(3) * np.outer(shared, SIGNS)
+    parts = ErrorParts(deviations, np.zeros((COUNT, 4)), *np.zeros((3, COUNT)))
+    error = np.sqrt(own**2 + deviations.var(axis=1, ddof=1) / 4)
+    return replace(transfer, diffuse_relative_standard_error=error, error_parts=parts)
+
+
+def total_of(walls, own, shared):
+    """Error of the mean, in percent and over that of one surface."""
+    transfer, weather = walls
+    noisy = with_noise(transfer, np.full(COUNT, own), np.full(COUNT, 1.0) * shared)
+    energy = compute_energy(noisy, weather)
+    total = budget_errors(noisy, energy)["sampling_total"]
+    single = 100 * energy.full_load_hours_standard_error / energy.full_load_hours
+    assert np.ptp(single) == pytest.approx(0, abs=1e-9)
+    return total / single[0], energy
+
+
+def test_own_noise_averages_out(walls):
+    found, _ = total_of(walls, NOISE, 0.0)
+    assert found == pytest.approx(1 / np.sqrt(COUNT), rel=1e-9)
+
+
+def test_shared_noise_does_not(walls):
+    """All walls receive it from the same places."""
+    found, _ = total_of(walls, 0.0, 1.0)
+    assert found == pytest.approx(1.0, rel=1e-9)
+
+
+def test_shared_noise_of_opposite_signs_cancels(walls):
+    found, _ = total_of(walls, 0.0, np.where(np.arange(COUNT) % 2, 1.0, -1.0))
+    assert found == pytest.approx(0.0, abs=1e-9)
+
+
+def test_covered_area_is_not_counted(walls):
+    """The mean is that over the open area, 8 of 10 m²: error and hours grow alike, and so does the mean of the group."""
+    transfer, weather = walls
+    noisy = with_noise(transfer, np.full(COUNT, NOISE), np.zeros(COUNT))
+    energy = compute_energy(noisy, weather)
+    assert energy.counted_area.sum() == pytest.approx(8 * COUNT)
+    single = energy.full_load_hours_standard_error[0]
+    assert energy.sampling_error == pytest.approx(single * 10 / 8 / np.sqrt(COUNT), rel=1e-9)
+    assert energy.group_standard_error[0] == pytest.approx(energy.sampling_error, rel=1e-9)
+
+
+def test_a_wall_whose_error_is_unknown(walls):
+    """It makes that of the mean unknown; one that is not counted does not."""
+    transfer, weather = walls
+    noisy = with_noise(transfer, np.full(COUNT, NOISE), np.zeros(COUNT))
+    noisy.diffuse_relative_standard_error[3] = np.nan
+    assert np.isnan(compute_energy(noisy, weather).sampling_error)
+    hidden = replace(noisy, covered_share=np.where(np.arange(COUNT) == 3, 0.9, 0.0))
+    assert compute_energy(hidden, weather).sampling_error > 0
