@@ -24,7 +24,7 @@ from ..threads import usable_threads
 from ..transfer.incidence import projection_in_front
 from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.prepare_scene import prepare_scene
-from ..transfer.surface_means import area_means
+from ..transfer.surface_means import area_means, cover_of_surfaces
 from ..transfer.trace_record import TraceRecord, note_interruption
 from ..transfer.transfer import Transfer
 from .emit_photons import box_of_scene, far_ground_source, sky_source, sun_source
@@ -99,7 +99,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     clock.lap("suns")
     diffuse = sky.whole + request.ground_albedo * far.whole
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
-    covered_share = merge @ covered_share
+    covered_share = cover_of_surfaces(merge, covered_share)
     unreachable = (covered_share > WHOLE) | (run.area == 0)
     return Transfer(
         surfaces=scene.surfaces,

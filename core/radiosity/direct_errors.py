@@ -4,6 +4,7 @@ import functools
 
 import numpy as np
 
+from ..effects.closed_form import sky_view_of_tilt
 from ..patches.find_covered import enclosed_cells
 from ..sampling.random_numbers import mix
 from ..sampling.sample_points import (
@@ -14,7 +15,6 @@ from ..sampling.sample_points import (
     grid_of,
     points_of_grid,
 )
-from ..transfer.closed_form import sky_view_of_tilt
 from ..transfer.incidence import projection_in_front
 from .replicates import Deviations
 from .shadow_points import fill_from_nearest, place_points, places_of_points
@@ -61,7 +61,7 @@ def variance_of_shadow_points(by_point, covered, patches, suns, sky):
         dark = light == 0
         open_share = 1 - cells[dark].mean(axis=1)
         visible = share_of_sky(normal[dark], sky[0][partly[dark]], sky[1], open_share)
-        unshaded = projection_in_front(normal[dark], suns.direction) @ suns.weight.astype(float)
+        unshaded = projection_in_front(normal[dark], suns.directions) @ suns.weights.astype(float)
         # Points may all have missed what is lit, by the rule of succession; and suns are hidden as the sky is.
         light[dark] = unshaded * visible / (1 + by_point.shape[1] * open_share)
         variance[partly] = variance_of_neighbours(filled) + light**2 * variance_of_cover(cells, by_point.shape[1])

@@ -10,7 +10,7 @@ from ..sampling.hemisphere_rays import CELL_DIVISIONS
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..scene.add_backs import add_backs
 from ..threads import map_in_order, usable_threads
-from ..transfer.surface_means import area_means
+from ..transfer.surface_means import area_means, cover_of_surfaces
 from .trace_hemisphere import RAYS_PER_TASK, trace_hemisphere
 
 RAYS = 8 * HEMISPHERE_REPLICATES  # per patch; if one hits a back, the cells of the patch are examined
@@ -34,7 +34,7 @@ def measure_cover(scene, threads=None):
     ray_scene = FacingScene(scene, patches, threads)
     chosen = patches.receives & (scene.triangle_surface >= 0)
     covered_share = measure_patches(ray_scene, patches, chosen, threads)
-    return area_means(scene.triangle_surface, patches.area, len(scene.surfaces)) @ covered_share
+    return cover_of_surfaces(area_means(scene.triangle_surface, patches.area, len(scene.surfaces)), covered_share)
 
 
 def measure_patches(ray_scene, patches, chosen, threads):

@@ -11,6 +11,7 @@ from ..scene.check_scene import check_scene
 from ..sun.check_suns import check_suns
 from ..sun.keep_suns import keep_suns
 from ..transfer.prepare_scene import prepare_scene
+from ..transfer.surface_means import cover_of_surfaces
 from ..transfer.trace_record import TraceRecord, note_interruption
 from ..transfer.transfer import ErrorParts, Transfer
 from .gather_context import prepare_gather
@@ -73,7 +74,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
         surfaces=scene.surfaces,
         site=scene.site,
         suns=suns if direct.kept == len(suns) else keep_suns(suns, direct.kept),
-        covered_share=merge @ hemisphere.covered_share,
+        covered_share=cover_of_surfaces(merge, hemisphere.covered_share),
         sky_view_factor=merge @ hemisphere.sky.mean(axis=1),
         far_ground_view_factor=merge @ hemisphere.far_ground.mean(axis=1),
         ground_albedo=request.ground_albedo if plan.far_ground else 0.0,

@@ -109,7 +109,7 @@ def budget_errors(transfer, energy):
 
     - `sampling_total`: standard error of the mean over the counted area of all eligible surfaces, from rays and points.
     - `sampling_median`, `sampling_95`: standard error of single eligible surfaces, median and 95th percentile by
-      counted area, among those with at least a tenth of the mean hours: walls hidden by a neighbour have a few hours or none.
+      counted area, among those with at least a tenth of the mean hours: walls hidden by a neighbour have a few or none.
     - `bounces`: upper bound of what reflections beyond the last one could add to all light.
     - `patches`: discretisation error of reflected light, from light uneven within the cells of patches; one third of
       the measured effect of light that is uneven between the cells.

@@ -7,6 +7,7 @@ from scipy import sparse
 from ..threads import map_in_order
 
 ROWS_PER_TASK = 1 << 13
+COVER_STEPS = 512  # finer than cover is known: walls that are covered by exactly one half are told from larger ones
 
 
 def area_means(triangle_surface, area, count):
@@ -15,6 +16,23 @@ def area_means(triangle_surface, area, count):
     surface = triangle_surface[own]
     whole = np.bincount(surface, weights=area[own], minlength=count)
     return sparse.csr_matrix((area[own] / whole[surface], (surface, own)), shape=(count, len(area)))
+
+
+def cover_of_surfaces(merge, covered_share):
+    """Covered share of surfaces, to 1/COVER_STEPS.
+
+    Parameters
+    ----------
+    merge : (n, p) sparse float64
+        Of `area_means`.
+    covered_share : (p,) float
+        Of patches.
+
+    Returns
+    -------
+    (n,) float64
+    """
+    return np.rint(COVER_STEPS * (merge @ covered_share)) / COVER_STEPS
 
 
 def average_surfaces(merge, values, threads, out=None):

@@ -66,7 +66,7 @@ def test_shared_noise_of_opposite_signs_cancels(walls):
 
 
 def test_covered_area_is_not_counted(walls):
-    """The mean is that over the open area, 8 of 10 m²: error and hours grow alike, and so does the mean of the group."""
+    """The mean is over the open area, 8 of 10 m²: error and hours grow alike, and so does the group's error."""
     transfer, weather = walls
     noisy = with_noise(transfer, np.full(COUNT, NOISE), np.zeros(COUNT))
     energy = compute_energy(noisy, weather)

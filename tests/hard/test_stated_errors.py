@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from test_gather_is_forward import SUNS
 from towns import OUTWARDS, city_of_polygons
 
 from citypv.core.energy.compute_energy import compute_energy
@@ -102,7 +103,8 @@ def test_errors_of_all_scenes_together():
     for name, part in parts.items():
         scatter, error = (np.concatenate(column) for column in zip(*part, strict=True))
         print(name, len(scatter), rms(scatter) / rms(error))
-        assert LEAST - 0.2 * (name == "partly covered") <= rms(scatter) / rms(error) <= MOST
+        # A dozen partly covered walls and sixteen seeds know it to a tenth.
+        assert LEAST - 0.1 * (name == "partly covered") <= rms(scatter) / rms(error) <= MOST
 
 
 @pytest.mark.slow
@@ -150,3 +152,22 @@ def test_parts_of_errors_survive_their_file(tmp_path):
     one, other = (compute_energy(each, weather) for each in (transfer, again))
     np.testing.assert_allclose(other.group_standard_error, one.group_standard_error, rtol=1e-12)
     assert (one.group_standard_error > 0).all()
+
+
+HALF_COVERED = [((0, 0, 0), (12, 10, 9)), ((12, 0, 0), (24, 10, 18)), ((24, 0, 0), (36, 10, 36))]
+
+
+def test_a_wall_that_is_half_covered_is_eligible_with_every_seed():
+    """Houses twice as high as the one beside them, and one whose neighbour ends in the middle of a row of cells."""
+    covered = []
+    rows = [*HALF_COVERED, ((60, 0, 0), (72, 10, 9.3)), ((72, 0, 0), (84, 10, 17))]
+    scene = boxes(rows)
+    for seed in range(8):
+        transfer = trace_gather(scene, SUNS, Request(seed=seed, samples=64, max_bounces=0), silent)
+        covered.append(transfer.covered_share)
+    covered = np.array(covered)
+    walls = np.abs(covered.mean(axis=0) - 0.5) < 0.1
+    assert walls.sum() == 3
+    assert np.ptp(covered, axis=0).max() <= 0.004
+    np.testing.assert_array_equal(covered[:, np.flatnonzero(walls)[:2]], 0.5)
+    assert covered.mean(axis=0)[np.flatnonzero(walls)[2]] == pytest.approx(9.3 / 17, abs=0.03)

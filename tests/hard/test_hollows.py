@@ -1,0 +1,95 @@
+"""Gather and forward agree in hollows: a valley and a bowl drawn as one object, and under balconies and arcades."""
+
+import numpy as np
+import pytest
+from test_closed_forms import direct_relative
+from test_gather_is_forward import SUNS
+from test_narrow_gaps import light_by_paths, scene_of
+from test_orientation import bowl, box, valley
+from towns import city_of_polygons
+
+from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.request import Request
+from citypv.core.scene.build_scene import build_scene
+
+pytestmark = [pytest.mark.slow, pytest.mark.once]
+
+HOLLOWS = {  # faces of the sheet, and what stands in it
+    "valley with sides of 10 %": (valley(), box((-5, -5, 0.6), (5, 5, 10.6))),
+    "valley with sides of 100 %": (valley(slope=1.0), []),
+    "bowl 60 m wide": (bowl(), []),
+}
+
+
+def hollow(name):
+    """Scene of a sheet that looks up, surfaces first, and a house; without any other ground."""
+    sheet, house = HOLLOWS[name]
+    building = [0] * len(sheet) + [1] * len(house)
+    thematic = ["TINRelief"] * len(sheet) + [""] * len(house)
+    city = city_of_polygons([*sheet, *house], thematic, building)
+    return build_scene(city, 52.5, 13.4, ground="none", patch_size=2.0), len(sheet)
+
+
+def both_estimators(scene, photons=2000, rays=1024):
+    """Diffuse and annual direct light of the surfaces, and stated errors, by gather and by forward: four (2, n)."""
+    found = []
+    for trace, samples in ((trace_gather, rays), (trace_forward, photons)):
+        estimator = trace.__name__.removeprefix("trace_")
+        transfer = trace(scene, SUNS, Request(samples=samples, estimator=estimator), silent)
+        found.append(np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight]))
+        found.append(np.stack([transfer.diffuse_relative_standard_error, transfer.direct_annual_standard_error]))
+    return found
+
+
+@pytest.mark.parametrize("name", HOLLOWS)
+def test_gather_is_forward_in_a_hollow(name):
+    """Surface by surface, and all of the sheet together, in stated errors."""
+    scene, count = hollow(name)
+    gather, stated, forward, error = both_estimators(scene)
+    lit = scene.surfaces.kind != "downward"
+    apart, both = (gather - forward)[:, lit], np.hypot(stated, error)[:, lit]
+    steps = apart / np.maximum(both, 1e-4)
+    area = scene.surfaces.area[:count] / scene.surfaces.area[:count].sum()
+    whole = (gather - forward)[:, :count] @ area
+    print(name, "rms", np.sqrt((steps**2).mean(axis=1)), "largest", np.abs(steps).max(), "mean", whole)
+    assert np.abs(steps).max() < 4.5
+    assert np.sqrt((steps**2).mean()) < 1.3
+    assert (np.abs(whole) < 0.004 * (forward[:, :count] @ area)).all()
+    assert (stated[:, :count] < 0.02).all()  # it says something: without reflections 0.01 to 0.1 would be missing
+
+
+def balconies():
+    """A house with a slab of 3 × 1.5 m, 3 m up, and one of 6 × 2 m above it: undersides 7 and 13."""
+    boxes = [((0, 0, 0), (12, 10, 12)), ((4, -1.5, 3), (7, 0, 3.2)), ((3, -2, 6), (9, 0, 6.2))]
+    return scene_of(boxes, 10.0, whole=True)
+
+
+def arcade():
+    """An upper storey that stands out by 3 m on two posts, 4 m up: its underside is 7."""
+    boxes = [((0, 0, 0), (20, 10, 14)), ((0, -3, 4), (20, 0, 14)), ((0, -3, 0), (0.5, -2.5, 4)),
+             ((19.5, -3, 0), (20, -2.5, 4))]  # fmt: skip
+    return scene_of(boxes, 10.0, whole=True)
+
+
+UNDERSIDES = {"balcony of 3 m": (balconies, 7), "balcony of 6 m": (balconies, 13), "arcade": (arcade, 7)}
+
+
+@pytest.mark.parametrize("name", UNDERSIDES)
+def test_the_underside_says_how_far_it_is_off(name):
+    """Patches of 10 m, compared with paths followed one by one: within twice the stated error, which is not vast."""
+    make, surface = UNDERSIDES[name]
+    scene = make()
+    assert scene.surfaces.kind[surface] == "downward" and scene.surfaces.surface_tilt[surface] == pytest.approx(180)
+    runs = [trace_gather(scene, SUNS, Request(seed=seed), silent) for seed in range(4)]
+    light = [[run.diffuse_relative[surface], direct_relative(run)[surface] @ SUNS.weight] for run in runs]
+    light = np.mean(light, axis=0)
+    stated = np.array([
+        [run.diffuse_relative_standard_error[surface], run.direct_annual_standard_error[surface]] for run in runs
+    ])  # fmt: skip
+    stated = np.sqrt((stated**2).mean(axis=0))
+    known, error = light_by_paths(scene, surface)
+    print(name, light, "±", stated, "paths", known, "±", error)
+    assert (np.abs(light - known) < 2 * np.hypot(stated, error)).all()
+    assert (stated < 0.6 * known).all()
