@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 from test_closed_forms import direct_relative
 from test_gather_is_forward import SUNS
 from test_narrow_gaps import light_by_paths, scene_of
@@ -29,10 +30,10 @@ def hollow(name):
     building = [0] * len(sheet) + [1] * len(house)
     thematic = ["TINRelief"] * len(sheet) + [""] * len(house)
     city = city_of_polygons([*sheet, *house], thematic, building)
-    return build_scene(city, 52.5, 13.4, ground="none", patch_size=2.0), len(sheet)
+    return build_scene(city, 52.5, 13.4, ground="none", patch_size=4.0), len(sheet)
 
 
-def both_estimators(scene, photons=2000, rays=1024):
+def both_estimators(scene, photons=1000, rays=512):
     """Diffuse and annual direct light of the surfaces, and stated errors, by gather and by forward: four (2, n)."""
     found = []
     for trace, samples in ((trace_gather, rays), (trace_forward, photons)):
@@ -55,7 +56,8 @@ def test_gather_is_forward_in_a_hollow(name):
     whole = (gather - forward)[:, :count] @ area
     print(name, "rms", np.sqrt((steps**2).mean(axis=1)), "largest", np.abs(steps).max(), "mean", whole)
     assert np.abs(steps).max() < 4.5
-    assert np.sqrt((steps**2).mean()) < 1.3
+    # One case in a thousand is further apart; errors from few replicates scatter by themselves (Student's t: 1.07).
+    assert np.sqrt((steps**2).mean()) < 1.07 * np.sqrt(stats.chi2.ppf(0.999, steps.size) / steps.size)
     assert (np.abs(whole) < 0.004 * (forward[:, :count] @ area)).all()
     assert (stated[:, :count] < 0.02).all()  # it says something: without reflections 0.01 to 0.1 would be missing
 
