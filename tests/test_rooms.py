@@ -38,6 +38,7 @@ LAYERS = (
     *(
         "sun",
         "climate",
+        "sky",
         "effects",
         "transfer",
         "radiosity",

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from ..sky.sky_models import split_sky
 from .check_inputs import check_hours, check_transfer
 from .counted_area import find_counted_area
 from .diffuse_incidence import diffuse_incidence_factors
@@ -27,7 +28,7 @@ PLAIN_LIMIT = 3e6  # surface-hours up to which pvlib itself is called
 YEAR = pd.Timedelta(days=365)
 
 
-def compute_energy(transfer, weather, system=None, threads=None, progress=None, *, series=()):
+def compute_energy(transfer, weather, system=None, threads=None, progress=None, *, series=(), sky="isotropic"):
     """Irradiance, full load hours and capacity factors of a traced scene under one weather.
 
     Angles of incidence and light from the far ground are computed for every hour; visible shares and reflections are
@@ -46,6 +47,8 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
         Called as progress(stage, done, total, unit) from the calling thread.
     series : sequence of int
         Surfaces (row indices) whose time series are kept.
+    sky : str
+        Model of the diffuse sky, of `sky_models.MODELS`. All but the isotropic one need the Transfer's horizon.
 
     Returns
     -------
@@ -63,14 +66,16 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     counted = find_counted_area(transfer, system)
     groups = find_groups(counted, transfer.surfaces.area)
     electric = ~np.isin(np.asarray(transfer.surfaces.kind), ("ground", "downward")) | counted.eligible
-    task = prepare_task(transfer, weather, system, electric)
+    parts = split_sky(weather, sky)
+    task = prepare_task(transfer, weather, system, electric, parts)
     sums = sum_surfaces(task, groups.weight, electric, threads=threads, progress=progress)
     years = count_years(weather)
     hour = weather.interval / pd.Timedelta(hours=1)
     by_month = np.where(electric[:, None], sums.capacity_factor_by_month * hour / years, np.nan)
     poa = sums.poa_global * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
-    errors, *errors_of_means = standard_errors_of_hours(transfer, weather, (full_load_hours, poa, years), groups)
+    found = full_load_hours, poa, years
+    errors, *errors_of_means = standard_errors_of_hours(transfer, weather, found, groups, parts)
     ac = system.feeds_grid
     return Energy(
         direct_relative_annual=sums.direct_relative / max(task.hours.sunny.sum(), 1.0),
@@ -96,6 +101,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
         module_area=counted.module_area,
         specific_yield=np.where(electric, sums.specific_yield * hour / years, np.nan) if ac else None,
         capacity_factor_ac=spread_hours(sums.capacity_factor_ac, task.hours, len(weather.data)) if ac else None,
+        sky=sky,
         series=find_series(task, np.asarray(series, int), len(weather.data)) if len(series) else None,
     )
 
@@ -109,9 +115,10 @@ class Task:
     hours_as_computed: Hours  # in the precision of the blocks
     model: PlainPower | FastPower
     ac: bool  # whether to compute AC power
-    taken: np.ndarray  # (2, n) from `diffuse_incidence_factors`
+    taken: np.ndarray  # (3, n) from `diffuse_incidence_factors`
     neighbours: np.ndarray  # (s, m) int, from `order_neighbours`
     reach: float  # largest angle between an hour and its traced suns [°]
+    cap: float  # of `SkyParts`
 
     def block(self, rows, group_weight):
         """Some surfaces."""
@@ -123,12 +130,13 @@ class Task:
             reach=self.reach,
             dtype=self.hours_as_computed.dni.dtype,
             taken=self.taken[:, rows],
+            cap=self.cap,
         )
 
 
-def prepare_task(transfer, weather, system, electric):
+def prepare_task(transfer, weather, system, electric, sky):
     """Prepare the data shared by all blocks; few surface-hours are computed by pvlib itself, many by tables."""
-    hours = prepare_hours(transfer.suns, weather, system)
+    hours = prepare_hours(transfer.suns, weather, system, sky)
     plain = electric.sum() * len(hours) < PLAIN_LIMIT
     return Task(
         transfer,
@@ -139,6 +147,7 @@ def prepare_task(transfer, weather, system, electric):
         diffuse_incidence_factors(transfer.surfaces.surface_tilt, system),
         order_neighbours(transfer.suns),
         largest_mismatch(transfer.suns, hours),
+        sky.cap,
     )
 
 

@@ -35,4 +35,5 @@ class Energy:
     module_area: np.ndarray  # (n,) [m²] of it that carries modules
     specific_yield: np.ndarray | None = None  # (n,) [kWh/kWp] per year, AC; None without losses and inverter
     capacity_factor_ac: np.ndarray | None = None  # (T, g) AC power over nominal DC power
+    sky: str = "isotropic"  # model of the diffuse sky
     series: HourlySeries | None = None  # of the requested surfaces

@@ -13,7 +13,7 @@ class HourlySeries:
 
     rows: np.ndarray  # (k,) int, row indices of the surfaces
     poa_direct: np.ndarray  # (T, k) [Wm⁻²] direct sunlight
-    poa_diffuse: np.ndarray  # (T, k) [Wm⁻²] sky and all reflected light
+    poa_diffuse: np.ndarray  # (T, k) [Wm⁻²] sky, circumsolar light included, and all reflected light
     capacity_factor: np.ndarray  # (T, k) DC power over nominal power
     capacity_factor_ac: np.ndarray | None  # (T, k) AC power over nominal DC power; None without AC
 
@@ -42,5 +42,8 @@ def compute_series(rows, block, hours, model, *, count, ac=False):
     for _, first, last in hours.chunks():
         part = hours.rows(first, last)
         projection, direct = direct_part(block, part)
-        values[:, part.interval] = run_model(model, block, part, direct, projection)
+        sunward, diffuse, power = run_model(model, block, part, direct, projection)
+        dark = part.sunward == 0
+        poa_direct = sunward * (part.dni / np.where(dark, 1, part.sunward))
+        values[:, part.interval] = poa_direct, diffuse + (sunward - poa_direct), power
     return HourlySeries(rows, *values, model.ac(values[2].astype(block.normal.dtype)) if ac else None)

@@ -21,7 +21,10 @@ class Hours:
     direction: np.ndarray  # (h, 3) towards the sun at mid-interval
     sunny: np.ndarray  # (h, 1) 1.0 if the sun is at least 2° high, else 0.0
     dni: np.ndarray  # (h, 1) [Wm⁻²]
-    dhi: np.ndarray  # (h, 1) [Wm⁻²]
+    sunward: np.ndarray  # (h, 1) [Wm⁻²] normal irradiance from the place of the sun: DNI and circumsolar light
+    dome: np.ndarray  # (h, 1) [Wm⁻²] part of DHI that comes evenly from the whole sky
+    horizon: np.ndarray  # (h, 1) [Wm⁻²] of an unshaded wall by the horizon; negative where it is darker than the dome
+    level: np.ndarray  # (h, 1) [Wm⁻²] of unshaded ground by DNI and circumsolar light
     temp_air: np.ndarray  # (h, 1) [°C]
     wind_speed: np.ndarray  # (h, 1) [ms⁻¹]
     spectral_factor: np.ndarray  # (h, 1) f₁ of the Sandia model, see `spectral_factor`
@@ -59,7 +62,7 @@ class Hours:
         return runs
 
 
-def prepare_hours(suns, weather, system):
+def prepare_hours(suns, weather, system, sky):
     """Prepare the data shared by all surfaces, for the intervals with any light.
 
     Parameters
@@ -68,6 +71,8 @@ def prepare_hours(suns, weather, system):
         As traced.
     weather : Weather
     system : PvSystem
+    sky : SkyParts
+        Of the weather.
 
     Returns
     -------
@@ -80,20 +85,26 @@ def prepare_hours(suns, weather, system):
     month = (data.index + weather.interval / 2).month.to_numpy()[used] - 1
     used = used[np.argsort(month, kind="stable")]
     data, sunny = data.iloc[used], sunny[used]
-    # No sun below 2° was traced: if DNI was measured there, the nearest one represents it.
+    sunward = (data["dni"].to_numpy() + sky.circumsolar[used])[:, None]
+    # No sun below 2° was traced: if light comes from there, the nearest one represents it.
     place = weather.latitude, weather.longitude
-    lowest = 0.0 if (data["dni"].to_numpy()[~sunny] > 0).any() else MINIMUM_ELEVATION
+    lowest = 0.0 if (sunward[~sunny] > 0).any() else MINIMUM_ELEVATION
     match = match_suns(suns, data.index, weather.interval, *place, lowest=lowest, position=data)
     relative = pvlib.atmosphere.get_relative_airmass(data["apparent_zenith"].to_numpy(), "kastenyoung1989")
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, data["pressure"].to_numpy())
     # The model is linear in the irradiance: 1 Wm⁻² in air of 0 °C gives the slope.
     heating = pvlib.temperature.sapm_cell(1.0, 0.0, data["wind_speed"].to_numpy(), **system.thermal)
-    column = {name: data[name].to_numpy()[:, None] for name in ("dni", "dhi", "temp_air", "wind_speed")}
+    column = {name: data[name].to_numpy()[:, None] for name in ("dni", "temp_air", "wind_speed")}
+    direction = sun_direction(data["apparent_zenith"], data["solar_azimuth"])
     return Hours(
         interval=used,
         month=np.sort(month, kind="stable"),
-        direction=sun_direction(data["apparent_zenith"], data["solar_azimuth"]),
+        direction=direction,
         sunny=sunny.astype(float)[:, None],
+        sunward=sunward,
+        dome=sky.dome[used, None],
+        horizon=sky.horizon[used, None],
+        level=column["dni"] * np.maximum(direction[:, 2:], 0.0) + sky.circumsolar_horizontal[used, None],
         spectral_factor=spectral_factor(airmass, system)[:, None],
         heating=heating[:, None],
         match=match.index,

@@ -8,7 +8,7 @@ from ..transfer.transfer import ErrorParts
 PROPORTION = 0.1  # relative difference in yield per irradiance between direct, diffuse and reflected light
 
 
-def standard_errors_of_hours(transfer, weather, sums, groups):
+def standard_errors_of_hours(transfer, weather, sums, groups, sky):
     """Standard errors of full load hours: of surfaces, of the means of groups, and of the mean of all groups together.
 
     Errors of irradiance are converted proportionally; that of the direct part is taken as that of its mean weighted
@@ -24,6 +24,8 @@ def standard_errors_of_hours(transfer, weather, sums, groups):
     sums : tuple of (n,), (n,) and float
         Full load hours [h] and irradiance [kWh/m²] per year, and the number of years of the weather.
     groups : Groups
+    sky : SkyParts
+        Of the weather.
 
     Returns
     -------
@@ -35,7 +37,7 @@ def standard_errors_of_hours(transfer, weather, sums, groups):
         [h] Of the mean over the counted area of all groups, from rays and points only.
     """
     full_load_hours = sums[0]
-    own, passed_on, discretisation = carry_to_hours(transfer, weather, *sums)
+    own, passed_on, discretisation = carry_to_hours(transfer, weather, *sums, sky=sky)
     names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
     rms = np.array([sun_sampling_share(transfer.record, name, "rms") for name in names])
     sampling = own + variance_of_mean(passed_on) + discretisation**2
@@ -63,7 +65,7 @@ def noise_of_mean(weight, own, passed_on):
     return weight**2 @ own + variance_of_mean(weight @ passed_on)
 
 
-def carry_to_hours(transfer, weather, full_load_hours, poa, years):
+def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
     """Parts of the error of full load hours from rays and discretisation.
 
     Returns
@@ -75,9 +77,10 @@ def carry_to_hours(transfer, weather, full_load_hours, poa, years):
     discretisation : numpy.ndarray, (n,)
         [h] Signed.
     """
-    annual = weather.data[["dni", "dhi"]].sum() * (weather.interval / pd.Timedelta(hours=1)) / years / 1000.0
+    light = weather.data["dni"].sum() + sky.circumsolar.sum(), sky.dome.sum(), sky.horizon.sum()
+    annual = np.array(light) * (weather.interval / pd.Timedelta(hours=1)) / years / 1000.0
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
-    direct, diffuse = per_poa * annual["dni"], per_poa * annual["dhi"]  # [h] per relative irradiance
+    direct, diffuse, horizon = per_poa * annual[:, None]  # [h] per relative irradiance
     parts = transfer.error_parts or no_parts(len(per_poa))
     own_diffuse = diffuse**2 * own_variance(
         transfer.diffuse_relative_standard_error, parts.diffuse_passed_on, parts.diffuse_discretisation
@@ -88,6 +91,8 @@ def carry_to_hours(transfer, weather, full_load_hours, poa, years):
     # A ray that misses the sky hits sunlit surfaces: the two errors cancel in part, as far as proportionality holds.
     together = own_diffuse + own_direct
     own = np.maximum(together + 2 * direct * diffuse * parts.covariance, PROPORTION**2 * together)
+    if transfer.horizon is not None:
+        own = own + (horizon * transfer.horizon.standard_error) ** 2  # small: what others pass on is not kept apart
     passed_on = direct[:, None] * parts.direct_passed_on + diffuse[:, None] * parts.diffuse_passed_on
     discretisation = direct * parts.direct_discretisation + diffuse * parts.diffuse_discretisation
     return np.where(np.isnan(full_load_hours), np.nan, own), passed_on, discretisation

@@ -15,7 +15,9 @@ class Block:
     diffuse: np.ndarray  # (n,) per DHI
     far_ground: np.ndarray  # (n,) per direct horizontal irradiance
     sky: np.ndarray  # (n,) the part of `diffuse` that comes directly from the sky
-    taken: np.ndarray  # (2, n) incidence angle modifiers of light from the sky and of reflected light
+    horizon: np.ndarray  # (2, n) per irradiance of an unshaded wall: of a horizon brighter, and darker than the dome
+    horizon_view: np.ndarray  # (2, n) the part of `horizon` that comes directly from there
+    taken: np.ndarray  # (3, n) incidence angle modifiers of light from the sky, reflected light, and the horizon's
     visible_share: np.ndarray  # (s, n), filled in for suns just behind
     reflected: np.ndarray  # (s, n) per DNI
     group_weight: np.ndarray  # (n, g) share of the group's area
@@ -33,7 +35,7 @@ class BlockSums:
     capacity_factor_ac: np.ndarray  # (h, g); (0, g) without AC
 
 
-def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken):
+def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken, cap):
     """Extract some surfaces of a Transfer.
 
     Parameters
@@ -49,8 +51,10 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken)
         Largest angle between an hour and its traced suns [°].
     dtype : numpy dtype
         Precision to compute in.
-    taken : numpy.ndarray, (2, n)
+    taken : numpy.ndarray, (3, n)
         Of these surfaces, from `diffuse_incidence_factors`.
+    cap : float
+        Of `SkyParts`.
 
     Returns
     -------
@@ -61,16 +65,37 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken)
     # For a surface that no traced sun reaches: the visible share of the part of the sky that it faces.
     openness = np.clip(transfer.sky_view_factor[rows] / np.maximum((1.0 + normal[2]) / 2.0, 1e-9), 0.0, 1.0)
     fill_behind(visible, transfer.suns.direction @ normal, neighbours, reach, openness)
+    horizon, horizon_view = horizon_of_rows(transfer, rows, cap)
     return Block(
         normal=normal.astype(dtype),
         diffuse=transfer.diffuse_relative[rows].astype(dtype),
         far_ground=(transfer.far_ground_view_factor[rows] * transfer.ground_albedo).astype(dtype),
         sky=np.minimum(transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]).astype(dtype),
+        horizon=horizon.astype(dtype),
+        horizon_view=horizon_view.astype(dtype),
         taken=taken.astype(dtype),
         visible_share=visible,
         reflected=np.ascontiguousarray(transfer.direct_reflected[rows].T, dtype=dtype),
         group_weight=group_weight.astype(dtype),
     )
+
+
+def horizon_of_rows(transfer, rows, cap):
+    """Light of the horizon on some surfaces, per irradiance of an unshaded wall.
+
+    A horizon darker than the dome takes light away, from no surface more than the dome gives it.
+
+    Returns
+    -------
+    horizon, horizon_view : numpy.ndarray, (2, n)
+        Reflections included, and without them: of a horizon that is brighter, and darker than the dome.
+    """
+    if transfer.horizon is None:
+        return np.zeros((2, 2, len(rows)))
+    view = transfer.horizon.view_factor[rows]
+    reflected = transfer.horizon.relative[rows] - view
+    views = np.stack([view, np.minimum(view, cap * transfer.sky_view_factor[rows])])
+    return views + reflected, views
 
 
 def sum_block(block, hours, model, *, ac=False):
@@ -92,7 +117,7 @@ def sum_block(block, hours, model, *, ac=False):
     """
     count, groups = block.normal.shape[1], block.group_weight.shape[1]
     dtype = block.normal.dtype
-    weights = np.concatenate([hours.sunny, hours.dni], axis=1)
+    weights = np.concatenate([hours.sunny, hours.sunward], axis=1)
     direct_sums = np.zeros((2, count))
     by_month, specific_yield = np.zeros((count, 12)), np.zeros(count)
     capacity_factor = np.zeros((len(hours), groups), dtype)
@@ -116,7 +141,7 @@ def sum_block(block, hours, model, *, ac=False):
 
 
 def direct_part(block, hours):
-    """Cosine of the angle of incidence, and direct irradiance per DNI without reflections: (h, n), (h, n)."""
+    """Cosine of the angle of incidence, and direct irradiance per `sunward` without reflections: (h, n), (h, n)."""
     projection = np.maximum(hours.direction @ block.normal, 0)
     direct = at_hours(block.visible_share, hours)
     direct *= projection
@@ -126,19 +151,22 @@ def direct_part(block, hours):
 def run_model(model, block, hours, direct, projection):
     """POA irradiance and capacity factors at some hours; `direct` and `projection` are overwritten.
 
+    Circumsolar light loses by the angle of incidence of direct light.
+
     Returns
     -------
     poa_direct, poa_diffuse : numpy.ndarray, (h, n)
-        [Wm⁻²]
+        [Wm⁻²] Circumsolar light is part of the first.
     power : numpy.ndarray, (h, n)
         Capacity factor.
     """
-    direct *= hours.dni
+    direct *= hours.sunward
     diffuse = diffuse_part(block, hours)
     taken = diffuse
     if (block.taken < 1).any():
-        sky, reflected = block.taken
-        taken = diffuse * reflected + hours.dhi * (block.sky * (sky - reflected))
+        sky, reflected, horizon = block.taken
+        taken = diffuse * reflected + hours.dome * (block.sky * (sky - reflected))
+        taken += split_horizon(hours) @ (block.horizon_view * (horizon - reflected))
     return direct, diffuse, model.dc(direct, diffuse, taken, projection, hours)
 
 
@@ -153,12 +181,19 @@ def at_hours(values, hours):
 
 
 def diffuse_part(block, hours):
-    """Irradiance treated as diffuse: sky, reflections and far ground: (h, n) [Wm⁻²]."""
+    """Irradiance treated as diffuse: dome, horizon, reflections and far ground: (h, n) [Wm⁻²]."""
     diffuse = at_hours(block.reflected, hours)
-    diffuse *= hours.dni
-    shared = np.concatenate([hours.dhi, hours.dni * hours.cos_zenith], axis=1)
+    diffuse *= hours.sunward
+    shared = np.concatenate([hours.dome, hours.level], axis=1)
     diffuse += shared @ np.stack([block.diffuse, block.far_ground])
+    if hours.horizon.any():
+        diffuse += split_horizon(hours) @ block.horizon
     return diffuse
+
+
+def split_horizon(hours):
+    """Light of a horizon that is brighter, and darker than the dome: (h, 2) [Wm⁻²]."""
+    return np.concatenate([np.maximum(hours.horizon, 0), np.minimum(hours.horizon, 0)], axis=1)
 
 
 def add_linear_parts(block, hours, weights, direct_sums):
@@ -169,7 +204,7 @@ def add_linear_parts(block, hours, weights, direct_sums):
     block : Block
     hours : Hours
     weights : numpy.ndarray, (h, 2)
-        1 for each sunny hour, and its DNI.
+        1 for each sunny hour, and what comes from the place of the sun.
     direct_sums : numpy.ndarray, (2, n)
         Sums of the direct irradiance with these weights.
 
@@ -180,9 +215,11 @@ def add_linear_parts(block, hours, weights, direct_sums):
     """
     sums = direct_sums.copy()
     weights = weights.astype(float)
+    level = hours.sunny * hours.cos_zenith, hours.level
     for row in range(2):
         share = weights[:, row, None] * hours.match_weight
         per_sun = np.bincount(hours.match.ravel(), weights=share.ravel(), minlength=len(block.reflected))
         sums[row] += per_sun @ block.reflected
-        sums[row] += float((weights[:, row] * hours.cos_zenith[:, 0]).sum()) * block.far_ground.astype(float)
-    return sums[0], sums[1] + float(hours.dhi.astype(float).sum()) * block.diffuse.astype(float)
+        sums[row] += float(level[row].sum(dtype=float)) * block.far_ground.astype(float)
+    poa = sums[1] + float(hours.dome.sum(dtype=float)) * block.diffuse.astype(float)
+    return sums[0], poa + split_horizon(hours).sum(axis=0, dtype=float) @ block.horizon.astype(float)

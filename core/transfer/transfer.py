@@ -35,6 +35,15 @@ def scale_direct(parts, growth):
 
 
 @dataclass
+class Horizon:
+    """The horizon as a source of light: relative irradiance of n surfaces, per irradiance of an unshaded wall by it."""
+
+    view_factor: np.ndarray  # (n,) without reflections; sin(tilt) where nothing stands in the way
+    relative: np.ndarray  # (n,) reflections included
+    standard_error: np.ndarray  # (n,) of `relative`
+
+
+@dataclass
 class Transfer:
     """Relative irradiance of n surfaces: diffuse per DHI, direct per DNI for each of s suns.
 
@@ -60,4 +69,5 @@ class Transfer:
     material: list | None = None  # (n,) str, material used for tracing, "" if only an albedo was given
     albedos: list | None = None  # of dict: all albedos and materials, of `read_albedo.describe_albedo`
     error_parts: ErrorParts | None = None  # None: the standard errors are own noise only
+    horizon: Horizon | None = None  # None: not traced, for isotropic skies only
     outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown

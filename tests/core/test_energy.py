@@ -13,6 +13,7 @@ from citypv.core.energy.fill_behind import fill_behind, order_neighbours
 from citypv.core.energy.hours import prepare_hours
 from citypv.core.energy.pv_system import build_system, default_system
 from citypv.core.request import Request
+from citypv.core.sky.sky_models import split_sky
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
@@ -57,7 +58,7 @@ def test_cell_temperature_of_the_chain():
     """The same from the slope that the tables use."""
     weather = read_weather("clear-sky", 0.0, 0.0)
     weather.data["temp_air"], weather.data["wind_speed"] = 20.0, 5.0
-    hours = prepare_hours(suns_of(weather, "hourly"), weather, default_system())
+    hours = prepare_hours(suns_of(weather, "hourly"), weather, default_system(), split_sky(weather, "isotropic"))
     assert 900 * hours.heating[0, 0] + hours.temp_air[0, 0] == pytest.approx(40.291, abs=5e-4)
 
 
