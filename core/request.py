@@ -17,6 +17,13 @@ ESTIMATORS = {
 }
 
 
+SKIES = {
+    "auto": "Perez where inclined surfaces count, else isotropic",
+    "perez": "Brighter around the sun and at the horizon (Perez et al. 1990)",
+    "isotropic": "Equally bright all over",
+}
+
+
 @dataclass
 class Request(SystemSettings):
     """Settings of a run; the command line and the panel fill them in."""
@@ -190,11 +197,13 @@ class Request(SystemSettings):
         panel="trace",
     )
     sky: str = setting(
-        "isotropic",
+        "auto",
         "light",
         "model of the diffuse sky",
         kind="choice",
-        choices={"isotropic": "Equally bright all over"},
+        title="Sky",
+        panel="trace",
+        choices=SKIES,
     )
     estimator: str = setting(
         "gather", "light", "how light is followed", kind="choice", title="Estimator", panel="trace", choices=ESTIMATORS

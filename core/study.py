@@ -27,6 +27,7 @@ from .radiosity.trace_gather import trace_gather
 from .request import check_request
 from .results.list_findings import rows_of_names
 from .scene.build_scene import build_scene
+from .sky.choose_sky import choose_sky
 from .sun.check_distance import check_distance
 from .sun.choose_suns import choose_suns, parse_way
 from .sun.keep_suns import weigh_by_year
@@ -195,9 +196,10 @@ def measure_sun_sampling(scene, weather, transfer, request, progress=silent, *, 
     year = weather.data.index, weather.interval, weather.latitude, weather.longitude
     hourly = choose_suns("hourly", *year, request.seed, position=weather.data)
     clustered, exact = trace_sun_samples(scene, transfer, hourly, request, progress, prepared=prepared)
-    system = build_system(request)
+    system, sky = build_system(request), choose_sky(request, transfer)
     found, true = (
-        compute_surface_energy(one, weather, system, request.threads).full_load_hours for one in (clustered, exact)
+        compute_surface_energy(one, weather, system, request.threads, sky=sky).full_load_hours
+        for one in (clustered, exact)
     )
     # All together as the eligible area has them: of small groups more patches are looked at.
     surfaces, pilot = transfer.surfaces, exact.surfaces
@@ -231,11 +233,11 @@ def compute_energy(transfer, weather, request, progress=silent):
     Raises
     ------
     InputError
-        `--series` names a surface that the Transfer does not have.
+        `--series` names a surface that the Transfer does not have, or `--sky` needs light that was not traced.
     """
     series = find_surfaces(transfer.surfaces.surface_id, request.series)
-    system = build_system(request)
-    return compute_surface_energy(transfer, weather, system, request.threads, progress, series=series)
+    system, sky = build_system(request), choose_sky(request, transfer)
+    return compute_surface_energy(transfer, weather, system, request.threads, progress, series=series, sky=sky)
 
 
 def find_surfaces(surface_id, wanted):

@@ -38,6 +38,11 @@ class EffectPlan:
         return self["far-ground"].on
 
     @property
+    def horizon(self) -> bool:
+        """Whether the horizon is traced as a source of light."""
+        return self["perez"].on
+
+    @property
     def suns_behind(self) -> bool:
         """Whether shadow rays are sent to suns behind a patch."""
         return self["suns-behind"].on

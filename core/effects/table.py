@@ -14,6 +14,7 @@ TABLE = {  # key -> estimators for which it may be switched on
     "suns-behind": ("gather",),
     "reflections": BOTH,
     "far-ground": BOTH,
+    "perez": BOTH,
 }
 
 

@@ -42,6 +42,10 @@ def check_transfer(transfer):
         error = np.asarray(getattr(transfer, name))
         known = np.where(np.isnan(error), 0, error) if error.dtype.kind == "f" else error
         check_array(name, known, (count,), least=0)
+    if transfer.horizon is not None:
+        check_array("horizon_view_factor", transfer.horizon.view_factor, (count,), least=0, most=1 + UNIT)
+        check_array("horizon_relative", transfer.horizon.relative, (count,), least=0)
+        check_array("horizon_relative_standard_error", transfer.horizon.standard_error, (count,), least=0)
     if transfer.error_parts is not None:
         check_parts(transfer.error_parts, count)
     if not 0 <= transfer.ground_albedo <= 1:
@@ -69,6 +73,18 @@ def check_unit_or_none(name, normal, count):
     """Refuse normals that are not of unit length, or zero for surfaces without area."""
     normal = check_array(name, normal, (count, 3), least=-1 - UNIT, most=1 + UNIT)
     check_unit(name, normal[normal.any(axis=1)])
+
+
+def check_sky(transfer, sky):
+    """Refuse a model of the sky that needs light that was not traced.
+
+    Raises
+    ------
+    InputError
+    """
+    if sky != "isotropic" and transfer.horizon is None:
+        problem = "the Transfer was traced without the light of the horizon"
+        raise InputError(f"--sky {sky}", problem, "trace the city again with this sky, or give --sky isotropic")
 
 
 def check_hours(weather):

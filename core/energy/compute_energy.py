@@ -9,7 +9,7 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from ..sky.sky_models import split_sky
-from .check_inputs import check_hours, check_transfer
+from .check_inputs import check_hours, check_sky, check_transfer
 from .counted_area import find_counted_area
 from .diffuse_incidence import diffuse_incidence_factors
 from .energy import Energy
@@ -62,6 +62,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     """
     check_transfer(transfer)
     check_hours(weather)
+    check_sky(transfer, sky)
     system = default_system() if system is None else system
     counted = find_counted_area(transfer, system)
     groups = find_groups(counted, transfer.surfaces.area)

@@ -5,7 +5,7 @@ float64 whatever their order: results are the same to the last bit on any number
 accounted for without a remainder.
 """
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ..patches.find_covered import meets_back
 from ..patches.patches import Patches
 from ..sampling.hemisphere_rays import CELL_DIVISIONS
 from ..sampling.sample_points import cell_of_point
+from ..sky.horizon_band import weight_of_band
 from .emit_photons import emit_photons
 from .scatter import draw_for_photons, leave_patches, scatter
 
@@ -31,6 +32,7 @@ class Tally:
     closure: float = 0.0  # hit a closure surface or a surface that lies on the ground
     covered: float = 0.0  # from the far ground, hit a covered cell below the ground
     cut: float = 0.0  # left after the last bounce
+    unweighed: float = 0.0  # from the horizon, by which photons count less than one: see `weight_of_band`
 
     def add(self, other):
         """Add another tally to this one."""
@@ -108,6 +110,8 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
     for bounce in range(max_bounces + 1):
         found.ray_count += len(photons.number)
         photons, places = meet_fronts(target, photons, found.tally, source if bounce == 0 else None)
+        if source.level and bounce == 0:
+            photons = weigh_level(target, photons, places[0], found.tally)
         sums = found.first if bounce == 0 else found.reflected
         deposit(photons, target.surface[places[0]], sums)
         # Coincident surfaces of the same orientation are all lit, but the photon is reflected once.
@@ -190,6 +194,23 @@ def slip_past_edges(target, places, directions, front):
         origins, _ = leave_patches(target.patches, tuple(part[near] for part in places), level)
         slipped[near] = target.ray_scene.trace_closest(origins, -directions[near]) >= 0
     return slipped
+
+
+def weigh_level(target, photons, hit, tally):
+    """Photons from the horizon with the weight that they have on the patches that they hit first.
+
+    Parameters
+    ----------
+    target : Target
+    photons : Photons
+    hit : (m,) int32
+    tally : Tally
+        Changed in place.
+    """
+    share = weight_of_band(target.patches.normal[hit], -photons.directions)
+    weight = np.rint(photons.weight * share / QUANTUM) * QUANTUM
+    tally.unweighed += float((photons.weight - weight).sum())
+    return replace(photons, weight=weight)
 
 
 def deposit(photons, surface, sums):

@@ -2,7 +2,7 @@
 
 Photons start at sun, sky and far ground and are counted where they hit (Bredemeier et al., Eq. 1 to 4). They are
 reflected at the exact hit point, and summed per surface: there is no assumption of constant radiosity per patch, so
-results are noisy but unbiased. Every source is traced through all reflections; the cost is (suns + 2) · samples ·
+results are noisy but unbiased. Every source is traced through all reflections; the cost is (suns + 3) · samples ·
 patches photons, of at most 1 + max_bounces rays each.
 
 The covered share of a surface is geometry, and estimated with a few hemisphere rays as in gather.
@@ -26,8 +26,8 @@ from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.prepare_scene import prepare_scene
 from ..transfer.surface_means import area_means, cover_of_surfaces
 from ..transfer.trace_record import TraceRecord, note_interruption
-from ..transfer.transfer import Transfer
-from .emit_photons import box_of_scene, far_ground_source, sky_source, sun_source
+from ..transfer.transfer import Horizon, Transfer
+from .emit_photons import box_of_scene, far_ground_source, horizon_source, sky_source, sun_source
 from .follow_photons import Tally, Target
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, trace_sources
 
@@ -87,12 +87,13 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     traced, patches, plan = prepared.scene, prepared.patches, prepared.plan
     merge = area_means(traced.triangle_surface, patches.area, len(scene.surfaces))
     run, covered_share = prepare_run(prepared, request, progress)
-    run.begin("sky and far ground", 1 + plan.far_ground)
+    run.begin("sky and far ground", 1 + plan.far_ground + plan.horizon)
     clock.lap("plan, tree and cover")
 
     box = box_of_scene(traced)
     (sky,) = trace_sources(run, [sky_source(*box, request.seed)], plan.max_bounces)
     far = trace_far_ground(run, box, plan, request.seed)
+    band = trace_band(run, box, plan, request.seed)
     clock.lap("sky and far ground")
     run.begin(SUN_STAGE, len(suns))
     direct = trace_direct(run, (box, suns, request), far, plan.max_bounces, merge, folder=folder)
@@ -100,6 +101,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     diffuse = sky.whole + request.ground_albedo * far.whole
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
     covered_share = cover_of_surfaces(merge, covered_share)
+    tallies = [asdict(light.tally) for light in (sky, far, direct, band) if light]
     unreachable = (covered_share > WHOLE) | (run.area == 0)
     return Transfer(
         surfaces=scene.surfaces,
@@ -114,6 +116,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
         visible_share=direct.visible_share,
         direct_reflected=direct.reflected,
         direct_annual_standard_error=standard_error(direct.annual, direct.photons, unreachable),
+        horizon=band and horizon_of_light(band, unreachable),
         record=TraceRecord(
             request=request.as_dict(),
             effects=[effect.as_dict() for effect in plan.effects],
@@ -122,8 +125,8 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
             patches=len(patches),
             threads=run.threads,
             photons_per_source=run.per_replicate * PHOTON_REPLICATES,
-            rays=sky.ray_count + far.ray_count + direct.ray_count,
-            photons={name: asdict(light.tally) for name, light in zip(SOURCES, (sky, far, direct), strict=True)},
+            rays=sky.ray_count + far.ray_count + direct.ray_count + (band.ray_count if band else 0),
+            photons=dict(zip(SOURCES, tallies, strict=False)),
             seconds=clock.seconds,
             embree_thread_seconds=run.target.ray_scene.thread_seconds,
             last_bounce_share_diffuse=sky.last,
@@ -134,7 +137,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     )
 
 
-SOURCES = ("sky", "far ground", "suns")
+SOURCES = ("sky", "far ground", "suns", "horizon")
 
 
 def prepare_run(prepared, request, progress):
@@ -162,6 +165,23 @@ def trace_far_ground(run, box, plan, seed):
         return no_light(len(run.area))
     (light,) = trace_sources(run, [far_ground_source(*box, seed)], plan.max_bounces - 1)
     return light
+
+
+def trace_band(run, box, plan, seed):
+    """Light from the horizon, per irradiance of an unshaded wall; None where the plan leaves it out."""
+    if not plan.horizon:
+        return None
+    (light,) = trace_sources(run, [horizon_source(*box, seed)], plan.max_bounces)
+    return light
+
+
+def horizon_of_light(light, unreachable):
+    """Horizon of a Transfer from its photons."""
+    return Horizon(
+        view_factor=np.minimum(light.first.mean(axis=0), 1),
+        relative=light.whole.mean(axis=0),
+        standard_error=standard_error(light.whole, light.photon**2, unreachable),
+    )
 
 
 def trace_direct(run, lit, far, max_bounces, merge, *, folder):

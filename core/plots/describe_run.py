@@ -94,7 +94,7 @@ def describe_assumptions(summary):
             if settings.get("method") == "paper"
             else "the program's own, with the settings below",
         ),
-        ("Sky", SKIES.get(light.get("sky"), str(light.get("sky")))),
+        ("Sky", SKIES.get(summary.get("sky", light.get("sky")), str(light.get("sky")))),
         ("Sun positions", describe_suns(summary["suns"])),
         ("Reflections", f"{(summary.get('traced') or {}).get('max_bounces', light.get('max_bounces'))} in a row"),
         ("Albedo (share of light reflected)", describe_albedo(summary, light)),

@@ -17,10 +17,12 @@ from ..transfer.transfer import ErrorParts, Transfer
 from .gather_context import prepare_gather
 from .gather_diffuse import gather_diffuse
 from .gather_direct import gather_direct
+from .gather_horizon import gather_horizon
 from .hemisphere import Hemisphere, empty_tallies
 from .shadow_points import count_elements, points_above
 from .solve_radiosity import element_factors
 from .trace_hemisphere import trace_hemisphere
+from .trace_horizon import trace_horizon
 
 ONE_POINT = "of direct light: one shadow point per patch gives no variance estimate; ask for --shadow-samples 2 or more"
 
@@ -62,12 +64,16 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
     patches, plan, merge, ray_scene = context.patches, context.plan, context.merge, context.ray_scene
     clock.lap("plan and tree")
 
-    hemisphere, element_sky = view_hemispheres(context, count_elements(points_above(request.shadow_samples)))
+    cells = count_elements(points_above(request.shadow_samples))
+    hemisphere, element_sky = view_hemispheres(context, cells)
     clock.lap("sky and reflections")
 
     diffuse = gather_diffuse(context, hemisphere, element_sky)
     del element_sky  # large
     clock.lap("diffuse reflections")
+    band = trace_horizon(context, hemisphere.covered, cells) if plan.horizon else None
+    horizon = gather_horizon(context, hemisphere, band) if plan.horizon else None
+    clock.lap("horizon")
     direct = gather_direct(context, hemisphere, suns, diffuse.by_replicate, folder)
     clock.lap("suns")
     return Transfer(
@@ -83,6 +89,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
         visible_share=direct.visible_share,
         direct_reflected=direct.reflected,
         direct_annual_standard_error=direct.error.standard_error,
+        horizon=horizon,
         error_parts=ErrorParts(
             diffuse_passed_on=diffuse.error.passed_on,
             direct_passed_on=direct.error.passed_on,
@@ -99,6 +106,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
             threads=context.threads,
             engine=ray_scene.engine,
             hemisphere_rays=hemisphere.ray_count,
+            horizon_rays=band and band.ray_count,
             shadow_rays=direct.ray_count,
             seconds=clock.seconds,
             embree_thread_seconds=ray_scene.thread_seconds,

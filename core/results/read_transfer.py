@@ -11,11 +11,12 @@ from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
 from ..sun.suns import Suns
 from ..transfer.trace_record import record_of_dict
-from ..transfer.transfer import ErrorParts, Transfer
+from ..transfer.transfer import ErrorParts, Horizon, Transfer
 from .transfer_fields import (
     ALBEDO,
     ERROR_PARTS,
     FORMAT,
+    HORIZON,
     MATERIAL,
     OUTLINES,
     PER_SUN,
@@ -66,6 +67,7 @@ def check_dimensions(path, dataset):
     expected |= {"normal": ("surface", "axis"), "direction": ("sun", "axis")}
     expected |= dict.fromkeys(TRACED_AS, ("surface",)) if ALBEDO in dataset else {}
     expected |= {name: part[0] for name, part in ERROR_PARTS.items()} if "covariance" in dataset else {}
+    expected |= {name: ("surface",) for name, _ in HORIZON.values() if name in dataset}
     expected |= {name: dimensions for name, (dimensions, _) in OUTLINES.items() if name in dataset}
     for name, dimensions in expected.items():
         if dataset[name].dims != dimensions:
@@ -94,6 +96,7 @@ def transfer_of_dataset(dataset):
         **{name: values[name] for name in PER_SURFACE_AND_SUN},
         **(materials_of_dataset(dataset) if ALBEDO in dataset else {}),
         error_parts=error_parts_of_dataset(dataset),
+        horizon=horizon_of_dataset(dataset),
         outlines=outlines_of_dataset(dataset),
     )
 
@@ -103,6 +106,13 @@ def error_parts_of_dataset(dataset):
     if "covariance" not in dataset:
         return None
     return ErrorParts(**{name: dataset[name].values for name in ERROR_PARTS})
+
+
+def horizon_of_dataset(dataset):
+    """Light of the horizon; None in files that were traced for isotropic skies only."""
+    if HORIZON["relative"][0] not in dataset:
+        return None
+    return Horizon(**{field: dataset[name].values for field, (name, _) in HORIZON.items()})
 
 
 def outlines_of_dataset(dataset):

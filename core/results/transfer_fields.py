@@ -39,6 +39,12 @@ ERROR_PARTS = {  # name -> dimensions, long name; files written before they were
     "covariance": (("surface",), "covariance of the surface's own noise in diffuse and in annual direct light"),
 }
 
+HORIZON = {  # field of Horizon -> name, long name; files lack them that were traced for isotropic skies only
+    "view_factor": ("horizon_view_factor", "light of the horizon, per that of an unshaded wall, without reflections"),
+    "relative": ("horizon_relative", "light of the horizon, per that of an unshaded wall, reflections included"),
+    "standard_error": ("horizon_relative_standard_error", "standard error of horizon_relative"),
+}
+
 OUTLINES = {  # name -> dimensions, attributes; files written before outlines were kept lack them
     "outline_points": (
         ("corner", "axis"),

@@ -61,6 +61,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
             "checks": weather.checks,
         },
         "settings": request.as_dict(),
+        "sky": energy.sky,
         "traced": transfer.record.as_dict() if transfer.record else {},
         "suns": {"way": transfer.suns.way, "count": len(transfer.suns)},
         "seconds": seconds or {},

@@ -13,6 +13,7 @@ from .transfer_fields import (
     ALBEDO,
     ERROR_PARTS,
     FORMAT,
+    HORIZON,
     MATERIAL,
     OUTLINES,
     PER_SUN,
@@ -62,6 +63,7 @@ def write_transfer(path, transfer, progress=silent):
         for name, (dimensions, long_name) in ERROR_PARTS.items():
             attributes_of_part = {"units": "1", "long_name": long_name}
             variables[name] = (dimensions, getattr(transfer.error_parts, name), attributes_of_part)
+    variables |= horizon_variables(transfer.horizon)
     if transfer.outlines is not None:
         values = transfer.outlines.points, transfer.outlines.ring_start, transfer.outlines.surface_start
         for (name, (dimensions, details)), array in zip(OUTLINES.items(), values, strict=True):
@@ -77,6 +79,16 @@ def write_transfer(path, transfer, progress=silent):
                 for size in append_matrix(file, name, matrix):
                     done += size
                     progress(STAGE, done, total, "B")
+
+
+def horizon_variables(horizon):
+    """Variables of the light of the horizon: dict, empty where it was not traced."""
+    if horizon is None:
+        return {}
+    return {
+        name: ("surface", getattr(horizon, field), {"units": "1", "long_name": long_name})
+        for field, (name, long_name) in HORIZON.items()
+    }
 
 
 def append_matrix(file, name, matrix):

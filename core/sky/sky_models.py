@@ -4,7 +4,7 @@
           ▁▂▃▄▅▆▇█ circumsolar: from the place of the sun, like direct light
     ─────────────── horizon: sin tilt on an unshaded surface
 
-A new model is one file with one function, and one line in MODELS and in SKIES.
+A new model is one file with one function, one line in MODELS, and one in `request.SKIES`.
 """
 
 from dataclasses import dataclass
@@ -15,11 +15,6 @@ from .isotropic_sky import isotropic_sky
 from .perez_sky import perez_sky
 
 MODELS = {"isotropic": isotropic_sky, "perez": perez_sky}
-SKIES = {  # choices of `--sky`
-    "auto": "Perez where inclined surfaces count, else isotropic",
-    "perez": "Brighter around the sun and at the horizon (Perez et al. 1990)",
-    "isotropic": "Equally bright all over",
-}
 NO_CAP = 1e6  # of a horizon that is never darker than the dome
 
 

@@ -19,6 +19,7 @@ class TraceRecord:
     last_bounce_share_direct: float
     engine: str | None = None  # packets or rays
     hemisphere_rays: int | None = None
+    horizon_rays: int | None = None  # None: the horizon was not traced as a source of light
     shadow_rays: int | None = None
     discretisation_error: dict | None = None  # diffuse, direct: see `radiosity.gather_diffuse`
     degrees_of_freedom: dict | None = None  # of the standard errors' replicates
