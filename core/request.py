@@ -198,7 +198,7 @@ class Request(SystemSettings):
     )
     sky: str = setting(
         "auto",
-        "light",
+        "sky",
         "model of the diffuse sky",
         kind="choice",
         title="Sky",

@@ -11,6 +11,7 @@ TITLES = {
     "weather": "the weather",
     "electricity": "the modules, and the counted area",
     "light": "the light",
+    "sky": "the sky",
     "run": "the run",
 }
 
@@ -22,7 +23,7 @@ def add_options(parser, *groups):
     ----------
     parser : argparse.ArgumentParser
     *groups : str
-        Names of groups: city, weather, electricity, light, run.
+        Names of groups: city, weather, electricity, light, sky, run.
     """
     for group in groups:
         place = parser.add_argument_group(TITLES[group])

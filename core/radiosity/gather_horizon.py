@@ -1,28 +1,72 @@
-"""The gather estimator for the horizon: its light on surfaces, and what they reflect of it."""
+"""The gather estimator for the horizon: rays towards it, its light on surfaces, and what they reflect of it."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
+from ..patches.find_covered import enclosed_cells, lie_in_earth
+from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches
+from ..sampling.random_numbers import mix, uniform
+from ..sampling.sample_points import (
+    DIGITS,
+    HEMISPHERE_REPLICATES,
+    barycentric_of_square,
+    cell_of_point,
+    cells_inside,
+    sobol_digits,
+)
+from ..sky.horizon_band import horizon_directions, horizon_of_tilt
+from ..threads import map_in_order
 from ..transfer.transfer import Horizon
 from .form_factor_products import multiply_elements
+from .form_factors import FEWEST_RAYS
 from .light_errors import ReflectedError, errors_of_surfaces
 from .patch_size_errors import steps_of_cells
-from .replicates import propagate_deviations
+from .replicates import STEP, Deviations, propagate_deviations, tally_deviations
 from .solve_radiosity import iterate_bounces, variance_of_replicates
+from .trace_hemisphere import (
+    BACK,
+    DARK,
+    FAR_GROUND,
+    RAYS_PER_TASK,
+    SKY,
+    cells_near_cover,
+    classify_rays,
+    mark_dark,
+    tally_rays,
+)
+
+SHARE = 4  # hemisphere rays for each ray towards the horizon, which is a small part of the light
+HORIZON = np.uint64(0x4071)  # sets the random numbers apart from those of the hemisphere rays
+LEVEL = 1e-6  # sine of the tilt up to which a patch does not face the horizon
 
 
-def gather_horizon(context, hemisphere, first):
+@dataclass
+class HorizonLight:
+    """First light of p patches from the horizon, per irradiance of an unshaded wall."""
+
+    light: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32
+    element: np.ndarray  # (p, cells) float32, of the open part of each cell
+    deviations: Deviations  # of `element`
+    ray_count: int
+
+
+def gather_horizon(context, hemisphere, cells):
     """Light of the horizon on the surfaces.
 
     Parameters
     ----------
     context : GatherContext
     hemisphere : Hemisphere
-    first : HorizonLight
+    cells : int
+        1, 4 or 16: into how many cells the light of a patch is resolved.
 
     Returns
     -------
-    Horizon
+    horizon : Horizon
+    ray_count : int
     """
+    first = trace_horizon(context, hemisphere.covered, cells)
     merge, reflections, by_replicate = context.merge, None, first.light
     if context.plan.reflections:
         form_factors, threads = hemisphere.form_factors, context.threads
@@ -34,11 +78,94 @@ def gather_horizon(context, hemisphere, first):
         reflected = multiply_elements(form_factors, propagated, hemisphere.factor, threads) + first_bounce
         by_replicate = first.light + reflected
         steps = steps_of_cells(context, hemisphere, first.element)
-        passed_on = propagate_deviations(context, hemisphere, (first.deviation, first.unit), reflected)
+        passed_on = propagate_deviations(context, hemisphere, first.deviations, reflected)
         reflections = ReflectedError(merge @ by_replicate.mean(axis=1, dtype=float), passed_on, steps)
     error = errors_of_surfaces(merge, variance_of_replicates(by_replicate), reflections)
-    return Horizon(
+    horizon = Horizon(
         view_factor=merge @ first.light.mean(axis=1, dtype=float),
         relative=merge @ by_replicate.mean(axis=1, dtype=float),
         standard_error=np.asarray(error.standard_error),
     )
+    return horizon, first.ray_count
+
+
+def trace_horizon(context, covered, cells):
+    """First light of all patches from the horizon.
+
+    Parameters
+    ----------
+    context : GatherContext
+    covered : (p, CELL_DIVISIONS²) bool
+        Cells that lie inside or under something.
+    cells : int
+        1, 4 or 16: into how many cells the light of a patch is resolved.
+
+    Returns
+    -------
+    HorizonLight
+    """
+    patches, plan = context.patches, context.plan
+    unshaded = horizon_of_tilt(patches.normal).astype(np.float32)
+    known = plan.unobstructed & patches.receives
+    traced = patches.receives & ~known & (unshaded > LEVEL) & ~covered.all(axis=1)
+    count = -(-context.request.samples // (SHARE * HEMISPHERE_REPLICATES))
+    sequence, rows = sobol_digits(count), np.flatnonzero(traced)
+    step = max(1, RAYS_PER_TASK // (count * HEMISPHERE_REPLICATES))
+    tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
+    found = HorizonLight(
+        light=np.repeat(np.where(known, 1, 0).astype(np.float32)[:, None], HEMISPHERE_REPLICATES, axis=1),
+        element=np.repeat(np.where(known, 1, 0).astype(np.float32)[:, None], cells, axis=1),
+        deviations=Deviations(np.zeros((len(patches), cells, HEMISPHERE_REPLICATES), np.int16), STEP * unshaded),
+        ray_count=len(rows) * count * HEMISPHERE_REPLICATES,
+    )
+
+    def trace_rows(chosen):
+        return trace_patches(context, chosen, covered[chosen], sequence, cells)
+
+    done = 0
+    for chosen, part in zip(tasks, map_in_order(trace_rows, tasks, context.threads), strict=True):
+        found.light[chosen], found.element[chosen], found.deviations.values[chosen] = part
+        done += len(chosen) * count * HEMISPHERE_REPLICATES
+        context.progress("horizon", done, found.ray_count, "rays")
+    found.light *= unshaded[:, None]
+    found.element *= unshaded[:, None]
+    return found
+
+
+def trace_patches(context, chosen, covered, sequence, cells):
+    """Share of the horizon that some patches see: of replicates and of cells, and deviations of the replicates."""
+    patches, ray_scene = context.patches, context.ray_scene
+    origins, directions, start_cells = horizon_rays(patches, chosen, sequence)
+    hit, _, _ = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
+    fate = np.empty(start_cells.shape, np.uint8)
+    upwards = np.moveaxis(directions, -1, 0)
+    classify_rays(hit.reshape(fate.shape), upwards, patches.facing, fate, np.zeros(len(chosen), bool))
+    fate[fate == FAR_GROUND] = SKY  # at the very horizon
+    # As of the hemisphere rays: dark inside of what is covered, judged ray by ray along its edge.
+    within = np.flatnonzero(covered.any(axis=1))
+    mark_dark(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))
+    fate[within] = np.where(lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within])
+    near_cover, cell_of = cells_near_cover(covered, within), cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
+    sky, _, element, _, _ = tally_rays(fate, start_cells, near_cover, cell_of, cells)
+    deviation = np.empty((len(chosen), cells, HEMISPHERE_REPLICATES), np.int16)
+    resolved = cell_of, fate.shape[1] >= FEWEST_RAYS * cells
+    tally_deviations((fate, start_cells, near_cover), resolved, (SKY, BACK), deviation)
+    return sky, element, deviation
+
+
+def horizon_rays(patches, chosen, sequence):
+    """Rays from random points of patches towards the horizon, as `hemisphere_rays` are made.
+
+    Returns
+    -------
+    origins, directions : (c, rays, 3) float32
+    cells : (c, rays) uint8
+        Of CELL_DIVISIONS², in which each ray starts.
+    """
+    keys = mix(patches.key[chosen] ^ HORIZON)
+    shift = (uniform(keys, 4 * HEMISPHERE_REPLICATES) * (1 << DIGITS)).astype(np.uint32)
+    digits = sequence[None, None] ^ shift.reshape(len(chosen), HEMISPHERE_REPLICATES, 1, 4)
+    numbers = (digits.reshape(len(chosen), -1, 4) * np.float32(2.0**-DIGITS)).astype(np.float32)
+    b1, b2 = barycentric_of_square(numbers[..., 0], numbers[..., 1])
+    directions = horizon_directions(patches.normal[chosen], numbers[..., 2], numbers[..., 3])
+    return points_of_patches(patches, chosen, b1, b2), directions, cell_of_point(b1, b2, CELL_DIVISIONS)

@@ -22,7 +22,7 @@ class Deviations(NamedTuple):
     """Deviations of each replicate's first light from the mean of all."""
 
     values: np.ndarray  # (p, cells, HEMISPHERE_REPLICATES) int16
-    unit: np.float32  # of `values`
+    unit: np.float32  # of `values`; or (p,) float32, of those of each patch
 
 
 @njit(nogil=True, cache=True)

@@ -22,7 +22,6 @@ from .hemisphere import Hemisphere, empty_tallies
 from .shadow_points import count_elements, points_above
 from .solve_radiosity import element_factors
 from .trace_hemisphere import trace_hemisphere
-from .trace_horizon import trace_horizon
 
 ONE_POINT = "of direct light: one shadow point per patch gives no variance estimate; ask for --shadow-samples 2 or more"
 
@@ -71,8 +70,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
     diffuse = gather_diffuse(context, hemisphere, element_sky)
     del element_sky  # large
     clock.lap("diffuse reflections")
-    band = trace_horizon(context, hemisphere.covered, cells) if plan.horizon else None
-    horizon = gather_horizon(context, hemisphere, band) if plan.horizon else None
+    horizon, horizon_rays = gather_horizon(context, hemisphere, cells) if plan.horizon else (None, None)
     clock.lap("horizon")
     direct = gather_direct(context, hemisphere, suns, diffuse.by_replicate, folder)
     clock.lap("suns")
@@ -106,7 +104,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
             threads=context.threads,
             engine=ray_scene.engine,
             hemisphere_rays=hemisphere.ray_count,
-            horizon_rays=band and band.ray_count,
+            horizon_rays=horizon_rays,
             shadow_rays=direct.ray_count,
             seconds=clock.seconds,
             embree_thread_seconds=ray_scene.thread_seconds,

@@ -49,7 +49,7 @@ def test_both_estimators_give_the_same_year(city, tmp_path):
         assert np.median(error / one[name][known]) < 0.04
     summary = json.loads((tmp_path / "other" / "summary.json").read_text("utf-8"))
     assert summary["settings"]["estimator"] == "forward"
-    assert set(summary["traced"]["photons"]) == {"sky", "far ground", "suns"}
+    assert set(summary["traced"]["photons"]) == {"sky", "far ground", "suns", "horizon"}
     for tally in summary["traced"]["photons"].values():
         assert sum(tally.values()) == pytest.approx(2 * tally["emitted"], rel=1e-12)
     assert summary["traced"]["rays"] > summary["traced"]["photons"]["suns"]["emitted"]
