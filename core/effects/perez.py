@@ -25,11 +25,22 @@ def decide(inputs):
     if on:
         reason = "as asked" if sky == "perez" or inputs.asked(KEY) else f"{area:,.0f} m² of inclined surfaces count"
         reason += f"; {words}" if any(change) else ""
-        return Effect(KEY, True, "dome, circumsolar light and horizon", reason, 0.0, setting="perez")
-    bound = max(map(abs, change)) if known and (any(change) or not area) else None
+        return Effect(KEY, True, "dome, circumsolar light and horizon", reason, 0.0, setting=KEY)
+    bound = None if not known or (area > 0 and not any(change)) else bound_change(inputs.weather, change)
     reason = "as asked" if sky == "isotropic" or inputs.asked(KEY) is False else why_not(area)
     reason += f"; {words}" if any(change) else ""
     return Effect(KEY, False, "isotropic sky", reason, bound, setting="isotropic")
+
+
+def bound_change(weather, change):
+    """What the isotropic sky leaves out at most: what Perez's sky changes on unshaded planes, or takes from a wall that
+    never sees the sun, which is the circumsolar share of DHI; 0 where nothing inclined counts.
+    """
+    if not any(change):
+        return 0.0
+    parts = split_sky(weather, KEY)
+    circumsolar = parts.circumsolar_horizontal.sum()
+    return float(max(circumsolar / (circumsolar + parts.dome.sum()), *np.abs(change)))
 
 
 def why_not(area):
