@@ -134,7 +134,7 @@ def test_the_tables_are_those_of_the_files(folder, page):
 
 
 def test_the_report_tells_what_was_read_and_assumed(page):
-    for words in ("city.gml", "built-in climate", "EPSG:25833", "open racks", "isotropic", "1 typical days"):
+    for words in ("city.gml", "built-in climate", "EPSG:25833", "open racks", "(Perez)", "1 typical days"):
         assert words in page.text, words
     assert "As far as ray tracing" in page.text
 
