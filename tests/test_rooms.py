@@ -46,6 +46,7 @@ LAYERS = (
         "weather",
         "energy",
         "results",
+        "world",
         "plots",
         "study",
         "commands",

@@ -23,7 +23,7 @@ SINE_ROUNDING = 9  # decimals of the sine of the sun's elevation for splitting i
 RAYLEIGH = np.sqrt(np.pi / 4)  # mean over root mean square of wind speeds
 
 
-def make_climates(latitudes, longitudes, year=2021, seed=0):
+def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
     """One typical year of each of many places, with the same random numbers for all.
 
     Parameters
@@ -32,6 +32,8 @@ def make_climates(latitudes, longitudes, year=2021, seed=0):
         Places [°], all on land.
     year, seed
         As in `weather.climate.climate`.
+    zenith : numpy.ndarray, (p, t), optional
+        Apparent zenith of the sun at mid-interval [°], if known.
 
     Returns
     -------
@@ -55,7 +57,7 @@ def make_climates(latitudes, longitudes, year=2021, seed=0):
     times = pd.date_range(f"{year}-01-01", f"{year + 1}-01-01", freq=INTERVAL, inclusive="left", tz="UTC")
     altitude = np.array([look_up_altitude(*place) for place in places])[:, None]  # (p, 1) [m]
     annual = np.array([[found.ghi] for found in normals]) * 1000.0 * len(times) / 24  # (p, 1) [Wh/m²]
-    sky = raise_sky(cleanest_sky(places, times, altitude), annual)
+    sky = raise_sky(cleanest_sky(places, times, altitude, zenith), annual)
     monthly = monthly_sums(annual, normals, sky, times)
     ghi, dhi, dni = draw_irradiance(places, times, sky, monthly, seed)
     shape = ghi.shape
@@ -75,7 +77,7 @@ def look_up_altitude(latitude, longitude):
     return float(pvlib.location.lookup_altitude(latitude, longitude))
 
 
-def cleanest_sky(places, times, altitude):
+def cleanest_sky(places, times, altitude, zenith=None):
     """Sun position, extraterrestrial irradiance, and irradiance under the cleanest sky.
 
     Parameters
@@ -86,6 +88,8 @@ def cleanest_sky(places, times, altitude):
         Start of each hour.
     altitude : numpy.ndarray, (p, 1)
         [m].
+    zenith : numpy.ndarray, (p, t), optional
+        Apparent zenith of the sun [°], if known.
 
     Returns
     -------
@@ -97,7 +101,8 @@ def cleanest_sky(places, times, altitude):
     -----
     Model of Ineichen and Perez with a Linke turbidity of 2.
     """
-    zenith = np.stack([solar_position(times, INTERVAL, *place)["apparent_zenith"].to_numpy() for place in places])
+    if zenith is None:
+        zenith = np.stack([solar_position(times, INTERVAL, *place)["apparent_zenith"].to_numpy() for place in places])
     sine = np.maximum(np.cos(np.radians(zenith)), 0.0)
     extra = pvlib.irradiance.get_extra_radiation(times + INTERVAL / 2).to_numpy()
     pressure = pvlib.atmosphere.alt2pres(altitude)

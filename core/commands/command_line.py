@@ -114,6 +114,11 @@ def build_parser():
     plot.add_argument("folder", metavar="DIR", help="folder that simulate or yield has written")
     plot.add_argument("--quiet", action="store_true", help="print nothing but errors")
     plot.set_defaults(run=run_plot)
+    world = commands.add_parser("world", help="full load hours of traced environments all over the world")
+    add_world(world)
+    add_output(world)
+    add_options(world, "weather", "electricity", "run")
+    world.set_defaults(run=run_world, parser=world)
     inspect = commands.add_parser("inspect", help="describe what was read, and its place on Earth")
     add_city(inspect)
     inspect.add_argument("--json", action="store_true", help="print as JSON")
@@ -141,6 +146,26 @@ def add_output(parser):
     output.add_argument("--out", required=True, metavar="DIR", help="folder to write")
     output.add_argument("--overwrite", action="store_true", help="replace results in a folder that is not empty")
     output.add_argument("--quiet", action="store_true", help="print nothing but errors")
+
+
+def add_world(parser):
+    """Environments and places."""
+    parser.add_argument(
+        "environment",
+        nargs="+",
+        metavar="ENVIRONMENT",
+        help="transfer.nc or result folder of simulate --suns sky-grid:N, NAME=PATH, or unshaded",
+    )
+    place = parser.add_argument_group("the world")
+    degrees = {"nargs": 2, "type": float}
+    place.add_argument("--way", choices=("exact", "paper"), help="sun of each place, or Greenwich's shifted (exact)")
+    place.add_argument("--mix", metavar="NAME=SHARE,…", help="weighted mean of environments as a further one")
+    place.add_argument("--step", type=float, metavar="D", help="[°] between places (3; files: all their points)")
+    place.add_argument("--latitudes", metavar=("SOUTH", "NORTH"), help="[°] (-60 90; files: all)", **degrees)
+    place.add_argument("--longitudes", metavar=("WEST", "EAST"), help="[°] (-180 180; files: all)", **degrees)
+    place.add_argument("--years", nargs="+", type=int, default=(), metavar="Y", help="years of the files to average")
+    place.add_argument("--off-land", choices=("blank", "clear-sky"), default="blank", help="where climate has no land")
+    place.add_argument("--pictures", choices=("on", "off"), default="on", help="draw maps and figures (on)")
 
 
 def run_simulate(options):
@@ -176,6 +201,31 @@ def run_yield(options):
         request_of_options(options),
         overwrite=options.overwrite,
         stream=output_stream(options),
+    )
+
+
+def run_world(options):
+    """`citypv world`."""
+    from .world import WorldSettings, make_world
+
+    way = options.way or ("paper" if options.method == "paper" else "exact")
+    settings = WorldSettings(
+        way=way,
+        mix=options.mix,
+        step=options.step,
+        latitudes=options.latitudes and tuple(options.latitudes),
+        longitudes=options.longitudes and tuple(options.longitudes),
+        years=tuple(options.years),
+        off_land=options.off_land,
+        pictures=options.pictures == "on",
+    )
+    make_world(
+        options.environment,
+        options.out,
+        request_of_options(options),
+        settings,
+        overwrite=options.overwrite,
+        say=output_stream(options),
     )
 
 

@@ -1,19 +1,67 @@
-"""Interpolate between the directions of a sky grid."""
+"""Interpolate between the directions of a sky grid.
+
+The grid and its mirror image below the horizon are triangulated; the triangle of a direction is looked for from that of
+the one before it, which for the hours of a year is a few steps across the sky.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from scipy.spatial import ConvexHull
 
 from ..errors import InputError
 
-CHUNK = 512  # directions at a time
+SLACK = -1e-12  # weight down to which a direction counts as inside a triangle: it may lie on an edge
+
+
+@dataclass
+class SkyTriangles:
+    """Triangles of a sky grid and of its mirror image below the horizon."""
+
+    count: int  # directions of the grid
+    corners: np.ndarray  # (f, 3) int64 into the grid and then its mirror image
+    neighbours: np.ndarray  # (f, 3) int64, the triangle across the edge opposite to each corner
+    inverse: np.ndarray  # (f, 3, 3): times a direction gives the weights of the corners
+    reach: float  # longest edge [°]: no direction is further from a corner of its triangle
+
+
+def triangulate_sky(suns):
+    """Triangulate a sky grid.
+
+    Parameters
+    ----------
+    suns : Suns
+        A sky grid, all of it.
+
+    Returns
+    -------
+    SkyTriangles
+        The convex hull of points on a sphere is their Delaunay triangulation.
+
+    Raises
+    ------
+    InputError
+        If the suns are not a whole sky grid.
+    """
+    if suns.way != f"sky-grid:{len(suns)}":
+        raise InputError("suns", f"{len(suns)} directions of {suns.way}", "give a whole sky grid")
+    points = np.concatenate([suns.direction, suns.direction * [1.0, 1.0, -1.0]])
+    hull = ConvexHull(points)
+    corners = hull.simplices.astype(np.int64)
+    sides = points[corners]  # (f, 3, 3)
+    cosine = np.einsum("fik,fik->fi", sides, np.roll(sides, 1, axis=1))
+    return SkyTriangles(
+        len(suns),
+        corners,
+        hull.neighbors.astype(np.int64),
+        np.linalg.inv(sides.transpose(0, 2, 1)),
+        float(np.degrees(np.arccos(np.clip(cosine.min(), -1.0, 1.0)))),
+    )
 
 
 def match_sky_grid(suns, direction):
     """The three grid directions around each sun, and their weights.
-
-    The grid and its mirror image below the horizon are triangulated (the convex hull of points on a sphere is their
-    Delaunay triangulation); a direction gets the barycentric weights of the triangle it passes through. A mirrored
-    corner counts as its original above the horizon.
 
     Parameters
     ----------
@@ -29,22 +77,51 @@ def match_sky_grid(suns, direction):
     weight : numpy.ndarray, (t, 3) float64
         Not negative; rows sum to 1.
     """
-    if suns.way != f"sky-grid:{len(suns)}":
-        raise InputError("suns", f"{len(suns)} directions of {suns.way}", "give all of them")
-    points = np.concatenate([suns.direction, suns.direction * [1.0, 1.0, -1.0]])
-    hull = ConvexHull(points)
-    corners = hull.simplices[find_triangles(hull, direction)]
-    # Solve corner₁ w₁ + corner₂ w₂ + corner₃ w₃ = direction.
-    weight = np.linalg.solve(points[corners].transpose(0, 2, 1), direction[:, :, None])[:, :, 0]
-    weight = np.maximum(weight, 0.0)
-    return corners % len(suns), weight / weight.sum(axis=1, keepdims=True)
+    return match_triangles(triangulate_sky(suns), direction)
 
 
-def find_triangles(hull, direction):
-    """Triangle of a hull around the origin through which the ray of each direction exits: (t,) int64."""
-    # The ray exits through the plane it reaches first: the one with the largest (normal · direction) / distance.
-    planes = hull.equations[:, :3] / -hull.equations[:, 3:]
+def match_triangles(triangles, direction):
+    """The corners of the triangle around each direction, and their barycentric weights.
+
+    A mirrored corner counts as its original above the horizon.
+
+    Parameters
+    ----------
+    triangles : SkyTriangles
+    direction : numpy.ndarray, (t, 3)
+        Unit vectors; fastest in the order of time.
+
+    Returns
+    -------
+    index : numpy.ndarray, (t, 3) int64
+        Into the grid.
+    weight : numpy.ndarray, (t, 3) float64
+        Not negative; rows sum to 1.
+    """
+    found = walk(triangles.neighbours, triangles.inverse, np.ascontiguousarray(direction, float))
+    weight = np.maximum(np.einsum("tij,tj->ti", triangles.inverse[found], direction), 0.0)
+    return triangles.corners[found] % triangles.count, weight / weight.sum(axis=1, keepdims=True)
+
+
+@njit(nogil=True, cache=True)
+def walk(neighbours, inverse, direction):
+    """Triangle of each direction: (t,) int64.
+
+    From a triangle the walk crosses the edge behind which the direction lies furthest. In a Delaunay triangulation it
+    never runs in a circle.
+    """
     found = np.empty(len(direction), np.int64)
-    for first in range(0, len(direction), CHUNK):
-        found[first : first + CHUNK] = (direction[first : first + CHUNK] @ planes.T).argmax(axis=1)
+    here = 0
+    for row in range(len(direction)):
+        x, y, z = direction[row]
+        for _ in range(len(neighbours)):
+            side, least = 0, np.inf
+            for corner in range(3):
+                weight = inverse[here, corner, 0] * x + inverse[here, corner, 1] * y + inverse[here, corner, 2] * z
+                if weight < least:
+                    side, least = corner, weight
+            if least >= SLACK:
+                break
+            here = neighbours[here, side]
+        found[row] = here
     return found

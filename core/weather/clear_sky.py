@@ -12,7 +12,7 @@ WIND_SPEED = 1.0  # [ms⁻¹]
 INTERVAL = pd.Timedelta(hours=1)
 
 
-def clear_sky(latitude, longitude, altitude, year):
+def clear_sky(latitude, longitude, altitude, year, sun=None):
     """One year of the clear-sky model of Ineichen and Perez with pvlib's monthly Linke turbidity.
 
     Parameters
@@ -23,6 +23,8 @@ def clear_sky(latitude, longitude, altitude, year):
         Of the place [m].
     year : int
         Calendar year, in UTC.
+    sun : pandas.DataFrame, optional
+        Of `solar_position` for the place and the year's hours, if known.
 
     Returns
     -------
@@ -36,7 +38,7 @@ def clear_sky(latitude, longitude, altitude, year):
     if not 1900 <= year <= 2100:
         raise InputError("--year", f"{year} is not from 1900 to 2100", "give a year in that range")
     times = pd.date_range(f"{year}-01-01", f"{year + 1}-01-01", freq=INTERVAL, inclusive="left", tz="UTC")
-    zenith = solar_position(times, INTERVAL, latitude, longitude)["apparent_zenith"]
+    zenith = (solar_position(times, INTERVAL, latitude, longitude) if sun is None else sun)["apparent_zenith"]
     pressure = pvlib.atmosphere.alt2pres(altitude)
     airmass = pvlib.atmosphere.get_absolute_airmass(pvlib.atmosphere.get_relative_airmass(zenith), pressure)
     middle = times + INTERVAL / 2

@@ -72,7 +72,8 @@ def test_the_extension_installs_enables_and_leaves_without_loading_anything_heav
     assert {name.split("/")[0] for name in names} == {
         *("__init__.py", "__main__.py", "LICENSE", "blender_manifest.toml", "core", "operators", "citypv_addon")
     }
-    data = {f"core/climate/climate_grid.{ending}" for ending in ("npz", "LICENSES.txt")}
+    tables = ("climate/climate_grid", "plots/coast_lines")
+    data = {f"core/{name}.{ending}" for name in tables for ending in ("npz", "LICENSES.txt")}
     assert {name for name in names if "/" in name and not name.endswith((".py", "/"))} == data
     said = run_python(tmp_path / "blender", "-c", INSTALL, path)
     assert said["enabled"] and said["settings"] and not said["left"]

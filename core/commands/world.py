@@ -1,0 +1,192 @@
+"""`citypv world`: full load hours of traced environments at every place of a weather grid."""
+
+import importlib.util
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..energy.pv_system import build_system
+from ..errors import InputError
+from ..request import declared_settings, option_of
+from ..results.output_folder import whole_folder
+from ..results.write_summary import peak_memory, versions, write_summary
+from ..study import check_settings
+from ..weather.read_era5_grid import open_era5_grid
+from ..weather.read_weather import read_weather, recognise_weather
+from ..world.compute_world import compute_world
+from ..world.mix import add_mix, parse_mix
+from ..world.places import grid_places, regular_axes, thin_axis
+from ..world.read_environments import read_environments
+from ..world.sources import grid_source, model_source, station_source
+from ..world.write_world import write_world
+from .simulate import RunLog
+
+MODELS = ("climate", "clear-sky")
+STEP = 3.0  # [°] of the models' grid
+# Settings of the same option groups that mean nothing here, or nothing for grids.
+NEVER = ("series", "monthly", "losses", "inverter", "allow_distance", "weather_point")
+STATIONS_ONLY = ("time_shift", "weather_place", "weather_without")
+
+
+@dataclass
+class WorldSettings:
+    """Settings of a world, beside those of `Request`."""
+
+    way: str = "exact"  # or paper
+    mix: str | None = None
+    step: float | None = None  # [°] between places; None: 3° of the models, every point of files
+    latitudes: tuple | None = None  # first and last [°]
+    longitudes: tuple | None = None
+    years: tuple = ()  # of the weather files; empty: all
+    off_land: str = "blank"  # or clear-sky: where the climate has no land
+    pictures: bool = True
+
+
+def make_world(texts, folder, request, settings, *, overwrite=False, say=None):
+    """Compute a world and write world.nc, summary.json and pictures.
+
+    Parameters
+    ----------
+    texts : list of str
+        Environments, as of `read_environments`.
+    folder : path-like
+        Written completely or not at all.
+    request : Request
+    settings : WorldSettings
+    overwrite : bool
+        Replace results in a folder that is not empty.
+    say : text stream, optional
+
+    Raises
+    ------
+    InputError
+        Before anything is written.
+    """
+    log = RunLog(say)
+    check_settings(request)
+    check_world_settings(request, settings)
+    system = build_system(request)
+    with whole_folder(folder, overwrite) as work, ExitStack() as stack:
+        environments = read_environments(texts, system)
+        weights = parse_mix(settings.mix, [one.name for one in environments]) if settings.mix else None
+        log.clock.lap("read environments")
+        source = find_source(request, settings, stack)
+        for line in describe_world(environments, source):
+            log.say(line)
+        log.clock.lap("open weather")
+        world = compute_world(
+            environments, source, system, settings.way, threads=request.threads, progress=log.progress
+        )
+        if not world.weather.any():
+            raise InputError("--weather", "has no values at any of the places", "give other places or weather")
+        world = add_mix(world, weights) if weights else world
+        log.clock.lap("world")
+        write_world(work / "world.nc", world)
+        draw_pictures(work, settings, log)
+        log.clock.lap("write")
+        write_summary(work / "summary.json", summarise_world(world, environments, request, settings, log.clock.seconds))
+    log.say(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")
+
+
+def check_world_settings(request, settings):
+    """Refuse settings that mean nothing for a world."""
+    grid = request.weather in MODELS
+    for name, default, _ in declared_settings("weather", "electricity"):
+        if getattr(request, name) != default and (name in NEVER or (grid and name in STATIONS_ONLY)):
+            raise InputError(option_of(name), "means nothing for this world", "leave it out")
+    if settings.step is not None and not 0 < settings.step <= 90:
+        raise InputError("--step", f"{settings.step:g}° is no step", "give degrees above 0 and up to 90")
+    if grid and settings.years:
+        raise InputError("--years", f"--weather {request.weather} has one typical year", "give --year Y")
+    if request.weather == "pvgis":
+        raise InputError("--weather", "pvgis is for single places", "give climate, clear-sky or files")
+
+
+def find_source(request, settings, stack):
+    """Source of weather that the settings ask for; open files are closed with the stack."""
+    if request.weather in MODELS:
+        axes = regular_axes(settings.step or STEP, settings.latitudes, settings.longitudes)
+        return model_source(grid_places(*axes), request.weather, request, settings.off_land)
+    paths = [Path(one) for one in (request.weather if isinstance(request.weather, list) else [request.weather])]
+    kinds = {recognise_weather(path) for path in paths}
+    if kinds == {"era5"}:
+        for name in STATIONS_ONLY:
+            if getattr(request, name) != next(default for one, default, _ in declared_settings() if one == name):
+                raise InputError(option_of(name), "means nothing for gridded weather", "leave it out")
+        grid = open_era5_grid(paths)
+        stack.callback(grid.stack.close)
+        picked = (
+            thin_axis(grid.latitude, settings.step, settings.latitudes),
+            thin_axis(grid.longitude, settings.step, settings.longitudes),
+        )
+        places = grid_places(grid.latitude[picked[0]], grid.longitude[picked[1]])
+        if not len(places):
+            raise InputError(grid.source, "has no point in these latitudes and longitudes", "give a wider range")
+        return grid_source(grid, places, picked, request, settings.years)
+    if "era5" in kinds:
+        raise InputError("--weather", "grids and stations are mixed", "give one or the other")
+    return read_stations(paths, request)
+
+
+def read_stations(paths, request):
+    """Stations from files; several files of one place are its years."""
+    settings = {
+        "time_shift": request.time_shift,
+        "place": request.weather_place,
+        "without": request.weather_without,
+        "horizon_cut": request.horizon_cut,
+    }
+    place = request.weather_place or (0.0, 0.0)
+    single = {path: read_weather(path, *place, **settings) for path in paths}
+    stations = {}
+    for path, weather in single.items():
+        stations.setdefault((round(weather.latitude, 2), round(weather.longitude, 2)), []).append(path)
+    weathers = [single[own[0]] if len(own) == 1 else read_weather(own, *place, **settings) for own in stations.values()]
+    names = [own[0].name.split(".gz")[0].rsplit(".", 1)[0] for own in stations.values()]
+    return station_source(weathers, names)
+
+
+def describe_world(environments, source):
+    """Environments, weather and places as lines of text."""
+    lines = [
+        f"{one.name}: {len(one.weight):,} eligible surfaces, {one.group_area.sum():,.0f} m², "
+        f"{one.sky.count:,} directions ({one.source})"
+        for one in environments
+    ]
+    return [*lines, f"Weather: {source.label}", *source.notes, f"{len(source.places):,} places"]
+
+
+def draw_pictures(work, settings, log):
+    """Pictures of world.nc, where matplotlib is there to draw them."""
+    if not settings.pictures:
+        return
+    if importlib.util.find_spec("matplotlib") is None:
+        log.say("No pictures: they need matplotlib (pip install 'citypv[plot]')")
+        return
+    from ..plots.draw_world import draw_world
+
+    for name in draw_world(work / "world.nc", work):
+        log.say(f"  {name}")
+
+
+def summarise_world(world, environments, request, settings, seconds):
+    """What is needed to judge or to repeat a world: dict."""
+    return {
+        "world": vars(settings),
+        "weather": {"label": world.label, "years": world.years, "places": len(world.places)},
+        "environments": [
+            {
+                "name": one.name,
+                "source": one.source,
+                "directions": one.sky.count,
+                "surfaces": len(one.weight),
+                "area": float(one.group_area.sum()),
+            }
+            for one in environments
+        ],
+        "places_with_weather": int((world.weather > 0).sum()),
+        "settings": request.as_dict(),
+        "seconds": seconds,
+        "peak_memory_bytes": peak_memory(),
+        "versions": versions(),
+    }

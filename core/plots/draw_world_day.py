@@ -1,0 +1,67 @@
+"""Hours of the day in each environment at two latitudes (paper, Fig. 9)."""
+
+import numpy as np
+
+from .picture import LINES, make_figure
+from .world_axes import MERIDIAN, UNSHADED, describe_source, nearest_place, title_of_group, write_degrees
+
+LATITUDES = (20.0, 60.0)
+GROUPS = {"roof_east": "-", "roof_west": "-", "facade_east": (0, (5, 2)), "facade_west": (0, (5, 2))}
+FURTHEST = 4.0  # [°] of latitude between a picture and the place it shows
+
+
+def draw_world_day(dataset):
+    """Draw full load hours by hour of local solar time: a row for each latitude, a column for each environment.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        world.nc.
+
+    Returns
+    -------
+    matplotlib.figure.Figure or None
+        None where there is no place with weather near the latitudes.
+    """
+    values = dataset["full_load_hours_by_solar_hour"]
+    found = [nearest_place(values, latitude, MERIDIAN) for latitude in LATITUDES]
+    rows = [
+        (latitude, *place)
+        for latitude, place in zip(LATITUDES, found, strict=True)
+        if place and abs(float(values["latitude"][place[0]]) - latitude) <= FURTHEST
+    ]
+    names = [name for name in dataset["environment"].to_numpy() if name != UNSHADED] or [UNSHADED]
+    if not rows:
+        return None
+    figure = make_figure(max(4.0 * len(names), 5.0), 3.2 * len(rows))
+    panels = figure.subplots(len(rows), len(names), sharex=True, sharey="row", squeeze=False)
+    for line, (_, row, column) in zip(panels, rows, strict=True):
+        place = values.isel(latitude=row, longitude=column)
+        where = f"{write_place(place['latitude'], 'N', 'S')}, {write_place(place['longitude'], 'E', 'W')}"
+        for axes, name in zip(line, names, strict=True):
+            draw_lines(axes, place.sel(environment=name))
+            axes.set_title(f"{name}, {where}")
+        line[0].set_ylabel("Full load hours in a year [h]")
+    panels[0, 0].legend(fontsize=8, loc="upper left")
+    for axes in panels[-1]:
+        axes.set_xlabel("Hour of the day, local solar time")
+    figure.supxlabel(describe_source(dataset), fontsize=8)
+    return figure
+
+
+def draw_lines(axes, values):
+    """East and west, roofs solid and facades dashed."""
+    for group, style in GROUPS.items():
+        if group in values["group"].to_numpy():
+            look = LINES[group.split("_")[1]]
+            hours = values.sel(group=group)
+            label = f"{title_of_group(group)}"
+            axes.plot(hours["solar_hour"] + 0.5, hours, color=look["color"], linestyle=style, label=label)
+    axes.set_xticks(np.arange(0, 25, 3))
+    axes.set_xlim(0, 24)
+    axes.set_ylim(bottom=0)
+
+
+def write_place(value, positive, negative):
+    """A coordinate in words."""
+    return write_degrees(round(float(value), 2), positive, negative)

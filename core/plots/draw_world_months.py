@@ -1,0 +1,62 @@
+"""Months by latitude along one meridian (paper, Fig. 8)."""
+
+import numpy as np
+
+from .draw_months import MONTHS
+from .picture import colour_scale, make_figure
+from .world_axes import MERIDIAN, choose_environment, describe_source, edges, title_of_group, write_degrees
+
+KINDS = ("facade", "roof")
+SIDES = ("east", "south")
+
+
+def draw_world_months(dataset, environment=None):
+    """Draw full load hours by month and latitude: facades and roofs, facing east and south.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        world.nc.
+    environment : str, optional
+        By default the first that was traced.
+
+    Returns
+    -------
+    matplotlib.figure.Figure or None
+        None where there are fewer than two latitudes with weather on the northern hemisphere.
+    """
+    environment = environment or choose_environment(dataset, unshaded=False)
+    values = dataset["full_load_hours_by_month"].sel(environment=environment)
+    values = values.isel(longitude=int(np.abs(values["longitude"].to_numpy() - MERIDIAN).argmin()))
+    values = values.isel(latitude=values["latitude"].to_numpy() >= 0)
+    if values.sizes["latitude"] < 2 or not np.isfinite(values).any():
+        return None
+    figure = make_figure(11, 5.2)
+    panels = figure.subplots(1, 4, sharey=True)
+    for place, kind in enumerate(KINDS):
+        names = [f"{kind}_{side}" for side in SIDES if f"{kind}_{side}" in values["group"].to_numpy()]
+        if not names:
+            continue
+        top = float(np.nanmax(values.sel(group=names)))
+        own = panels[2 * place : 2 * place + 2]
+        for axes, name in zip(own, names, strict=False):
+            mesh = draw_panel(axes, values.sel(group=name), top)
+            axes.set_title(title_of_group(name))
+        figure.colorbar(mesh, ax=own, shrink=0.8, pad=0.02).set_label(f"{kind.capitalize()}s: hours in the month [h]")
+    panels[0].set_ylabel("Latitude")
+    east = write_degrees(round(float(values["longitude"]), 2), "E", "W")
+    figure.supxlabel(f"{environment}, along {east}. {describe_source(dataset)}", fontsize=8)
+    return figure
+
+
+def draw_panel(axes, values, top):
+    """One group: months to the right, latitudes upwards; blank without weather."""
+    latitude = values["latitude"].to_numpy()
+    table = values.transpose("latitude", "month").to_numpy()
+    mesh = axes.pcolormesh(
+        np.arange(0.5, 13), edges(latitude), table, cmap=colour_scale("viridis"), vmin=0, vmax=top, rasterized=True
+    )
+    axes.set_xticks(np.arange(1, 13), [name[0] for name in MONTHS], fontsize=9)
+    axes.yaxis.set_major_formatter(lambda value, _: write_degrees(value, "N", "S"))
+    axes.grid(visible=False)
+    return mesh

@@ -1,0 +1,124 @@
+"""Full load hours of environments at every place: the second half of the paper. Read this first.
+
+    transfer.nc (sky grid) ─► Environment ─┐
+                                           ├─► capacity factor of each hour and group ─► World ─► world.nc, pictures
+    weather of many places ─► PlaceHours ──┘
+
+One sky grid serves every latitude: the sun of each place and hour is looked up in it. Nothing is averaged before the
+module's model: each surface, place and hour is computed, as by `energy.compute_energy`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..energy.compute_energy import count_years
+from ..energy.fast_power import tabulate_power
+from ..energy.groups import rank_group
+from ..progress import silent
+from ..sun.sun_of_places import geocentric_sun
+from ..threads import map_in_order, usable_threads
+from .match_hours import match_hours, match_shifted
+from .place_hours import HOURS, MONTHS, prepare_place, sum_periods
+from .places import Places
+from .sum_groups import sum_groups
+
+PERIODS = 1 + MONTHS + 2 * HOURS  # annual, months, hours of the day by UTC and by local mean solar time
+PLAIN_PERIODS = 1 + MONTHS
+
+
+@dataclass
+class World:
+    """Full load hours of g groups in e environments at p places."""
+
+    places: Places
+    environments: list  # (e,) str
+    sources: list  # (e,) str, files of the environments
+    groups: list  # (g,) of (kind, orientation)
+    group_count: np.ndarray  # (e, g) surfaces; 0 where an environment lacks a group
+    group_area: np.ndarray  # (e, g) [m²] counted area
+    full_load_hours: np.ndarray  # (p, e, g, 61) float32 [h]: annual, 12 months, 24 hours UTC, 24 solar hours; NaN: none
+    without_reflections: np.ndarray  # (p, e, g, 13) float32 [h]: annual and months
+    weather: np.ndarray  # (p,) int8, a key of sources.MEANINGS
+    label: str  # of the weather
+    way: str  # exact or paper
+    years: float  # that the weather covers
+
+
+def compute_world(environments, source, system, way="exact", *, threads=None, progress=silent):
+    """Full load hours of all groups of some environments at the places of a source of weather.
+
+    Parameters
+    ----------
+    environments : list of Environment
+    source : Source
+    system : PvSystem
+    way : {"exact", "paper"}
+        Sun of the place itself, or that of Greenwich shifted in time.
+    threads : int, optional
+        By default all processors; the result does not depend on it.
+    progress : callable, optional
+
+    Returns
+    -------
+    World
+        NaN at places without weather, and for groups that an environment lacks.
+    """
+    groups = sorted({pair for one in environments for pair in one.groups}, key=rank_group)
+    shape = len(source.places), len(environments), len(groups)
+    model = tabulate_power(system)
+    world = World(
+        source.places,
+        [one.name for one in environments],
+        [one.source for one in environments],
+        groups,
+        np.zeros(shape[1:], int),
+        np.zeros(shape[1:]),
+        np.full((*shape, PERIODS), np.nan, np.float32),
+        np.full((*shape, PLAIN_PERIODS), np.nan, np.float32),
+        np.zeros(shape[0], np.int8),
+        source.label,
+        way,
+        1.0,
+    )
+    columns = [[groups.index(pair) for pair in one.groups] for one in environments]
+    for number, (one, own) in enumerate(zip(environments, columns, strict=True)):
+        world.group_count[number, own], world.group_area[number, own] = one.group_count, one.group_area
+
+    def run(chunk):
+        return chunk, [compute_place(environments, *found, system, model, way) for found in source.read(chunk)]
+
+    done = 0
+    progress("world", 0.0, float(shape[0]), "places")
+    for chunk, results in map_in_order(run, source.chunks, usable_threads(threads)):
+        for place, (code, years, hours) in zip(chunk, results, strict=True):
+            world.weather[place] = code
+            world.years = years or world.years
+            for number, (values, own) in enumerate(zip(hours, columns, strict=False)):
+                world.full_load_hours[place, number, own] = values[:, : len(own)].T
+                world.without_reflections[place, number, own] = values[:PLAIN_PERIODS, len(own) :].T
+        done += len(chunk)
+        progress("world", float(done), float(shape[0]), "places")
+    return world
+
+
+def compute_place(environments, weather, code, system, model, way):  # noqa: PLR0917
+    """What the weather is, its years, and for each environment the hours of the periods: (61, 2 g)."""
+    if weather is None:
+        return code, None, []
+    years = count_years(weather)
+    hours = prepare_place(weather, system, years)
+    matched, found = {}, []
+    for one in environments:
+        if one.sky.count not in matched:
+            matched[one.sky.count] = match_place(one.sky, hours, weather, way)
+        found.append(sum_periods(sum_groups(one, hours, matched[one.sky.count], model), hours))
+    return code, years, found
+
+
+def match_place(sky, hours, weather, way):
+    """Sunlight of a place, in one way or the other."""
+    if way == "exact":
+        return match_hours(sky, hours)
+    sun = geocentric_sun(weather.data.index, weather.interval)
+    return match_shifted(sky, hours, sun, weather.latitude, weather.longitude)

@@ -1,0 +1,86 @@
+"""An environment: the eligible surfaces of a traced city, ready to be placed anywhere on Earth."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..energy.check_inputs import check_transfer
+from ..energy.counted_area import find_counted_area
+from ..energy.diffuse_incidence import diffuse_incidence_factors
+from ..energy.fill_behind import order_neighbours
+from ..energy.groups import find_groups
+from ..energy.sum_block import Block, take_block
+from ..errors import InputError
+from ..sun.match_sky_grid import SkyTriangles, triangulate_sky
+
+SINGLE = np.float32
+
+
+@dataclass
+class Environment:
+    """The n eligible surfaces of a city in the order of their g groups, traced for the s directions of a sky grid."""
+
+    name: str
+    source: str  # file, or "closed form"
+    groups: list  # (g,) of (kind, orientation)
+    group_count: np.ndarray  # (g,) surfaces
+    group_area: np.ndarray  # (g,) [m²] counted area
+    first: np.ndarray  # (g + 1,) int64, first surface of each group, and n
+    weight: np.ndarray  # (n,) float64, area over the counted area of the group
+    block: Block  # of the n surfaces, float32
+    sky: SkyTriangles
+
+
+def build_environment(name, source, transfer, system):
+    """Prepare the eligible surfaces of a Transfer.
+
+    Parameters
+    ----------
+    name, source : str
+    transfer : Transfer
+        Traced with a sky grid.
+    system : PvSystem
+
+    Returns
+    -------
+    Environment
+
+    Raises
+    ------
+    InputError
+        If the Transfer was traced for other suns, was interrupted, or has no eligible surfaces.
+    """
+    check_sky_grid(source, transfer)
+    check_transfer(transfer)
+    counted = find_counted_area(transfer, system)
+    groups = find_groups(counted, transfer.surfaces.area)
+    if not groups.names:
+        raise InputError(source, "has no eligible roof or facade", "give an environment with buildings")
+    rows = np.flatnonzero(counted.eligible)
+    member = groups.weight[rows].argmax(axis=1)
+    order = np.argsort(member, kind="stable")
+    rows, member = rows[order], member[order]
+    sky = triangulate_sky(transfer.suns)
+    block = take_block(
+        transfer,
+        rows,
+        group_weight=np.zeros((len(rows), 0)),
+        neighbours=order_neighbours(transfer.suns),
+        reach=sky.reach,
+        dtype=SINGLE,
+        taken=diffuse_incidence_factors(transfer.surfaces.surface_tilt[rows], system),
+    )
+    weight = groups.weight[rows, member]
+    first = np.searchsorted(member, np.arange(len(groups.names) + 1)).astype(np.int64)
+    return Environment(name, source, groups.names, groups.count, groups.area, first, weight, block, sky)
+
+
+def check_sky_grid(source, transfer):
+    """Refuse a Transfer that was not traced for the whole sky."""
+    way = transfer.suns.way
+    if not way.startswith("sky-grid"):
+        problem = f"was traced with --suns {way}, which holds for one latitude only"
+        raise InputError(source, problem, "trace it again: citypv simulate CITY --suns sky-grid:673 --out DIR")
+    if way != f"sky-grid:{len(transfer.suns)}":
+        problem = f"holds {len(transfer.suns)} directions of {way}: its run was interrupted"
+        raise InputError(source, problem, "trace it again to the end")

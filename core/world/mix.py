@@ -1,0 +1,81 @@
+"""Weighted means of environments: a region described by a set of them (paper, sections 2 and 4)."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..errors import InputError
+
+OPTION = "--mix"
+NAME = "mix"
+EXACT = 1e-6
+
+
+def parse_mix(text, names):
+    """Weights of environments from "berlin=0.6,manhattan=0.4".
+
+    Parameters
+    ----------
+    text : str
+    names : list of str
+        Environments that are there.
+
+    Returns
+    -------
+    dict of str to float
+
+    Raises
+    ------
+    InputError
+        If a name is unknown or twice, a weight is no number above 0, or they do not add up to 1.
+    """
+    weights = {}
+    for part in filter(None, text.split(",")):
+        name, _, number = (piece.strip() for piece in part.partition("="))
+        if name not in names:
+            raise InputError(OPTION, f"no environment is called {name!r}", f"give some of {', '.join(names)}")
+        if name in weights:
+            raise InputError(OPTION, f"{name!r} is there twice", "give each environment one weight")
+        try:
+            weights[name] = float(number)
+        except ValueError:
+            raise InputError(OPTION, f"{part!r} is not NAME=WEIGHT", "give numbers above 0") from None
+        if not 0 < weights[name] <= 1:
+            raise InputError(OPTION, f"the weight {number} of {name} is not above 0 and at most 1", "give shares of 1")
+    if abs(sum(weights.values()) - 1.0) > EXACT:
+        raise InputError(OPTION, f"the weights add up to {sum(weights.values()):g}", "let them add up to 1")
+    return weights
+
+
+def add_mix(world, weights):
+    """A world with the weighted mean of some environments as a further one, called "mix".
+
+    Parameters
+    ----------
+    world : World
+    weights : dict of str to float
+        Adding up to 1.
+
+    Returns
+    -------
+    World
+        A group that one of the environments lacks is missing in the mix.
+    """
+    if NAME in world.environments:
+        raise InputError(OPTION, f"an environment is called {NAME!r}", "give it another name: NAME=transfer.nc")
+    members = [world.environments.index(name) for name in weights]
+    share = np.array(list(weights.values()))
+
+    def mean(values):
+        return np.concatenate([values, np.einsum("e,pe...->p...", share, values[:, members])[:, None]], axis=1)
+
+    whole = (world.group_count[members] > 0).all(axis=0)
+    return replace(
+        world,
+        environments=[*world.environments, NAME],
+        sources=[*world.sources, ", ".join(f"{weight:g} {name}" for name, weight in weights.items())],
+        group_count=np.concatenate([world.group_count, [world.group_count[members].sum(axis=0) * whole]]),
+        group_area=np.concatenate([world.group_area, [world.group_area[members].sum(axis=0) * whole]]),
+        full_load_hours=mean(world.full_load_hours).astype(np.float32),
+        without_reflections=mean(world.without_reflections).astype(np.float32),
+    )

@@ -1,0 +1,147 @@
+"""Capacity factors of the groups of an environment at each hour: the loop over hours and surfaces.
+
+The arithmetic is that of `energy.sum_block` with `energy.fast_power`, in one pass without arrays of hours × surfaces.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from ..energy.fast_power import ANGLE_NODES, HIGHEST, IRRADIANCE_NODES
+
+ROOT_SCALE = np.float32((IRRADIANCE_NODES - 1) / np.sqrt(HIGHEST))
+LAST_NODE = np.float32(IRRADIANCE_NODES - 1)
+ANGLE_SCALE = np.float32(ANGLE_NODES - 1)
+HALF_NODE, ONE, NONE = np.float32(0.5), np.float32(1), np.float32(0)
+
+
+@dataclass
+class Sunlight:
+    """Which grid directions stand for the sun of each of h hours: those of m suns, of three directions each."""
+
+    index: np.ndarray  # (h, m, 3) int64 into the grid
+    weight: np.ndarray  # (h, m, 3) float32; over m and 3 they sum to 1, or to 0 without direct light
+    direction: np.ndarray  # (h, m, 3) float32, towards each sun
+    level: np.ndarray  # (h,) float32, cosine of the zenith angle of the suns' mean
+
+
+def sum_groups(environment, hours, sunlight, model):
+    """Capacity factors of the groups, with all light and without any that was reflected.
+
+    Parameters
+    ----------
+    environment : Environment
+    hours : PlaceHours
+    sunlight : Sunlight
+    model : FastPower
+
+    Returns
+    -------
+    numpy.ndarray, (h, 2 g) float64
+        Means over the counted area of each group: g with all light, g without reflections.
+    """
+    block = environment.block
+    found = np.zeros((len(hours.light), 2 * (len(environment.first) - 1)))
+    suns = sunlight.index, sunlight.weight, sunlight.direction, sunlight.level
+    place = hours.direction.astype(np.float32), hours.light, hours.heating, hours.spectral_factor
+    seen = block.visible_share, block.reflected, block.normal
+    surfaces = block.diffuse, block.far_ground, block.sky, block.taken
+    tables = model.incidence, model.efficiency, model.diffuse_share
+    loop(suns, place, seen, surfaces, tables, (environment.first, environment.weight), found)
+    return found
+
+
+@njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
+def loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
+    """Fill `found`, (h, 2 g), hour by hour; see `sum_groups`. Inner loops are plain, so that they are vectorised."""
+    index, weight, sun, level = suns
+    direction, light, heating, spectral = place
+    diffuse, far_ground, sky, taken = surfaces
+    incidence, efficiency, diffuse_share = tables
+    first, area = groups
+    count, group_count = len(diffuse), len(first) - 1
+    direct, scattered, beam, effective, total = np.zeros((5, count), np.float32)
+    for hour in range(len(light)):
+        dni, dhi = light[hour]
+        direct[:], beam[:], scattered[:] = NONE, NONE, NONE
+        if dni > NONE:
+            for node in range(index.shape[1]):
+                add_sunlight(sun[hour, node], index[hour, node], weight[hour, node] * dni, seen, direct, scattered)
+            enter_glass(direction[hour], seen[2], incidence, direct, beam)
+            horizontal = level[hour] * dni
+            for i in range(count):
+                scattered[i] += horizontal * far_ground[i]
+        hot, cold, bright = heating[hour, 0], heating[hour, 1], spectral[hour]
+        for i in range(count):
+            straight, rest = dhi * sky[i], scattered[i] + dhi * diffuse[i]
+            # Diffuse light after its incidence angle modifiers: of the sky, and of reflected light.
+            caught = rest * taken[1, i] + straight * (taken[0, i] - taken[1, i])
+            effective[i] = bright * (beam[i] + diffuse_share * caught)
+            total[i] = (direct[i] + rest) * hot + cold
+        convert(effective, total, efficiency)
+        add_groups(effective, area, first, found[hour, :group_count])
+        for i in range(count):
+            straight = dhi * sky[i]
+            effective[i] = bright * (beam[i] + diffuse_share * straight * taken[0, i])
+            total[i] = (direct[i] + straight) * hot + cold
+        convert(effective, total, efficiency)
+        add_groups(effective, area, first, found[hour, group_count:])
+
+
+@njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
+def add_sunlight(sun, index, weight, seen, direct, scattered):  # noqa: PLR0917
+    """Add one sun to the direct and the reflected sunlight of each surface [Wm⁻²]."""
+    visible, reflected, normal = seen
+    x, y, z = sun
+    a, b, c = weight
+    seen_a, seen_b, seen_c = visible[index[0]], visible[index[1]], visible[index[2]]
+    back_a, back_b, back_c = reflected[index[0]], reflected[index[1]], reflected[index[2]]
+    east, north, up = normal
+    for i in range(len(direct)):
+        cosine = max(x * east[i] + y * north[i] + z * up[i], NONE)
+        direct[i] += (a * seen_a[i] + b * seen_b[i] + c * seen_c[i]) * cosine
+        scattered[i] += a * back_a[i] + b * back_b[i] + c * back_c[i]
+
+
+@njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
+def enter_glass(sun, normal, incidence, direct, beam):
+    """Direct sunlight after the modules' incidence angle modifier [Wm⁻²]."""
+    x, y, z = sun
+    east, north, up = normal
+    for i in range(len(direct)):
+        cosine = max(x * east[i] + y * north[i] + z * up[i], NONE)
+        beam[i] = np.sqrt(max(ONE - cosine, NONE)) * ANGLE_SCALE + HALF_NODE
+    for i in range(len(direct)):
+        beam[i] = incidence[np.uint32(beam[i])] * direct[i]
+
+
+@njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
+def convert(effective, temperature, efficiency):
+    """Replace effective irradiance by capacity factors, at scaled cell temperatures."""
+    if len(efficiency) == 3:  # of the Sandia library; a loop of known length is vectorised
+        constant, linear, square = efficiency
+        for i in range(len(effective)):
+            bright = max(effective[i], NONE)
+            node = np.uint32(min(np.sqrt(bright) * ROOT_SCALE + HALF_NODE, LAST_NODE))
+            warm = temperature[i]
+            effective[i] = ((square[node] * warm + linear[node]) * warm + constant[node]) * bright
+        return
+    terms = len(efficiency)
+    for i in range(len(effective)):
+        bright = max(effective[i], NONE)
+        node = np.uint32(min(np.sqrt(bright) * ROOT_SCALE + HALF_NODE, LAST_NODE))
+        value = efficiency[terms - 1, node]
+        for term in range(terms - 2, -1, -1):
+            value = value * temperature[i] + efficiency[term, node]
+        effective[i] = value * bright
+
+
+@njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
+def add_groups(power, area, first, found):
+    """Add the mean power of each group, weighted by area."""
+    for group in range(len(found)):
+        total = 0.0
+        for i in range(first[group], first[group + 1]):
+            total += area[i] * power[i]
+        found[group] += total

@@ -1,0 +1,119 @@
+"""world.nc: full load hours of every place by the CF conventions."""
+
+import numpy as np
+import xarray
+
+from ..results.output_folder import netcdf_errors
+from ..version import __version__
+from .place_hours import HOURS, MONTHS
+from .sources import MEANINGS
+
+HOURS_UNIT = {"units": "h"}
+FILL = {"zlib": True, "complevel": 1, "_FillValue": np.float32(np.nan)}
+PARTS = {  # name -> first and last period, further dimension, long name
+    "full_load_hours": (0, 1, None, "full load hours of a year"),
+    "full_load_hours_by_month": (1, 1 + MONTHS, "month", "full load hours of each month"),
+    "full_load_hours_by_hour": (1 + MONTHS, 1 + MONTHS + HOURS, "hour", "of a year, by hour of the day (UTC)"),
+    "full_load_hours_by_solar_hour": (
+        1 + MONTHS + HOURS,
+        1 + MONTHS + 2 * HOURS,
+        "solar_hour",
+        "of a year, by hour of local mean solar time",
+    ),
+}
+PLAIN = {
+    "full_load_hours_without_reflections": (0, 1, None, "full load hours of a year without any reflected light"),
+    "full_load_hours_without_reflections_by_month": (1, 1 + MONTHS, "month", "of each month, without reflected light"),
+}
+
+
+def dataset_of_world(world):
+    """A World as a dataset: latitude × longitude (or station) × environment × group × period.
+
+    Parameters
+    ----------
+    world : World
+
+    Returns
+    -------
+    xarray.Dataset
+    """
+    places = world.places
+    grid = places.rows is not None
+    at = ("latitude", "longitude") if grid else ("station",)
+    shape = (len(places.rows), len(places.columns)) if grid else (len(places),)
+    variables = {}
+    for values, table in ((world.full_load_hours, PARTS), (world.without_reflections, PLAIN)):
+        for name, (first, last, dimension, words) in table.items():
+            part = values[..., first] if dimension is None else values[..., first:last]
+            dimensions = (*at, "environment", "group", *([dimension] if dimension else []))
+            variables[name] = (dimensions, part.reshape(*shape, *part.shape[1:]), {**HOURS_UNIT, "long_name": words})
+    annual = variables["full_load_hours"]
+    variables["capacity_factor"] = (
+        annual[0],
+        annual[1] / np.float32(8760),
+        {"units": "1", "long_name": "mean of the year: full load hours over 8760 h"},
+    )
+    flags = {
+        "long_name": "what the weather of the place is",
+        "flag_values": np.array(list(MEANINGS), np.int8),
+        "flag_meanings": " ".join(MEANINGS.values()),
+    }
+    variables["weather"] = (at, world.weather.reshape(shape), flags)
+    owner = ("environment", "group")
+    variables["area"] = (owner, world.group_area, {"units": "m2", "long_name": "area that counts"})
+    variables["surface_count"] = (owner, world.group_count, {"units": "1", "long_name": "number of eligible surfaces"})
+    return xarray.Dataset(variables, coordinates(world, grid), attributes(world))
+
+
+def coordinates(world, grid):
+    """Coordinates of the dataset."""
+    places = world.places
+    north = {"units": "degrees_north", "standard_name": "latitude"}
+    east = {"units": "degrees_east", "standard_name": "longitude"}
+    where = (
+        {"latitude": ("latitude", places.rows, north), "longitude": ("longitude", places.columns, east)}
+        if grid
+        else {
+            "latitude": ("station", places.latitude, north),
+            "longitude": ("station", places.longitude, east),
+            "station": ("station", np.array(places.names, dtype=object), {"cf_role": "timeseries_id"}),
+        }
+    )
+    names = np.array(["_".join(pair) for pair in world.groups], dtype=object)
+    return where | {
+        "environment": ("environment", np.array(world.environments, dtype=object), {"long_name": "traced city"}),
+        "group": ("group", names, {"long_name": "kind and orientation of the surfaces"}),
+        "month": ("month", np.arange(1, 13), {"units": "1", "long_name": "month of the year (UTC)"}),
+        "hour": ("hour", np.arange(24), {"units": "1", "long_name": "hour of the day (UTC), from its start"}),
+        "solar_hour": ("solar_hour", np.arange(24), {"units": "1", "long_name": "hour of local mean solar time"}),
+    }
+
+
+def attributes(world):
+    """Global attributes of the dataset."""
+    return {
+        "Conventions": "CF-1.11",
+        "title": "Full load hours of roofs and facades of the world",
+        "source": f"CityPV {__version__}: ray-traced irradiance, module models of pvlib",
+        "comment": f"weather: {world.label}; {world.years:g} years; DC",
+        "weather_label": world.label,
+        "way": world.way,
+        "environments": "; ".join(
+            f"{name}: {source}" for name, source in zip(world.environments, world.sources, strict=True)
+        ),
+    }
+
+
+def write_world(path, world):
+    """Write world.nc.
+
+    Parameters
+    ----------
+    path : path-like
+    world : World
+    """
+    dataset = dataset_of_world(world)
+    encoding = {name: FILL for name, values in dataset.data_vars.items() if values.dtype == np.float32}
+    with netcdf_errors(path):
+        dataset.to_netcdf(path, engine="netcdf4", encoding=encoding)

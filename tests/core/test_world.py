@@ -1,0 +1,239 @@
+"""The world: values of single places against `yield`, pvlib and closed forms; the sun everywhere on Earth."""
+
+import numpy as np
+import pandas as pd
+import pvlib
+import pytest
+
+from citypv.core.commands.command_line import main
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.pv_system import default_system
+from citypv.core.errors import InputError
+from citypv.core.request import Request
+from citypv.core.results.write_groups import place_periods
+from citypv.core.results.write_groups import sum_periods as sum_rows
+from citypv.core.sun.match_sky_grid import match_sky_grid, match_triangles, triangulate_sky
+from citypv.core.sun.sky_grid import sky_grid_suns
+from citypv.core.sun.solar_position import solar_position
+from citypv.core.sun.sun_of_places import geocentric_sun, sun_of_place
+from citypv.core.weather.read_weather import read_weather
+from citypv.core.world.compute_world import compute_world
+from citypv.core.world.environment import build_environment
+from citypv.core.world.mix import add_mix, parse_mix
+from citypv.core.world.places import Places, grid_places, regular_axes
+from citypv.core.world.sources import CLEAR, CLIMATE, NOTHING, model_source, station_source
+from citypv.core.world.unshaded import unshaded_transfer
+
+from .transfers import Horizons
+from .weathers import BARROW, HOUR, PVGIS, year_of
+
+# 57° S to 72° N, both sides of the date line, all on land.
+LAND = [(-54.8, -68.3), (-45.0, 169.5), (-33.4, -70.6), (-25.0, 134.0), (-15.0, -47.0), (-3.0, 23.0), (0.2, 32.5)]
+LAND += [(9.0, 38.7), (13.5, 2.1), (20.0, 10.0), (24.0, 90.0), (30.0, 31.2), (36.2, -115.2), (40.8, -74.0)]
+LAND += [(45.0, 8.0), (52.5, 13.4), (60.0, 10.0), (66.5, 179.0), (66.2, -174.0), (71.3, -156.8)]
+CLOSE = 1e-4  # of full load hours: the tables' error
+
+
+@pytest.fixture(scope="module")
+def system():
+    return default_system()
+
+
+@pytest.fixture(scope="module")
+def skylines():
+    return Horizons(60, seed=3).transfer(sky_grid_suns(400))
+
+
+def world_of(transfer, places, system, name="clear-sky", **settings):
+    source = model_source(places, name, Request(), settings.pop("off_land", "blank"))
+    environment = build_environment("town", "test", transfer, system)
+    return compute_world([environment], source, system, threads=1, **settings)
+
+
+def test_sun_of_places_is_pvlibs():
+    times = year_of()[::7]
+    sun = geocentric_sun(times, HOUR)
+    for place in ((52.5, 13.4), (90.0, 0.0), (-90.0, 77.0), (0.0, 180.0), (0.0, -180.0), (-57.0, -179.9)):
+        expected = solar_position(times, HOUR, *place)
+        pd.testing.assert_frame_equal(sun_of_place(sun, *place), expected, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("count", [16, 673])
+def test_each_direction_lies_in_its_triangle(count):
+    """Also between the lowest ring and the horizon, where four points of grid and mirror image lie in one plane."""
+    suns, rng = sky_grid_suns(count), np.random.default_rng(1)
+    direction = rng.normal(size=(4000, 3))
+    direction[:, 2] = np.abs(direction[:, 2]) * rng.choice([1.0, 0.02], 4000)
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    triangles = triangulate_sky(suns)
+    index, weight = match_triangles(triangles, direction)
+    assert (index == match_sky_grid(suns, direction)[0]).all()
+    np.testing.assert_allclose(weight.sum(axis=1), 1.0)
+    # The weighted corners, mirrored ones below the horizon, point into the direction.
+    level = (suns.direction[index][:, :, :2] * weight[:, :, None]).sum(axis=1)
+    turn = np.arctan2(*level.T) - np.arctan2(*direction.T[:2])
+    assert np.abs((turn + np.pi) % (2 * np.pi) - np.pi).max() < 1e-6
+    nearest = np.einsum("tki,ti->tk", suns.direction[index], direction)
+    assert np.degrees(np.arccos(nearest.min())) <= triangles.reach
+
+
+@pytest.mark.parametrize("place", [(52.5, 13.4), (-33.4, -70.6), (9.0, 179.9), (71.3, -156.8)])
+def test_a_place_is_what_yield_gives(skylines, system, place):
+    world = world_of(skylines, Places(*np.array([place]).T), system)
+    energy = compute_energy(skylines, read_weather("clear-sky", *place, altitude_of(place)), system, threads=1)
+    assert world.groups == energy.groups
+    tables = sum_rows(energy.capacity_factor, energy, place_periods(energy))
+    expected = np.array([tables[period, name] for period, names, _ in place_periods(energy) for name in names])
+    found = world.full_load_hours[0, 0].T
+    np.testing.assert_allclose(found, expected, rtol=CLOSE, atol=1e-3)
+
+
+def altitude_of(place):
+    return float(pvlib.location.lookup_altitude(*place))
+
+
+def test_stations_are_what_yield_gives(skylines, system):
+    """Measured weather of the Arctic, with direct light below 2°, and a typical year."""
+    weathers = [read_weather(path, 0.0, 0.0) for path in (BARROW, PVGIS)]
+    source = station_source(weathers, ["barrow", "pvgis"])
+    environment = build_environment("town", "test", skylines, system)
+    world = compute_world([environment], source, system, threads=2)
+    for row, weather in enumerate(weathers):
+        energy = compute_energy(skylines, weather, system, threads=1)
+        expected = energy.capacity_factor.sum(axis=0) / energy.years
+        np.testing.assert_allclose(world.full_load_hours[row, 0, :, 0], expected, rtol=CLOSE)
+
+
+def test_unshaded_planes_are_pvlibs(system):
+    """Transposition, cell temperature and module by pvlib itself, at 20 places from 55° S to 71° N."""
+    transfer, places = unshaded_transfer(), Places(*np.array(LAND, float).T)
+    world = world_of(transfer, places, system, "climate")
+    assert (world.weather == CLIMATE).all()
+    for row, place in enumerate(LAND):
+        data = read_weather("climate", *place).data
+        for group, (tilt, azimuth) in enumerate(zip(*planes(transfer), strict=True)):
+            expected = hours_by_pvlib(data, tilt, azimuth, system)
+            assert world.full_load_hours[row, 0, group, 0] == pytest.approx(expected, rel=2 * CLOSE)
+
+
+def planes(transfer):
+    return transfer.surfaces.surface_tilt, transfer.surfaces.surface_azimuth
+
+
+def hours_by_pvlib(data, tilt, azimuth, system):
+    zenith = data["apparent_zenith"]
+    sun = zenith, data["solar_azimuth"]
+    projection = np.maximum(pvlib.irradiance.aoi_projection(tilt, azimuth, *sun), 0)
+    direct = data["dni"] * projection
+    level = data["dni"] * np.maximum(np.cos(np.radians(zenith)), 0)
+    sky = pvlib.irradiance.isotropic(tilt, data["dhi"])
+    ground = pvlib.irradiance.get_ground_diffuse(tilt, data["dhi"] + level, 0.25)
+    module = system.module.parameters
+    airmass = pvlib.atmosphere.get_absolute_airmass(pvlib.atmosphere.get_relative_airmass(zenith), data["pressure"])
+    aoi = np.degrees(np.arccos(np.minimum(projection, 1)))
+    effective = pvlib.pvsystem.sapm_effective_irradiance(direct, sky + ground, airmass.clip(upper=10), aoi, module)
+    total = direct + sky + ground
+    temperature = pvlib.temperature.sapm_cell(total, data["temp_air"], data["wind_speed"], **system.thermal)
+    lit = effective > 0
+    return pvlib.pvsystem.sapm(effective[lit], temperature[lit], module)["p_mp"].sum() / system.module.nominal_power
+
+
+def test_poles_and_date_line(system):
+    """At the pole all facades get the same light within a day's drift; no sun in the polar night."""
+    places = Places(np.array([90.0, 80.0, 20.0, 20.0]), np.array([0.0, 30.0, -180.0, 179.999]))
+    world = world_of(unshaded_transfer(), places, system)
+    hours = world.full_load_hours[:, 0]
+    walls = hours[0, :4, 0]
+    assert np.ptp(walls) / walls.mean() < 0.01
+    assert hours[0, :, 1 + 11].max() == 0  # December
+    assert hours[0, :, 1 + 5].min() > 50  # June, by day and by night
+    by_hour = hours[0, :4, 37:].sum(axis=0)  # of four walls: alike every six hours
+    np.testing.assert_allclose(by_hour, np.roll(by_hour, 6), rtol=0.005)
+    assert (hours[1, :, 1 + 11] == 0).all()
+    # 100 m apart, but in the first and the last cell of the table of turbidities.
+    np.testing.assert_allclose(hours[2, :, 0], hours[3, :, 0], rtol=0.01)
+    # Solar noon is in the middle of the day at the date line, too.
+    assert hours[2, 2, 37:].argmax() in (11, 12)
+
+
+def test_the_hemispheres_mirror_each_other(system):
+    """South walls of the north and north walls of the south; the seasons are six months apart."""
+    places = Places(np.array([40.0, -40.0]), np.array([0.0, 0.0]))
+    north, south = world_of(unshaded_transfer(), places, system).full_load_hours[:, 0]
+    assert north[2, 0] > 2 * south[2, 0]
+    assert south[0, 0] > 2 * north[0, 0]
+    assert north[4:, 1 + 6].mean() > north[4:, 1].mean()
+    assert south[4:, 1 + 6].mean() < south[4:, 1].mean()
+
+
+def test_periods_add_up_and_reflections_only_add(skylines, system):
+    world = world_of(skylines, Places(np.array([35.0]), np.array([100.0])), system)
+    values = world.full_load_hours[0, 0].astype(float)
+    for first, last in ((1, 13), (13, 37), (37, 61)):
+        np.testing.assert_allclose(values[:, first:last].sum(axis=1), values[:, 0], rtol=1e-6)
+    assert (world.without_reflections[0, 0, :, 0] < values[:, 0]).all()
+
+
+def test_land_and_sea(system):
+    """Off land the climate is blank, or the clear sky, and says which."""
+    places = Places(np.array([45.0, 45.0]), np.array([8.0, -30.0]))
+    blank = world_of(unshaded_transfer(), places, system, "climate")
+    filled = world_of(unshaded_transfer(), places, system, "climate", off_land="clear-sky")
+    assert blank.weather.tolist() == [CLIMATE, NOTHING]
+    assert filled.weather.tolist() == [CLIMATE, CLEAR]
+    assert np.isnan(blank.full_load_hours[1]).all()
+    np.testing.assert_array_equal(blank.full_load_hours[0], filled.full_load_hours[0])
+    assert (filled.full_load_hours[1, :, :, 0] > 300).all()
+    assert "clear sky" in filled.label
+
+
+def test_shift_is_exact_at_greenwich_and_close_elsewhere(skylines, system):
+    """At Greenwich nothing is shifted; over half the Earth the sun has moved on by half a day."""
+    places = Places(np.full(3, 48.0), np.array([0.0, 97.5, -180.0]))
+    exact, paper = (world_of(skylines, places, system, way=way).full_load_hours for way in ("exact", "paper"))
+    np.testing.assert_allclose(paper[0], exact[0], rtol=CLOSE, atol=1e-3)
+    error = paper[1:, 0, :, 0] / exact[1:, 0, :, 0] - 1
+    assert 1e-6 < np.abs(error).max() < 0.02
+
+
+def test_mix_is_the_weighted_mean(skylines, system):
+    environments = [
+        build_environment(name, "test", transfer, system)
+        for name, transfer in (("town", skylines), ("unshaded", unshaded_transfer()))
+    ]
+    source = model_source(Places(np.array([30.0]), np.array([31.0])), "clear-sky", Request())
+    world = compute_world(environments, source, system, threads=1)
+    mixed = add_mix(world, parse_mix("town=0.75,unshaded=.25", world.environments))
+    town, unshaded, mix = mixed.full_load_hours[0]
+    np.testing.assert_allclose(mix, 0.75 * town + 0.25 * unshaded, rtol=1e-6)
+    for text, words in (("town=1.5", "above 0"), ("city=1", "no environment"), ("town=.5", "add up to 0.5")):
+        with pytest.raises(InputError, match=words):
+            parse_mix(text, world.environments)
+
+
+def test_result_does_not_depend_on_threads(skylines, system):
+    environment = build_environment("town", "test", skylines, system)
+    rows, columns = regular_axes(30.0, (0.0, 60.0), (-180.0, 180.0))
+    assert columns.tolist() == list(range(-180, 180, 30))
+    source = model_source(grid_places(rows, columns), "climate", Request())
+    one, two = (compute_world([environment], source, system, threads=count) for count in (1, 2))
+    np.testing.assert_array_equal(one.full_load_hours, two.full_load_hours)
+
+
+def test_command_line_refuses_in_one_line(tmp_path, capsys):
+    cases = (
+        (["nothing.nc"], "no such file"),
+        (["unshaded", "unshaded"], "two are called"),
+        (["unshaded", "--mix", "berlin=1"], "no environment"),
+        (["unshaded", "--step", "0"], "no step"),
+        (["unshaded", "--latitudes", "20", "10"], "no range"),
+        (["unshaded", "--years", "2015"], "typical year"),
+        (["unshaded", "--losses", "10"], "--losses"),
+        (["unshaded", "--weather", str(BARROW), "missing.nc"], "missing.nc"),
+    )
+    for arguments, words in cases:
+        assert main(["world", *arguments, "--quiet", "--out", str(tmp_path / "out")]) == 2
+        error = capsys.readouterr().err
+        assert error.count("\n") == 1
+        assert words in error
+    assert not (tmp_path / "out").exists()
