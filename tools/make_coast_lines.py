@@ -40,9 +40,9 @@ def read_arcs(topology):
 
 
 def cut_edges(line):
-    """Parts of a line that do not run along the edges of the map: list of (k, 2), k > 1."""
+    """Parts of a line that run neither along the edges of the map nor across it: list of (k, 2), k > 1."""
     east, north = np.abs(line[:, 0]) > EDGE, line[:, 1] < POLE
-    along = (east[1:] & east[:-1]) | (north[1:] & north[:-1])
+    along = (east[1:] & east[:-1]) | (north[1:] & north[:-1]) | (np.abs(np.diff(line[:, 0])) > 180.0)
     return [part for part in np.split(line, np.flatnonzero(along) + 1) if len(part) > 1]
 
 

@@ -140,7 +140,7 @@ def draw_hours(days, cleanest, sine, normals):
     a truncated normal distribution by day and elevation. It is truncated by its quantiles, without resampling, and
     at the cleanest sky instead of a cosine of the hour.
     """
-    day = days[..., None]
+    day = np.minimum(days, 1.0)[..., None]  # above 1 only by rounding, on days with the sun hardly above the horizon
     offset = -0.19 + 1.12 * day + 0.24 * np.exp(-8 * day)  # λ
     height = 0.32 - 1.6 * (day - 0.5) ** 2  # ε
     depth = 0.19 + 2.27 * day**2 - 2.51 * day**3  # κ

@@ -11,12 +11,12 @@ from ..request import declared_settings, option_of
 from ..results.output_folder import whole_folder
 from ..results.write_summary import peak_memory, versions, write_summary
 from ..study import check_settings
-from ..weather.read_era5_grid import open_era5_grid
 from ..weather.read_weather import read_weather, recognise_weather
 from ..world.compute_world import compute_world
 from ..world.mix import add_mix, parse_mix
 from ..world.places import grid_places, regular_axes, thin_axis
 from ..world.read_environments import read_environments
+from ..world.read_era5_grid import open_era5_grid
 from ..world.sources import grid_source, model_source, station_source
 from ..world.write_world import write_world
 from .simulate import RunLog

@@ -34,6 +34,7 @@ UNITS = {
 }
 UNITS |= {"fdir": UNITS["ssrd"], "v10": UNITS["u10"], "ws10": UNITS["u10"]}
 ACCUMULATED = ("ssrd", "fdir")
+NEEDED = ("ssrd", "fdir", "t2m")
 WIND = {"u10", "v10"}
 HOUR = pd.Timedelta(hours=1)
 SAME_PLACE = 0.01  # [°]
@@ -70,14 +71,19 @@ def read_era5(paths, latitude, longitude, altitude, point):
         files = [(path, file) for path in paths for file in list_files(path, stack)]
         table, place, rates = read_files(files, latitude, longitude, point)
     source, names = ", ".join(map(str, paths)), ", ".join(path.name for path in paths)
-    missing = [name for name in ("ssrd", "fdir", "t2m") if name not in table]
-    if "ws10" not in table and not set(table) >= WIND:
-        missing += sorted(WIND - set(table))
-    if missing:
-        raise InputError(source, f"the variables {', '.join(missing)} are missing", CURE)
+    check_variables(source, set(table))
     # The values are those of the grid; the sun is that of the requested place.
     label = f"ERA5 {names} ({point}: {place[0]:g}°, {place[1]:g}°)"
     return Record(convert_era5(table, rates), latitude, longitude, altitude, source, label)
+
+
+def check_variables(source, names):
+    """Refuse weather that lacks a variable."""
+    missing = [name for name in NEEDED if name not in names]
+    if "ws10" not in names and not names >= WIND:
+        missing += sorted(WIND - names)
+    if missing:
+        raise InputError(source, f"the variables {', '.join(missing)} are missing", CURE)
 
 
 def list_files(path, stack):
@@ -147,35 +153,65 @@ def read_files(files, latitude, longitude, point):
 
 def read_file(path, file, latitude, longitude, point):
     """Values of one NetCDF file at one place: table, place and rates as in `read_files`; None where it has none."""
+    with ExitStack() as stack:
+        found = open_file(path, file, stack)
+        if found is None:
+            return None
+        dataset, names, scales, rates = found
+        dataset, place = interpolate_point(path, dataset, latitude, longitude, point)
+        if "expver" in dataset.dims:
+            dataset = merge_versions(dataset)
+        times = pd.DatetimeIndex(dataset["time"].to_numpy(), tz="UTC")
+        values = {ours: dataset[name].to_numpy().astype(float) for ours, name in names.items()}
+    scaled = {ours: values[ours] * factor + offset for ours, (factor, offset) in scales.items()}
+    return pd.DataFrame(scaled, index=times), place, rates
+
+
+def open_file(path, file, stack):
+    """Open one NetCDF file without reading its values.
+
+    Parameters
+    ----------
+    path, file : path-like
+        What the user gave, for messages, and the NetCDF file.
+    stack : contextlib.ExitStack
+        Closes it.
+
+    Returns
+    -------
+    dataset : xarray.Dataset
+        With coordinates time, latitude and longitude.
+    names : dict of str to str
+        Our name of each weather variable -> the file's.
+    scales : dict of str to tuple of float
+        Factor and offset to our unit.
+    rates : set of str
+        Variables that are means in Wm⁻², not sums.
+
+    None instead where it has no weather variable.
+    """
     try:
         check_length(file)
-        dataset = xr.open_dataset(file, engine="netcdf4", drop_variables=["number"])
+        dataset = stack.enter_context(xr.open_dataset(file, engine="netcdf4", drop_variables=["number"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
         words = " ".join(str(error).split())[:160]
         raise InputError(
             path, f"cannot be read as NetCDF ({words})", "download the file again; it may be cut"
         ) from error
-    with dataset:
-        found = {ours: name for ours, names in NAMES.items() for name in names if name in dataset.data_vars}
-        if not found:
-            return None
-        dataset = rename_dimensions(path, dataset[list(found.values())])
-        scales, rates = {}, set()
-        for ours, name in found.items():
-            default = next(iter(UNITS[ours])) if name not in RATES else "Wm-2"
-            unit = spell_unit(dataset[name].attrs.get("units", default))
-            if unit not in UNITS[ours]:
-                known = " or ".join(UNITS[ours])
-                raise InputError(path, f"{name} is in {dataset[name].attrs['units']!r}, not in {known}", CURE)
-            scales[ours] = UNITS[ours][unit]
-            rates |= {ours} & set(ACCUMULATED) if unit == "Wm-2" else set()
-        dataset, place = interpolate_point(path, dataset, latitude, longitude, point)
-        if "expver" in dataset.dims:
-            dataset = merge_versions(dataset)
-        times = pd.DatetimeIndex(dataset["time"].to_numpy(), tz="UTC")
-        values = {ours: dataset[name].to_numpy().astype(float) for ours, name in found.items()}
-    scaled = {ours: values[ours] * factor + offset for ours, (factor, offset) in scales.items()}
-    return pd.DataFrame(scaled, index=times), place, rates
+    names = {ours: name for ours, known in NAMES.items() for name in known if name in dataset.data_vars}
+    if not names:
+        return None
+    dataset = rename_dimensions(path, dataset[list(names.values())])
+    scales, rates = {}, set()
+    for ours, name in names.items():
+        default = next(iter(UNITS[ours])) if name not in RATES else "Wm-2"
+        unit = spell_unit(dataset[name].attrs.get("units", default))
+        if unit not in UNITS[ours]:
+            known = " or ".join(UNITS[ours])
+            raise InputError(path, f"{name} is in {dataset[name].attrs['units']!r}, not in {known}", CURE)
+        scales[ours] = UNITS[ours][unit]
+        rates |= {ours} & set(ACCUMULATED) if unit == "Wm-2" else set()
+    return dataset, names, scales, rates
 
 
 def spell_unit(unit):

@@ -14,9 +14,9 @@ from ..weather.check_weather import check_weather
 from ..weather.check_years import check_years
 from ..weather.clear_sky import clear_sky
 from ..weather.climate import LABEL, NAMES
-from ..weather.read_era5_grid import point_of_block, read_block
 from ..weather.record import Record
 from .places import Places
+from .read_era5_grid import point_of_block, read_block
 
 NOTHING, CLIMATE, CLEAR, FILES = 0, 1, 2, 3  # what the weather of a place is
 MEANINGS = {NOTHING: "none", CLIMATE: "built_in_climate", CLEAR: "clear_sky", FILES: "files"}
@@ -155,12 +155,11 @@ def block_width(grid, most=100e6):
 
 
 def keep_years(data, years):
-    """Rows of some calendar years (UTC)."""
+    """Rows of some calendar years of the files' stamps, which end the intervals."""
     if not years:
         return data
-    step = data.index[1] - data.index[0]
-    inside = np.isin((data.index + step / 2).year, list(years))
-    missing = sorted(set(years) - set((data.index + step / 2).year))
+    year = (data.index + (data.index[1] - data.index[0])).year
+    inside, missing = np.isin(year, list(years)), sorted(set(years) - set(year))
     if missing:
         raise InputError("--years", f"{', '.join(map(str, missing))} not in the weather files", "leave them out")
     return data[inside]

@@ -45,7 +45,8 @@ def skylines():
 
 
 def world_of(transfer, places, system, name="clear-sky", **settings):
-    source = model_source(places, name, Request(), settings.pop("off_land", "blank"))
+    request = Request(horizon_cut=settings.pop("horizon_cut", "measured"))
+    source = model_source(places, name, request, settings.pop("off_land", "blank"))
     environment = build_environment("town", "test", transfer, system)
     return compute_world([environment], source, system, threads=1, **settings)
 
@@ -190,7 +191,9 @@ def test_land_and_sea(system):
 def test_shift_is_exact_at_greenwich_and_close_elsewhere(skylines, system):
     """At Greenwich nothing is shifted; over half the Earth the sun has moved on by half a day."""
     places = Places(np.full(3, 48.0), np.array([0.0, 97.5, -180.0]))
-    exact, paper = (world_of(skylines, places, system, way=way).full_load_hours for way in ("exact", "paper"))
+    exact, paper = (
+        world_of(skylines, places, system, way=way, horizon_cut="neglect").full_load_hours for way in ("exact", "paper")
+    )
     np.testing.assert_allclose(paper[0], exact[0], rtol=CLOSE, atol=1e-3)
     error = paper[1:, 0, :, 0] / exact[1:, 0, :, 0] - 1
     assert 1e-6 < np.abs(error).max() < 0.02
@@ -209,6 +212,12 @@ def test_mix_is_the_weighted_mean(skylines, system):
     for text, words in (("town=1.5", "above 0"), ("city=1", "no environment"), ("town=.5", "add up to 0.5")):
         with pytest.raises(InputError, match=words):
             parse_mix(text, world.environments)
+
+
+def test_days_with_the_sun_hardly_above_the_horizon_have_numbers(system):
+    """70° N in January: an hour with the sun at 0.0001° and a clearness index of 3.7."""
+    places = Places(np.array([70.0]), np.array([-125.0]))
+    assert np.isfinite(world_of(unshaded_transfer(), places, system, "climate").full_load_hours).all()
 
 
 def test_result_does_not_depend_on_threads(skylines, system):

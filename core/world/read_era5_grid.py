@@ -6,25 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
 from ..errors import InputError
-from .read_era5 import (
-    ACCUMULATED,
-    CURE,
-    NAMES,
-    RATES,
-    UNITS,
-    WIND,
-    check_length,
-    convert_era5,
-    list_files,
-    merge_versions,
-    rename_dimensions,
-    spell_unit,
-)
+from ..weather.read_era5 import CURE, NEEDED, check_variables, convert_era5, list_files, merge_versions, open_file
 
-NEEDED = ("ssrd", "fdir", "t2m")
 ROUNDING = 6  # decimals of coordinates [°]
 
 
@@ -62,20 +47,22 @@ def open_era5_grid(paths):
     """
     source, stack = ", ".join(map(str, paths)), ExitStack()
     try:
-        files = [open_file(Path(path), file, stack) for path in paths for file in list_files(Path(path), stack)]
-        files = [found for found in files if found is not None]
+        files = []
+        for path in paths:
+            for file in list_files(Path(path), stack):
+                found = open_file(path, file, stack)
+                files += [] if found is None else [(path, *found)]
         if not files:
             raise InputError(source, "no weather variable inside", CURE)
         check_variables(source, {name for _, _, names, *_ in files for name in names})
         latitude, longitude = (files[0][1][name].to_numpy().astype(float) for name in ("latitude", "longitude"))
         for path, dataset, *_ in files[1:]:
             check_same_grid(path, dataset, latitude, longitude)
-        rates = [set(one) & rates for _, _, one, _, rates in files]
-        mixed = set().union(*rates) - {name for name in set().union(*rates) if all_rates(files, name)}
+        rates = set().union(*(one for *_, one in files))
+        mixed = sorted(name for name in rates if any(name in names and name not in own for *_, names, _, own in files))
         if mixed:
-            raise InputError(
-                source, f"{', '.join(sorted(mixed))} in Wm⁻² in one file, in Jm⁻² in another", "use one unit"
-            )
+            problem = f"{', '.join(mixed)} in Wm⁻² in one file, in Jm⁻² in another"
+            raise InputError(source, problem, "use one unit")
         times = pd.DatetimeIndex(np.unique(np.concatenate([one["time"].to_numpy() for _, one, *_ in files])), tz="UTC")
     except BaseException:
         stack.close()
@@ -84,49 +71,7 @@ def open_era5_grid(paths):
     west, columns = np.unique(west, return_index=True)  # the same meridian may be there twice, as -180 and 180°
     rows = np.argsort(latitude, kind="stable")
     opened = [one[:4] for one in files]
-    return Era5Grid(
-        source, opened, np.round(latitude[rows], ROUNDING), west, rows, columns, set().union(*rates), times, stack
-    )
-
-
-def all_rates(files, name):
-    """Whether a variable is a rate in each file that has it."""
-    return all(name in rates for _, _, names, _, rates in files if name in names)
-
-
-def open_file(path, file, stack):
-    """Open one NetCDF file: path, dataset, names, scales and rates; None if it holds no weather."""
-    try:
-        check_length(file)
-        dataset = stack.enter_context(xr.open_dataset(file, engine="netcdf4", drop_variables=["number"]))
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        words = " ".join(str(error).split())[:160]
-        raise InputError(
-            path, f"cannot be read as NetCDF ({words})", "download the file again; it may be cut"
-        ) from error
-    names = {ours: name for ours, known in NAMES.items() for name in known if name in dataset.data_vars}
-    if not names:
-        return None
-    dataset = rename_dimensions(path, dataset[list(names.values())])
-    scales, rates = {}, set()
-    for ours, name in names.items():
-        default = next(iter(UNITS[ours])) if name not in RATES else "Wm-2"
-        unit = spell_unit(dataset[name].attrs.get("units", default))
-        if unit not in UNITS[ours]:
-            known = " or ".join(UNITS[ours])
-            raise InputError(path, f"{name} is in {dataset[name].attrs['units']!r}, not in {known}", CURE)
-        scales[ours] = UNITS[ours][unit]
-        rates |= {ours} & set(ACCUMULATED) if unit == "Wm-2" else set()
-    return path, dataset, names, scales, rates
-
-
-def check_variables(source, names):
-    """Refuse files that lack a variable that is needed."""
-    missing = [name for name in NEEDED if name not in names]
-    if "ws10" not in names and not names >= WIND:
-        missing += sorted(WIND - names)
-    if missing:
-        raise InputError(source, f"the variables {', '.join(missing)} are missing", CURE)
+    return Era5Grid(source, opened, np.round(latitude[rows], ROUNDING), west, rows, columns, rates, times, stack)
 
 
 def check_same_grid(path, dataset, latitude, longitude):

@@ -1,0 +1,145 @@
+"""Gridded weather of a world: orders of axes, several files and years, gaps, other calendars."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from citypv.core.commands.command_line import main
+from citypv.core.errors import InputError
+from citypv.core.world.read_era5_grid import open_era5_grid
+
+from .weathers import ERA5
+
+
+@pytest.fixture(scope="module")
+def demo():
+    """The demonstration's grid: two latitudes and three longitudes."""
+    with xr.open_dataset(ERA5) as dataset:
+        return dataset[[*PARTS]].load()
+
+
+PARTS = ("ssrd", "fdir", "t2m", "u10", "v10", "sp")
+
+
+def run(folder, *files, options=()):
+    """Unshaded planes under the weather of some files."""
+    out = folder / "out"
+    arguments = ["world", "unshaded", "--weather", *map(str, files), "--pictures", "off", "--quiet", "--overwrite"]
+    assert main([*arguments, "--out", str(out), *options]) == 0
+    with xr.open_dataset(out / "world.nc") as dataset:
+        return dataset.load()
+
+
+def save(dataset, path):
+    dataset.to_netcdf(path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory):
+    return run(tmp_path_factory.mktemp("era5"), ERA5)
+
+
+def names_of_axes(dataset):
+    return ("latitude", "longitude") if "latitude" in dataset.coords else ("lat", "lon")
+
+
+def test_values_of_one_point_are_those_of_yield(tmp_path, expected):
+    """The file's own point, computed like a city there."""
+    assert dict(expected.sizes) | {"latitude": 2, "longitude": 3, "group": 8} == dict(expected.sizes)
+    assert (expected["weather"] == 3).all()
+    from citypv.core.energy.compute_energy import compute_energy
+    from citypv.core.weather.read_weather import read_weather
+    from citypv.core.world.sources import look_up_altitude
+    from citypv.core.world.unshaded import unshaded_transfer
+
+    place = float(expected.latitude[1]), float(expected.longitude[2])
+    energy = compute_energy(unshaded_transfer(), read_weather(ERA5, *place, look_up_altitude(*place)))
+    hours = energy.capacity_factor.sum(axis=0)
+    np.testing.assert_allclose(expected["full_load_hours"][1, 2, 0], hours, rtol=1e-4)
+    assert expected["group"].to_numpy().tolist() == ["_".join(pair) for pair in energy.groups]
+
+
+@pytest.mark.parametrize("turn", ["ascending", "0 to 360", "west of Greenwich"])
+def test_axes_may_run_either_way(tmp_path, demo, expected, turn):
+    north, east = names_of_axes(demo)
+    changed, shift = demo, 0.0
+    if turn == "ascending":
+        changed = demo.sortby(north, ascending=not demo.indexes[north].is_monotonic_increasing)
+    else:  # the same weather 15° further west, on both sides of Greenwich: the sun comes an hour later
+        time, shift = "time" if "time" in demo.dims else "valid_time", -15.0
+        moved = demo[east].to_numpy() + shift
+        later = demo[time] + np.timedelta64(1, "h")
+        changed = demo.assign_coords({east: moved % 360.0 if turn == "0 to 360" else moved, time: later})
+    found = run(tmp_path, save(changed, tmp_path / "changed.nc"))
+    assert (np.diff(found["longitude"]) > 0).all()
+    assert (np.diff(found["latitude"]) > 0).all()
+    np.testing.assert_allclose(found["longitude"], expected["longitude"] + shift, atol=1e-4)
+    # The declination moves on within the hour.
+    np.testing.assert_allclose(found["full_load_hours"], expected["full_load_hours"], rtol=1e-3 if shift else 1e-6)
+
+
+def test_variables_and_times_may_be_in_several_files(tmp_path, demo, expected):
+    half = demo.sizes["time" if "time" in demo.dims else "valid_time"] // 2
+    time = "time" if "time" in demo.dims else "valid_time"
+    files = [
+        save(demo[["ssrd", "fdir"]].isel({time: slice(0, half)}), tmp_path / "a.nc"),
+        save(demo[["ssrd", "fdir"]].isel({time: slice(half, None)}), tmp_path / "b.nc"),
+        save(demo[["t2m", "u10", "v10", "sp"]], tmp_path / "c.nc"),
+    ]
+    found = run(tmp_path, *files)
+    np.testing.assert_allclose(found["full_load_hours"], expected["full_load_hours"], rtol=1e-5)
+    files.pop(1)
+    assert main(["world", "unshaded", "--weather", *map(str, files), "--quiet", "--out", str(tmp_path / "gap")]) == 2
+
+
+def test_years_are_averaged_and_chosen(tmp_path, demo, expected):
+    time = "time" if "time" in demo.dims else "valid_time"
+    later = demo.assign_coords({time: demo[time] + np.timedelta64(365 * 24, "h")})
+    later["ssrd"], later["fdir"] = later["ssrd"] * 0.9, later["fdir"] * 0.9
+    files = ERA5, save(later, tmp_path / "later.nc")
+    both = run(tmp_path, *files)["full_load_hours"]
+    first = run(tmp_path, *files, options=("--years", "2017"))["full_load_hours"]
+    second = run(tmp_path, *files, options=("--years", "2018"))["full_load_hours"]
+    np.testing.assert_allclose(both, (first + second) / 2, rtol=1e-3)
+    np.testing.assert_allclose(first, expected["full_load_hours"], rtol=1e-4)
+    assert (second < first).all()
+
+
+def test_a_point_without_values_stays_blank_and_a_gap_is_refused(tmp_path, demo, expected, capsys):
+    blank = demo.copy(deep=True)
+    for name in blank.data_vars:
+        blank[name][:, 0, 1] = np.nan
+    found = run(tmp_path, save(blank, tmp_path / "blank.nc"))
+    assert int((found["weather"] == 0).sum()) == 1
+    assert int(np.isnan(found["full_load_hours"][..., 0]).sum()) == 1
+    gap = demo.copy(deep=True)
+    gap["t2m"][100, 1, 1] = np.nan
+    path = save(gap, tmp_path / "gap.nc")
+    assert main(["world", "unshaded", "--weather", str(path), "--quiet", "--out", str(tmp_path / "no")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "temp_air is missing" in error
+    assert "gap.nc at " in error
+
+
+def test_what_is_missing_or_odd_is_refused_in_one_line(tmp_path, demo):
+    time = "time" if "time" in demo.dims else "valid_time"
+    with pytest.raises(InputError, match="variables fdir"):
+        open_era5_grid([save(demo.drop_vars("fdir"), tmp_path / "fdir.nc")])
+    north, _ = names_of_axes(demo)
+    other = save(demo.isel({north: slice(0, 1)}), tmp_path / "other.nc")
+    with pytest.raises(InputError, match="not those of the other files"):
+        open_era5_grid([ERA5, other])
+    days = xr.date_range("2017-01-01", periods=360 * 24, freq="h", calendar="360_day", use_cftime=True)
+    odd = demo.isel({time: slice(0, len(days))}).assign_coords({time: days})
+    odd[time].attrs.clear()
+    with pytest.raises(InputError, match="standard calendar"):
+        open_era5_grid([save(odd, tmp_path / "odd.nc")])
+
+
+def test_a_grid_is_thinned_and_cut(tmp_path, expected):
+    found = run(tmp_path, ERA5, options=("--step", "0.5", "--latitudes", "52.5", "53"))
+    assert found.sizes["latitude"] == 1
+    assert found.sizes["longitude"] == 2
+    np.testing.assert_allclose(found["full_load_hours"][0, 1], expected["full_load_hours"][1, 2], rtol=1e-6)
