@@ -1,9 +1,11 @@
-# `make demo` computes the Berlin example, `make test` checks everything. Both do all their set-up themselves.
+# `make demo` computes the Berlin example, `make world` the maps of the world, `make test` checks everything. All do their
+# set-up themselves.
 .DEFAULT_GOAL := help
-.PHONY: help demo test extension versions clean
+.PHONY: help demo world test extension versions clean
 
 help:
 	@echo "make demo       Berlin, 166 buildings: set up, trace, full load hours, report -> results/berlin/"
+	@echo "make world      three districts traced for every sun, and their full load hours all over the world -> results/world/"
 	@echo "make test       set up and run all tests, with each Python and Blender at hand"
 	@echo "make extension  the extensions for Blender, one zip per platform -> dist/"
 	@echo "make versions   renew tools/versions.txt, the versions the set-up installs"
@@ -14,6 +16,23 @@ demo:
 	.venv/bin/citypv simulate examples/berlin/berlin_3910_5817.gml --weather examples/berlin/era5_berlin_2017.nc \
 	  --blend --preview --overwrite --out results/berlin
 	.venv/bin/citypv plot results/berlin
+
+# Environments of the paper's Fig. 4: A mixed, B dense, C high-rise. Groups are means over hundreds of walls, so that few
+# rays do; what is traced already is kept.
+TRACE = .venv/bin/citypv simulate --suns sky-grid:673 --samples 64 --shadow-samples 4 --overwrite
+PLACES = results/environments
+DISTRICTS = A_berlin=$(PLACES)/berlin B_the_hague=$(PLACES)/the_hague C_manhattan=$(PLACES)/manhattan unshaded
+
+world:
+	@python3 tools/set_up.py one
+	@[ -f $(PLACES)/berlin/transfer.nc ] || $(TRACE) --out $(PLACES)/berlin examples/berlin/berlin_3910_5817.gml
+	@[ -f $(PLACES)/the_hague/transfer.nc ] || \
+	  $(TRACE) --out $(PLACES)/the_hague examples/world/denhaag_01_lod2_v1.gml.gz
+	@[ -f $(PLACES)/manhattan/transfer.nc ] || $(TRACE) --out $(PLACES)/manhattan --latitude 40.757 --longitude -73.97 \
+	  tests/data/obj/nyc_midtown_citicorp_1km.obj.gz
+	.venv/bin/citypv world $(DISTRICTS) --surfaces 800 --overwrite --out results/world
+	.venv/bin/citypv world $(DISTRICTS) --surfaces 800 --longitudes 10 10 --step 1 --off-land clear-sky --overwrite \
+	  --out results/world_10E
 
 test:
 	@python3 tools/set_up.py all

@@ -164,6 +164,9 @@ def add_world(parser):
     place.add_argument("--latitudes", metavar=("SOUTH", "NORTH"), help="[°] (-60 90; files: all)", **degrees)
     place.add_argument("--longitudes", metavar=("WEST", "EAST"), help="[°] (-180 180; files: all)", **degrees)
     place.add_argument("--years", nargs="+", type=int, default=(), metavar="Y", help="years of the files to average")
+    place.add_argument(
+        "--surfaces", type=int, metavar="N", help="merge those alike, to at most N per environment (all)"
+    )
     place.add_argument("--off-land", choices=("blank", "clear-sky"), default="blank", help="where climate has no land")
     place.add_argument("--pictures", choices=("on", "off"), default="on", help="draw maps and figures (on)")
 
@@ -216,6 +219,7 @@ def run_world(options):
         latitudes=options.latitudes and tuple(options.latitudes),
         longitudes=options.longitudes and tuple(options.longitudes),
         years=tuple(options.years),
+        surfaces=options.surfaces,
         off_land=options.off_land,
         pictures=options.pictures == "on",
     )

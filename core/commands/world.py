@@ -13,6 +13,7 @@ from ..results.write_summary import peak_memory, versions, write_summary
 from ..study import check_settings
 from ..weather.read_weather import read_weather, recognise_weather
 from ..world.compute_world import compute_world
+from ..world.merge_surfaces import merge_surfaces
 from ..world.mix import add_mix, parse_mix
 from ..world.places import grid_places, regular_axes, thin_axis
 from ..world.read_environments import read_environments
@@ -22,6 +23,7 @@ from ..world.write_world import write_world
 from .simulate import RunLog
 
 MODELS = ("climate", "clear-sky")
+FEWEST = 50  # merged surfaces of an environment
 STEP = 3.0  # [°] of the models' grid
 # Settings of the same option groups that mean nothing here, or nothing for grids.
 NEVER = ("series", "monthly", "losses", "inverter", "allow_distance", "weather_point")
@@ -38,6 +40,7 @@ class WorldSettings:
     latitudes: tuple | None = None  # first and last [°]
     longitudes: tuple | None = None
     years: tuple = ()  # of the weather files; empty: all
+    surfaces: int | None = None  # at most for each environment, others merged; None: all
     off_land: str = "blank"  # or clear-sky: where the climate has no land
     pictures: bool = True
 
@@ -68,6 +71,8 @@ def make_world(texts, folder, request, settings, *, overwrite=False, say=None):
     system = build_system(request)
     with whole_folder(folder, overwrite) as work, ExitStack() as stack:
         environments = read_environments(texts, system)
+        if settings.surfaces:
+            environments = [merge_surfaces(one, settings.surfaces) for one in environments]
         weights = parse_mix(settings.mix, [one.name for one in environments]) if settings.mix else None
         log.clock.lap("read environments")
         source = find_source(request, settings, stack)
@@ -96,6 +101,8 @@ def check_world_settings(request, settings):
             raise InputError(option_of(name), "means nothing for this world", "leave it out")
     if settings.step is not None and not 0 < settings.step <= 90:
         raise InputError("--step", f"{settings.step:g}° is no step", "give degrees above 0 and up to 90")
+    if settings.surfaces is not None and settings.surfaces < FEWEST:
+        raise InputError("--surfaces", f"{settings.surfaces} is too few", f"give {FEWEST} or more")
     if grid and settings.years:
         raise InputError("--years", f"--weather {request.weather} has one typical year", "give --year Y")
     if request.weather == "pvgis":
@@ -149,11 +156,18 @@ def read_stations(paths, request):
 def describe_world(environments, source):
     """Environments, weather and places as lines of text."""
     lines = [
-        f"{one.name}: {len(one.weight):,} eligible surfaces, {one.group_area.sum():,.0f} m², "
+        f"{one.name}: {one.group_count.sum():,} eligible surfaces{describe_merged(one)}, "
+        f"{one.group_area.sum():,.0f} m², "
         f"{one.sky.count:,} directions ({one.source})"
         for one in environments
     ]
     return [*lines, f"Weather: {source.label}", *source.notes, f"{len(source.places):,} places"]
+
+
+def describe_merged(environment):
+    """How many are computed, where surfaces were merged."""
+    count = len(environment.weight)
+    return "" if count == environment.group_count.sum() else f" merged into {count:,}"
 
 
 def draw_pictures(work, settings, log):
@@ -179,7 +193,8 @@ def summarise_world(world, environments, request, settings, seconds):
                 "name": one.name,
                 "source": one.source,
                 "directions": one.sky.count,
-                "surfaces": len(one.weight),
+                "surfaces": int(one.group_count.sum()),
+                "computed": len(one.weight),
                 "area": float(one.group_area.sum()),
             }
             for one in environments

@@ -20,6 +20,7 @@ class SkyTriangles:
     """Triangles of a sky grid and of its mirror image below the horizon."""
 
     count: int  # directions of the grid
+    direction: np.ndarray  # (count, 3), unit vectors
     corners: np.ndarray  # (f, 3) int64 into the grid and then its mirror image
     neighbours: np.ndarray  # (f, 3) int64, the triangle across the edge opposite to each corner
     inverse: np.ndarray  # (f, 3, 3): times a direction gives the weights of the corners
@@ -53,6 +54,7 @@ def triangulate_sky(suns):
     cosine = np.einsum("fik,fik->fi", sides, np.roll(sides, 1, axis=1))
     return SkyTriangles(
         len(suns),
+        suns.direction,
         corners,
         hull.neighbors.astype(np.int64),
         np.linalg.inv(sides.transpose(0, 2, 1)),

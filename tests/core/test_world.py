@@ -1,5 +1,7 @@
 """The world: values of single places against `yield`, pvlib and closed forms; the sun everywhere on Earth."""
 
+from itertools import pairwise
+
 import numpy as np
 import pandas as pd
 import pvlib
@@ -19,6 +21,7 @@ from citypv.core.sun.sun_of_places import geocentric_sun, sun_of_place
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment
+from citypv.core.world.merge_surfaces import merge_surfaces
 from citypv.core.world.mix import add_mix, parse_mix
 from citypv.core.world.places import Places, grid_places, regular_axes
 from citypv.core.world.sources import CLEAR, CLIMATE, NOTHING, model_source, station_source
@@ -218,6 +221,29 @@ def test_days_with_the_sun_hardly_above_the_horizon_have_numbers(system):
     """70° N in January: an hour with the sun at 0.0001° and a clearness index of 3.7."""
     places = Places(np.array([70.0]), np.array([-125.0]))
     assert np.isfinite(world_of(unshaded_transfer(), places, system, "climate").full_load_hours).all()
+
+
+def test_merged_surfaces_keep_what_is_linear(skylines, system):
+    """Half of the surfaces: the same area and light of the sky, and hours within 0.5 %."""
+    environment = build_environment("town", "test", skylines, system)
+    merged = merge_surfaces(environment, len(environment.weight) // 2)
+    assert len(merged.weight) == len(environment.weight) // 2
+    assert merged.first[-1] == len(merged.weight)
+    for group, (start, stop) in enumerate(pairwise(environment.first)):
+        own = slice(*merged.first[group : group + 2])
+        assert merged.weight[own].sum() == pytest.approx(environment.weight[start:stop].sum())
+        sky = environment.weight[start:stop] @ environment.block.sky[start:stop]
+        assert merged.weight[own] @ merged.block.sky[own] == pytest.approx(sky, rel=1e-5)
+        direct = [
+            one.weight[part]
+            @ (np.maximum(one.block.normal.T @ one.sky.direction.T, 0) * one.block.visible_share.T)[part]
+            for one, part in ((environment, slice(start, stop)), (merged, own))
+        ]
+        assert np.abs(direct[1] - direct[0]).mean() < 0.02 * direct[0].mean()
+    source = model_source(Places(np.array([30.0, 60.0]), np.array([31.0, 10.0])), "climate", Request())
+    whole, few = (compute_world([one], source, system, threads=1).full_load_hours for one in (environment, merged))
+    np.testing.assert_allclose(few[..., 0], whole[..., 0], rtol=0.005)
+    assert merge_surfaces(environment, 1000) is environment
 
 
 def test_result_does_not_depend_on_threads(skylines, system):

@@ -1,0 +1,120 @@
+"""Numbers of docs/world.md: the paper's at 10° E, what the shift in time costs, and the cost of a place.
+
+    python benchmarks/world.py A=DIR B=DIR C=DIR [--shift] [--cost] [--threads N]
+
+The environments are folders of runs with --suns sky-grid:N. Without options: the table at 10° E, under the built-in
+climate (off land the clear sky), as the program does it by default and with --method paper.
+"""
+
+import argparse
+import time
+
+import numpy as np
+
+from citypv.core.energy.pv_system import build_system, default_system
+from citypv.core.methods import settings_of_method
+from citypv.core.request import Request
+from citypv.core.world.compute_world import compute_world
+from citypv.core.world.merge_surfaces import merge_surfaces
+from citypv.core.world.places import Places, grid_places
+from citypv.core.world.read_environments import read_environments
+from citypv.core.world.sources import model_source
+
+MERIDIAN = 10.0
+SHIFT_LATITUDES, SHIFT_LONGITUDES = (
+    np.array([-50.0, -30, 0, 20, 40, 60, 70, 80]),
+    [2.0, 7.5, 10, 52.5, 97.5, 180 - 1e-6],
+)
+SHOWN = ["facade_south", "facade_east", "facade_west", "facade_north", "roof_south", "roof_east"]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("environments", nargs="+", metavar="NAME=DIR")
+    parser.add_argument("--shift", action="store_true", help="errors of the paper's shift by latitude and longitude")
+    parser.add_argument("--cost", action="store_true", help="seconds per place against surfaces, and error of merging")
+    parser.add_argument("--threads", type=int, default=1)
+    options = parser.parse_args()
+    if options.shift:
+        print_shift(options)
+    elif options.cost:
+        print_cost(options)
+    else:
+        print_meridian(options)
+
+
+def print_meridian(options):
+    places = grid_places(np.arange(0.0, 73.0), np.array([MERIDIAN]))
+    for method, way in ((None, "exact"), ("paper", "paper")):
+        request = Request(**settings_of_method(method))
+        environments = read_environments([*options.environments, "unshaded"], build_system(request))
+        source = model_source(places, "climate", request, "clear-sky")
+        world = compute_world(environments, source, build_system(request), way, threads=options.threads)
+        print(f"\n--method {method}, --way {way}")
+        hours, plain = world.full_load_hours[..., 0], world.without_reflections[..., 0]
+        groups = ["_".join(pair) for pair in world.groups]
+        for number, name in enumerate(world.environments):
+            row = hours[20, number]
+            print(name, "20° N:", *(f"{group} {row[groups.index(group)]:,.0f}" for group in SHOWN))
+            for group in ("facade_south", "facade_east"):
+                own = hours[:, number, groups.index(group)] / plain[:, number, groups.index(group)] - 1
+                print(f"  gain of {group} from 0 to 72° N: {100 * own.min():.1f} to {100 * own.max():.1f} %")
+            east, south = (hours[:, number, groups.index(f"facade_{side}")] for side in ("east", "south"))
+            crossing = np.flatnonzero(east < south)
+            print(f"  south beats east from {places.latitude[crossing[0]]:g}° N on" if len(crossing) else "  never")
+
+
+def print_shift(options):
+    environments = read_environments([*options.environments, "unshaded"], default_system())
+    grid = np.meshgrid(SHIFT_LATITUDES, SHIFT_LONGITUDES, indexing="ij")
+    places = Places(grid[0].ravel(), grid[1].ravel())
+    source = model_source(places, "clear-sky", Request(horizon_cut="neglect"))
+    exact, paper = (
+        compute_world(environments, source, default_system(), way, threads=options.threads)
+        for way in ("exact", "paper")
+    )
+    groups = ["_".join(pair) for pair in exact.groups]
+    for number, name in enumerate(exact.environments):
+        for group in ("facade_south", "facade_east", "facade_north", "roof_south"):
+            own = [world.full_load_hours[:, number, groups.index(group)] for world in (exact, paper)]
+            error = 100 * (own[1] - own[0])[:, 0] / own[0][:, 0]
+            hourly = np.abs(own[1] - own[0])[:, 37:].sum(axis=1) / own[0][:, 0] * 100
+            print(f"\n{name}, {group}: error of the year [%] (of solar hours, mean absolute [%])")
+            print("latitude |", *(f"{east:g}° |" for east in SHIFT_LONGITUDES))
+            for north, row, part in zip(
+                SHIFT_LATITUDES, error.reshape(grid[0].shape), hourly.reshape(grid[0].shape), strict=True
+            ):
+                print(f"{north:g}° |", *(f"{one:+.2f} ({two:.2f}) |" for one, two in zip(row, part, strict=True)))
+
+
+def print_cost(options):
+    places = Places(np.array([0.0, 20, 40, 52, 65, -30]), np.array([25.0, 10, -100, 10, 25, 140]))
+    source = model_source(places, "climate", Request())
+    system = default_system()
+    for one in read_environments([*options.environments, "unshaded"], system):
+        compute_world([one], source, system, threads=1)  # compiles
+        exact, seconds = measure(one, source, system)
+        print(f"{one.name}: {len(one.weight):,} surfaces, {seconds:.3f} s per place")
+        for most in (100, 400, 800, 1600):
+            if most >= len(one.weight):
+                break
+            world, seconds = measure(merge_surfaces(one, most), source, system)
+            error = 100 * np.abs(world.full_load_hours / exact.full_load_hours - 1)[..., 0]
+            facades = [number for number, (kind, _) in enumerate(world.groups) if kind == "facade"]
+            roofs = [number for number, (kind, _) in enumerate(world.groups) if kind == "roof"]
+            wall, roof = error[:, 0, facades].max(), error[:, 0, roofs].max(initial=0)
+            print(f"  {most:,}: {seconds:.3f} s per place, off by up to {wall:.3f} % (facades), {roof:.3f} % (roofs)")
+
+
+def measure(environment, source, system):
+    """World of one environment, and median seconds per place of three runs."""
+    seconds = []
+    for _ in range(3):
+        start = time.perf_counter()
+        world = compute_world([environment], source, system, threads=1)
+        seconds.append((time.perf_counter() - start) / len(source.places))
+    return world, float(np.median(seconds))
+
+
+if __name__ == "__main__":
+    main()

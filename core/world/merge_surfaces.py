@@ -1,0 +1,126 @@
+"""Fewer surfaces for large maps: those of a group that get much the same light are merged into one."""
+
+import heapq
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from .environment import SINGLE
+
+FEATURES = 16  # random projections of what a surface gets from each direction
+TURN = 2.0  # weight of the normal beside them, in units of the mean light
+GRAZING = 0.05  # cosine of incidence below which the visible share is the plain mean
+SEED = 0
+
+
+def merge_surfaces(environment, most):
+    """An environment of at most some surfaces, with the same groups and areas.
+
+    The mean direct light of a merged surface is exact for the directions of the grid, and so is everything that is
+    linear: sky, far ground, reflections. What is lost is the spread of irradiance within it, on which the module's
+    efficiency depends.
+
+    Parameters
+    ----------
+    environment : Environment
+    most : int
+        Surfaces of the result; at least one for each group.
+
+    Returns
+    -------
+    Environment
+    """
+    count, block = len(environment.weight), environment.block
+    if count <= most:
+        return environment
+    features, member = describe_surfaces(block), np.zeros(count, np.int64)
+    group_of = np.repeat(np.arange(len(environment.groups)), np.diff(environment.first))
+    pieces = split_surfaces(features, environment.weight, environment.first, most)
+    pieces.sort(key=lambda rows: group_of[rows[0]])
+    for number, rows in enumerate(pieces):
+        member[rows] = number
+    first = np.searchsorted([group_of[rows[0]] for rows in pieces], np.arange(len(environment.groups) + 1))
+    return replace(
+        environment,
+        first=first.astype(np.int64),
+        weight=np.bincount(member, environment.weight),
+        block=merge_block(block, environment.weight, pieces, environment.sky.direction),
+    )
+
+
+def describe_surfaces(block):
+    """What decides on the light of each surface, in few numbers: (n, k)."""
+    rng = np.random.default_rng(SEED)
+    mixer = rng.normal(size=(len(block.visible_share), FEATURES)).astype(SINGLE) / np.sqrt(len(block.visible_share))
+    seen = block.visible_share.T @ mixer
+    normal = TURN * block.normal.T
+    return np.concatenate([seen, normal, block.diffuse[:, None], block.reflected.mean(axis=0)[:, None]], axis=1)
+
+
+def split_surfaces(features, share, first, most):
+    """Split the groups at the mean of their widest feature until there are as many pieces as wanted.
+
+    Parameters
+    ----------
+    features : numpy.ndarray, (n, k)
+    share : numpy.ndarray, (n,)
+        Weight of each surface in its group; all groups weigh the same.
+    first : numpy.ndarray, (g + 1,)
+        First surface of each group, and n.
+    most : int
+
+    Returns
+    -------
+    list of numpy.ndarray of int
+        Surfaces of each piece.
+    """
+    done, waiting = [], []
+
+    def add(rows):
+        mean = np.average(features[rows], axis=0, weights=share[rows])
+        spread = share[rows] @ (features[rows] - mean) ** 2
+        widest = int(spread.argmax())
+        left = features[rows, widest] <= mean[widest]
+        if len(rows) > 1 and spread[widest] > 0 and left.any() and not left.all():
+            heapq.heappush(waiting, (-float(spread[widest]), int(rows[0]), rows, left))
+        else:
+            done.append(rows)
+
+    for start, stop in pairwise(first):
+        add(np.arange(start, stop))
+    while waiting and len(done) + len(waiting) < most:
+        _, _, rows, left = heapq.heappop(waiting)
+        add(rows[left])
+        add(rows[~left])
+    return done + [rows for _, _, rows, _ in waiting]
+
+
+def merge_block(block, weight, pieces, direction):
+    """Weighted means of surfaces; the normals' mean is not of unit length, so that mean cosines are exact."""
+
+    def mean(values):
+        return np.stack([np.average(values[..., rows], axis=-1, weights=weight[rows]) for rows in pieces], axis=-1)
+
+    seen = [seen_by_piece(block, weight, rows, direction) for rows in pieces]
+    return replace(
+        block,
+        normal=mean(block.normal).astype(SINGLE),
+        diffuse=mean(block.diffuse).astype(SINGLE),
+        far_ground=mean(block.far_ground).astype(SINGLE),
+        sky=mean(block.sky).astype(SINGLE),
+        taken=mean(block.taken).astype(SINGLE),
+        reflected=np.ascontiguousarray(mean(block.reflected), SINGLE),
+        visible_share=np.stack(seen, axis=1).astype(SINGLE),
+        group_weight=np.zeros((len(pieces), 0), SINGLE),
+    )
+
+
+def seen_by_piece(block, weight, rows, direction):
+    """Visible share of a merged surface that gives the mean direct light of its parts: (s,)."""
+    share = weight[rows] / weight[rows].sum()
+    visible = block.visible_share[:, rows]
+    cosine = np.maximum(direction @ block.normal[:, rows], 0.0)
+    mean = np.maximum(direction @ (block.normal[:, rows] @ share), 0.0)
+    exact = ((visible * cosine) @ share) / np.maximum(mean, GRAZING)
+    return np.where(mean > GRAZING, exact, visible @ share)
