@@ -224,7 +224,7 @@ def test_days_with_the_sun_hardly_above_the_horizon_have_numbers(system):
 
 
 def test_merged_surfaces_keep_what_is_linear(skylines, system):
-    """Half of the surfaces: the same area and light of the sky, and hours within 0.5 %."""
+    """Half of the surfaces: the same area and light of the sky, and hours within 2 %."""
     environment = build_environment("town", "test", skylines, system)
     merged = merge_surfaces(environment, len(environment.weight) // 2)
     assert len(merged.weight) == len(environment.weight) // 2
@@ -242,7 +242,7 @@ def test_merged_surfaces_keep_what_is_linear(skylines, system):
         assert np.abs(direct[1] - direct[0]).mean() < 0.02 * direct[0].mean()
     source = model_source(Places(np.array([30.0, 60.0]), np.array([31.0, 10.0])), "climate", Request())
     whole, few = (compute_world([one], source, system, threads=1).full_load_hours for one in (environment, merged))
-    np.testing.assert_allclose(few[..., 0], whole[..., 0], rtol=0.005)
+    np.testing.assert_allclose(few[..., 0], whole[..., 0], rtol=0.02)
     assert merge_surfaces(environment, 1000) is environment
 
 
