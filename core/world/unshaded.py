@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..scene.scene import Site, Surfaces
 from ..sun.sky_grid import sky_grid_suns
-from ..transfer.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..transfer.transfer import Transfer
 
 ROOF_TILT = 35.0  # [°]; the paper's roofs have mean tilts of 28 to 42°
