@@ -7,45 +7,36 @@ from ..sun.solar_position import sun_direction
 from .effect import Effect
 
 KEY = "perez"
+LEVEL = 1.0  # [°] of tilt up to which both skies give the same
 MOST_HOURS = 1 << 22  # of the planes at a time, to limit memory
 
 
 def decide(inputs):
-    """The sky of Perez where inclined surfaces count and the weather tells direct and diffuse light apart."""
-    sky, surfaces = inputs.request.sky, inputs.scene.surfaces
-    counted = np.asarray(surfaces.eligible, bool) & ~np.isin(surfaces.kind, ("flat", "ground"))
+    """The sky of Perez where inclined surfaces count; every weather has the direct and diffuse light that it needs."""
+    sky, asked, surfaces = inputs.request.sky, inputs.asked(KEY), inputs.scene.surfaces
+    counted = np.asarray(surfaces.eligible, bool) & (np.asarray(surfaces.surface_tilt) > LEVEL)
     area = float(np.asarray(surfaces.area)[counted].sum())
-    known = inputs.weather is None or {"dni", "dhi"} <= set(inputs.weather.data.columns)
-    on = inputs.asked(KEY, sky == "perez" or (sky == "auto" and area > 0 and known))
-    change = 0.0, 0.0
-    if area > 0 and known and inputs.weather is not None:
-        planes = typical_planes(surfaces, counted)
-        change = change_unshaded(inputs.weather, *planes, inputs.request.ground_albedo)
-    words = f"unshaded, it changes the light of what counts by {min(change):+.1%} to {max(change):+.1%}"
-    if on:
-        reason = "as asked" if sky == "perez" or inputs.asked(KEY) else f"{area:,.0f} m² of inclined surfaces count"
-        reason += f"; {words}" if any(change) else ""
-        return Effect(KEY, True, "dome, circumsolar light and horizon", reason, 0.0, setting=KEY)
-    bound = None if not known or (area > 0 and not any(change)) else bound_change(inputs.weather, change)
-    reason = "as asked" if sky == "isotropic" or inputs.asked(KEY) is False else why_not(area)
-    reason += f"; {words}" if any(change) else ""
-    return Effect(KEY, False, "isotropic sky", reason, bound, setting="isotropic")
+    change = np.zeros(0)
+    if inputs.weather is not None and counted.any():
+        change = change_unshaded(inputs.weather, *typical_planes(surfaces, counted), inputs.request.ground_albedo)
+    words = f"; it changes unshaded ones by {change.min():+.1%} to {change.max():+.1%}" if len(change) else ""
+    if sky == "perez" or (sky == "auto" and area > 0) if asked is None else asked:
+        reason = f"{area:,.0f} m² of inclined surfaces count" if sky == "auto" and asked is None else "as asked"
+        return Effect(KEY, True, "dome, circumsolar light and horizon", reason + words, 0.0, setting=KEY)
+    reason = "no inclined surface counts" if sky == "auto" and asked is None else "as asked"
+    bound = bound_change(inputs.weather, change) if len(change) else 0.0 if area == 0 else None
+    return Effect(KEY, False, "isotropic sky", reason + words, bound, setting="isotropic")
 
 
 def bound_change(weather, change):
-    """What the isotropic sky leaves out at most: what Perez's sky changes on unshaded planes, or takes from a wall that
-    never sees the sun, which is the circumsolar share of DHI; 0 where nothing inclined counts.
+    """Share of light that the isotropic sky leaves out at most.
+
+    What Perez's sky changes on unshaded planes, or takes from a wall that never sees the sun: the circumsolar share of
+    DHI.
     """
-    if not any(change):
-        return 0.0
     parts = split_sky(weather, KEY)
     circumsolar = parts.circumsolar_horizontal.sum()
     return float(max(circumsolar / (circumsolar + parts.dome.sum()), *np.abs(change)))
-
-
-def why_not(area):
-    """Why the automatic choice is the isotropic sky."""
-    return "the weather has no direct and diffuse light" if area > 0 else "no inclined surface counts"
 
 
 def typical_planes(surfaces, counted):
