@@ -48,7 +48,7 @@ def trace_one(count):
     suns = Suns("hourly", sun, np.full(len(sun), 1 / len(sun)), np.zeros(len(sun), np.int32), np.arange(len(sun)))
     scene = join_parts([cut_city(count)])
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    settings = trace_gather(scene, suns, Request(far_ground=False), silent).record.as_dict()
+    settings = trace_gather(scene, suns, Request(far_ground=False, sky="isotropic"), silent).record.as_dict()
     rays = settings["hemisphere_rays"] + settings["shadow_rays"]
     return {
         "triangles": len(scene.triangles),

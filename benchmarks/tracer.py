@@ -39,7 +39,7 @@ from citypv.core.sun.suns import Suns
 
 ROOT = Path(__file__).parents[1]
 TOWN = ROOT / "tests" / "data" / "town.npz"
-SETTINGS = {"samples": 256, "shadow_samples": 16, "far_ground": False, "max_bounces": 3}
+SETTINGS = {"samples": 256, "shadow_samples": 16, "far_ground": False, "max_bounces": 3, "sky": "isotropic"}
 
 
 class Recorder:

@@ -43,7 +43,7 @@ def horizon_directions(normal, along, up):
     sine = 2 * along - 1  # of the azimuth from the normal, whose cosine is the density
     cosine = np.sqrt(np.maximum(1 - sine**2, 0))
     slope = -(normal[:, 2] / np.hypot(normal[:, 0], normal[:, 1]))[:, None]
-    elevation = np.float32(1) * up * visible_height(slope, cosine)
+    elevation = up * visible_height(slope, cosine)
     directions = np.empty((*along.shape, 3), np.float32)
     directions[..., 0] = np.cos(elevation) * (cosine * level[:, :1] - sine * level[:, 1:])
     directions[..., 1] = np.cos(elevation) * (cosine * level[:, 1:] + sine * level[:, :1])
@@ -63,6 +63,8 @@ def visible_height(slope, cosine):
     """
     # In front where n_h cos φ cos e + n_z sin e > 0.
     leaning = slope > 0
+    if not np.any(leaning):
+        return np.full(np.broadcast(slope, cosine).shape, HEIGHT, np.float32)
     plane = np.arctan(np.divide(cosine, slope, out=np.ones(np.broadcast(slope, cosine).shape), where=leaning))
     return np.where(leaning, np.minimum(plane, HEIGHT), HEIGHT).astype(np.float32)
 
