@@ -241,7 +241,7 @@ class Request(SystemSettings):
         none="none",
         subtype="DISTANCE",
     )
-    effects: dict = setting({}, "light", "overrule the plan of effects", kind="pairs", metavar="KEY=on|off")
+    effects: dict = setting({}, "effects", "overrule the plan of effects", kind="pairs", metavar="KEY=on|off")
     seed: int = setting(
         0,
         "light",

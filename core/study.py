@@ -136,9 +136,15 @@ def read_year(site, request, suns=None):
     return weather
 
 
-def plan_scene(scene, request):
-    """What tracing this scene calls for."""
-    return prepare_scene(scene, request).plan
+def prepare_study(scene, weather, request):
+    """What tracing a scene for a year calls for, with the pilot's shares and bounds: PreparedScene."""
+    return prepare_scene(scene, request, weather=weather, suns=choose_year(weather, request), measure=True)
+
+
+def choose_year(weather, request):
+    """Sun positions to trace for the year of a weather: Suns."""
+    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
+    return spread_suns(choose_suns(request.suns, *year, request.seed, position=weather.data))
 
 
 def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepared=None):
@@ -150,7 +156,7 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
     CancelledError.
     """
     year = weather.data.index, weather.interval, weather.latitude, weather.longitude
-    suns = spread_suns(choose_suns(request.suns, *year, request.seed, position=weather.data))
+    suns = choose_year(weather, request) if prepared is None or prepared.suns is None else prepared.suns
     trace = {"gather": trace_gather, "forward": trace_forward}[request.estimator]
     transfer = trace(scene, suns, request, progress, folder, prepared=prepared)
     return weigh_kept_suns(transfer, year) if transfer.record.interrupted else transfer

@@ -12,6 +12,7 @@ TITLES = {
     "electricity": "the modules, and the counted area",
     "light": "the light",
     "sky": "the sky",
+    "effects": "the effects",
     "run": "the run",
 }
 
@@ -23,7 +24,7 @@ def add_options(parser, *groups):
     ----------
     parser : argparse.ArgumentParser
     *groups : str
-        Names of groups: city, weather, electricity, light, sky, run.
+        Names of groups: city, weather, electricity, light, sky, effects, run.
     """
     for group in groups:
         place = parser.add_argument_group(TITLES[group])

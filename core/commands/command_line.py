@@ -98,7 +98,7 @@ def build_parser():
     simulate = commands.add_parser("simulate", help="trace a city and write full load hours of every surface")
     add_city(simulate)
     add_output(simulate)
-    add_options(simulate, "weather", "electricity", "light", "sky", "run")
+    add_options(simulate, "weather", "electricity", "light", "sky", "effects", "run")
     simulate.add_argument("--blend", action="store_true", help="write city.blend (needs bpy)")
     simulate.add_argument("--preview", action="store_true", help="write preview.png (needs bpy)")
     simulate.add_argument("--transfer", action="store_true", help="write transfer.nc even if it takes gigabytes")
@@ -108,7 +108,7 @@ def build_parser():
     again = commands.add_parser("yield", help="full load hours of a transfer.nc with other weather or another module")
     again.add_argument("transfer", metavar="TRANSFER", help="transfer.nc of an earlier run")
     add_output(again)
-    add_options(again, "weather", "electricity", "sky", "run")
+    add_options(again, "weather", "electricity", "sky", "effects", "run")
     again.set_defaults(run=run_yield, parser=again)
     plot = commands.add_parser("plot", help="draw a result folder: pictures and tables in one report.html")
     plot.add_argument("folder", metavar="DIR", help="folder that simulate or yield has written")
@@ -125,7 +125,7 @@ def build_parser():
     inspect.set_defaults(run=run_inspect)
     effects = commands.add_parser("effects", help="list the effects that tracing this city includes, and why")
     add_city(effects)
-    add_options(effects, "light", "sky", "run")
+    add_options(effects, "weather", "electricity", "light", "sky", "effects", "run")
     effects.add_argument("--json", action="store_true", help="print as JSON")
     effects.set_defaults(run=run_effects)
     selfcheck = commands.add_parser("selfcheck", help="check the tracer against closed forms and hard cases")
@@ -253,10 +253,9 @@ def run_inspect(options):
 def run_effects(options):
     """`citypv effects`."""
     from ..effects.plan_effects import describe_plan
-    from ..study import plan_scene, read_scene
+    from .list_effects import list_effects
 
-    request = request_of_options(options)
-    plan = plan_scene(read_scene(options.city, request, TerminalProgress(lasting=False)), request)
+    plan = list_effects(options.city, request_of_options(options), TerminalProgress(lasting=False))
     if options.json:
         print(json.dumps([effect.as_dict() for effect in plan.effects], indent=2))
     else:

@@ -23,13 +23,13 @@ from ..study import (
     find_surfaces,
     measure_sun_sampling,
     place_city,
+    prepare_study,
     read_buildings,
     read_year,
     trace_scene,
 )
 from ..sun.check_distance import distance_of_weather
 from ..transfer.kept_matrix import is_on_disk
-from ..transfer.prepare_scene import prepare_scene
 
 
 class RunLog:
@@ -95,7 +95,7 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
         log.write(describe_weather(weather, scene.site))
         log.clock.lap("read weather")
         log.write("Effects included for this scene:")
-        prepared = prepare_scene(scene, request, weather=weather)
+        prepared = prepare_study(scene, weather, request)
         for line in describe_plan(prepared.plan):
             log.write(f"  {line}")
         log.write("Tracing")

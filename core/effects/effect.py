@@ -1,11 +1,15 @@
 """One decision of the plan, and what it is made from."""
 
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import Any
 
+from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
 from ..request import Request
 from ..scene.scene import Scene
+from ..threads import usable_threads
+from .pilot import Pilot, trace_pilot
 
 
 @dataclass
@@ -19,6 +23,7 @@ class Effect:
     bound: float | None  # share of full load hours that is left out at most; None: no bound is known
     setting: Any = None  # what the estimator needs to know, of any type
     seconds: float | None = None  # predicted cost [s]; None: not known
+    share: float | None = None  # of full load hours that the effect adds or takes, expected; None: not known
 
     def as_dict(self):
         """All but `setting`, which may be an array, by name."""
@@ -35,8 +40,41 @@ class Inputs:
     request: Request
     weather: Any = None  # weather.Weather, where it is known
     suns: Any = None  # sun.Suns, where they are known
+    measure: bool = False  # whether the pilot may be traced where no decision depends on it
     decided: dict = field(default_factory=dict)  # key -> Effect, of the lines of the table above this one
 
     def asked(self, key, default=None):
         """Whether the user has switched an effect on or off; `default` if neither."""
         return self.request.effects.get(key, default)
+
+    @cached_property
+    def ray_scene(self) -> FacingScene:
+        """Triangles for tracing rays, made when an effect needs them."""
+        return FacingScene(self.scene, self.patches, usable_threads(self.request.threads))
+
+    @cached_property
+    def pilot(self) -> Pilot | None:
+        """Where the light of the receivers comes from, traced when an effect needs it."""
+        request = self.request
+        far_ground = request.ground_albedo if self.asked("far-ground", request.far_ground) else 0.0
+        return trace_pilot(
+            self.ray_scene,
+            self.patches,
+            self.scene,
+            ground_albedo=far_ground,
+            suns=self.suns,
+            seed=request.seed,
+        )
+
+    @property
+    def pilot_if_wanted(self) -> Pilot | None:
+        """The pilot if it has been traced, or may be traced; else None."""
+        return self.pilot if self.measure or "pilot" in self.__dict__ else None
+
+    @property
+    def direct_over_diffuse(self) -> float:
+        """Direct normal over diffuse irradiance of the year; 1 if the weather is not known."""
+        if self.weather is None:
+            return 1.0
+        diffuse = float(self.weather.data["dhi"].sum())
+        return float(self.weather.data["dni"].sum()) / diffuse if diffuse > 0 else 1.0

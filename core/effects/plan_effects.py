@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..patches.facing_scene import FacingScene
 from .effect import Effect, Inputs
 from .table import TABLE, check_effects, decide_effect
 
@@ -13,6 +14,7 @@ class EffectPlan:
     """What will be traced: `plan[key]` is the Effect of a key."""
 
     effects: list[Effect]  # in the order of the table
+    ray_scene: FacingScene | None = None  # if the pilot made one
 
     def __getitem__(self, key):
         return next(effect for effect in self.effects if effect.key == key)
@@ -48,7 +50,7 @@ class EffectPlan:
         return self["suns-behind"].on
 
 
-def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=None):
+def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=None, measure=False):
     """Decide what to trace.
 
     Parameters
@@ -60,6 +62,8 @@ def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=No
         Of `materials.read_albedo.Found`.
     weather : Weather, optional
     suns : Suns, optional
+    measure : bool
+        Trace the pilot even where no decision depends on it, to state shares and tighter bounds.
 
     Returns
     -------
@@ -71,10 +75,11 @@ def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=No
         If `request.effects` names an effect that does not exist, or an array of the scene cannot be used.
     """
     check_effects(request)
-    inputs = Inputs(scene, patches, materials, request, weather, suns)
+    inputs = Inputs(scene, patches, materials, request, weather, suns, measure)
     for key in TABLE:
         inputs.decided[key] = decide_effect(key, inputs)
-    return EffectPlan(list(inputs.decided.values()))
+    ray_scene = inputs.__dict__.get("ray_scene")
+    return EffectPlan(list(inputs.decided.values()), ray_scene)
 
 
 def describe_plan(plan):
@@ -82,6 +87,8 @@ def describe_plan(plan):
     lines = []
     for effect in plan.effects:
         bound = "without bound" if effect.bound is None else f"leaves out at most {effect.bound:.2%}"
+        share = "" if effect.share is None else f"; makes {effect.share:+.2%} of full load hours"
+        seconds = "" if effect.seconds is None else f"; takes about {effect.seconds:.2g} s"
         state = "on " if effect.on else "off"
-        lines.append(f"{effect.key:<12} {state}  {effect.extent}: {effect.reason} ({bound})")
+        lines.append(f"{effect.key:<12} {state}  {effect.extent}: {effect.reason} ({bound}{share}{seconds})")
     return lines

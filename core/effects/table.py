@@ -15,6 +15,9 @@ TABLE = {  # key -> estimators for which it may be switched on
     "reflections": BOTH,
     "far-ground": BOTH,
     "perez": BOTH,
+    "aoi": BOTH,
+    "spectrum": BOTH,
+    "temperature": BOTH,
 }
 
 

@@ -24,7 +24,7 @@ def diffuse_incidence_factors(surface_tilt, system):
     numpy.ndarray, (3, n)
         1 if the system has no IAM for diffuse light.
     """
-    if not system.diffuse_incidence:
+    if not (system.diffuse_incidence and system.aoi):
         return np.ones((3, len(surface_tilt)))
     tilt = np.arange(0.0, 180.0 + STEP, STEP)
     own = {"module": system.module.parameters} if system.incidence == "sapm" else {}

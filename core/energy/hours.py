@@ -7,7 +7,7 @@ import pvlib
 
 from ..sun.match_suns import match_suns
 from ..sun.solar_position import MINIMUM_ELEVATION, is_sunny, sun_direction
-from .power_model import spectral_factor
+from .power_model import cell_temperature, spectral_factor
 
 CHUNK = 128  # hours at a time
 
@@ -93,8 +93,10 @@ def prepare_hours(suns, weather, system, sky):
     relative = pvlib.atmosphere.get_relative_airmass(data["apparent_zenith"].to_numpy(), "kastenyoung1989")
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, data["pressure"].to_numpy())
     # The model is linear in the irradiance: 1 Wm⁻² in air of 0 °C gives the slope.
-    heating = pvlib.temperature.sapm_cell(1.0, 0.0, data["wind_speed"].to_numpy(), **system.thermal)
-    column = {name: data[name].to_numpy()[:, None] for name in ("dni", "temp_air", "wind_speed")}
+    wind_speed = data["wind_speed"].to_numpy()
+    at_rest = cell_temperature(np.zeros(len(data)), data["temp_air"].to_numpy(), wind_speed, system)
+    heating = pvlib.temperature.sapm_cell(1.0, 0.0, wind_speed, **system.thermal) if system.temperature else 0 * at_rest
+    column = {name: data[name].to_numpy()[:, None] for name in ("dni", "wind_speed")}
     direction = sun_direction(data["apparent_zenith"], data["solar_azimuth"])
     return Hours(
         interval=used,
@@ -106,6 +108,7 @@ def prepare_hours(suns, weather, system, sky):
         horizon=sky.horizon[used, None],
         level=column["dni"] * np.maximum(direction[:, 2:], 0.0) + sky.circumsolar_horizontal[used, None],
         spectral_factor=spectral_factor(airmass, system)[:, None],
+        temp_air=at_rest[:, None],
         heating=heating[:, None],
         match=match.index,
         match_weight=match.weight.astype(float),

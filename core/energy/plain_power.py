@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import pvlib
 
 from .pick_inverter import convert_power
-from .power_model import dc_power, diffuse_share, incidence_factor
+from .power_model import cell_temperature, dc_power, diffuse_share, incidence_factor
 from .pv_system import PvSystem
 
 
@@ -39,9 +38,7 @@ class PlainPower:
         aoi = np.degrees(np.arccos(np.minimum(aoi_projection, 1.0)))
         direct = poa_direct * incidence_factor(aoi, system)
         effective = hours.spectral_factor * (direct + diffuse_share(system) * diffuse_taken)
-        temp_cell = pvlib.temperature.sapm_cell(
-            poa_direct + poa_diffuse, hours.temp_air, hours.wind_speed, **system.thermal
-        )
+        temp_cell = cell_temperature(poa_direct + poa_diffuse, hours.temp_air, hours.wind_speed, system)
         lit = effective > 0
         power = np.zeros_like(effective)
         power[lit] = dc_power(effective[lit], temp_cell[lit], system.module)

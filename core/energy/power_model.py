@@ -6,6 +6,7 @@ import pvlib
 from .pick_module import SANDIA
 
 HIGHEST_AIRMASS = 10.0  # up to which the coefficients of f₁ were fitted; beyond it the polynomials diverge
+STANDARD_TEMPERATURE = 25.0  # [°C] of cells at standard test conditions
 INCIDENCE_LAWS = {"physical": pvlib.iam.physical, "ashrae": pvlib.iam.ashrae}
 
 
@@ -21,8 +22,11 @@ def incidence_factor(aoi, system):
     Returns
     -------
     numpy.ndarray
-        Sandia's polynomial f₂ of the module, Fresnel's equations for a pane (De Soto et al. 2006), or ASHRAE's law.
+        Sandia's polynomial f₂ of the module, Fresnel's equations for a pane (De Soto et al. 2006), or ASHRAE's law;
+        1 with the effect switched off.
     """
+    if not system.aoi:
+        return np.ones_like(aoi)
     if system.incidence == "sapm":
         return pvlib.iam.sapm(aoi, system.module.parameters)
     return INCIDENCE_LAWS[system.incidence](aoi)
@@ -49,7 +53,29 @@ def spectral_factor(airmass, system):
     """
     if system.module.library != SANDIA:
         return np.ones_like(airmass)
+    if not system.spectrum:
+        return np.where(np.isnan(airmass), 0.0, 1.0)
     return pvlib.spectrum.spectral_factor_sapm(np.minimum(airmass, HIGHEST_AIRMASS), system.module.parameters)
+
+
+def cell_temperature(poa_global, temp_air, wind_speed, system):
+    """Cell temperature by the Sandia model [°C]; that of standard test conditions with the effect switched off.
+
+    Parameters
+    ----------
+    poa_global : numpy.ndarray
+        [Wm⁻²]
+    temp_air, wind_speed : numpy.ndarray
+        [°C], [ms⁻¹]
+    system : PvSystem
+
+    Returns
+    -------
+    numpy.ndarray
+    """
+    if not system.temperature:
+        return np.full_like(poa_global, STANDARD_TEMPERATURE)
+    return pvlib.temperature.sapm_cell(poa_global, temp_air, wind_speed, **system.thermal)
 
 
 def dc_power(effective, temp_cell, module):

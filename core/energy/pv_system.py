@@ -14,6 +14,7 @@ MOUNTINGS = {  # Sandia's thermal parameters (King et al. 2004, table 1) as pvli
     "close-mount": "close_mount_glass_glass",
 }
 OF_LIBRARY = {SANDIA: "sapm", CEC: "physical"}  # library -> law of "module"
+ELECTRIC = ("aoi", "spectrum", "temperature")  # effects that may be switched off
 BEARING = ("facade", "roof", "flat", "rack")  # kinds that --usable may name
 MODULE = "SunPower_SPR_300_WHT__2007__E__"  # the paper's
 
@@ -31,6 +32,9 @@ class PvSystem:
     hidden_walls: str = "leave-out"  # or count: whether covered area carries modules
     overhangs: bool = False  # whether walls that lean outward by more than 1° are facades, as in the paper
     usable: dict = field(default_factory=dict)  # kind -> share of its area without windows and edges
+    aoi: bool = True  # whether light that falls in at an angle is lost to reflection by the glass
+    spectrum: bool = True  # whether the current depends on the spectrum
+    temperature: bool = True  # whether cells are as warm as air and light make them, or always at 25 °C
 
     @property
     def feeds_grid(self):
@@ -72,6 +76,7 @@ def build_system(request):
         hidden_walls=request.hidden_walls,
         overhangs=request.overhangs == "count",
         usable=dict(request.usable),
+        **{key: request.effects.get(key, True) for key in ELECTRIC},
     )
 
 

@@ -83,7 +83,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     check_suns(suns)
     check_request(request)
     clock = Clock()
-    prepared = prepared or prepare_scene(scene, request)
+    prepared = prepared or prepare_scene(scene, request, suns=suns)
     traced, patches, plan = prepared.scene, prepared.patches, prepared.plan
     merge = area_means(traced.triangle_surface, patches.area, len(scene.surfaces))
     run, covered_share = prepare_run(prepared, request, progress)
@@ -149,7 +149,7 @@ def prepare_run(prepared, request, progress):
     covered_share : (p,) float32
     """
     scene, patches, threads = prepared.scene, prepared.patches, usable_threads(request.threads)
-    ray_scene = FacingScene(scene, patches, threads)
+    ray_scene = prepared.plan.ray_scene or FacingScene(scene, patches, threads)
     covered_share, covered = find_cover(ray_scene, patches, threads)
     count = len(scene.surfaces)
     surface = np.where(scene.triangle_surface < 0, count, scene.triangle_surface)

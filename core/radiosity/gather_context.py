@@ -45,7 +45,7 @@ def prepare_gather(prepared, request, progress):
     scene, patches = prepared.scene, prepared.patches
     threads = usable_threads(request.threads)
     return GatherContext(
-        ray_scene=FacingScene(scene, patches, threads),
+        ray_scene=prepared.plan.ray_scene or FacingScene(scene, patches, threads),
         patches=patches,
         plan=prepared.plan,
         request=request,

@@ -58,7 +58,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
     check_suns(suns)
     check_request(request)
     clock = Clock()
-    prepared = prepared or prepare_scene(scene, request)
+    prepared = prepared or prepare_scene(scene, request, suns=suns)
     context = prepare_gather(prepared, request, progress)
     patches, plan, merge, ray_scene = context.patches, context.plan, context.merge, context.ray_scene
     clock.lap("plan and tree")

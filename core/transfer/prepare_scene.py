@@ -8,6 +8,7 @@ from ..patches.patches import Patches, patches_of_scene
 from ..scene.add_backs import add_backs
 from ..scene.check_scene import check_scene
 from ..scene.scene import Scene
+from ..sun.suns import Suns
 
 
 @dataclass
@@ -18,9 +19,10 @@ class PreparedScene:
     materials: list  # of materials.read_albedo.Found: each surface and, last, the generated ground
     patches: Patches
     plan: EffectPlan
+    suns: Suns | None = None  # if they were chosen already
 
 
-def prepare_scene(scene, request, *, weather=None, suns=None):
+def prepare_scene(scene, request, *, weather=None, suns=None, measure=False):
     """Materials, patches and plan of a scene.
 
     Parameters
@@ -30,6 +32,8 @@ def prepare_scene(scene, request, *, weather=None, suns=None):
     weather : Weather, optional
     suns : Suns, optional
         Where they are known already, for effects that depend on them.
+    measure : bool
+        As of `plan_effects`.
 
     Returns
     -------
@@ -44,5 +48,5 @@ def prepare_scene(scene, request, *, weather=None, suns=None):
     materials = name_brdfs(scene, request)
     scene = add_backs(scene)
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request, materials), request.seed)
-    plan = plan_effects(scene, patches, request, materials=materials, weather=weather, suns=suns)
-    return PreparedScene(scene, materials, patches, plan)
+    plan = plan_effects(scene, patches, request, materials=materials, weather=weather, suns=suns, measure=measure)
+    return PreparedScene(scene, materials, patches, plan, suns)

@@ -1,0 +1,199 @@
+"""A pilot: random paths backwards from the surfaces whose numbers are wanted, which show where their light comes from.
+
+Each path starts at a random point and goes on in a cosine-distributed direction. At every place it sends a ray towards
+a random sun; where it escapes it meets the sky or the far ground; where it hits the front of a patch its weight is
+multiplied with the albedo. So the light that arrives after n reflections is the mean over all paths of what they find
+at place n (the Neumann series of the radiosity equation, term by term).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..patches.find_covered import meets_back
+from ..sampling.hemisphere_rays import points_of_patches, rays_from_patches
+from ..sampling.sample_points import cosine_direction
+
+PATHS = 8192
+FEWEST_PATHS = 256  # of each kind and orientation
+LONGEST = 50  # reflections
+NEGLIGIBLE = 1e-7  # weight below which a path ends
+SKIES = (0.0, 4.0)  # direct normal over diffuse irradiance of a year: always overcast, and desert
+
+
+@dataclass
+class Pilot:
+    """Light found by m paths, each a row; column n is light that was reflected n times."""
+
+    weight: np.ndarray  # (m,) float64, area that a path stands for over that of all receivers
+    group: np.ndarray  # (m,) int, kind and orientation of the surface where it starts
+    groups: list  # of str
+    sky: np.ndarray  # (m, LONGEST + 1) float32, per DHI
+    sun: np.ndarray  # (m, LONGEST + 1) float32, mean over the suns, per DNI; 0 where no suns are known
+    far_sky: np.ndarray  # (m,) float32, the part of `sky` that the far ground reflected last
+    far_sun: np.ndarray  # (m,) float32
+    alive: np.ndarray  # (m,) float32, weight after the last reflection
+    unshaded: np.ndarray  # (m,) float32, direct light of the same suns without shadows
+    rays: int
+
+
+def trace_pilot(ray_scene, patches, scene, *, ground_albedo, suns, seed):
+    """Follow random paths from the eligible surfaces, or from all if none is eligible.
+
+    Parameters
+    ----------
+    ray_scene : FacingScene
+    patches : Patches
+    scene : Scene
+        Of these patches.
+    ground_albedo : float
+        Of the far ground; 0 without one.
+    suns : Suns or None
+    seed : int
+
+    Returns
+    -------
+    Pilot or None
+        None if no surface receives light.
+    """
+    start, weight, group, groups = draw_starts(patches, scene.triangle_surface, scene.surfaces, seed)
+    if not len(start):
+        return None
+    generator = np.random.default_rng([seed, 0x9110])
+    found = Pilot(
+        weight,
+        group,
+        groups,
+        *np.zeros((2, len(start), LONGEST + 1), np.float32),
+        *np.zeros((4, len(start)), np.float32),
+        rays=0,
+    )
+    place = start, np.arange(len(start)), np.ones(len(start), np.float32), random_points(generator, len(start))
+    for order in range(LONGEST + 1):
+        find_suns(ray_scene, patches, place, suns, generator, order=order, found=found)
+        place = next_places(ray_scene, patches, place, (ground_albedo, suns), generator, order=order, found=found)
+        if not len(place[0]):
+            return found
+    found.alive[place[1]] = place[2]
+    return found
+
+
+def draw_starts(patches, owner, surfaces, seed):
+    """Patches where paths start, by area in each kind and orientation.
+
+    Returns
+    -------
+    start : (m,) int
+    weight : (m,) float64
+    group : (m,) int
+    groups : list of str
+    """
+    names = np.char.add(np.char.add(np.asarray(surfaces.kind, str), " "), np.asarray(surfaces.orientation, str))
+    wanted = surfaces.eligible if surfaces.eligible.any() else np.ones(len(names), bool)
+    groups, number = np.unique(names[wanted], return_inverse=True) if len(names) else ([], np.zeros(0, int))
+    of_surface = np.full(len(names) + 1, -1)  # the generated ground's -1 takes the last
+    of_surface[:-1][wanted] = number
+    of_patch = np.where(patches.receives & (patches.area > 0), of_surface[owner], -1)
+    generator = np.random.default_rng([seed, 0x57A7])
+    whole = patches.area[of_patch >= 0].sum()
+    start, weight, group = [], [], []
+    for index in range(len(groups)):
+        members = np.flatnonzero(of_patch == index)
+        if not len(members):
+            continue
+        own = patches.area[members].sum()
+        count = max(FEWEST_PATHS, round(PATHS * own / whole))
+        start.append(np.sort(generator.choice(members, count, p=patches.area[members] / own)))
+        weight.append(np.full(count, own / whole / count))
+        group.append(np.full(count, index))
+    if not start:
+        return np.zeros(0, int), np.zeros(0), np.zeros(0, int), []
+    return np.concatenate(start), np.concatenate(weight), np.concatenate(group), [str(name) for name in groups]
+
+
+def random_points(generator, count):
+    """Barycentric weights of uniform points of triangles: two (count,) float32."""
+    u, v = np.sort(generator.random((2, count), np.float32), axis=0)
+    return u, v - u
+
+
+def find_suns(ray_scene, patches, place, suns, generator, *, order, found):
+    """Add the light that reaches each path's place from one random sun."""
+    if suns is None or not len(suns):
+        return
+    patch, path, weight, (b1, b2) = place
+    share = np.maximum(suns.weight, 0)
+    towards = suns.direction[generator.choice(len(suns), len(patch), p=share / share.sum())].astype(np.float32)
+    cosine = np.maximum(np.einsum("ij,ij->i", towards, patches.normal[patch]), 0)
+    before = np.flatnonzero(cosine > 0)
+    origins = points_of_patches(patches, patch[before], b1[before, None], b2[before, None])[:, 0]
+    free = ray_scene.trace_closest(origins, towards[before]) < 0
+    found.rays += len(before)
+    found.sun[path[before], order] += weight[before] * cosine[before] * free
+    if order == 0:
+        found.unshaded[:] = cosine
+
+
+def next_places(ray_scene, patches, place, light, generator, *, order, found):
+    """Send each path on, and add what it finds of sky and far ground.
+
+    Parameters
+    ----------
+    place : tuple
+        Patch, path (row of `found`), weight and barycentric weights of the paths that go on.
+    light : tuple of float and Suns
+        Albedo of the far ground, and the suns that light it.
+
+    Returns
+    -------
+    tuple
+        The next `place`.
+    """
+    patch, path, weight, (b1, b2) = place
+    ground_albedo, suns = light
+    local = cosine_direction(*generator.random((2, len(patch), 1), np.float32))
+    origins, directions = rays_from_patches(patches, patch, b1[:, None], b2[:, None], local)
+    directions = directions[:, 0]
+    hit, b1, b2 = ray_scene.trace_places(origins[:, 0], directions)
+    found.rays += len(patch)
+    upwards = directions[:, 2] > 0
+    sky, below = (hit < 0) & upwards, (hit < 0) & ~upwards
+    found.sky[path[sky], order] += weight[sky]
+    if order < LONGEST:
+        found.sky[path[below], order + 1] += ground_albedo * weight[below]
+        found.far_sky[path[below]] = ground_albedo * weight[below]
+        if suns is not None and len(suns):
+            height = np.average(np.maximum(suns.direction[:, 2], 0), weights=np.maximum(suns.weight, 0))
+            found.sun[path[below], order + 1] += ground_albedo * weight[below] * height
+            found.far_sun[path[below]] = ground_albedo * weight[below] * height
+    weight = weight * patches.albedo[hit]
+    on = (hit >= 0) & ~meets_back(patches, hit, directions) & (weight > NEGLIGIBLE)
+    return hit[on], path[on], weight[on], (b1[on], b2[on])
+
+
+def share_beyond(pilot, bounces, members=slice(None)):
+    """Share of light that is reflected more often than `bounces` times, with its standard error.
+
+    Parameters
+    ----------
+    pilot : Pilot
+    bounces : int
+    members : (m,) bool, optional
+        Paths of one group.
+
+    Returns
+    -------
+    tuple of two float
+        The larger one of an overcast and of a desert year.
+    """
+    weight = pilot.weight[members]
+    found = []
+    for ratio in SKIES if pilot.sun.any() else SKIES[:1]:
+        light = pilot.sky[members].astype(float) + ratio * pilot.sun[members]
+        whole, beyond = light.sum(axis=1), light[:, bounces + 1 :].sum(axis=1)
+        mean = weight @ whole
+        share = weight @ beyond / mean if mean > 0 else 0.0
+        # Linearised variance of a ratio of two weighted means of independent paths.
+        error = np.sqrt(((weight * (beyond - share * whole)) ** 2).sum()) / mean if mean > 0 else 0.0
+        found.append((float(share), float(error)))
+    return max(found)

@@ -1,0 +1,117 @@
+"""What effects of the modules make of the full load hours: computed with each of them switched off."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+from ..energy.compute_energy import compute_energy
+from ..energy.pv_system import ELECTRIC
+from ..scene.scene import Surfaces
+from ..transfer.transfer import Transfer
+
+MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
+
+
+def shares_of_effects(transfer, weather, system, threads=None):
+    """Share of full load hours that each effect of the modules adds, or takes if negative.
+
+    Parameters
+    ----------
+    transfer : Transfer
+        Of it MOST_SURFACES eligible surfaces are looked at, or all if no more are eligible.
+    weather : Weather
+    system : PvSystem
+    threads : int, optional
+
+    Returns
+    -------
+    dict of str to float
+        (with - without)/with, of the area-weighted full load hours; empty if no surface is eligible.
+    """
+    rows, weight = draw_surfaces(transfer.surfaces)
+    few = take_rows(transfer, rows)
+    if not len(rows):
+        return {}
+
+    def hours(**switched):
+        energy = compute_energy(few, weather, replace(system, **switched), threads)
+        return float(weight @ np.nan_to_num(energy.full_load_hours))
+
+    as_set, found = hours(), {}
+    for key in ELECTRIC:
+        other = hours(**{key: not getattr(system, key)})
+        on, off = (as_set, other) if getattr(system, key) else (other, as_set)
+        found[key] = (on - off) / on if on > 0 else 0.0
+    return found
+
+
+def draw_surfaces(surfaces):
+    """Eligible surfaces, or of many some at equal steps of their summed area, ordered by tilt and azimuth.
+
+    Returns
+    -------
+    rows : (k,) int
+    weight : (k,) float64
+    """
+    rows = np.flatnonzero(surfaces.eligible)
+    if len(rows) <= MOST_SURFACES:
+        return rows, surfaces.area[rows]
+    order = rows[np.lexsort([surfaces.surface_azimuth[rows], surfaces.surface_tilt[rows]])]
+    area = np.cumsum(surfaces.area[order])
+    steps = (np.arange(MOST_SURFACES) + 0.5) / MOST_SURFACES * area[-1]
+    return order[np.searchsorted(area, steps)], np.ones(MOST_SURFACES)
+
+
+def take_rows(transfer, rows):
+    """Some surfaces of a Transfer."""
+    surfaces = transfer.surfaces
+    values = {one.name: getattr(surfaces, one.name) for one in fields(surfaces)}
+    few = {
+        name: [value[row] for row in rows] if isinstance(value, list) else None if value is None else value[rows]
+        for name, value in values.items()
+    }
+    names = (
+        *("covered_share", "sky_view_factor", "far_ground_view_factor", "diffuse_relative"),
+        *("diffuse_relative_standard_error", "visible_share", "direct_reflected", "direct_annual_standard_error"),
+    )
+    per_surface = {name: getattr(transfer, name)[rows] for name in names}
+    return replace(
+        transfer, surfaces=Surfaces(**few), **per_surface, albedo=None, material=None, error_parts=None, outlines=None
+    )
+
+
+def unshaded_transfer(scene, suns, ground_albedo):
+    """Transfer of the eligible surfaces of a scene as if nothing stood in front of them.
+
+    Parameters
+    ----------
+    scene : Scene
+    suns : Suns
+    ground_albedo : float
+
+    Returns
+    -------
+    Transfer
+        Of at most MOST_SURFACES surfaces.   # Eq 6, 7, 9 and 11
+    """
+    surfaces, count = scene.surfaces, len(scene.surfaces)
+    none = np.zeros(count)
+    cosine = np.cos(np.radians(surfaces.surface_tilt))
+    empty = np.zeros((count, 0), np.float32)
+    whole = Transfer(
+        surfaces=surfaces,
+        site=scene.site,
+        suns=suns,
+        covered_share=none,
+        sky_view_factor=(1 + cosine) / 2,
+        far_ground_view_factor=(1 - cosine) / 2,
+        ground_albedo=ground_albedo,
+        diffuse_relative=(1 + cosine) / 2 + ground_albedo * (1 - cosine) / 2,
+        diffuse_relative_standard_error=none,
+        visible_share=empty,
+        direct_reflected=empty,
+        direct_annual_standard_error=none,
+    )
+    few = take_rows(whole, draw_surfaces(surfaces)[0])
+    visible = (few.surfaces.normal @ suns.direction.T > 0).astype(np.float32)
+    return replace(few, visible_share=visible, direct_reflected=np.zeros_like(visible))
