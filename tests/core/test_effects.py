@@ -1,0 +1,191 @@
+"""What the plan of effects decides, against closed forms and against runs that leave nothing out."""
+
+import numpy as np
+import pvlib
+import pytest
+from scenes import scene_of_triangles
+from test_tracing import SUNS, three_houses
+from transfers import unshaded_transfer
+from weathers import ERA5
+
+from citypv.core.effects.effect import Inputs
+from citypv.core.effects.far_ground import edge_error, measure_reach
+from citypv.core.effects.pilot import share_beyond
+from citypv.core.energy import compute_energy as energy_under_test
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.pv_system import build_system
+from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.request import Request
+from citypv.core.results.effect_shares import shares_of_effects
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.transfer.prepare_scene import prepare_scene
+from citypv.core.weather.read_weather import read_weather
+
+MODULE = "SunPower_SPR_300_WHT__2007__E__"
+TILT, AZIMUTH = [90, 90, 90, 30, 0], [180, 90, 0, 180, 0]
+
+
+def bowl(steps=24):
+    """The inside of a half sphere that opens upwards: each point sees the sky with half of its hemisphere."""
+    angle = np.linspace(0, 2 * np.pi, 4 * steps, endpoint=False)
+    depth = np.linspace(0, np.pi / 2, steps + 1)[1:]
+    rings = [
+        10 * np.stack([np.sin(d) * np.cos(angle), np.sin(d) * np.sin(angle), 0 * angle - np.cos(d)], 1) for d in depth
+    ]
+    vertices = np.concatenate([[[0, 0, -10.0]], *rings])
+    count, triangles = len(angle), []
+    for side in range(count):
+        following = (side + 1) % count
+        triangles.append([0, 1 + side, 1 + following])
+        for ring in range(steps - 1):
+            lower, upper = 1 + ring * count, 1 + (ring + 1) * count
+            triangles += [
+                [lower + side, upper + side, upper + following],
+                [lower + side, upper + following, lower + following],
+            ]
+    return scene_of_triangles(vertices, triangles)
+
+
+def pilot_of(scene, **settings):
+    request = Request(**settings)
+    prepared = prepare_scene(scene, request)
+    return Inputs(prepared.scene, prepared.patches, prepared.materials, request).pilot
+
+
+@pytest.mark.parametrize("albedo", [0.25, 0.6])
+def test_a_bowl_loses_a_geometric_series(albedo):
+    """In a half sphere E_n = 1/2 (albedo/2)^n everywhere, so (albedo/2)^(n+1) lies beyond n reflections."""
+    pilot = pilot_of(bowl(), albedo=albedo, far_ground=False)
+    assert pilot.weight.sum() == pytest.approx(1)
+    assert pilot.weight @ pilot.sky[:, 0] == pytest.approx(0.5, abs=0.02)
+    for count in range(4):
+        share, error = share_beyond(pilot, count)
+        # Facets are a little flatter than the sphere.
+        assert share == pytest.approx((albedo / 2) ** (count + 1), abs=4 * error, rel=0.01)
+        assert 0 < error < 0.25 * share
+
+
+def test_reflections_follow_the_albedo():
+    """None at albedo 0, two or three at 0.25, more at 0.6; in a bowl as many as its series says."""
+    counts = []
+    for albedo in (0, 0.25, 0.6):
+        request = Request(max_bounces=None, albedo=albedo, ground_albedo=albedo)
+        counts.append(prepare_scene(three_houses(), request, suns=SUNS).plan.max_bounces)
+    assert counts[0] == 0
+    assert 1 <= counts[1] <= 3 < counts[2]
+    plan = prepare_scene(bowl(), Request(max_bounces=None, albedo=0.6, far_ground=False)).plan
+    assert plan.max_bounces in (5, 6)  # 0.3^6 = 0.07 %, 0.3^5 = 0.24 %
+    assert 0.3 ** (plan.max_bounces + 1) <= plan["reflections"].bound < 0.005
+
+
+@pytest.mark.parametrize("albedo", [0.25, 0.6])
+def test_what_the_reflections_leave_out_stays_below_the_bound(albedo):
+    scene = three_houses()
+    settings = {"albedo": albedo, "ground_albedo": albedo, "samples": 1024}
+    few = trace_gather(scene, SUNS, Request(max_bounces=None, **settings), silent)
+    many = trace_gather(scene, SUNS, Request(max_bounces=30, **settings), silent)
+    effect = next(effect for effect in few.record.effects if effect["key"] == "reflections")
+    area = np.where(scene.surfaces.eligible, scene.surfaces.area, 0)
+    left_out = 1 - area @ few.diffuse_relative / (area @ many.diffuse_relative)
+    assert 0 < left_out <= effect["bound"] < 0.005
+
+
+def test_nothing_to_reflect_needs_no_pilot():
+    """A wall alone: the far ground reflects onto it once, and no ray is traced."""
+    scene = scene_of_triangles([[0, 0, 0], [8, 0, 0], [8, 0, 8], [0, 0, 8]], [[0, 1, 2], [0, 2, 3]])
+    transfer = trace_gather(scene, SUNS, Request(max_bounces=None), silent)
+    assert transfer.record.max_bounces == 1
+    assert transfer.record.hemisphere_rays == transfer.record.shadow_rays == 0
+    assert transfer.record.effects[2]["bound"] == 0
+    assert transfer.diffuse_relative == pytest.approx(0.5 + 0.25 / 2, abs=1e-6)
+
+
+def test_the_edge_of_the_near_ground():
+    """Before a long wall the ground at r heights loses (1 - cos β)/2 of its sky: crossed strings."""
+    pilot = pilot_of(scene_of_triangles(*wall()), albedo=0.25)
+    share = pilot.weight @ pilot.far_sky / (pilot.weight @ pilot.sky.sum(axis=1))
+    assert share == pytest.approx(0.125 / 0.625, rel=0.05)
+    for reach in (1.0, 3.0):
+        strings = (np.hypot(reach, 1) - reach) / (2 * np.hypot(reach, 1))  # of the sky of a point: (1 - cos β)/2
+        assert edge_error(pilot, reach, None, 0.0) == pytest.approx(share * strings, rel=1e-5)
+    assert edge_error(pilot, 3.0, None, 0.0) < edge_error(pilot, 1.0, None, 0.0)
+
+
+def wall():
+    return [[0, 0, 0], [8, 0, 0], [8, 0, 8], [0, 0, 8]], [[0, 1, 2], [0, 2, 3]]
+
+
+def test_reach_of_the_ground():
+    """40 m of ground around houses of up to 20 m: the house nearest to the edge is 24 m away from it."""
+    scene = three_houses()
+    patches = prepare_scene(scene, Request()).patches
+    flat = scene.vertices[scene.triangles][:, :, 2].max(axis=1) == 0
+    patches.ground[:] = flat
+    assert measure_reach(scene, patches) == pytest.approx(24 / 20)
+    patches.ground[:] = False
+    assert measure_reach(scene, patches) == 0
+
+
+@pytest.fixture(scope="module")
+def berlin():
+    weather = read_weather(ERA5, 52.51, 13.39)
+    suns = choose_suns("hourly", weather.data.index, weather.interval, weather.latitude, weather.longitude)
+    return weather, unshaded_transfer(suns, TILT, AZIMUTH)
+
+
+def power_by_pvlib(weather, tilt, azimuth, without):
+    """Full load hours of one unshaded plane, from pvlib, with some effects left out."""
+    data, module = weather.data, pvlib.pvsystem.retrieve_sam("SandiaMod")[MODULE]
+    sun = data["apparent_zenith"], data["solar_azimuth"]
+    aoi = pvlib.irradiance.aoi(tilt, azimuth, *sun)
+    direct = pvlib.irradiance.beam_component(tilt, azimuth, *sun, data["dni"])
+    horizontal = data["dhi"] + data["dni"] * np.maximum(np.cos(np.radians(sun[0])), 0)
+    ground = pvlib.irradiance.get_ground_diffuse(tilt, horizontal, 0.25)
+    diffuse = pvlib.irradiance.isotropic(tilt, data["dhi"]) + ground
+    airmass = pvlib.atmosphere.get_relative_airmass(sun[0])
+    airmass = np.minimum(pvlib.atmosphere.get_absolute_airmass(airmass, data["pressure"]), 10)
+    spectrum = pvlib.spectrum.spectral_factor_sapm(airmass, module)
+    spectrum = (airmass > 0).astype(float) if "spectrum" in without else spectrum
+    taken = direct if "aoi" in without else direct * pvlib.iam.sapm(aoi, module)
+    mounting = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"]["open_rack_glass_polymer"]
+    warm = pvlib.temperature.sapm_cell(direct + diffuse, data["temp_air"], data["wind_speed"], **mounting)
+    cell = 0 * warm + 25.0 if "temperature" in without else warm
+    power = pvlib.pvsystem.sapm(spectrum * (taken + diffuse), cell, module)["p_mp"]
+    return power.fillna(0).sum() / (module["Impo"] * module["Vmpo"])
+
+
+@pytest.mark.parametrize("plain", [True, False])
+@pytest.mark.parametrize("without", [("aoi",), ("spectrum",), ("temperature",), ("aoi", "spectrum", "temperature")])
+def test_modules_without_some_effects_equal_pvlib(berlin, without, plain, monkeypatch):
+    monkeypatch.setattr(energy_under_test, "PLAIN_LIMIT", 1e12 if plain else 0)
+    weather, transfer = berlin
+    system = build_system(Request(effects=dict.fromkeys(without, False)))
+    hours = compute_energy(transfer, weather, system).full_load_hours
+    expected = [power_by_pvlib(weather, *plane, without) for plane in zip(TILT, AZIMUTH, strict=True)]
+    np.testing.assert_allclose(hours, expected, rtol=1e-9 if plain else 1e-4)
+
+
+def test_shares_of_the_modules_effects(berlin):
+    """(with - without)/with of the eligible area, from pvlib called directly."""
+    weather, transfer = berlin
+    surfaces = transfer.surfaces
+    shares = shares_of_effects(transfer, weather, build_system(Request()), 1)
+    area = np.where(surfaces.eligible, surfaces.area, 0)
+    planes = list(zip(TILT, AZIMUTH, strict=True))
+    whole = area @ [power_by_pvlib(weather, *plane, ()) for plane in planes]
+    assert set(shares) == {"aoi", "spectrum", "temperature"}
+    for key, share in shares.items():
+        off = area @ [power_by_pvlib(weather, *plane, (key,)) for plane in planes]
+        assert share == pytest.approx((whole - off) / whole, abs=1e-6)
+    # Off or on, the share is the same one.
+    switched = shares_of_effects(transfer, weather, build_system(Request(effects={"aoi": False})), 1)
+    assert switched["aoi"] == pytest.approx(shares["aoi"], abs=1e-9)
+
+
+def test_paths_start_from_eligible_surfaces():
+    """From every kind and orientation at least 256, and together they stand for the whole area."""
+    pilot = pilot_of(three_houses())
+    assert set(pilot.groups) == {f"facade {side}" for side in ("north", "east", "south", "west")}
+    assert np.bincount(pilot.group).min() >= 256
+    assert pilot.weight.sum() == pytest.approx(1)
