@@ -9,6 +9,7 @@ METHODS = {
         "max_bounces": 3,
         "albedo": 0.25,
         "ground_albedo": 0.25,
+        "report": "all",
         "module": "SunPower_SPR_300_WHT__2007__E__",
         "mounting": "open-rack",
         "iam": "module",

@@ -241,6 +241,16 @@ class Request(SystemSettings):
         none="none",
         subtype="DISTANCE",
     )
+    report: str = setting(
+        "eligible",
+        "light",
+        "whose numbers are wanted in full; the others are sampled as far as reflections need them",
+        kind="choice",
+        choices={
+            "eligible": "Eligible surfaces and flat roofs",
+            "all": "All surfaces, sampled alike",
+        },
+    )
     effects: dict = setting({}, "effects", "overrule the plan of effects", kind="pairs", metavar="KEY=on|off")
     seed: int = setting(
         0,

@@ -34,6 +34,7 @@ class Pilot:
     far_sun: np.ndarray  # (m,) float32
     alive: np.ndarray  # (m,) float32, weight after the last reflection
     unshaded: np.ndarray  # (m,) float32, direct light of the same suns without shadows
+    first: np.ndarray  # (m,) int, patch that the path met first; -1: none
     rays: int
 
 
@@ -66,6 +67,7 @@ def trace_pilot(ray_scene, patches, scene, *, ground_albedo, suns, seed):
         groups,
         *np.zeros((2, len(start), LONGEST + 1), np.float32),
         *np.zeros((4, len(start)), np.float32),
+        first=np.full(len(start), -1),
         rays=0,
     )
     place = start, np.arange(len(start)), np.ones(len(start), np.float32), random_points(generator, len(start))
@@ -168,6 +170,8 @@ def next_places(ray_scene, patches, place, light, generator, *, order, found):
             found.far_sun[path[below]] = ground_albedo * weight[below] * height
     weight = weight * patches.albedo[hit]
     on = (hit >= 0) & ~meets_back(patches, hit, directions) & (weight > NEGLIGIBLE)
+    if order == 0:
+        found.first[path[on]] = hit[on]
     return hit[on], path[on], weight[on], (b1[on], b2[on])
 
 

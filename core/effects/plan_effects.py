@@ -25,6 +25,11 @@ class EffectPlan:
         return self["closed-form"].setting
 
     @property
+    def receivers(self) -> np.ndarray | None:
+        """Patches that get all rays: (p,) bool; None: all."""
+        return self["receivers"].setting
+
+    @property
     def max_bounces(self) -> int:
         """Number of reflections."""
         return self["reflections"].setting
@@ -33,6 +38,11 @@ class EffectPlan:
     def reflections(self) -> bool:
         """Whether the matrix of form factors is needed."""
         return self.max_bounces > 0
+
+    @property
+    def reflectors(self) -> bool:
+        """Whether ground that no surface sees is left out."""
+        return self["reflectors"].on
 
     @property
     def far_ground(self) -> bool:

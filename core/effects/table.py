@@ -12,7 +12,9 @@ BOTH = ("gather", "forward")
 TABLE = {  # key -> estimators for which it may be switched on
     "closed-form": ("gather",),
     "suns-behind": ("gather",),
+    "receivers": ("gather",),
     "reflections": BOTH,
+    "reflectors": ("gather",),
     "far-ground": BOTH,
     "perez": BOTH,
     "aoi": BOTH,

@@ -143,11 +143,11 @@ def run_rows(form_factors, product, threads, loop, *arrays, fresh=True):
         for rows in form_factors.rows:
             without[rows.chosen] = False
         product[without] = 0
-    share = np.float32(1 / (HEMISPHERE_REPLICATES * form_factors.rays))
     to_cell = np.int32(form_factors.start_bits)  # shifts a key to the cell that was hit
     to_patch = np.int32(to_cell + form_factors.cells.bit_length() - 1)
 
     def work(rows):
+        share = np.float32(1 / (HEMISPHERE_REPLICATES * (rows.rays or form_factors.rays)))
         loop((rows.chosen, rows.start, rows.key, rows.count), (to_patch, to_cell, share), product, *arrays)
 
     for _ in map_in_order(work, form_factors.rows, threads):

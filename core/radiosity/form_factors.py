@@ -30,6 +30,7 @@ class Rows:
     start: np.ndarray  # (c + 1,) int64, where the entries of each begin
     key: np.ndarray  # (e,) int32, of `make_keys`, ascending within a patch
     count: np.ndarray  # (e,) uint32, rays
+    rays: int | None = None  # of each replicate of each patch; None: as many as FormFactors says
 
 
 @dataclass
@@ -39,7 +40,7 @@ class FormFactors:
     rows: list  # of Rows
     count: int  # p
     cells: int  # of each patch: 1, 4 or 16
-    rays: int  # of each replicate
+    rays: int  # of each replicate, where the rows do not say
     starts: int = 1  # cells by which the starts of rays are resolved: as many as `cells`, or 1
 
     @property
@@ -59,7 +60,9 @@ class FormFactors:
             patch = np.repeat(rows.chosen, np.diff(rows.start))
             column = rows.key // (self.cells * self.starts * HEMISPHERE_REPLICATES)
             replicate = rows.key % HEMISPHERE_REPLICATES
-            parts.append(np.stack([patch * HEMISPHERE_REPLICATES + replicate, column, rows.count / self.rays]))
+            parts.append(
+                np.stack([patch * HEMISPHERE_REPLICATES + replicate, column, rows.count / (rows.rays or self.rays)])
+            )
         row, column, share = np.concatenate(parts, axis=1)
         shape = (self.count * HEMISPHERE_REPLICATES, self.count)
         return sparse.csr_matrix((share.astype(np.float32), (row.astype(int), column.astype(int))), shape=shape)
@@ -79,7 +82,13 @@ def check_form_factors(form_factors, count):
         entries = (len(rows.key),)
         check_array("key of form_factors", rows.key, entries, kind="i", least=0, most=last, row="entry")
         check_array(
-            "count of form_factors", rows.count, entries, kind="i", least=1, most=form_factors.rays, row="entry"
+            "count of form_factors",
+            rows.count,
+            entries,
+            kind="i",
+            least=1,
+            most=rows.rays or form_factors.rays,
+            row="entry",
         )
 
 

@@ -22,6 +22,7 @@ class GatherContext:
     patches: Patches
     plan: EffectPlan
     request: Request
+    owner: np.ndarray  # (p,) int, surface of each patch; -1: generated ground
     merge: sparse.csr_matrix  # (n, p), averages patches over their surface
     eligible_area: np.ndarray  # (n,) float64 [m²], 0 for surfaces that are not eligible
     threads: int
@@ -49,6 +50,7 @@ def prepare_gather(prepared, request, progress):
         patches=patches,
         plan=prepared.plan,
         request=request,
+        owner=scene.triangle_surface,
         merge=area_means(scene.triangle_surface, patches.area, len(scene.surfaces)),
         eligible_area=np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0),
         threads=threads,

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..materials.read_albedo import materials_of_surfaces
 from ..progress import Clock
 from ..request import check_request
@@ -18,10 +17,8 @@ from .gather_context import prepare_gather
 from .gather_diffuse import gather_diffuse
 from .gather_direct import gather_direct
 from .gather_horizon import gather_horizon
-from .hemisphere import Hemisphere, empty_tallies
 from .shadow_points import count_elements, points_above
-from .solve_radiosity import element_factors
-from .trace_hemisphere import trace_hemisphere
+from .view_hemispheres import view_hemispheres
 
 ONE_POINT = "of direct light: one shadow point per patch gives no variance estimate; ask for --shadow-samples 2 or more"
 
@@ -120,56 +117,3 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
         ),
         **materials_of_surfaces(scene, prepared.materials),
     )
-
-
-def view_hemispheres(context, cells):
-    """What all patches see of sky, far ground and each other.
-
-    Parameters
-    ----------
-    context : GatherContext
-    cells : int
-        1, 4 or 16: into how many elements the light of a patch is resolved.
-
-    Returns
-    -------
-    Hemisphere
-    ElementSky or None
-        None without reflections.
-    """
-    patches, plan = context.patches, context.plan
-    tallies = empty_tallies(len(patches), cells) if plan.reflections else None
-    rays = trace_hemisphere(
-        context.ray_scene,
-        patches,
-        ~plan.unobstructed & patches.receives,
-        sample_count=-(-context.request.samples // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES,
-        reflections=plan.reflections,
-        threads=context.threads,
-        progress=context.progress,
-        tallies=tallies,
-    )
-    fill_closed_forms(rays, patches, plan)
-    if tallies is None:
-        return Hemisphere(**vars(rays), factor=None), None
-    fill_elements(tallies, rays, patches, plan)
-    return Hemisphere(**vars(rays), factor=element_factors(context, rays, tallies)), tallies.sky
-
-
-def fill_closed_forms(rays, patches, plan):
-    """Put in what is known without rays, and take out what the plan leaves out."""
-    known = plan.unobstructed & patches.receives
-    rays.sky[known] = sky_view_of_tilt(patches.normal[known])[:, None]
-    rays.far_ground[known] = ground_view_of_tilt(patches.normal[known])[:, None]
-    rays.covered[~patches.receives] = True
-    if not plan.far_ground:
-        rays.far_ground[:] = 0
-
-
-def fill_elements(tallies, rays, patches, plan):
-    """The same for the elements of patches."""
-    known = plan.unobstructed & patches.receives
-    tallies.sky.view[known] = rays.sky[known, :1]
-    tallies.far_ground[known] = rays.far_ground[known, :1] / tallies.far_ground.shape[1]
-    if not plan.far_ground:
-        tallies.far_ground[:] = 0

@@ -90,6 +90,7 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
         found.covered[chosen] = covered
         found.sky[chosen], found.far_ground[chosen] = tally[:2]
         if reflections:
+            matrix_rows.rays = len(sequence)
             found.form_factors.rows.append(matrix_rows)
         if tallies is not None:
             tallies.sky.view[chosen], tallies.far_ground[chosen], tallies.open_share[chosen] = tally[2:]

@@ -1,0 +1,67 @@
+"""`receivers`: surfaces whose numbers are wanted get all rays, the others as many as the reflections need of them."""
+
+import numpy as np
+
+from .effect import Effect
+from .pilot import SKIES
+
+KEY = "receivers"
+FEWER = 4  # times fewer rays from the others
+FULL_KINDS = ("flat", "rack")  # sampled in full whether or not they are eligible
+NOISE = 1.0  # relative standard deviation of the light that a single ray finds: one half at even odds
+CERTAINTY = 2  # standard errors
+
+
+def decide(inputs):
+    """All rays for eligible surfaces, flat roofs and racks; a quarter of them for all others."""
+    request, count = inputs.request, len(inputs.patches)
+    if request.estimator == "forward":
+        return Effect(KEY, False, "photons on all surfaces", "photons fall wherever they fall", 0.0)
+    if not inputs.asked(KEY, request.report == "eligible"):
+        return Effect(KEY, False, f"all rays from all {count:,} patches", "all are reported in full", 0.0)
+    full = find_receivers(inputs.scene, inputs.patches)
+    others = int((inputs.patches.receives & ~full).sum())
+    if not others or not (full & inputs.patches.receives).any():
+        return Effect(KEY, False, f"all rays from all {count:,} patches", "they are of one kind", 0.0)
+    extent = f"a quarter of the rays from {others:,} of {count:,} patches"
+    reason = "they are ground, downward or not eligible, and only pass light on"
+    pilot = inputs.pilot_if_wanted
+    bound = None if pilot is None else noise_passed_on(pilot, full, request.samples / FEWER)
+    return Effect(KEY, True, extent, reason, bound, setting=full)
+
+
+def find_receivers(scene, patches):
+    """Patches of eligible surfaces, flat roofs and racks: (p,) bool."""
+    surfaces = scene.surfaces
+    wanted = surfaces.eligible | np.isin(surfaces.kind, FULL_KINDS)
+    return np.append(wanted, False)[scene.triangle_surface] & patches.receives
+
+
+def noise_passed_on(pilot, full, rays):
+    """Noise of light that others pass on, in the mean of any group of receivers, as a share of its light.
+
+    Each of the k patches on which a group's paths end first has an independent error of NOISE/√rays at most.
+
+    Parameters
+    ----------
+    pilot : Pilot
+    full : (p,) bool
+    rays : float
+        From each of the others.
+
+    Returns
+    -------
+    float
+    """
+    largest = 0.0
+    for index in range(len(pilot.groups)):
+        members = pilot.group == index
+        first = pilot.first[members]
+        by_others = (first >= 0) & ~full[first]
+        patches = len(np.unique(first[by_others]))
+        for ratio in SKIES:
+            light = pilot.sky[members].astype(float) + ratio * pilot.sun[members]
+            whole = light.sum()
+            share = light[by_others, 1:].sum() / whole if whole > 0 else 0.0
+            largest = max(largest, CERTAINTY * share * NOISE / np.sqrt(rays * max(patches, 1)))
+    return float(largest)

@@ -1,0 +1,26 @@
+"""`reflectors`: generated ground that no surface sees stays out of the matrix of form factors."""
+
+import numpy as np
+
+from .effect import Effect
+
+KEY = "reflectors"
+
+
+def decide(inputs):
+    """Ground that no ray from a surface of the city meets needs no rays of its own."""
+    if inputs.request.estimator == "forward":
+        return Effect(KEY, False, "all surfaces", "photons fall wherever they fall", 0.0, setting=False)
+    if not inputs.decided["reflections"].on:
+        return Effect(KEY, False, "none", "nothing is reflected", 0.0, setting=False)
+    if not inputs.asked(KEY, inputs.request.report == "eligible"):
+        return Effect(KEY, False, "all patches", "switched off", 0.0, setting=False)
+    own = inputs.scene.triangle_surface >= 0
+    ground = int((~own & inputs.patches.receives).sum())
+    if not ground:
+        return Effect(KEY, False, "all patches", "the ground is not generated", 0.0, setting=False)
+    rays = inputs.request.samples * int((own & inputs.patches.receives).sum())
+    # A patch with view factor f is missed by all rays with (1 - f)^rays; f (1 - f)^rays is at most 1/(e rays).
+    bound = float(inputs.patches.albedo.max(initial=0) * ground / (np.e * max(rays, 1)))
+    words = f"those of {ground:,} patches of ground that a ray from the city meets"
+    return Effect(KEY, True, words, "ground that no surface sees reflects onto none", bound, setting=True)
