@@ -23,6 +23,7 @@ class Effect:
     bound: float | None  # share of full load hours that is left out at most; None: no bound is known
     setting: Any = None  # what the estimator needs to know, of any type
     seconds: float | None = None  # predicted cost [s]; None: not known
+    outcome: dict | None = None  # after the run: what it left out as measured, and whether the bound holds
     share: float | None = None  # of full load hours that the effect adds or takes, expected; None: not known
 
     def as_dict(self):

@@ -24,7 +24,7 @@ def decide(inputs):
     reach = measure_reach(inputs.scene, inputs.patches)
     words = f"rays that leave downwards meet unshaded ground, {reach:.1f} building heights away"
     bound = None if pilot is None else edge_error(pilot, reach, inputs.suns, inputs.direct_over_diffuse)
-    return Effect(KEY, True, "once reflected", words, bound, share=share)
+    return Effect(KEY, True, "once reflected", words, bound, setting=reach, share=share)
 
 
 def measure_reach(scene, patches):

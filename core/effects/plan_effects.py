@@ -6,6 +6,7 @@ import numpy as np
 
 from ..patches.facing_scene import FacingScene
 from .effect import Effect, Inputs
+from .pilot import Pilot
 from .table import TABLE, check_effects, decide_effect
 
 
@@ -15,6 +16,7 @@ class EffectPlan:
 
     effects: list[Effect]  # in the order of the table
     ray_scene: FacingScene | None = None  # if the pilot made one
+    pilot: Pilot | None = None  # if it was traced
 
     def __getitem__(self, key):
         return next(effect for effect in self.effects if effect.key == key)
@@ -88,8 +90,8 @@ def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=No
     inputs = Inputs(scene, patches, materials, request, weather, suns, measure)
     for key in TABLE:
         inputs.decided[key] = decide_effect(key, inputs)
-    ray_scene = inputs.__dict__.get("ray_scene")
-    return EffectPlan(list(inputs.decided.values()), ray_scene)
+    made = vars(inputs)
+    return EffectPlan(list(inputs.decided.values()), made.get("ray_scene"), made.get("pilot"))
 
 
 def describe_plan(plan):

@@ -7,6 +7,7 @@ from .pilot import SKIES
 
 KEY = "receivers"
 FEWER = 4  # times fewer rays from the others
+ENOUGH = 64  # of them to resolve the light of 16 elements
 FULL_KINDS = ("flat", "rack")  # sampled in full whether or not they are eligible
 NOISE = 1.0  # relative standard deviation of the light that a single ray finds: one half at even odds
 CERTAINTY = 2  # standard errors
@@ -23,11 +24,17 @@ def decide(inputs):
     others = int((inputs.patches.receives & ~full).sum())
     if not others or not (full & inputs.patches.receives).any():
         return Effect(KEY, False, f"all rays from all {count:,} patches", "they are of one kind", 0.0)
-    extent = f"a quarter of the rays from {others:,} of {count:,} patches"
+    fewer = fewer_rays(request.samples)
+    extent = f"{fewer} of {request.samples} rays from {others:,} of {count:,} patches"
     reason = "they are ground, downward or not eligible, and only pass light on"
     pilot = inputs.pilot_if_wanted
-    bound = None if pilot is None else noise_passed_on(pilot, full, request.samples / FEWER)
+    bound = None if pilot is None else noise_passed_on(pilot, full, fewer)
     return Effect(KEY, True, extent, reason, bound, setting=full)
+
+
+def fewer_rays(samples):
+    """Hemisphere rays from each of the others."""
+    return min(samples, max(ENOUGH, samples // FEWER))
 
 
 def find_receivers(scene, patches):

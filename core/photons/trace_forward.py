@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
+from ..effects.judge_effects import Measured, judge_effects
 from ..materials.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..patches.facing_scene import FacingScene
 from ..progress import SUN_STAGE, CancelledError, Clock
@@ -119,7 +120,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
         horizon=band and horizon_of_light(band, unreachable),
         record=TraceRecord(
             request=request.as_dict(),
-            effects=[effect.as_dict() for effect in plan.effects],
+            effects=judge_effects(plan, Measured(max(sky.last, direct.last), share_of_far_ground(far, sky, request))),
             max_bounces=plan.max_bounces,
             brightest_albedo=max(float(patches.albedo.max(initial=0)), request.ground_albedo),
             patches=len(patches),
@@ -135,6 +136,13 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
         ),
         **materials_of_surfaces(scene, prepared.materials),
     )
+
+
+def share_of_far_ground(far, sky, request):
+    """Share of the diffuse light of all surfaces together that the far ground passes on."""
+    passed_on = request.ground_albedo * float(far.whole.mean(axis=0).sum())
+    whole = float(sky.whole.mean(axis=0).sum()) + passed_on
+    return passed_on / whole if whole > 0 else 0.0
 
 
 SOURCES = ("sky", "far ground", "suns", "horizon")

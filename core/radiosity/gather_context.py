@@ -10,6 +10,7 @@ from ..effects.plan_effects import EffectPlan
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
 from ..request import Request
+from ..scene.scene import Surfaces
 from ..threads import usable_threads
 from ..transfer.surface_means import area_means
 
@@ -22,6 +23,7 @@ class GatherContext:
     patches: Patches
     plan: EffectPlan
     request: Request
+    surfaces: Surfaces
     owner: np.ndarray  # (p,) int, surface of each patch; -1: generated ground
     merge: sparse.csr_matrix  # (n, p), averages patches over their surface
     eligible_area: np.ndarray  # (n,) float64 [m²], 0 for surfaces that are not eligible
@@ -50,6 +52,7 @@ def prepare_gather(prepared, request, progress):
         patches=patches,
         plan=prepared.plan,
         request=request,
+        surfaces=scene.surfaces,
         owner=scene.triangle_surface,
         merge=area_means(scene.triangle_surface, patches.area, len(scene.surfaces)),
         eligible_area=np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0),

@@ -17,6 +17,7 @@ class HemisphereRays:
     form_factors: FormFactors | None  # from the rays that hit the front of another patch; None if not asked for
     covered: np.ndarray  # (p, CELL_DIVISIONS²) bool, cells that lie inside or under something
     ray_count: int
+    unseen_share: float = 0.0  # of all hits, on patches that were left out
 
     @property
     def covered_share(self):
@@ -28,7 +29,7 @@ class HemisphereRays:
 class Hemisphere(HemisphereRays):
     """What p patches see, and how they re-emit it: kept until all light is gathered."""
 
-    factor: np.ndarray | None  # (p, cells) float32, of `element_factors`; None without reflections
+    factor: np.ndarray | None = None  # (p, cells) float32, of `element_factors`; None without reflections
 
 
 @dataclass

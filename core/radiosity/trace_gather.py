@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..effects.judge_effects import Measured, judge_effects
 from ..materials.read_albedo import materials_of_surfaces
 from ..progress import Clock
 from ..request import check_request
@@ -18,6 +19,7 @@ from .gather_diffuse import gather_diffuse
 from .gather_direct import gather_direct
 from .gather_horizon import gather_horizon
 from .shadow_points import count_elements, points_above
+from .solve_radiosity import variance_of_replicates
 from .view_hemispheres import view_hemispheres
 
 ONE_POINT = "of direct light: one shadow point per patch gives no variance estimate; ask for --shadow-samples 2 or more"
@@ -94,7 +96,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
         ),
         record=TraceRecord(
             request=request.as_dict(),
-            effects=[effect.as_dict() for effect in plan.effects],
+            effects=judge_effects(plan, measure_outcome(context, hemisphere, diffuse, direct)),
             max_bounces=plan.max_bounces,
             brightest_albedo=max(float(patches.albedo.max(initial=0)), request.ground_albedo),
             patches=len(patches),
@@ -116,4 +118,23 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
             standard_error_unknown=ONE_POINT if np.isnan(direct.error.own).any() else None,
         ),
         **materials_of_surfaces(scene, prepared.materials),
+    )
+
+
+def measure_outcome(context, hemisphere, diffuse, direct):
+    """What a run tells on what it left out: Measured."""
+    area, surfaces = context.eligible_area, context.surfaces
+    far = context.merge @ hemisphere.far_ground.mean(axis=1)
+    light = float(area @ diffuse.mean)
+    names = np.char.add(np.asarray(surfaces.kind, str), np.asarray(surfaces.orientation, str))
+    noise = [0.0]
+    for name in np.unique(names[area > 0]):
+        weight = np.where(names == name, area, 0)
+        mean, deviations = float(weight @ diffuse.mean), weight @ diffuse.error.passed_on
+        noise.append(float(np.sqrt(variance_of_replicates(deviations[None])[0])) / mean if mean > 0 else 0.0)
+    return Measured(
+        last_bounce=max(diffuse.last, direct.last),
+        far_ground=float(context.request.ground_albedo * (area @ far)) / light if light > 0 else 0.0,
+        passed_on=max(noise),
+        unseen=hemisphere.unseen_share,
     )

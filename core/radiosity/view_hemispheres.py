@@ -8,9 +8,8 @@
 import numpy as np
 
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
-from ..effects.receivers import FEWER
+from ..effects.receivers import fewer_rays
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
-from .form_factors import FEWEST_RAYS
 from .hemisphere import Hemisphere, empty_tallies
 from .solve_radiosity import element_factors
 from .trace_hemisphere import trace_hemisphere
@@ -33,7 +32,7 @@ def view_hemispheres(context, cells):
     """
     patches, plan = context.patches, context.plan
     tallies = empty_tallies(len(patches), cells) if plan.reflections else None
-    rays = trace_in_turn(context, cells, tallies)
+    rays = trace_in_turn(context, tallies)
     fill_closed_forms(rays, patches, plan)
     if tallies is None:
         return Hemisphere(**vars(rays), factor=None), None
@@ -41,11 +40,13 @@ def view_hemispheres(context, cells):
     return Hemisphere(**vars(rays), factor=element_factors(context, rays, tallies)), tallies.sky
 
 
-def trace_in_turn(context, cells, tallies):
+def trace_in_turn(context, tallies):
     """Hemisphere rays of all patches, as many as the plan gives to each: HemisphereRays."""
     patches, plan = context.patches, context.plan
-    every = -(-context.request.samples // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES
-    fewer = fewer_rays(every, cells)
+    every, fewer = (
+        -(-count // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES
+        for count in (context.request.samples, fewer_rays(context.request.samples))
+    )
     traced = ~plan.unobstructed & patches.receives
     full = traced if plan.receivers is None else traced & plan.receivers
     ground = context.owner < 0 if plan.reflectors else np.zeros(len(patches), bool)
@@ -77,16 +78,12 @@ def trace_in_turn(context, cells, tallies):
     if seen.any():
         before = found.ray_count
         add_rays(found, trace(seen, fewer if plan.receivers is not None else every))
-    found.covered[traced & ground & ~seen] = True  # nothing is asked of them: no shadow rays either
+    unseen = traced & ground & ~seen
+    found.unseen_share = share_of_hits(found.form_factors, unseen)
+    found.covered[unseen] = True  # nothing is asked of them: no shadow rays either
     if found.ray_count < most:
         context.progress("sky and reflections", most, most, "rays")
     return found
-
-
-def fewer_rays(every, cells):
-    """Rays from patches that only pass light on: a quarter, but enough to resolve their elements as the others' do."""
-    enough = max(FEWEST_RAYS * cells, every // FEWER)
-    return min(every, -(-enough // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES)
 
 
 def add_rays(found, others):
@@ -103,8 +100,19 @@ def patches_hit(form_factors, count):
     """Patches that any ray has met: (p,) bool."""
     hit = np.zeros(count, bool)
     for rows in form_factors.rows:
-        hit[rows.key >> (form_factors.start_bits + form_factors.cells.bit_length() - 1)] = True
+        hit[patch_of_keys(form_factors, rows)] = True
     return hit
+
+
+def share_of_hits(form_factors, members):
+    """Share of all hits that fall on some patches, (p,) bool."""
+    found = sum(float(rows.count[members[patch_of_keys(form_factors, rows)]].sum()) for rows in form_factors.rows)
+    return found / max(sum(float(rows.count.sum()) for rows in form_factors.rows), 1.0)
+
+
+def patch_of_keys(form_factors, rows):
+    """Patch of each entry: (e,) int32."""
+    return rows.key >> (form_factors.start_bits + form_factors.cells.bit_length() - 1)
 
 
 def fill_closed_forms(rays, patches, plan):

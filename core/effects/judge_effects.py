@@ -1,0 +1,71 @@
+"""After the run: the bound of each effect against what was measured."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .pilot import SKIES
+
+EXACT = ("closed-form", "suns-behind")  # change nothing but the time
+
+
+@dataclass
+class Measured:
+    """What a run tells on what it left out, as shares of light."""
+
+    last_bounce: float  # share of the last reflection
+    far_ground: float  # share of the far ground, reflected once
+    passed_on: float = 0.0  # standard error from light that others pass on, in the mean of the worst group
+    unseen: float = 0.0  # share of hits on patches that were left out
+
+
+def judge_effects(plan, measured):
+    """Effects with their outcome.
+
+    Parameters
+    ----------
+    plan : EffectPlan
+    measured : Measured
+
+    Returns
+    -------
+    list of dict
+        Of `Effect.as_dict`. `outcome` has `left_out` (share of light) and `holds` (whether it is within the bound, None
+        without one), or is None where nothing was measured.
+    """
+    left_out = {
+        "receivers": measured.passed_on,
+        "reflectors": measured.unseen,
+        "far-ground": measured.far_ground * edge_loss(plan),
+        **dict.fromkeys(EXACT, 0.0),
+    }
+    beyond = share_after_last(plan)
+    if beyond is not None:
+        left_out["reflections"] = measured.last_bounce * beyond
+    for effect in plan.effects:
+        measurable = effect.on or effect.key in EXACT
+        effect.outcome = judge(left_out[effect.key], effect.bound) if effect.key in left_out and measurable else None
+    return [effect.as_dict() for effect in plan.effects]
+
+
+def judge(left_out, bound):
+    """Outcome of one effect: dict."""
+    return {"left_out": left_out, "holds": None if bound is None else bool(left_out <= bound)}
+
+
+def share_after_last(plan):
+    """Light beyond the last reflection over the light of the last one, as the pilot found it; None without a pilot."""
+    pilot, last = plan.pilot, plan.max_bounces
+    if pilot is None or not last:
+        return None
+    found = [0.0]
+    for ratio in SKIES:
+        light = pilot.weight @ (pilot.sky.astype(float) + ratio * pilot.sun)
+        found.append(float(light[last + 1 :].sum() / light[last]) if light[last] > 0 else 0.0)
+    return max(found)
+
+
+def edge_loss(plan):
+    """Share of the sky that buildings hide from the far ground where it begins."""
+    effect = plan["far-ground"]
+    return 0.0 if effect.setting is None else float((1 - np.cos(np.arctan2(1.0, effect.setting))) / 2)
