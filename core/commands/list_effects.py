@@ -3,6 +3,7 @@
 from ..energy.pv_system import build_system
 from ..results.effect_shares import shares_of_effects, unshaded_transfer
 from ..study import check_settings, prepare_study, read_scene, read_year
+from .predict_seconds import predict_seconds
 
 
 def list_effects(paths, request, progress):
@@ -29,7 +30,16 @@ def list_effects(paths, request, progress):
     unshaded = unshaded_transfer(scene, prepared.suns, request.ground_albedo)
     shares = shares_of_effects(unshaded, weather, build_system(request), request.threads)
     state_shares(prepared.plan, shares)
+    if request.estimator == "gather":
+        state_seconds(prepared.plan, predict_seconds(prepared, request))
     return prepared.plan
+
+
+def state_seconds(plan, seconds):
+    """Write predicted seconds into the effects that cost them."""
+    found = {"sky-rays": seconds.sky_rays, "shadow-rays": seconds.shadow_rays, "reflections": seconds.reflections}
+    for effect in plan.effects:
+        effect.seconds = found.get(effect.key, effect.seconds)
 
 
 def state_shares(plan, shares):

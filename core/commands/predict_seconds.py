@@ -1,0 +1,103 @@
+"""Seconds that a run will take: its own stages on a few patches and suns, scaled to all."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..effects.receivers import fewer_rays
+from ..progress import silent
+from ..radiosity.form_factor_products import multiply_visible, propagate
+from ..radiosity.gather_context import prepare_gather
+from ..radiosity.hemisphere import empty_tallies
+from ..radiosity.shadow_points import count_elements, points_above
+from ..radiosity.sun_blocks import block_of_suns
+from ..radiosity.sun_visibility import sun_visibility
+from ..radiosity.trace_hemisphere import trace_hemisphere
+
+PATCHES = 512
+SUNS = 48
+WARM_UP = 4  # patches with which the compiled loops are called before they are timed, and again for their fixed cost
+
+
+@dataclass
+class Seconds:
+    """Predicted times [s] of the stages of gather, on the threads of the request."""
+
+    sky_rays: float
+    shadow_rays: float
+    reflections: float  # products of the matrix with the light of sky and suns
+
+
+def predict_seconds(prepared, request):
+    """Predicted times of a run with the gather estimator.
+
+    Parameters
+    ----------
+    prepared : PreparedScene
+        With suns.
+    request : Request
+
+    Returns
+    -------
+    Seconds
+    """
+    context = prepare_gather(prepared, request, silent)
+    plan, patches, suns = prepared.plan, prepared.patches, prepared.suns
+    traced = np.flatnonzero(~plan.unobstructed & patches.receives)
+    if not len(traced) or not len(suns):
+        return Seconds(0.0, 0.0, 0.0)
+    generator = np.random.default_rng([request.seed, 0x5EC5])
+    few = np.sort(generator.choice(traced, min(PATCHES, len(traced)), replace=False))
+    time_stages(context, few[:WARM_UP], suns)
+    fixed, whole = (time_stages(context, some, suns) for some in (few[:WARM_UP], few))
+    per_patch = np.maximum(whole - fixed, 0) / max(len(few) - WARM_UP, 1)
+    full = np.ones(len(traced), bool) if plan.receivers is None else plan.receivers[traced]
+    rays = full.sum() + (~full).sum() * fewer_rays(request.samples) / request.samples
+    work = np.array([rays, len(traced) * len(suns), rays * (1 + len(suns)) * plan.max_bounces])
+    return Seconds(*(float(seconds) for seconds in work * per_patch / context.threads))
+
+
+def time_stages(context, few, suns):
+    """Seconds of one thread for some patches: of sky rays; per sun; per light source and bounce. (3,) float64."""
+    patches, request, plan = context.patches, context.request, context.plan
+    points, count = points_above(request.shadow_samples), min(SUNS, len(suns))
+    chosen = np.zeros(len(patches), bool)
+    chosen[few] = True
+    part = block_of_suns(suns, slice(0, count))
+    laps = [time.perf_counter()]
+    rays = trace_hemisphere(
+        context.ray_scene,
+        patches,
+        chosen,
+        sample_count=-(-request.samples // 4) * 4,
+        reflections=plan.reflections,
+        threads=1,
+        progress=silent,
+        tallies=empty_tallies(len(patches), count_elements(points)) if plan.reflections else None,
+    )
+    laps.append(time.perf_counter())
+    light = sun_visibility(
+        context.ray_scene,
+        patches,
+        chosen & ~rays.covered.all(axis=1),
+        np.zeros(len(patches), bool),
+        rays.covered,
+        point_count=points,
+        suns=part,
+        behind=plan.suns_behind,
+        threads=1,
+        progress=lambda share, done: None,
+    )
+    laps.append(time.perf_counter())
+    if not plan.reflections:
+        return np.diff([*laps, laps[-1]]) / [1, count, 1]
+    weights = part.weights, np.empty(len(patches), np.float32)
+    visible = part.directions, light.visible_elements
+    factor = np.ones((len(patches), count_elements(points)), np.float32)
+    laps.append(time.perf_counter())
+    arriving = multiply_visible(rays.form_factors, patches.albedo, patches.normal, visible)
+    propagate(rays.form_factors, factor, arriving, weights)
+    laps.append(time.perf_counter())
+    sky, sun, _, products = np.diff(laps)
+    return np.array([sky, sun / count, products / (2 * count)])
