@@ -37,6 +37,11 @@ def fewer_rays(samples):
     return min(samples, max(ENOUGH, samples // FEWER))
 
 
+def fewer_points(points):
+    """Shadow points on each of the others: a quarter, but no fewer than the four from which an error can be told."""
+    return points // FEWER if points >= FEWER**2 else points
+
+
 def find_receivers(scene, patches):
     """Patches of eligible surfaces, flat roofs and racks: (p,) bool."""
     surfaces = scene.surfaces

@@ -1,6 +1,6 @@
 """Patches: the triangles of the scene as receivers and reflectors of light."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -36,6 +36,11 @@ class Patches:
 
     def __len__(self):
         return len(self.corner)
+
+
+def take_patches(patches, chosen):
+    """Some rows of the patches."""
+    return Patches(**{field.name: getattr(patches, field.name)[chosen] for field in fields(Patches)})
 
 
 def patches_of_scene(scene, albedo, seed):

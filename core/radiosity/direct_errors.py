@@ -190,12 +190,11 @@ def variance_of_neighbours(by_point):
     return (EVENNESS * uneven + (1 - EVENNESS) * np.clip(sloping, 0, uneven)) / count**2
 
 
-def deviations_of_points(by_point, representative_points, covered, keys):
-    """Deviations of four replicates of the annual light of the patches' elements (cells) under the suns.
+def spread_of_elements(by_point, representative_points, covered):
+    """Standard error of the annual light of the patches' elements (cells) under the suns.
 
     Shadow points have no replicates that are as evenly distributed as all of them together. The light of each cell is
     that of one point; its error is about the contrast of four neighbouring points, with their gradient removed.
-    Independent random signs turn it into replicates.
 
     Parameters
     ----------
@@ -204,12 +203,10 @@ def deviations_of_points(by_point, representative_points, covered, keys):
     covered : (p, c) bool
         Cells, usually more of them than points, that lie inside or under something. No point in them represents a
         cell in the open.
-    keys : (p,) uint64
-        Keys of the patches' random numbers.
 
     Returns
     -------
-    Deviations
+    (p, cells) float32
     """
     spread = spread_of_points(by_point)
     partly = np.flatnonzero(covered.any(axis=1) & ~covered.all(axis=1))
@@ -220,6 +217,23 @@ def deviations_of_points(by_point, representative_points, covered, keys):
     share = shares_of_cells(covered[partly], spread.shape[1])
     line = filled.mean(axis=1, keepdims=True) * np.sqrt(WRONG_SIDE * share * (1 - share))
     spread[partly] = np.hypot(spread[partly], line)
+    return spread
+
+
+def deviations_of_spread(spread, keys):
+    """Deviations of four replicates of light with known standard errors: independent random signs.
+
+    Parameters
+    ----------
+    spread : (p, cells) float32
+        Overwritten.
+    keys : (p,) uint64
+        Keys of the patches' random numbers.
+
+    Returns
+    -------
+    Deviations
+    """
     spread *= np.float32(np.sqrt(HEMISPHERE_REPLICATES))
     largest = float(spread.max(initial=0))
     step = np.float32(largest / LARGEST_STEP) if largest > 0 else np.float32(1)

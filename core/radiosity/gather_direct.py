@@ -4,16 +4,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..effects.receivers import fewer_points, fewer_rays
+from ..patches.patches import take_patches
 from ..progress import CancelledError
 from ..threads import work_in_slices
 from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.surface_means import average_surfaces
-from .direct_errors import deviations_of_points, variance_of_shadow_points
+from .direct_errors import deviations_of_spread, spread_of_elements, variance_of_shadow_points
 from .form_factor_products import multiply_elements, multiply_visible
 from .light_errors import LightError, ReflectedError, errors_of_surfaces
 from .patch_size_errors import estimate_discretisation_error, steps_of_cells
 from .replicates import propagate_deviations
-from .shadow_points import points_above
+from .shadow_points import count_elements, points_above
 from .solve_radiosity import covariance_of_replicates, iterate_bounces, variance_of_replicates
 from .sun_blocks import SunProgress, block_of_suns, count_kept, cut_into_blocks
 from .sun_visibility import sun_visibility
@@ -166,8 +168,10 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
         Of `estimate_discretisation_error`.
     """
     patches, merge, threads = context.patches, context.merge, context.threads
-    sky = hemisphere.sky.mean(axis=1), context.request.samples
-    variance = variance_of_shadow_points(annual.by_point, hemisphere.covered, patches, suns, sky)
+    variance = np.empty(len(patches))
+    for rows, by_point, _, rays in by_number_of_points(context, annual):
+        sky, some = (hemisphere.sky[rows].mean(axis=1), rays), take_patches(patches, rows)
+        variance[rows] = variance_of_shadow_points(by_point, hemisphere.covered[rows], some, suns, sky)
     variance[~send_shadow_rays(context, hemisphere)] = 0  # known exactly, even with a single point
     if not context.plan.reflections or annual.representative_points is None:
         return errors_of_surfaces(merge, variance), np.zeros(merge.shape[0]), 0.0
@@ -180,7 +184,10 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
     covariance = merge.power(2) @ covariance_of_replicates(by_replicate, diffuse)
     noise = variance + variance_of_replicates(by_replicate)
     light = merge @ (annual.by_point.mean(axis=1, dtype=float) + by_replicate.mean(axis=1, dtype=float))
-    points = deviations_of_points(annual.by_point, annual.representative_points, hemisphere.covered, patches.key)
+    spread = np.empty(element_annual.shape, np.float32)
+    for rows, by_point, representative_points, _ in by_number_of_points(context, annual):
+        spread[rows] = spread_of_elements(by_point, representative_points, hemisphere.covered[rows])
+    points = deviations_of_spread(spread, patches.key)
     passed_on = propagate_deviations(context, hemisphere, points, by_replicate)
     return errors_of_surfaces(merge, noise, ReflectedError(light, passed_on, steps)), covariance, share
 
@@ -203,19 +210,71 @@ def first_light_of_block(context, hemisphere, suns, report):
     -------
     SunLight
     """
-    patches, plan = context.patches, context.plan
-    return sun_visibility(
+    patches, plan, points = context.patches, context.plan, points_above(context.request.shadow_samples)
+    wanted, fewer = send_shadow_rays(context, hemisphere), fewer_points(points)
+    others = np.flatnonzero(wanted & only_pass_on(context))
+    wanted[others] = False
+    work = points * int(wanted.sum()), fewer * len(others)
+    settings = {"suns": suns, "behind": plan.suns_behind, "threads": context.threads}
+    light = sun_visibility(
         context.ray_scene,
         patches,
-        send_shadow_rays(context, hemisphere),
+        wanted,
         plan.unobstructed & patches.receives,
         hemisphere.covered,
-        point_count=points_above(context.request.shadow_samples),
-        suns=suns,
-        behind=plan.suns_behind,
-        threads=context.threads,
-        progress=report,
+        point_count=points,
+        progress=lambda share, rays: report(share * work[0] / sum(work), rays),
+        **settings,
     )
+    if len(others):
+        before = light.ray_count
+        seen = sun_visibility(
+            context.ray_scene,
+            take_patches(patches, others),
+            np.ones(len(others), bool),
+            np.zeros(len(others), bool),
+            hemisphere.covered[others],
+            point_count=fewer,
+            progress=lambda share, rays: report((work[0] + share * work[1]) / sum(work), before + rays),
+            elements=count_elements(points),
+            **settings,
+        )
+        put_in(light, others, seen, points // fewer)
+    return light
+
+
+def only_pass_on(context):
+    """Patches with fewer rays: (p,) bool."""
+    plan = context.plan
+    return np.zeros(len(context.patches), bool) if plan.receivers is None else ~plan.receivers
+
+
+def put_in(light, rows, seen, copies):
+    """Write the light of some patches, each of their points standing for as many as `copies`, into that of all."""
+    light.visible_share[rows], light.visible_elements[rows] = seen.visible_share, seen.visible_elements
+    light.by_point[rows] = np.repeat(seen.by_point, copies, axis=1)
+    light.representative_points[rows] = seen.representative_points * copies
+    light.ray_count += seen.ray_count
+
+
+def by_number_of_points(context, annual):
+    """Patches with all shadow points, and those with fewer.
+
+    Yields
+    ------
+    rows : (k,) int
+    by_point : (k, m) float32
+        Annual light at their points, each once.
+    representative_points : (k, cells) int or None
+        Index into these points; None if no sun was traced.
+    rays : int
+        Of the hemisphere, from each of them.
+    """
+    points, samples, others = annual.by_point.shape[1], context.request.samples, only_pass_on(context)
+    numbers = (1, samples), (points // fewer_points(points), fewer_rays(samples))
+    for rows, (copies, rays) in zip((np.flatnonzero(~others), np.flatnonzero(others)), numbers, strict=True):
+        chosen = annual.representative_points
+        yield rows, annual.by_point[rows, ::copies], None if chosen is None else chosen[rows] // copies, rays
 
 
 def reflect_block(context, hemisphere, light, suns, report):

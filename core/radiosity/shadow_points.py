@@ -21,7 +21,7 @@ def count_elements(point_count):
     return next(cells for cells in (MOST_ELEMENTS, 4, 1) if cells <= point_count)
 
 
-def shadow_points(patches, chosen, covered, point_count):
+def shadow_points(patches, chosen, covered, point_count, elements=None):
     """Evenly distributed points on some patches.
 
     They are the first points of Sobol's sequence, with a random digital shift for each patch. So they are also even
@@ -31,13 +31,15 @@ def shadow_points(patches, chosen, covered, point_count):
     ----------
     covered : (c, cells) bool
         Cells of these patches that lie inside or under something.
+    elements : int, optional
+        Number of cells that get a representative point; by default that of `count_elements`.
 
     Returns
     -------
     position : (c, m, 3) float32 [m]
     open_points : (c, m) bool
         False where the point lies deep inside something.
-    representative_points : (c, count_elements(m)) uint
+    representative_points : (c, elements) uint
         The point that represents each cell.
     """
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
@@ -48,7 +50,8 @@ def shadow_points(patches, chosen, covered, point_count):
     dark, in_covered = (
         np.take_along_axis(cells, cell.astype(np.intp), axis=1) for cells in (enclosed_cells(covered), covered)
     )
-    representative_points = np.empty((len(chosen), count_elements(point_count)), np.min_scalar_type(point_count - 1))
+    elements = elements or count_elements(point_count)
+    representative_points = np.empty((len(chosen), elements), np.min_scalar_type(point_count - 1))
     middles = cell_corners(round(np.sqrt(representative_points.shape[1]))).mean(axis=1)
     all_covered = find_covered_elements(covered, len(middles))
     choose_representatives(places, (in_covered, all_covered), middles, representative_points)

@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from ..errors import InputError
-from ..patches.patches import Patches
+from ..patches.patches import take_patches
 from ..rays.ray_scene import RayScene
 from ..request import check_request
 from ..scene.check_scene import check_scene
@@ -95,11 +95,6 @@ def draw_patches(scene, area, seed):
         if count:
             chosen.append(generator.choice(members, count, replace=False, p=size / size.sum()))
     return np.sort(np.concatenate(chosen))
-
-
-def take_patches(patches, chosen):
-    """Some rows of the patches."""
-    return Patches(**{field.name: getattr(patches, field.name)[chosen] for field in fields(Patches)})
 
 
 def take_surfaces(transfer, chosen, suns, visible_share):

@@ -25,7 +25,20 @@ class SunLight:
     ray_count: int
 
 
-def sun_visibility(ray_scene, patches, traced, unobstructed, covered, *, point_count, suns, behind, threads, progress):
+def sun_visibility(
+    ray_scene,
+    patches,
+    traced,
+    unobstructed,
+    covered,
+    *,
+    point_count,
+    suns,
+    behind,
+    threads,
+    progress,
+    elements=None,
+):
     """Trace shadow rays from points of every traced patch to each sun in front of it.
 
     Parameters
@@ -47,6 +60,8 @@ def sun_visibility(ray_scene, patches, traced, unobstructed, covered, *, point_c
     threads : int
     progress : callable
         Called with the share of patches done and the number of rays traced.
+    elements : int, optional
+        Cells of a patch by which its light is resolved; by default as many as the points allow.
 
     Returns
     -------
@@ -67,17 +82,18 @@ def sun_visibility(ray_scene, patches, traced, unobstructed, covered, *, point_c
         raise InputError("point_count", f"{point_count} is not a power of two", "give 1, 2, 4, 8, 16 …")
     if cells < 1 or round(np.sqrt(cells)) ** 2 != cells:
         raise InputError("cells of covered", f"{cells} is not a square number", "give 1, 4, 9, 16 …")
+    elements = elements or count_elements(point_count)
     found = SunLight(
         visible_share=np.zeros((count, len(directions)), np.float32),
         visible_elements=np.zeros((count, len(directions)), np.uint16),
         by_point=np.zeros((count, point_count), np.float32),
-        representative_points=np.zeros((count, count_elements(point_count)), np.min_scalar_type(point_count - 1)),
+        representative_points=np.zeros((count, elements), np.min_scalar_type(point_count - 1)),
         ray_count=0,
     )
     free = np.flatnonzero(unobstructed)
     aoi_projection = projection_in_front(patches.normal[free], directions)
     found.visible_share[free] = aoi_projection > 0
-    found.visible_elements[free] = np.where(aoi_projection > 0, (1 << count_elements(point_count)) - 1, 0)
+    found.visible_elements[free] = np.where(aoi_projection > 0, (1 << elements) - 1, 0)
     found.by_point[free] = (aoi_projection @ suns[1].astype(np.float32))[:, None]
 
     rows = np.flatnonzero(traced)
@@ -85,7 +101,7 @@ def sun_visibility(ray_scene, patches, traced, unobstructed, covered, *, point_c
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
 
     def trace_rows(chosen):
-        points = shadow_points(patches, chosen, covered[chosen], point_count)
+        points = shadow_points(patches, chosen, covered[chosen], point_count, elements)
         return trace_shadow_rays(ray_scene, patches, chosen, points, suns, behind=behind, found=found)
 
     done = 0
