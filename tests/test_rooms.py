@@ -41,6 +41,7 @@ LAYERS = (
         "sky",
         "effects",
         "transfer",
+        "form_factors",
         "radiosity",
         "photons",
         "weather",

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..effects.receivers import fewer_rays
+from ..form_factors.form_factor_products import multiply_visible, propagate
 from ..progress import silent
-from ..radiosity.form_factor_products import multiply_visible, propagate
 from ..radiosity.gather_context import prepare_gather
 from ..radiosity.hemisphere import empty_tallies
 from ..radiosity.shadow_points import count_elements, points_above

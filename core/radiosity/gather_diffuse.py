@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from .form_factor_products import multiply_elements
+from ..form_factors.form_factor_products import multiply_elements
 from .light_errors import LightError, ReflectedError, errors_of_surfaces
 from .patch_size_errors import estimate_discretisation_error, steps_of_cells
 from .replicates import STEP, Deviations, propagate_deviations

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..effects.receivers import fewer_points, fewer_rays
+from ..form_factors.form_factor_products import multiply_elements, multiply_visible
 from ..patches.patches import take_patches
 from ..progress import CancelledError
 from ..threads import work_in_slices
 from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.surface_means import average_surfaces
 from .direct_errors import deviations_of_spread, spread_of_elements, variance_of_shadow_points
-from .form_factor_products import multiply_elements, multiply_visible
 from .light_errors import LightError, ReflectedError, errors_of_surfaces
 from .patch_size_errors import estimate_discretisation_error, steps_of_cells
 from .replicates import propagate_deviations

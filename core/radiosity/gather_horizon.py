@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..form_factors.form_factor_products import multiply_elements
+from ..form_factors.form_factors import FEWEST_RAYS
 from ..patches.find_covered import enclosed_cells, lie_in_earth
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches
 from ..sampling.random_numbers import mix, uniform
@@ -18,8 +20,6 @@ from ..sampling.sample_points import (
 from ..sky.horizon_band import horizon_directions, horizon_of_tilt
 from ..threads import map_in_order
 from ..transfer.transfer import Horizon
-from .form_factor_products import multiply_elements
-from .form_factors import FEWEST_RAYS
 from .light_errors import ReflectedError, errors_of_surfaces
 from .patch_size_errors import steps_of_cells
 from .replicates import STEP, Deviations, propagate_deviations, tally_deviations

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..form_factors.form_factors import FormFactors
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
-from .form_factors import FormFactors
 
 
 @dataclass

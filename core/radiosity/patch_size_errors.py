@@ -11,9 +11,9 @@ narrow gap, half of it. So the remainder follows from the two steps: one third o
 
 import numpy as np
 
+from ..form_factors.form_factor_products import multiply_columns
 from ..sampling.sample_points import cells_inside
 from .direct_errors import shares_of_cells
-from .form_factor_products import multiply_columns
 
 SMOOTH, ABRUPT = 1 / 4, 1 / 2  # ratio of successive steps: errors fall with the square or the first power of length
 

@@ -13,9 +13,9 @@ import numpy as np
 from numba import njit
 
 from ..check_arrays import check_array
+from ..form_factors.form_factor_products import multiply, multiply_starts, propagate
+from ..form_factors.form_factors import check_form_factors
 from ..threads import work_in_slices
-from .form_factor_products import multiply, multiply_starts, propagate
-from .form_factors import check_form_factors
 
 MINIMAL_OPEN_SHARE = 1 / 64  # below it the light of a patch is too uncertain to be divided by its open share
 

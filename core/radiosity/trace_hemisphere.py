@@ -11,6 +11,7 @@ from numba import njit
 
 from ..check_arrays import check_array
 from ..errors import InputError
+from ..form_factors.form_factors import FEWEST_RAYS, FormFactors, count_hits, count_starts
 from ..patches.find_covered import (
     COVERED,
     OPEN,
@@ -23,7 +24,6 @@ from ..patches.find_covered import (
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, cells_inside, sobol_digits
 from ..threads import map_in_order
-from .form_factors import FEWEST_RAYS, FormFactors, count_hits, count_starts
 from .hemisphere import HemisphereRays
 from .replicates import tally_deviations
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from citypv.core.radiosity.form_factors import FormFactors, Rows
+from citypv.core.form_factors.form_factors import FormFactors, Rows
 from citypv.core.radiosity.solve_radiosity import iterate_bounces, solve_radiosity
 
 PATCHES, CELLS, REPLICATES, RAYS = 300, 16, 4, 50
