@@ -3,10 +3,12 @@
 from dataclasses import replace
 
 from ..effects.plan_effects import describe_plan
-from ..energy.pv_system import build_system
+from ..energy.pv_system import ELECTRIC, build_system
+from ..errors import InputError
 from ..interruption import Interruption
 from ..progress import CancelledError, Clock, TerminalProgress, silent
 from ..racks.lay_racks import city_with_racks
+from ..results.effect_shares import shares_of_effects, state_outcome
 from ..results.output_folder import whole_folder
 from ..results.read_transfer import read_transfer
 from ..results.write_cityjson import write_cityjson
@@ -158,6 +160,9 @@ def recompute(transfer_path, folder, request, *, overwrite=False, stream=None):
     """
     log = RunLog(stream)
     check_settings(request)
+    for key in request.effects:
+        if key not in ELECTRIC:
+            raise InputError("--effects", f"{key} was decided when the city was traced", f"use {', '.join(ELECTRIC)}")
     with whole_folder(folder, overwrite) as work:
         transfer = read_transfer(transfer_path)
         if transfer.record and transfer.record.interrupted:
@@ -190,7 +195,12 @@ def write_results(work, transfer, weather, request, log, *, scene=None, draw=Non
         log.write("Blender")
         draw(work, scene, transfer, energy, weather.label)
         log.clock.lap("Blender")
+    shares = shares_of_effects(transfer, weather, build_system(request), request.threads)
+    if shares:
+        log.write(f"  of the full load hours: {', '.join(f'{key} {share:+.1%}' for key, share in shares.items())}")
+    log.clock.lap("shares of effects")
     summary = summarise(transfer, energy, weather, request, scene=scene, seconds=log.clock.seconds)
+    state_outcome(summary, shares, request)
     write_summary(work / "summary.json", summary)
     return energy
 

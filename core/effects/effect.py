@@ -4,6 +4,8 @@ from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
 from ..request import Request
@@ -69,8 +71,18 @@ class Inputs:
 
     @property
     def pilot_if_wanted(self) -> Pilot | None:
-        """The pilot if it has been traced, or may be traced; else None."""
+        """The pilot if it has been traced, or may be traced; else None. None where nothing shades the receivers."""
+        if self.unshaded:
+            return None
         return self.pilot if self.measure or "pilot" in self.__dict__ else None
+
+    @cached_property
+    def unshaded(self) -> bool:
+        """Whether every receiver is in closed form: then only the far ground reflects onto it, once."""
+        surfaces = self.scene.surfaces
+        wanted = np.append(surfaces.eligible if surfaces.eligible.any() else np.ones(len(surfaces), bool), False)
+        receivers = wanted[self.scene.triangle_surface] & self.patches.receives
+        return bool(self.decided["closed-form"].setting[receivers].all())
 
     @property
     def direct_over_diffuse(self) -> float:

@@ -1,7 +1,5 @@
 """`reflections`: how often light is followed from surface to surface."""
 
-import numpy as np
-
 from .effect import Effect
 from .pilot import LONGEST, share_beyond
 
@@ -27,14 +25,14 @@ def decide(inputs):
     reason = "as asked"
     if count is None or count == 0:
         count, reason = choose_count(inputs, brightest)
-    bound = 0.0 if nothing_in_front(inputs) else bound_beyond(inputs.pilot_if_wanted, count, brightest)
+    bound = 0.0 if inputs.unshaded else bound_beyond(inputs.pilot_if_wanted, count, brightest)
     words = f"{count} bounce{'s' if count != 1 else ''}"
     return Effect(KEY, True, words, reason, bound, setting=count, share=share)
 
 
 def choose_count(inputs, brightest):
     """Number of bounces and the reason for it."""
-    if nothing_in_front(inputs):
+    if inputs.unshaded:
         return 1, "nothing but the far ground stands in front of the surfaces"
     for count in range(1, LONGEST):
         bound = bound_beyond(inputs.pilot, count, brightest)
@@ -43,14 +41,6 @@ def choose_count(inputs, brightest):
             words = f"beyond it the pilot finds at most {whole:.2%} of the light, {bound:.2%} of any group's"
             return count, words
     return LONGEST, "the most that are followed; the pilot finds light beyond them"
-
-
-def nothing_in_front(inputs):
-    """Whether every receiver is in closed form: then only the far ground reflects onto it, once."""
-    surfaces = inputs.scene.surfaces
-    wanted = np.append(surfaces.eligible if surfaces.eligible.any() else np.ones(len(surfaces), bool), False)
-    receivers = wanted[inputs.scene.triangle_surface] & inputs.patches.receives
-    return bool(inputs.decided["closed-form"].setting[receivers].all())
 
 
 def left_out(pilot, count, brightest, members=slice(None)):

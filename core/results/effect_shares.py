@@ -45,6 +45,26 @@ def shares_of_effects(transfer, weather, system, threads=None):
     return found
 
 
+def state_outcome(summary, shares, request):
+    """Write the measured shares into the effects of a summary; without a plan (a file of long ago) there are none.
+
+    Parameters
+    ----------
+    summary : dict
+        Of `summarise`; changed.
+    shares : dict of str to float
+        Of `shares_of_effects`.
+    request : Request
+        Its effects are those of this year's electricity, which may differ from those of the run that was traced.
+    """
+    for effect in summary["traced"].get("effects") or ():
+        if effect["key"] in shares:
+            share, on = shares[effect["key"]], request.effects.get(effect["key"], True)
+            left_out = 0.0 if on else abs(share)
+            bound = left_out if effect.get("bound") is None else effect["bound"]
+            effect |= {"on": on, "share": share, "outcome": {"left_out": left_out, "holds": left_out <= bound}}
+
+
 def draw_surfaces(surfaces):
     """Eligible surfaces, or of many some at equal steps of their summed area, ordered by tilt and azimuth.
 
@@ -75,8 +95,16 @@ def take_rows(transfer, rows):
         *("diffuse_relative_standard_error", "visible_share", "direct_reflected", "direct_annual_standard_error"),
     )
     per_surface = {name: getattr(transfer, name)[rows] for name in names}
+    band = transfer.horizon
     return replace(
-        transfer, surfaces=Surfaces(**few), **per_surface, albedo=None, material=None, error_parts=None, outlines=None
+        transfer,
+        surfaces=Surfaces(**few),
+        **per_surface,
+        horizon=band and replace(band, **{one.name: getattr(band, one.name)[rows] for one in fields(band)}),
+        albedo=None,
+        material=None,
+        error_parts=None,
+        outlines=None,
     )
 
 

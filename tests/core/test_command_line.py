@@ -14,6 +14,7 @@ import xarray
 from small_city import write_small_city
 
 from citypv.__main__ import main
+from citypv.core.effects.table import TABLE
 from citypv.core.progress import TerminalProgress, describe_progress
 
 ERA5 = Path(__file__).parents[2] / "examples" / "berlin" / "era5_berlin_2017.nc"
@@ -116,7 +117,11 @@ def test_summary(results):
     summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
     assert summary["input"]["surfaces"] == 21
     assert summary["input"]["site"]["latitude"] == pytest.approx(52.5, abs=0.02)
-    assert {effect["key"] for effect in summary["traced"]["effects"]} >= {"closed-form", "reflections", "far-ground"}
+    effects = {effect["key"]: effect for effect in summary["traced"]["effects"]}
+    assert set(effects) == set(TABLE)
+    for key in ("reflections", "receivers", "far-ground", "aoi"):
+        assert effects[key]["outcome"]["holds"], key
+    assert -0.1 < effects["aoi"]["share"] < 0
     assert 0 < summary["error_budget"]["sampling_total"] < 1
     assert 0 < summary["error_budget"]["sampling_median"] < summary["error_budget"]["sampling_95"] < 10
     assert abs(summary["error_budget"]["sun_sampling"]["bias"]) < 1
@@ -168,11 +173,27 @@ def test_inspect_and_effects(city, capsys):
     assert found["report"]["building_count"] == 3
     assert found["kinds"]["facade"]["count"] == 12
     assert main(["effects", str(city), "--json"]) == 0
-    assert {effect["key"] for effect in json.loads(capsys.readouterr().out)} >= {"reflections"}
+    effects = {effect["key"]: effect for effect in json.loads(capsys.readouterr().out)}
+    assert effects["reflections"]["seconds"] > 0
+    assert 0 < effects["reflections"]["share"] < 0.5
+    assert all(effects[key]["share"] for key in ("aoi", "spectrum", "temperature", "far-ground"))
+    assert 0 < effects["reflections"]["bound"] < 0.01
     assert main(["effects", str(city)]) == 0
     assert "bounces" in capsys.readouterr().out
     assert main(["inspect", str(city)]) == 0
     assert "buildings    3" in capsys.readouterr().out
+
+
+def test_effects_of_the_modules_switch_without_tracing(results, city, tmp_path, capfd):
+    again = ["yield", str(results / "transfer.nc"), "--weather", str(ERA5), "--out", str(tmp_path / "off"), "--quiet"]
+    assert main([*again, "--effects", "aoi=off"]) == 0
+    hours = [
+        json.loads((folder / "summary.json").read_text(encoding="utf-8"))["totals"]["full_load_hours"]
+        for folder in (results, tmp_path / "off")
+    ]
+    assert 1 < hours[1] / hours[0] < 1.1
+    assert main([*again, "--overwrite", "--effects", "reflections=off"]) == 2
+    assert "decided when the city was traced" in capfd.readouterr().err
 
 
 REFUSED = {
