@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..sky.sky_models import NO_CAP
 from .fill_behind import fill_behind
 
 
@@ -35,7 +36,7 @@ class BlockSums:
     capacity_factor_ac: np.ndarray  # (h, g); (0, g) without AC
 
 
-def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken, cap):
+def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken, cap=NO_CAP):
     """Extract some surfaces of a Transfer.
 
     Parameters
@@ -53,8 +54,8 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken,
         Precision to compute in.
     taken : numpy.ndarray, (3, n)
         Of these surfaces, from `diffuse_incidence_factors`.
-    cap : float
-        Of `SkyParts`.
+    cap : float, optional
+        Of `SkyParts`; by default that of an isotropic sky.
 
     Returns
     -------

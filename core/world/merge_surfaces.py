@@ -109,6 +109,8 @@ def merge_block(block, weight, pieces, direction):
         diffuse=mean(block.diffuse).astype(SINGLE),
         far_ground=mean(block.far_ground).astype(SINGLE),
         sky=mean(block.sky).astype(SINGLE),
+        horizon=mean(block.horizon).astype(SINGLE),
+        horizon_view=mean(block.horizon_view).astype(SINGLE),
         taken=mean(block.taken).astype(SINGLE),
         reflected=np.ascontiguousarray(mean(block.reflected), SINGLE),
         visible_share=np.stack(seen, axis=1).astype(SINGLE),
