@@ -229,7 +229,7 @@ def run_world(options):
         request_of_options(options),
         settings,
         overwrite=options.overwrite,
-        say=output_stream(options),
+        stream=output_stream(options),
     )
 
 

@@ -45,7 +45,7 @@ class WorldSettings:
     pictures: bool = True
 
 
-def make_world(texts, folder, request, settings, *, overwrite=False, say=None):
+def make_world(texts, folder, request, settings, *, overwrite=False, stream=None):
     """Compute a world and write world.nc, summary.json and pictures.
 
     Parameters
@@ -58,14 +58,14 @@ def make_world(texts, folder, request, settings, *, overwrite=False, say=None):
     settings : WorldSettings
     overwrite : bool
         Replace results in a folder that is not empty.
-    say : text stream, optional
+    stream : text stream, optional
 
     Raises
     ------
     InputError
         Before anything is written.
     """
-    log = RunLog(say)
+    log = RunLog(stream)
     check_settings(request)
     check_world_settings(request, settings)
     system = build_system(request)
@@ -77,7 +77,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, say=None):
         log.clock.lap("read environments")
         source = find_source(request, settings, stack)
         for line in describe_world(environments, source):
-            log.say(line)
+            log.write(line)
         log.clock.lap("open weather")
         world = compute_world(
             environments, source, system, settings.way, threads=request.threads, progress=log.progress
@@ -90,7 +90,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, say=None):
         draw_pictures(work, settings, log)
         log.clock.lap("write")
         write_summary(work / "summary.json", summarise_world(world, environments, request, settings, log.clock.seconds))
-    log.say(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")
+    log.write(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")
 
 
 def check_world_settings(request, settings):
@@ -175,12 +175,12 @@ def draw_pictures(work, settings, log):
     if not settings.pictures:
         return
     if importlib.util.find_spec("matplotlib") is None:
-        log.say("No pictures: they need matplotlib (pip install 'citypv[plot]')")
+        log.write("No pictures: they need matplotlib (pip install 'citypv[plot]')")
         return
     from ..plots.draw_world import draw_world
 
     for name in draw_world(work / "world.nc", work):
-        log.say(f"  {name}")
+        log.write(f"  {name}")
 
 
 def summarise_world(world, environments, request, settings, seconds):
