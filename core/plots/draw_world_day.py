@@ -41,6 +41,8 @@ def draw_world_day(dataset):
         for axes, name in zip(line, names, strict=True):
             draw_lines(axes, place.sel(environment=name))
             axes.set_title(f"{name}, {where}")
+        own = [group for group in GROUPS if group in values["group"].to_numpy()]
+        line[0].set_ylim(0, 1.05 * max(float(place.sel(group=own, environment=names).max()), 1e-3))
         line[0].set_ylabel("Full load hours in a year [h]")
     panels[0, 0].legend(fontsize=8, loc="upper left")
     for axes in panels[-1]:
@@ -59,7 +61,6 @@ def draw_lines(axes, values):
             axes.plot(hours["solar_hour"] + 0.5, hours, color=look["color"], linestyle=style, label=label)
     axes.set_xticks(np.arange(0, 25, 3))
     axes.set_xlim(0, 24)
-    axes.set_ylim(bottom=0)
 
 
 def write_place(value, positive, negative):

@@ -37,7 +37,7 @@ def draw_world_gain(dataset):
     """
     if min(dataset.sizes["latitude"], dataset.sizes["longitude"]) < 2:
         return None
-    figure = make_figure(12, 4.8)
+    figure = make_figure(12, 4.1)
     profile, axes = figure.subplots(1, 2, width_ratios=(1, 2.6))
     draw_profiles(profile, mean_gain(dataset))
     environment, group = choose_environment(dataset, unshaded=True), choose_group(dataset, GROUPS[0])

@@ -29,7 +29,7 @@ def draw_world_map(dataset, group=GROUP, environment=None):
         return None
     environment, group = environment or choose_environment(dataset, unshaded=True), choose_group(dataset, group)
     values = dataset["full_load_hours"].sel(environment=environment, group=group)
-    figure = make_figure(10, 5.2)
+    figure = make_figure(10, 4.5)
     axes = figure.subplots()
     low, high = choose_range(values.to_numpy().ravel(), area_weights(values).ravel())
     mesh = draw_map(axes, values, cmap=colour_scale("viridis"), vmin=low, vmax=high)

@@ -4,7 +4,7 @@ import numpy as np
 
 from .draw_months import MONTHS
 from .picture import colour_scale, make_figure
-from .world_axes import MERIDIAN, choose_environment, describe_source, edges, title_of_group, write_degrees
+from .world_axes import CLEAR, MERIDIAN, choose_environment, describe_source, edges, title_of_group, write_degrees
 
 KINDS = ("facade", "roof")
 SIDES = ("east", "south")
@@ -26,7 +26,7 @@ def draw_world_months(dataset, environment=None):
         None where there are fewer than two latitudes with weather on the northern hemisphere.
     """
     environment = environment or choose_environment(dataset, unshaded=False)
-    values = dataset["full_load_hours_by_month"].sel(environment=environment)
+    values = dataset["full_load_hours_by_month"].sel(environment=environment).assign_coords(weather=dataset["weather"])
     values = values.isel(longitude=int(np.abs(values["longitude"].to_numpy() - MERIDIAN).argmin()))
     values = values.isel(latitude=values["latitude"].to_numpy() >= 0)
     if values.sizes["latitude"] < 2 or not np.isfinite(values).any():
@@ -45,8 +45,21 @@ def draw_world_months(dataset, environment=None):
         figure.colorbar(mesh, ax=own, shrink=0.8, pad=0.02).set_label(f"{kind.capitalize()}s: hours in the month [h]")
     panels[0].set_ylabel("Latitude")
     east = write_degrees(round(float(values["longitude"]), 2), "E", "W")
-    figure.supxlabel(f"{environment}, along {east}. {describe_source(dataset)}", fontsize=8)
+    clear = values["latitude"].to_numpy()[(values["weather"] == CLEAR).to_numpy()]
+    hatched = 0 < len(clear) < values.sizes["latitude"]
+    for axes in panels if hatched else ():
+        hatch_rows(axes, values["latitude"].to_numpy(), clear)
+    note = " Hatched: clear sky." if hatched else ""
+    figure.supxlabel(f"{environment}, along {east}.{note} {describe_source(dataset)}", fontsize=8)
     return figure
+
+
+def hatch_rows(axes, latitude, chosen):
+    """Hatch some rows of a panel."""
+    bounds = edges(latitude)
+    for low, high, place in zip(bounds[:-1], bounds[1:], latitude, strict=True):
+        if place in chosen:
+            axes.axhspan(low, high, facecolor="none", edgecolor="#ffffff90", hatch="///", linewidth=0)
 
 
 def draw_panel(axes, values, top):

@@ -1,0 +1,118 @@
+"""Pictures of a world, and the numbers they show."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from citypv.core.commands.command_line import main
+from citypv.core.energy.pv_system import default_system
+from citypv.core.plots.draw_world_gain import find_gain, mean_gain
+from citypv.core.plots.world_axes import edges, nearest_place, read_coast, write_degrees
+from citypv.core.weather.add_sun import add_sun
+from citypv.core.weather.record import Record
+from citypv.core.world.compute_world import compute_world
+from citypv.core.world.environment import build_environment
+from citypv.core.world.sources import station_source
+from citypv.core.world.unshaded import unshaded_transfer
+
+from .weathers import HOUR, year_of
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    out = tmp_path_factory.mktemp("world") / "out"
+    arguments = ["world", "city=unshaded", "unshaded", "--weather", "climate", "--off-land", "clear-sky", "--quiet"]
+    assert (
+        main(
+            [
+                *arguments,
+                "--step",
+                "20",
+                "--latitudes",
+                "-40",
+                "80",
+                "--longitudes",
+                "-20",
+                "20",
+                "--mix",
+                "city=1",
+                "--out",
+                str(out),
+            ]
+        )
+        == 0
+    )
+    return out
+
+
+def test_all_pictures_are_drawn(folder):
+    for name in ("world_map", "world_gain", "world_months", "world_day"):
+        content = (folder / f"{name}.png").read_bytes()
+        assert content.startswith(b"\x89PNG")
+        assert len(content) > 20_000
+    assert (folder / "summary.json").exists()
+
+
+def test_file_follows_the_conventions(folder):
+    with xr.open_dataset(folder / "world.nc") as dataset:
+        assert dataset.attrs["Conventions"].startswith("CF-")
+        assert dataset["latitude"].attrs == {"units": "degrees_north", "standard_name": "latitude"}
+        assert dataset["longitude"].attrs["units"] == "degrees_east"
+        assert dataset["longitude"].to_numpy().tolist() == [-20, 0, 20]
+        assert dataset["weather"].attrs["flag_meanings"].split()[2] == "clear_sky"
+        assert set(np.unique(dataset["weather"])) == {1, 2}
+        assert dataset["environment"].to_numpy().tolist() == ["city", "unshaded", "mix"]
+        hours = dataset["full_load_hours"]
+        np.testing.assert_allclose(dataset["capacity_factor"] * 8760, hours, rtol=1e-5)
+        np.testing.assert_allclose(hours.sel(environment="mix"), hours.sel(environment="city"), rtol=1e-6)
+        months = dataset["full_load_hours_by_month"].sum("month")
+        np.testing.assert_allclose(months, hours, rtol=1e-5)
+
+
+def test_gain_lies_where_the_ground_is(folder):
+    """The further a facade faces away from the sun, the more of its light comes from the ground."""
+    with xr.open_dataset(folder / "world.nc") as dataset:
+        gain = mean_gain(dataset).sel(environment="unshaded", group="facade_south")
+        assert (find_gain(dataset) > 0).all()
+    assert float(gain.sel(latitude=-20)) > 2 * float(gain.sel(latitude=40))
+    assert 5 < float(gain.sel(latitude=60)) < 25
+
+
+def test_gain_under_an_overcast_sky_is_that_of_the_closed_form():
+    """Eq. 9: a facade gets 0.5 from the sky and 0.25·0.5 from the ground; 25 %, as far as power is linear."""
+    times = year_of()
+    data = pd.DataFrame({"ghi": 1.0, "dhi": 1.0, "temp_air": 25.0, "wind_speed": 1.0}, index=times)
+    zenith = add_sun(Record(data, 20.0, 10.0, 0.0, "test", "overcast"), HOUR).data["apparent_zenith"]
+    data["ghi"] = data["dhi"] = np.where(zenith < 80, 400.0, 0.0)
+    weather = add_sun(Record(data, 20.0, 10.0, 0.0, "test", "overcast"), HOUR)
+    system = default_system()
+    environment = build_environment("unshaded", "test", unshaded_transfer(), system)
+    world = compute_world([environment], station_source([weather], ["overcast"]), system, threads=1)
+    gain = world.full_load_hours[0, 0, :4, 0] / world.without_reflections[0, 0, :4, 0] - 1
+    np.testing.assert_allclose(gain, 0.25, atol=0.015)
+    np.testing.assert_allclose(gain, gain[0], rtol=1e-6)
+
+
+def test_coast_lines_are_on_the_map():
+    lines = read_coast()
+    points = np.concatenate(lines)
+    assert len(lines) > 100
+    assert np.abs(points[:, 0]).max() <= 180
+    assert np.abs(points[:, 1]).max() <= 90
+    # No line runs across the map, and some known capes are on them.
+    assert max(np.abs(np.diff(line[:, 0])).max() for line in lines) < 20
+    for longitude, latitude in ((-67.3, -55.9), (18.4, -34.2), (-5.6, 36.0)):
+        assert np.hypot(points[:, 0] - longitude, points[:, 1] - latitude).min() < 1.5
+
+
+def test_places_are_found_across_the_date_line():
+    values = xr.DataArray(
+        np.ones((3, 4)), {"latitude": [0.0, 20, 40], "longitude": [-180.0, -90, 0, 90]}, ("latitude", "longitude")
+    )
+    assert nearest_place(values, 19, 178) == (1, 0)
+    values[1, 0] = np.nan
+    assert nearest_place(values, 19, 178) == (0, 0)
+    assert nearest_place(values * np.nan, 0, 0) is None
+    assert edges(np.array([10.0, 20.0])).tolist() == [5, 15, 25]
+    assert [write_degrees(value, "E", "W") for value in (-10.5, 0, 20)] == ["10.5°W", "0°", "20°E"]
