@@ -1,5 +1,6 @@
 """The world: values of single places against `yield`, pvlib and closed forms; the sun everywhere on Earth."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,6 +15,8 @@ from citypv.core.errors import InputError
 from citypv.core.request import Request
 from citypv.core.results.write_groups import place_periods
 from citypv.core.results.write_groups import sum_periods as sum_rows
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.keep_suns import keep_suns
 from citypv.core.sun.match_sky_grid import match_sky_grid, match_triangles, triangulate_sky
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.sun.solar_position import solar_position
@@ -244,6 +247,20 @@ def test_merged_surfaces_keep_what_is_linear(skylines, system):
     whole, few = (compute_world([one], source, system, threads=1).full_load_hours for one in (environment, merged))
     np.testing.assert_allclose(few[..., 0], whole[..., 0], rtol=0.02)
     assert merge_surfaces(environment, 1000) is environment
+
+
+def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run(system):
+    times = year_of()
+    suns = choose_suns("days:2", times, HOUR, 52.5, 13.4)
+    with pytest.raises(InputError, match="days:2, which holds for one latitude only; .*--suns sky-grid"):
+        build_environment("town", "transfer.nc", Horizons(9).transfer(suns), system)
+    part = keep_suns(sky_grid_suns(100), 40)
+    with pytest.raises(InputError, match="40 directions"):
+        build_environment("town", "transfer.nc", Horizons(9).transfer(replace(part, way="sky-grid:100")), system)
+    flat = Horizons(9).transfer(sky_grid_suns(16))
+    flat.surfaces.eligible[:] = False
+    with pytest.raises(InputError, match="no eligible"):
+        build_environment("town", "transfer.nc", flat, system)
 
 
 def test_result_does_not_depend_on_threads(skylines, system):

@@ -22,27 +22,10 @@ from .weathers import HOUR, year_of
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("world") / "out"
-    arguments = ["world", "city=unshaded", "unshaded", "--weather", "climate", "--off-land", "clear-sky", "--quiet"]
-    assert (
-        main(
-            [
-                *arguments,
-                "--step",
-                "20",
-                "--latitudes",
-                "-40",
-                "80",
-                "--longitudes",
-                "-20",
-                "20",
-                "--mix",
-                "city=1",
-                "--out",
-                str(out),
-            ]
-        )
-        == 0
+    options = (
+        "--weather climate --off-land clear-sky --step 20 --latitudes -40 80 --longitudes -20 20 --mix city=1 --quiet"
     )
+    assert main(["world", "city=unshaded", "unshaded", *options.split(), "--out", str(out)]) == 0
     return out
 
 
