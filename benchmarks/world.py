@@ -3,7 +3,7 @@
     python benchmarks/world.py A=DIR B=DIR C=DIR [--shift] [--cost] [--threads N]
 
 The environments are folders of runs with --suns sky-grid:N. Without options: the table at 10° E, under the built-in
-climate (off land the clear sky), as the program does it by default and with --method paper.
+climate (off land the clear sky) and the isotropic sky, with the default settings else and with --method paper.
 """
 
 import argparse
@@ -47,7 +47,7 @@ def print_meridian(options):
     places = grid_places(np.arange(0.0, 73.0), np.array([MERIDIAN]))
     for method, way in ((None, "exact"), ("paper", "paper")):
         request = Request(**settings_of_method(method))
-        environments = read_environments([*options.environments, "unshaded"], build_system(request))
+        environments, _ = read_environments([*options.environments, "unshaded"], build_system(request))
         source = model_source(places, "climate", request, "clear-sky")
         world = compute_world(environments, source, build_system(request), way, threads=options.threads)
         print(f"\n--method {method}, --way {way}")
@@ -65,7 +65,7 @@ def print_meridian(options):
 
 
 def print_shift(options):
-    environments = read_environments([*options.environments, "unshaded"], default_system())
+    environments, _ = read_environments([*options.environments, "unshaded"], default_system())
     grid = np.meshgrid(SHIFT_LATITUDES, SHIFT_LONGITUDES, indexing="ij")
     places = Places(grid[0].ravel(), grid[1].ravel())
     source = model_source(places, "clear-sky", Request(horizon_cut="neglect"))
@@ -91,7 +91,7 @@ def print_cost(options):
     places = Places(np.array([0.0, 20, 40, 52, 65, -30]), np.array([25.0, 10, -100, 10, 25, 140]))
     source = model_source(places, "climate", Request())
     system = default_system()
-    for one in read_environments([*options.environments, "unshaded"], system):
+    for one in read_environments([*options.environments, "unshaded"], system)[0]:
         compute_world([one], source, system, threads=1)  # compiles
         exact, seconds = measure(one, source, system)
         print(f"{one.name}: {len(one.weight):,} surfaces, {seconds:.3f} processor s per place")

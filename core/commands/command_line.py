@@ -117,7 +117,7 @@ def build_parser():
     world = commands.add_parser("world", help="full load hours of traced environments all over the world")
     add_world(world)
     add_output(world)
-    add_options(world, "weather", "electricity", "run")
+    add_options(world, "weather", "electricity", "sky", "run")
     world.set_defaults(run=run_world, parser=world)
     inspect = commands.add_parser("inspect", help="describe what was read, and its place on Earth")
     add_city(inspect)

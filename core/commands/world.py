@@ -70,17 +70,17 @@ def make_world(texts, folder, request, settings, *, overwrite=False, stream=None
     check_world_settings(request, settings)
     system = build_system(request)
     with whole_folder(folder, overwrite) as work, ExitStack() as stack:
-        environments = read_environments(texts, system)
+        environments, sky = read_environments(texts, system, request.sky)
         if settings.surfaces:
             environments = [merge_surfaces(one, settings.surfaces) for one in environments]
         weights = parse_mix(settings.mix, [one.name for one in environments]) if settings.mix else None
         log.clock.lap("read environments")
         source = find_source(request, settings, stack)
-        for line in describe_world(environments, source):
+        for line in describe_world(environments, source, sky):
             log.write(line)
         log.clock.lap("open weather")
         world = compute_world(
-            environments, source, system, settings.way, threads=request.threads, progress=log.progress
+            environments, source, system, settings.way, sky=sky, threads=request.threads, progress=log.progress
         )
         if not world.weather.any():
             raise InputError("--weather", "has no values at any of the places", "give other places or weather")
@@ -153,7 +153,7 @@ def read_stations(paths, request):
     return station_source(weathers, names)
 
 
-def describe_world(environments, source):
+def describe_world(environments, source, sky):
     """Environments, weather and places as lines of text."""
     lines = [
         f"{one.name}: {one.group_count.sum():,} eligible surfaces{describe_merged(one)}, "
@@ -161,7 +161,7 @@ def describe_world(environments, source):
         f"{one.sky.count:,} directions ({one.source})"
         for one in environments
     ]
-    return [*lines, f"Weather: {source.label}", *source.notes, f"{len(source.places):,} places"]
+    return [*lines, f"Sky: {sky}", f"Weather: {source.label}", *source.notes, f"{len(source.places):,} places"]
 
 
 def describe_merged(environment):
@@ -186,7 +186,7 @@ def draw_pictures(work, settings, log):
 def summarise_world(world, environments, request, settings, seconds):
     """What is needed to judge or to repeat a world: dict."""
     return {
-        "world": vars(settings),
+        "world": vars(settings) | {"sky": world.sky},
         "weather": {"label": world.label, "years": world.years, "places": len(world.places)},
         "environments": [
             {

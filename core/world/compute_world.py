@@ -42,10 +42,11 @@ class World:
     weather: np.ndarray  # (p,) int8, a key of sources.MEANINGS
     label: str  # of the weather
     way: str  # exact or paper
+    sky: str  # model of the diffuse sky
     years: float  # that the weather covers
 
 
-def compute_world(environments, source, system, way="exact", *, threads=None, progress=silent):
+def compute_world(environments, source, system, way="exact", *, sky="isotropic", threads=None, progress=silent):
     """Full load hours of all groups of some environments at the places of a source of weather.
 
     Parameters
@@ -55,6 +56,8 @@ def compute_world(environments, source, system, way="exact", *, threads=None, pr
     system : PvSystem
     way : {"exact", "paper"}
         Sun of the place itself, or that of Greenwich shifted in time.
+    sky : str
+        Model of the diffuse sky, of `sky_models.MODELS`, which the environments were built for.
     threads : int, optional
         By default all processors; the result does not depend on it.
     progress : callable, optional
@@ -79,6 +82,7 @@ def compute_world(environments, source, system, way="exact", *, threads=None, pr
         np.zeros(shape[0], np.int8),
         source.label,
         way,
+        sky,
         1.0,
     )
     columns = [[groups.index(pair) for pair in one.groups] for one in environments]
@@ -86,7 +90,7 @@ def compute_world(environments, source, system, way="exact", *, threads=None, pr
         world.group_count[number, own], world.group_area[number, own] = one.group_count, one.group_area
 
     def run(chunk):
-        return chunk, [compute_place(environments, *found, system, model, way) for found in source.read(chunk)]
+        return chunk, [compute_place(environments, *found, system, model, (way, sky)) for found in source.read(chunk)]
 
     done = 0
     progress("world", 0.0, float(shape[0]), "places")
@@ -102,12 +106,13 @@ def compute_world(environments, source, system, way="exact", *, threads=None, pr
     return world
 
 
-def compute_place(environments, weather, code, system, model, way):  # noqa: PLR0917
+def compute_place(environments, weather, code, system, model, ways):  # noqa: PLR0917
     """What the weather is, its years, and for each environment the hours of the periods: (61, 2 g)."""
     if weather is None:
         return code, None, []
     years = count_years(weather)
-    hours = prepare_place(weather, system, years)
+    way, sky = ways
+    hours = prepare_place(weather, system, years, sky)
     matched, found = {}, []
     for one in environments:
         if one.sky.count not in matched:

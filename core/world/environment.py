@@ -11,6 +11,7 @@ from ..energy.fill_behind import order_neighbours
 from ..energy.groups import find_groups
 from ..energy.sum_block import Block, take_block
 from ..errors import InputError
+from ..sky.sky_models import NO_CAP
 from ..sun.match_sky_grid import SkyTriangles, triangulate_sky
 
 SINGLE = np.float32
@@ -28,10 +29,11 @@ class Environment:
     first: np.ndarray  # (g + 1,) int64, first surface of each group, and n
     weight: np.ndarray  # (n,) float64, area over the counted area of the group
     block: Block  # of the n surfaces, float32
+    horizon: np.ndarray  # (3, n) float32: view of the horizon, its reflected light, sky view factor; 0 if not traced
     sky: SkyTriangles
 
 
-def build_environment(name, source, transfer, system):
+def build_environment(name, source, transfer, system, sky_model="isotropic"):
     """Prepare the eligible surfaces of a Transfer.
 
     Parameters
@@ -40,6 +42,8 @@ def build_environment(name, source, transfer, system):
     transfer : Transfer
         Traced with a sky grid.
     system : PvSystem
+    sky_model : str
+        Of `sky_models.MODELS`; all but the isotropic one need the Transfer's horizon.
 
     Returns
     -------
@@ -52,6 +56,9 @@ def build_environment(name, source, transfer, system):
     """
     check_sky_grid(source, transfer)
     check_transfer(transfer)
+    if sky_model != "isotropic" and transfer.horizon is None:
+        problem = f"was traced without the light of the horizon, which --sky {sky_model} needs"
+        raise InputError(source, problem, "trace it again, or give --sky isotropic")
     counted = find_counted_area(transfer, system)
     groups = find_groups(counted, transfer.surfaces.area)
     if not groups.names:
@@ -69,10 +76,15 @@ def build_environment(name, source, transfer, system):
         reach=sky.reach,
         dtype=SINGLE,
         taken=diffuse_incidence_factors(transfer.surfaces.surface_tilt[rows], system),
+        cap=NO_CAP,
     )
+    horizon = np.zeros((3, len(rows)), SINGLE)
+    if transfer.horizon is not None:
+        view = transfer.horizon.view_factor[rows]
+        horizon[:] = view, transfer.horizon.relative[rows] - view, transfer.sky_view_factor[rows]
     weight = groups.weight[rows, member]
     first = np.searchsorted(member, np.arange(len(groups.names) + 1)).astype(np.int64)
-    return Environment(name, source, groups.names, groups.count, groups.area, first, weight, block, sky)
+    return Environment(name, source, groups.names, groups.count, groups.area, first, weight, block, horizon, sky)
 
 
 def check_sky_grid(source, transfer):

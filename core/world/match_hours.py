@@ -30,7 +30,7 @@ def match_hours(sky, hours):
     """
     bright = (hours.light[:, 0] > 0) & (hours.direction[:, 2] >= 0)
     index, weight = match_some(sky, hours.direction, bright)
-    level = np.maximum(hours.direction[:, 2], 0.0)
+    level = hours.dni * np.maximum(hours.direction[:, 2], 0.0) + hours.ground
     return Sunlight(index[:, None], weight[:, None], hours.direction[:, None].astype(SINGLE), level.astype(SINGLE))
 
 
@@ -64,7 +64,7 @@ def match_shifted(sky, hours, sun, latitude, longitude):
     share = parabola(later - middle)
     suns = direction[nodes]
     used = share * weight[nodes].any(axis=2)  # suns that are too low have no light
-    level = (used * np.maximum(suns[:, :, 2], 0.0)).sum(axis=1)
+    level = hours.dni * (used * np.maximum(suns[:, :, 2], 0.0)).sum(axis=1) + hours.ground
     shares = (weight[nodes] * share[:, None]).astype(SINGLE)
     return Sunlight(index[nodes], shares, suns.astype(SINGLE), level.astype(SINGLE))
 

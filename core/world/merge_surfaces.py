@@ -45,6 +45,7 @@ def merge_surfaces(environment, most):
         environment,
         first=first.astype(np.int64),
         weight=np.bincount(member, environment.weight),
+        horizon=mean_of_pieces(environment.horizon, environment.weight, pieces).astype(SINGLE),
         block=merge_block(block, environment.weight, pieces, environment.sky.direction),
     )
 
@@ -96,11 +97,16 @@ def split_surfaces(features, share, first, most):
     return done + [rows for _, _, rows, _ in waiting]
 
 
+def mean_of_pieces(values, weight, pieces):
+    """Weighted means of the last axis over each piece."""
+    return np.stack([np.average(values[..., rows], axis=-1, weights=weight[rows]) for rows in pieces], axis=-1)
+
+
 def merge_block(block, weight, pieces, direction):
     """Weighted means of surfaces; the normals' mean is not of unit length, so that mean cosines are exact."""
 
     def mean(values):
-        return np.stack([np.average(values[..., rows], axis=-1, weights=weight[rows]) for rows in pieces], axis=-1)
+        return mean_of_pieces(values, weight, pieces)
 
     seen = [seen_by_piece(block, weight, rows, direction) for rows in pieces]
     return replace(

@@ -9,6 +9,7 @@ import pvlib
 from ..energy.fast_power import HALF, MIDDLE
 from ..energy.power_model import spectral_factor
 from ..results.write_groups import split_hours
+from ..sky.sky_models import split_sky
 from ..sun.solar_days import local_middle
 from ..sun.solar_position import sun_direction
 
@@ -22,7 +23,10 @@ class PlaceHours:
 
     interval: np.ndarray  # (h,) int, index into the weather's time axis
     direction: np.ndarray  # (h, 3) float64, towards the sun at mid-interval
-    light: np.ndarray  # (h, 2) float32, dni and dhi [Wm⁻²]
+    light: np.ndarray  # (h, 3) float32: from the place of the sun (normal), from the dome, from the horizon [Wm⁻²]
+    dni: np.ndarray  # (h,) [Wm⁻²]
+    ground: np.ndarray  # (h,) [Wm⁻²] of unshaded ground by circumsolar light
+    cap: float  # of `SkyParts`
     heating: np.ndarray  # (h, 2) float32: cell temperature per POA irradiance, and without any; both on -1 to 1
     spectral_factor: np.ndarray  # (h,) float32
     month: np.ndarray  # (h,) int, 0 to 11, UTC, of mid-interval
@@ -31,7 +35,7 @@ class PlaceHours:
     length: float  # of an interval, over the number of years [h]
 
 
-def prepare_place(weather, system, years):
+def prepare_place(weather, system, years, sky="isotropic"):
     """Lit hours of a place.
 
     Parameters
@@ -40,6 +44,8 @@ def prepare_place(weather, system, years):
     system : PvSystem
     years : float
         Number of years that the weather covers.
+    sky : str
+        Model of the diffuse sky, of `sky_models.MODELS`.
 
     Returns
     -------
@@ -48,6 +54,7 @@ def prepare_place(weather, system, years):
     data, interval = weather.data, weather.interval
     lit = np.flatnonzero((data["ghi"].to_numpy() > 0) | (data["dni"].to_numpy() > 0))
     column = {name: data[name].to_numpy(float)[lit] for name in data}
+    parts = split_sky(weather, sky)
     relative = pvlib.atmosphere.get_relative_airmass(column["apparent_zenith"], "kastenyoung1989")
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, column["pressure"])
     # The thermal model is linear in the irradiance: 1 Wm⁻² in air of 0 °C gives the slope.
@@ -58,7 +65,12 @@ def prepare_place(weather, system, years):
     return PlaceHours(
         interval=lit,
         direction=sun_direction(column["apparent_zenith"], column["solar_azimuth"]),
-        light=np.stack([column["dni"], column["dhi"]], axis=1).astype(SINGLE),
+        light=np.stack([column["dni"] + parts.circumsolar[lit], parts.dome[lit], parts.horizon[lit]], axis=1).astype(
+            SINGLE
+        ),
+        dni=column["dni"],
+        ground=parts.circumsolar_horizontal[lit],
+        cap=parts.cap,
         heating=np.stack([slope / HALF, (column["temp_air"] - MIDDLE) / HALF], axis=1).astype(SINGLE),
         spectral_factor=spectral_factor(airmass, system).astype(SINGLE),
         month=middle.month.to_numpy() - 1,

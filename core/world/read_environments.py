@@ -11,7 +11,7 @@ UNSHADED = "unshaded"
 CURE = "give NAME=transfer.nc, a result folder, or unshaded"
 
 
-def read_environments(texts, system, ground_albedo=0.25):
+def read_environments(texts, system, sky="isotropic", ground_albedo=0.25):
     """Environments from the command line's arguments.
 
     Parameters
@@ -20,30 +20,37 @@ def read_environments(texts, system, ground_albedo=0.25):
         "unshaded", a transfer.nc, or the folder of a run; "NAME=" before it gives a name, which is else that of the
         folder.
     system : PvSystem
+    sky : {"isotropic", "perez", "auto"}
+        Model of the sky; "auto": Perez's if all were traced for it.
     ground_albedo : float
         Of the unshaded environment.
 
     Returns
     -------
-    list of Environment
+    environments : list of Environment
+    sky : str
+        A key of `sky_models.MODELS`.
 
     Raises
     ------
     InputError
     """
-    found = []
+    transfers = []
     for text in texts:
         name, path = split_name(text)
         if path == UNSHADED:
-            found.append(build_environment(name, "closed form", unshaded_transfer(ground_albedo), system))
+            transfers.append((name, "closed form", unshaded_transfer(ground_albedo)))
         else:
             file = find_transfer(Path(path))
-            found.append(build_environment(name, str(file), read_transfer(file), system))
+            transfers.append((name, str(file), read_transfer(file)))
+    if sky == "auto":
+        sky = "isotropic" if any(one.horizon is None for *_, one in transfers) else "perez"
+    found = [build_environment(*one, system, sky) for one in transfers]
     names = [one.name for one in found]
     double = sorted({name for name in names if names.count(name) > 1})
     if double:
         raise InputError("ENVIRONMENT", f"two are called {double[0]!r}", "name them: NAME=transfer.nc")
-    return found
+    return found, sky
 
 
 def split_name(text):

@@ -23,7 +23,7 @@ class Sunlight:
     index: np.ndarray  # (h, m, 3) int64 into the grid
     weight: np.ndarray  # (h, m, 3) float32; over m and 3 they sum to 1, or to 0 without direct light
     direction: np.ndarray  # (h, m, 3) float32, towards each sun
-    level: np.ndarray  # (h,) float32, cosine of the zenith angle of the suns' mean
+    level: np.ndarray  # (h,) float32 [Wm⁻²] of unshaded ground by DNI and circumsolar light
 
 
 def sum_groups(environment, hours, sunlight, model):
@@ -46,7 +46,9 @@ def sum_groups(environment, hours, sunlight, model):
     suns = sunlight.index, sunlight.weight, sunlight.direction, sunlight.level
     place = hours.direction.astype(np.float32), hours.light, hours.heating, hours.spectral_factor
     seen = block.visible_share, block.reflected, block.normal
-    surfaces = block.diffuse, block.far_ground, block.sky, block.taken
+    view, reflected, sky = environment.horizon
+    views = np.stack([view, np.minimum(view, np.float32(hours.cap) * sky)])  # of a bright, and of a dark horizon
+    surfaces = block.diffuse, block.far_ground, block.sky, block.taken, views, reflected
     tables = model.incidence, model.efficiency, model.diffuse_share
     loop(suns, place, seen, surfaces, tables, (environment.first, environment.weight), found)
     return found
@@ -57,34 +59,34 @@ def loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
     """Fill `found`, (h, 2 g), hour by hour; see `sum_groups`. Inner loops are plain, so that they are vectorised."""
     index, weight, sun, level = suns
     direction, light, heating, spectral = place
-    diffuse, far_ground, sky, taken = surfaces
+    diffuse, far_ground, sky, taken, views, back = surfaces
     incidence, efficiency, diffuse_share = tables
     first, area = groups
     count, group_count = len(diffuse), len(first) - 1
     direct, scattered, beam, effective, total = np.zeros((5, count), np.float32)
     for hour in range(len(light)):
-        dni, dhi = light[hour]
+        sunward, dome, horizon = light[hour]
         direct[:], beam[:], scattered[:] = NONE, NONE, NONE
-        if dni > NONE:
+        if sunward > NONE:
             for node in range(index.shape[1]):
-                add_sunlight(sun[hour, node], index[hour, node], weight[hour, node] * dni, seen, direct, scattered)
+                add_sunlight(sun[hour, node], index[hour, node], weight[hour, node] * sunward, seen, direct, scattered)
             enter_glass(direction[hour], seen[2], incidence, direct, beam)
-            horizontal = level[hour] * dni
-            for i in range(count):
-                scattered[i] += horizontal * far_ground[i]
+        view = views[0] if horizon > NONE else views[1]
+        ground = level[hour]
         hot, cold, bright = heating[hour, 0], heating[hour, 1], spectral[hour]
         for i in range(count):
-            straight, rest = dhi * sky[i], scattered[i] + dhi * diffuse[i]
-            # Diffuse light after its incidence angle modifiers: of the sky, and of reflected light.
-            caught = rest * taken[1, i] + straight * (taken[0, i] - taken[1, i])
+            straight, low = dome * sky[i], horizon * view[i]
+            rest = scattered[i] + ground * far_ground[i] + dome * diffuse[i] + low + horizon * back[i]
+            # Diffuse light after its incidence angle modifiers: of the dome, reflected, and of the horizon.
+            caught = rest * taken[1, i] + straight * (taken[0, i] - taken[1, i]) + low * (taken[2, i] - taken[1, i])
             effective[i] = bright * (beam[i] + diffuse_share * caught)
             total[i] = (direct[i] + rest) * hot + cold
         convert(effective, total, efficiency)
         add_groups(effective, area, first, found[hour, :group_count])
         for i in range(count):
-            straight = dhi * sky[i]
-            effective[i] = bright * (beam[i] + diffuse_share * straight * taken[0, i])
-            total[i] = (direct[i] + straight) * hot + cold
+            straight, low = dome * sky[i], horizon * view[i]
+            effective[i] = bright * (beam[i] + diffuse_share * (straight * taken[0, i] + low * taken[2, i]))
+            total[i] = (direct[i] + straight + low) * hot + cold
         convert(effective, total, efficiency)
         add_groups(effective, area, first, found[hour, group_count:])
 

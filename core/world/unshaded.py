@@ -4,8 +4,9 @@ import numpy as np
 
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..scene.scene import Site, Surfaces
+from ..sky.horizon_band import horizon_of_tilt
 from ..sun.sky_grid import sky_grid_suns
-from ..transfer.transfer import Transfer
+from ..transfer.transfer import Horizon, Transfer
 
 ROOF_TILT = 35.0  # [°]; the paper's roofs have mean tilts of 28 to 42°
 SIDES = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
@@ -48,4 +49,5 @@ def unshaded_transfer(ground_albedo=0.25):
         visible_share=np.ones((count, len(suns)), np.float32),
         direct_reflected=np.zeros((count, len(suns)), np.float32),
         direct_annual_standard_error=zero,
+        horizon=Horizon(horizon_of_tilt(normal), horizon_of_tilt(normal), zero),
     )

@@ -99,6 +99,7 @@ def attributes(world):
         "comment": f"weather: {world.label}; {world.years:g} years; DC",
         "weather_label": world.label,
         "way": world.way,
+        "sky": world.sky,
         "environments": "; ".join(
             f"{name}: {source}" for name, source in zip(world.environments, world.sources, strict=True)
         ),

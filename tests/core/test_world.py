@@ -21,6 +21,7 @@ from citypv.core.sun.match_sky_grid import match_sky_grid, match_triangles, tria
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.sun.solar_position import solar_position
 from citypv.core.sun.sun_of_places import geocentric_sun, sun_of_place
+from citypv.core.transfer.transfer import Horizon
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment
@@ -47,13 +48,15 @@ def system():
 
 @pytest.fixture(scope="module")
 def skylines():
-    return Horizons(60, seed=3).transfer(sky_grid_suns(400))
+    transfer, rng = Horizons(60, seed=3).transfer(sky_grid_suns(400)), np.random.default_rng(4)
+    view = np.hypot(*transfer.surfaces.normal[:, :2].T) * rng.random(60)
+    return replace(transfer, horizon=Horizon(view, view + 0.1 * rng.random(60), np.zeros(60)))
 
 
 def world_of(transfer, places, system, name="clear-sky", **settings):
     request = Request(horizon_cut=settings.pop("horizon_cut", "measured"))
     source = model_source(places, name, request, settings.pop("off_land", "blank"))
-    environment = build_environment("town", "test", transfer, system)
+    environment = build_environment("town", "test", transfer, system, settings.get("sky", "isotropic"))
     return compute_world([environment], source, system, threads=1, **settings)
 
 
@@ -84,10 +87,12 @@ def test_each_direction_lies_in_its_triangle(count):
     assert np.degrees(np.arccos(nearest.min())) <= triangles.reach
 
 
+@pytest.mark.parametrize("sky", ["isotropic", "perez"])
 @pytest.mark.parametrize("place", [(52.5, 13.4), (-33.4, -70.6), (9.0, 179.9), (71.3, -156.8)])
-def test_a_place_is_what_yield_gives(skylines, system, place):
-    world = world_of(skylines, Places(*np.array([place]).T), system)
-    energy = compute_energy(skylines, read_weather("clear-sky", *place, altitude_of(place)), system, threads=1)
+def test_a_place_is_what_yield_gives(skylines, system, place, sky):
+    world = world_of(skylines, Places(*np.array([place]).T), system, sky=sky)
+    weather = read_weather("clear-sky", *place, altitude_of(place))
+    energy = compute_energy(skylines, weather, system, threads=1, sky=sky)
     assert world.groups == energy.groups
     tables = sum_rows(energy.capacity_factor, energy, place_periods(energy))
     expected = np.array([tables[period, name] for period, names, _ in place_periods(energy) for name in names])
@@ -229,6 +234,7 @@ def test_days_with_the_sun_hardly_above_the_horizon_have_numbers(system):
 def test_merged_surfaces_keep_what_is_linear(skylines, system):
     """Half of the surfaces: the same area and light of the sky, and hours within 2 %."""
     environment = build_environment("town", "test", skylines, system)
+    assert environment.horizon[0].any()
     merged = merge_surfaces(environment, len(environment.weight) // 2)
     assert len(merged.weight) == len(environment.weight) // 2
     assert merged.first[-1] == len(merged.weight)
@@ -252,11 +258,13 @@ def test_merged_surfaces_keep_what_is_linear(skylines, system):
 def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run(system):
     times = year_of()
     suns = choose_suns("days:2", times, HOUR, 52.5, 13.4)
-    with pytest.raises(InputError, match="days:2, which holds for one latitude only; .*--suns sky-grid"):
+    with pytest.raises(InputError, match=r"days:2, which holds for one latitude only; .*--suns sky-grid"):
         build_environment("town", "transfer.nc", Horizons(9).transfer(suns), system)
     part = keep_suns(sky_grid_suns(100), 40)
     with pytest.raises(InputError, match="40 directions"):
         build_environment("town", "transfer.nc", Horizons(9).transfer(replace(part, way="sky-grid:100")), system)
+    with pytest.raises(InputError, match="--sky isotropic"):
+        build_environment("town", "transfer.nc", Horizons(9).transfer(sky_grid_suns(16)), system, "perez")
     flat = Horizons(9).transfer(sky_grid_suns(16))
     flat.surfaces.eligible[:] = False
     with pytest.raises(InputError, match="no eligible"):
