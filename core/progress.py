@@ -68,15 +68,18 @@ class TerminalProgress:
 
 
 class Clock:
-    """Seconds per stage."""
+    """Seconds per stage: of wall time, and of this process on all processors."""
 
     def __init__(self):
         self.seconds, self.last = {}, time.perf_counter()
+        self.processor_seconds, self.used = {}, time.process_time()
 
     def lap(self, stage):
         """Record the seconds since the last lap."""
         now = time.perf_counter()
         self.seconds[stage], self.last = now - self.last, now
+        used = time.process_time()
+        self.processor_seconds[stage], self.used = used - self.used, used
 
 
 def describe_progress(done, total, unit, seconds):

@@ -8,6 +8,7 @@ from these declarations: a new setting is one entry here.
 from dataclasses import asdict, dataclass, fields
 
 from .errors import InputError
+from .presets import PRESET_WORDS
 from .settings import check_number, check_place, setting
 from .system_settings import SystemSettings
 
@@ -144,6 +145,31 @@ class Request(SystemSettings):
         2021, "weather", "calendar year of climate and clear sky", kind="integer", title="Year", metavar="Y", least=1
     )
     # the light
+    preset: str = setting(
+        "standard",
+        "light",
+        "samples, suns and patches for a purpose; options given beside it win",
+        kind="choice",
+        choices=PRESET_WORDS,
+    )
+    target_error: float | None = setting(
+        None,
+        "light",
+        "trace further rounds until the error of full load hours is this small on 95 % of the eligible area",
+        kind="number",
+        unit="%",
+        metavar="P",
+        above=0,
+    )
+    time_budget: float | None = setting(
+        None,
+        "light",
+        "trace further rounds as long as this time allows",
+        kind="number",
+        unit="s",
+        metavar="S",
+        above=0,
+    )
     suns: str = setting(
         "days:24", "light", "sun positions to trace: hourly, days:N, typical-days:N, sky-grid:N", metavar="WAY"
     )

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .accuracy.sun_sampling import measure_ways
 from .effects.table import check_effects
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
@@ -22,7 +23,6 @@ from .photons.trace_forward import trace_forward
 from .progress import silent
 from .racks.lay_racks import lay_racks
 from .racks.parse_racks import parse_racks
-from .radiosity.sun_sampling_error import trace_sun_samples
 from .radiosity.trace_gather import trace_gather
 from .request import check_request
 from .results.list_findings import rows_of_names
@@ -32,9 +32,12 @@ from .sun.check_distance import check_distance
 from .sun.choose_suns import choose_suns, parse_way
 from .sun.keep_suns import weigh_by_year
 from .sun.spread_suns import spread_suns
-from .transfer.prepare_scene import prepare_scene
+from .transfer.merge_transfers import seed_of_round
+from .transfer.prepare_scene import prepare_scene, reseed
 from .transfer.transfer import scale_direct
 from .weather.read_weather import read_weather
+
+ESTIMATORS = {"gather": trace_gather, "forward": trace_forward}
 
 
 def check_settings(request):
@@ -157,9 +160,33 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
     """
     year = weather.data.index, weather.interval, weather.latitude, weather.longitude
     suns = choose_year(weather, request) if prepared is None or prepared.suns is None else prepared.suns
-    trace = {"gather": trace_gather, "forward": trace_forward}[request.estimator]
-    transfer = trace(scene, suns, request, progress, folder, prepared=prepared)
+    transfer = ESTIMATORS[request.estimator](scene, suns, request, progress, folder, prepared=prepared)
     return weigh_kept_suns(transfer, year) if transfer.record.interrupted else transfer
+
+
+def trace_round(scene, suns, request, index, *, progress=silent, folder=None, prepared):
+    """A further round of a run: the same scene and suns with random numbers of its own.
+
+    Parameters
+    ----------
+    scene : Scene
+    suns : Suns
+    request : Request
+        Of the run.
+    index : int
+        Number of the rounds before this one.
+    progress, folder
+        As in `trace_scene`.
+    prepared : PreparedScene
+
+    Returns
+    -------
+    Transfer
+        To be merged by `transfer.merge_transfers`.
+    """
+    seed = seed_of_round(request.seed, index)
+    trace = ESTIMATORS[request.estimator]
+    return trace(scene, suns, replace(request, seed=seed), progress, folder, prepared=reseed(prepared, seed))
 
 
 def weigh_kept_suns(transfer, year):
@@ -187,50 +214,8 @@ def weigh_kept_suns(transfer, year):
 
 
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent, *, prepared=None):
-    """What the choice of suns does to the full load hours, measured on patches of the scene itself.
-
-    Reflections are left out: they change more slowly than shadows.
-
-    Returns
-    -------
-    dict
-        Percent of full load hours: `bias` (all together) and its `bias_standard_error`, `rms` (patch by patch) and how
-        many `patches`; and the same for each kind and orientation under `groups`.
-    """
-    if transfer.suns.way == "hourly" or not transfer.surfaces.eligible.any():
-        return {"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "patches": 0}
-    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
-    hourly = choose_suns("hourly", *year, request.seed, position=weather.data)
-    clustered, exact = trace_sun_samples(scene, transfer, hourly, request, progress, prepared=prepared)
-    system, sky = build_system(request), choose_sky(request, transfer)
-    found, true = (
-        compute_surface_energy(one, weather, system, request.threads, sky=sky).full_load_hours
-        for one in (clustered, exact)
-    )
-    # All together as the eligible area has them: of small groups more patches are looked at.
-    surfaces, pilot = transfer.surfaces, exact.surfaces
-    names = np.array([" ".join(pair) for pair in zip(pilot.kind, pilot.orientation, strict=True)])
-    whole = np.array([" ".join(pair) for pair in zip(surfaces.kind, surfaces.orientation, strict=True)])
-    weight, parts = np.zeros(len(names)), {}
-    for name in np.unique(names):
-        members = names == name
-        weight[members] = surfaces.area[surfaces.eligible & (whole == name)].sum() / members.sum()
-        parts[str(name)] = compare_hours(found[members], true[members], np.ones(members.sum()))
-    return {**compare_hours(found, true, weight), "groups": parts}
-
-
-def compare_hours(found, true, weight):
-    """Bias and rms of full load hours in percent of their mean, and of how many patches: dict."""
-    mean, count = np.average(true, weights=weight), len(true)
-    if not mean > 0:
-        return {"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "patches": count}
-    error = 100 * (found - true) / mean
-    return {
-        "bias": float(np.average(error, weights=weight)),
-        "bias_standard_error": float(error.std() / np.sqrt(count)),  # the patches are drawn by chance
-        "rms": float(np.sqrt(np.average(error**2, weights=weight))),
-        "patches": count,
-    }
+    """What the choice of suns does to the full load hours: the dict of `accuracy.sun_sampling.measure_ways`."""
+    return measure_ways((scene, weather, transfer, request), [transfer.suns], progress, prepared=prepared)[0]
 
 
 def compute_energy(transfer, weather, request, progress=silent):

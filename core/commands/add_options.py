@@ -4,6 +4,7 @@ import argparse
 
 from ..effects.table import check_effects
 from ..methods import METHODS
+from ..presets import PRESETS
 from ..request import Request, check_request, declared_settings
 
 TITLES = {
@@ -112,8 +113,8 @@ def shares(text):
 SEVERAL = {"pairs": {"type": pair}, "shares": {"type": shares}, "names": {}}  # kinds with several values
 
 
-def imply_method(options):
-    """Set the defaults of a command's options from the method, if one was given.
+def imply_settings(options):
+    """Set the defaults of a command's options from its method and preset, if any was given.
 
     Parameters
     ----------
@@ -125,15 +126,20 @@ def imply_method(options):
     bool
         Whether the arguments have to be parsed again.
     """
-    method = getattr(options, "method", None)
-    if method is None:
+    implied = implied_settings(vars(options))
+    if not implied:
         return False
-    options.parser.set_defaults(**{name: value for name, value in METHODS[method].items() if hasattr(options, name)})
+    options.parser.set_defaults(**{name: value for name, value in implied.items() if hasattr(options, name)})
     return True
 
 
+def implied_settings(given):
+    """Settings that the method and the preset of parsed options imply; those of the method win: dict."""
+    return {**PRESETS.get(given.get("preset"), {}), **METHODS.get(given.get("method"), {})}
+
+
 def request_of_options(options):
-    """Checked settings from parsed options; those without an option come from the method, or are defaults.
+    """Checked settings from parsed options; those without an option come from method and preset, or are defaults.
 
     Raises
     ------
@@ -151,8 +157,7 @@ def request_of_options(options):
             given[name] = tuple(value)
         elif known[name].kind == "texts":
             given[name] = one_of(value)
-    implied = METHODS.get(given.get("method"), {})  # settings without an option of this command
-    request = Request(**{**implied, **given})
+    request = Request(**{**implied_settings(given), **given})  # also settings without an option of this command
     check_request(request)
     check_effects(request)
     return request

@@ -15,7 +15,7 @@ from functools import partial
 from ..errors import InputError
 from ..progress import CancelledError, TerminalProgress
 from ..version import __version__
-from .add_options import add_options, imply_method, request_of_options
+from .add_options import add_options, imply_settings, request_of_options
 
 EPILOGUE = "Every option and every file written is described in docs/command_line.md."
 
@@ -46,7 +46,7 @@ def main(arguments=None, draw=None):
     parser = build_parser()
     try:
         options = parser.parse_args(arguments)
-        if imply_method(options):
+        if imply_settings(options):
             options = parser.parse_args(arguments)
     except SystemExit as stop:
         return stop.code or 0
@@ -127,7 +127,13 @@ def build_parser():
     add_city(effects)
     add_options(effects, "weather", "electricity", "light", "sky", "effects", "run")
     effects.add_argument("--json", action="store_true", help="print as JSON")
-    effects.set_defaults(run=run_effects)
+    effects.set_defaults(run=run_effects, parser=effects)
+    accuracy = commands.add_parser("accuracy", help="predict seconds and errors of every setting from a short pilot")
+    add_city(accuracy)
+    add_options(accuracy, "weather", "electricity", "light", "run")
+    accuracy.add_argument("--json", action="store_true", help="print as JSON")
+    accuracy.add_argument("--plot", metavar="FILE", help="write the curve of error against time as a picture")
+    accuracy.set_defaults(run=run_accuracy, parser=accuracy)
     selfcheck = commands.add_parser("selfcheck", help="check the tracer against closed forms and hard cases")
     selfcheck.add_argument("--json", action="store_true", help="print as JSON")
     selfcheck.set_defaults(run=run_selfcheck)
@@ -260,6 +266,14 @@ def run_effects(options):
         print(json.dumps([effect.as_dict() for effect in plan.effects], indent=2))
     else:
         print("\n".join(describe_plan(plan)))
+
+
+def run_accuracy(options):
+    """`citypv accuracy`."""
+    from .show_accuracy import show_accuracy
+
+    lines = show_accuracy(options.city, request_of_options(options), plot=options.plot, as_json=options.json)
+    print("\n".join(lines))
 
 
 def run_selfcheck(options):

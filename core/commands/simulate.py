@@ -1,7 +1,9 @@
 """The commands that write results: trace a city and compute its energy, or recompute energy from a Transfer."""
 
+import time
 from dataclasses import replace
 
+from ..accuracy.error_budget import suggest_more
 from ..effects.plan_effects import describe_plan
 from ..energy.pv_system import ELECTRIC, build_system
 from ..errors import InputError
@@ -32,6 +34,8 @@ from ..study import (
 )
 from ..sun.check_distance import distance_of_weather
 from ..transfer.kept_matrix import is_on_disk
+from ..transfer.prepare_scene import build_tree
+from .refine_run import refine_run, wants_rounds
 
 
 class RunLog:
@@ -40,7 +44,7 @@ class RunLog:
     def __init__(self, stream):
         self.stream = stream
         self.progress = TerminalProgress(stream) if stream else silent
-        self.clock = Clock()
+        self.clock, self.started = Clock(), time.monotonic()
 
     def write(self, text):
         """Print one line."""
@@ -112,6 +116,7 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
         if exports:
             write_exports(work, (city, scene, transfer, energy, weather), request, exports, log.progress)
     report_outcome(log, folder, energy)
+    log.write(suggest_more(transfer, weather, energy))
     return describe_interruption(transfer.record)
 
 
@@ -137,6 +142,7 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     KeyboardInterrupt, CancelledError
         Before any usable set of suns was traced, or after a second Ctrl-C.
     """
+    prepared = build_tree(prepared, request) if wants_rounds(request) else prepared
     with Interruption(log.progress, log.stream) as heard:
         transfer = trace_scene(scene, weather, request, heard, folder, prepared=prepared)
         # This takes seconds: after an interruption it is the only estimate of the error from missing suns.
@@ -146,6 +152,8 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
             transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
         except CancelledError:
             log.write("The error of sun sampling was not measured")
+        if wants_rounds(request) and not heard.asked:
+            transfer = refine_run(transfer, (scene, prepared, weather, request), log, heard, folder=folder)
     if heard.asked:
         count = len(transfer.suns)
         noted = transfer.record.interrupted or {"suns_traced": count, "of": count}
@@ -260,6 +268,7 @@ def describe_interruption(record):
     if record.interrupted is None:
         return ""
     line = "Interrupted: kept {suns_traced:,} of {of:,} suns".format(**record.interrupted)
+    line += f" and {record.rounds:,} rounds" if record.rounds > 1 else ""
     if record.sun_sampling:
         line += "; this changes full load hours by {bias:+.2f} %, those of single surfaces by {rms:.2f} % (rms)".format(
             **record.sun_sampling

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from ..transfer.transfer import ErrorParts
+from ..transfer.noise import no_parts, own_diffuse, own_direct, variance_of_mean
 
 PROPORTION = 0.1  # relative difference in yield per irradiance between direct, diffuse and reflected light
 
@@ -37,7 +37,7 @@ def standard_errors_of_hours(transfer, weather, sums, groups, sky):
         [h] Of the mean over the counted area of all groups, from rays and points only.
     """
     full_load_hours = sums[0]
-    own, passed_on, discretisation = carry_to_hours(transfer, weather, *sums, sky=sky)
+    own, passed_on, discretisation, _ = carry_to_hours(transfer, weather, *sums, sky=sky)
     names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
     rms = np.array([sun_sampling_share(transfer.record, name, "rms") for name in names])
     sampling = own + variance_of_mean(passed_on) + discretisation**2
@@ -76,42 +76,23 @@ def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
         [h] Deviations of replicates of light that other surfaces re-emit.
     discretisation : numpy.ndarray, (n,)
         [h] Signed.
+    points : numpy.ndarray, (n,)
+        [h²] The part of `own` that is from shadow points.
     """
     light = weather.data["dni"].sum() + sky.circumsolar.sum(), sky.dome.sum(), sky.horizon.sum()
     annual = np.array(light) * (weather.interval / pd.Timedelta(hours=1)) / years / 1000.0
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
     direct, diffuse, horizon = per_poa * annual[:, None]  # [h] per relative irradiance
     parts = transfer.error_parts or no_parts(len(per_poa))
-    own_diffuse = diffuse**2 * own_variance(
-        transfer.diffuse_relative_standard_error, parts.diffuse_passed_on, parts.diffuse_discretisation
-    )
-    own_direct = direct**2 * own_variance(
-        transfer.direct_annual_standard_error, parts.direct_passed_on, parts.direct_discretisation
-    )
     # A ray that misses the sky hits sunlit surfaces: the two errors cancel in part, as far as proportionality holds.
-    together = own_diffuse + own_direct
+    together = diffuse**2 * own_diffuse(transfer) + direct**2 * own_direct(transfer)
     own = np.maximum(together + 2 * direct * diffuse * parts.covariance, PROPORTION**2 * together)
     if transfer.horizon is not None:
         own = own + (horizon * transfer.horizon.standard_error) ** 2  # small: what others pass on is not kept apart
     passed_on = direct[:, None] * parts.direct_passed_on + diffuse[:, None] * parts.diffuse_passed_on
     discretisation = direct * parts.direct_discretisation + diffuse * parts.diffuse_discretisation
-    return np.where(np.isnan(full_load_hours), np.nan, own), passed_on, discretisation
-
-
-def no_parts(count):
-    """Error parts of n surfaces whose standard errors are own noise only."""
-    return ErrorParts(np.zeros((count, 2)), np.zeros((count, 2)), *np.zeros((3, count)))
-
-
-def own_variance(standard_error, passed_on, discretisation):
-    """Square of a standard error minus its other parts: (n,)."""
-    whole = np.asarray(standard_error, float) ** 2
-    return np.maximum(whole - variance_of_mean(passed_on) - discretisation**2, 0)
-
-
-def variance_of_mean(replicates):
-    """Variance of the mean of independent replicates, along the last axis."""
-    return replicates.var(axis=-1, ddof=1) / replicates.shape[-1]
+    points = np.minimum(direct**2 * parts.direct_points, own)
+    return np.where(np.isnan(full_load_hours), np.nan, own), passed_on, discretisation, points
 
 
 def sun_sampling_share(record, name, part):

@@ -87,6 +87,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     prepared = prepared or prepare_scene(scene, request, suns=suns)
     traced, patches, plan = prepared.scene, prepared.patches, prepared.plan
     merge = area_means(traced.triangle_surface, patches.area, len(scene.surfaces))
+    traced_before = prepared.plan.ray_scene.thread_seconds if prepared.plan.ray_scene else 0.0  # by earlier rounds
     run, covered_share = prepare_run(prepared, request, progress)
     run.begin("sky and far ground", 1 + plan.far_ground + plan.horizon)
     clock.lap("plan, tree and cover")
@@ -129,7 +130,8 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
             rays=sky.ray_count + far.ray_count + direct.ray_count + (band.ray_count if band else 0),
             photons=dict(zip(SOURCES, tallies, strict=False)),
             seconds=clock.seconds,
-            embree_thread_seconds=run.target.ray_scene.thread_seconds,
+            processor_seconds=clock.processor_seconds,
+            embree_thread_seconds=run.target.ray_scene.thread_seconds - traced_before,
             last_bounce_share_diffuse=sky.last,
             last_bounce_share_direct=direct.last,
             interrupted=note_interruption(direct.kept, len(suns)),

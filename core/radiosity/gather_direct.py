@@ -29,6 +29,7 @@ class Direct:
     reflected: np.ndarray  # (n, s) float32, without the first bounce off the far ground
     error: LightError  # of the mean weighted with the suns' weights; NaN: a single point gives no variance estimate
     covariance: np.ndarray  # (n,) of the surfaces' own noise in this light and in that of the sky
+    points: np.ndarray  # (n,) variance of own noise from shadow points only
     last: float  # share of the last bounce of all light
     ray_count: int
     kept: int  # number of suns; fewer than all after an interruption
@@ -75,6 +76,7 @@ def gather_direct(context, hemisphere, suns, by_replicate, folder=None):
         reflected=keep_matrix((merge.shape[0], len(suns)), folder),
         error=None,
         covariance=None,
+        points=None,
         last=0.0,
         ray_count=0,
         kept=len(suns),
@@ -101,10 +103,11 @@ def gather_direct(context, hemisphere, suns, by_replicate, folder=None):
     last = done[-1].stop if done else 0
     traced = block_of_suns(suns, slice(last))
     errors = error_of_direct(context, hemisphere, annual, traced, by_replicate)
-    found.error, found.covariance, found.discretisation_error = errors
+    found.error, found.covariance, found.points, found.discretisation_error = errors
     if found.kept < len(suns):
         whole = traced.weights.sum() or np.nan  # the sums contain only these suns
         found.error, found.covariance = found.error.scaled(1 / whole), found.covariance / whole
+        found.points = found.points / whole**2
     return found
 
 
@@ -164,6 +167,8 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
     error : LightError
     covariance : (n,) float64
         Of the surfaces' own noise in this light and in that of the sky.
+    points : (n,) float64
+        Variance from shadow points only.
     discretisation_error : float
         Of `estimate_discretisation_error`.
     """
@@ -173,8 +178,9 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
         sky, some = (hemisphere.sky[rows].mean(axis=1), rays), take_patches(patches, rows)
         variance[rows] = variance_of_shadow_points(by_point, hemisphere.covered[rows], some, suns, sky)
     variance[~send_shadow_rays(context, hemisphere)] = 0  # known exactly, even with a single point
+    from_points = merge.power(2) @ variance
     if not context.plan.reflections or annual.representative_points is None:
-        return errors_of_surfaces(merge, variance), np.zeros(merge.shape[0]), 0.0
+        return errors_of_surfaces(merge, variance), np.zeros(merge.shape[0]), from_points, 0.0
     element_annual = np.take_along_axis(annual.by_point, annual.representative_points, axis=1)
     by_replicate = multiply_elements(hemisphere.form_factors, annual.propagated, hemisphere.factor, threads)
     by_replicate += multiply_elements(hemisphere.form_factors, patches.albedo, element_annual, threads)
@@ -189,7 +195,8 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
         spread[rows] = spread_of_elements(by_point, representative_points, hemisphere.covered[rows])
     points = deviations_of_spread(spread, patches.key)
     passed_on = propagate_deviations(context, hemisphere, points, by_replicate)
-    return errors_of_surfaces(merge, noise, ReflectedError(light, passed_on, steps)), covariance, share
+    errors = errors_of_surfaces(merge, noise, ReflectedError(light, passed_on, steps))
+    return errors, covariance, from_points, share
 
 
 def send_shadow_rays(context, hemisphere):

@@ -20,16 +20,15 @@ PATCHES = 500
 FEWEST = 40  # of a kind and orientation
 
 
-def trace_sun_samples(scene, transfer, hourly, request, progress, *, prepared=None):
-    """First light of patches of eligible surfaces under the suns of a Transfer and under hourly ones.
+def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None):
+    """First light of patches of eligible surfaces under several choices of suns.
 
     Parameters
     ----------
     scene : Scene
     transfer : Transfer
         Traced from that scene.
-    hourly : Suns
-        One for every interval.
+    ways : list of Suns
     request : Request
     progress : callable
     prepared : PreparedScene, optional
@@ -37,9 +36,9 @@ def trace_sun_samples(scene, transfer, hourly, request, progress, *, prepared=No
 
     Returns
     -------
-    clustered, exact : Transfer
-        Each patch as a surface, looked at from the same points, without reflections; the diffuse part is that of the
-        surface in `transfer`. Without rows where no surface is eligible.
+    list of Transfer
+        For each choice: each patch as a surface, looked at from the same points, without reflections; the diffuse
+        part is that of the surface in `transfer`. Without rows where no surface is eligible.
 
     Raises
     ------
@@ -48,7 +47,7 @@ def trace_sun_samples(scene, transfer, hourly, request, progress, *, prepared=No
     """
     check_scene(scene)
     check_request(request)
-    for suns in (transfer.suns, hourly):
+    for suns in ways:
         check_suns(suns)
     if len(transfer.surfaces) != len(scene.surfaces):
         problem = f"{len(transfer.surfaces)} surfaces for a scene of {len(scene.surfaces)}"
@@ -57,9 +56,9 @@ def trace_sun_samples(scene, transfer, hourly, request, progress, *, prepared=No
     patches = prepared.patches
     chosen = draw_patches(prepared.scene, patches.area, request.seed)
     few = take_patches(patches, chosen)
-    ray_scene = RayScene(scene.vertices, scene.triangles)
-    pair = []
-    for suns in (transfer.suns, hourly):
+    ray_scene = prepared.plan.ray_scene or RayScene(scene.vertices, scene.triangles)
+    found = []
+    for suns in ways:
         if len(few):
             progress(f"error check, {suns.way}", 0, 1, "rays")
         light = sun_visibility(
@@ -74,8 +73,8 @@ def trace_sun_samples(scene, transfer, hourly, request, progress, *, prepared=No
             threads=usable_threads(request.threads),
             progress=lambda share, rays, way=suns.way: progress(f"error check, {way}", rays, rays / share, "rays"),
         )
-        pair.append(take_surfaces(transfer, prepared.scene.triangle_surface[chosen], suns, light.visible_share))
-    return pair
+        found.append(take_surfaces(transfer, prepared.scene.triangle_surface[chosen], suns, light.visible_share))
+    return found
 
 
 def draw_patches(scene, area, seed):

@@ -60,6 +60,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
     prepared = prepared or prepare_scene(scene, request, suns=suns)
     context = prepare_gather(prepared, request, progress)
     patches, plan, merge, ray_scene = context.patches, context.plan, context.merge, context.ray_scene
+    traced_before = ray_scene.thread_seconds  # by earlier rounds with the same tree
     clock.lap("plan and tree")
 
     cells = count_elements(points_above(request.shadow_samples))
@@ -93,6 +94,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
             diffuse_discretisation=diffuse.error.discretisation,
             direct_discretisation=direct.error.discretisation,
             covariance=direct.covariance,
+            direct_points=direct.points,
         ),
         record=TraceRecord(
             request=request.as_dict(),
@@ -106,7 +108,8 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
             horizon_rays=horizon_rays,
             shadow_rays=direct.ray_count,
             seconds=clock.seconds,
-            embree_thread_seconds=ray_scene.thread_seconds,
+            processor_seconds=clock.processor_seconds,
+            embree_thread_seconds=ray_scene.thread_seconds - traced_before,
             last_bounce_share_diffuse=diffuse.last,
             last_bounce_share_direct=direct.last,
             discretisation_error={

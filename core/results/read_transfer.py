@@ -66,7 +66,7 @@ def check_dimensions(path, dataset):
     expected |= dict.fromkeys(PER_SURFACE_AND_SUN, ("surface", "sun"))
     expected |= {"normal": ("surface", "axis"), "direction": ("sun", "axis")}
     expected |= dict.fromkeys(TRACED_AS, ("surface",)) if ALBEDO in dataset else {}
-    expected |= {name: part[0] for name, part in ERROR_PARTS.items()} if "covariance" in dataset else {}
+    expected |= {name: part[0] for name, part in ERROR_PARTS.items()} if "direct_points" in dataset else {}
     expected |= {name: ("surface",) for name, _ in HORIZON.values() if name in dataset}
     expected |= {name: dimensions for name, (dimensions, _) in OUTLINES.items() if name in dataset}
     for name, dimensions in expected.items():
@@ -103,7 +103,7 @@ def transfer_of_dataset(dataset):
 
 def error_parts_of_dataset(dataset):
     """Parts of the standard errors, None where the file does not tell."""
-    if "covariance" not in dataset:
+    if "direct_points" not in dataset:
         return None
     return ErrorParts(**{name: dataset[name].values for name in ERROR_PARTS})
 

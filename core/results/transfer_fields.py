@@ -37,6 +37,7 @@ ERROR_PARTS = {  # name -> dimensions, long name; files written before they were
     "diffuse_discretisation": (("surface",), "diffuse light in excess by the size of patches; 0 where little"),
     "direct_discretisation": (("surface",), "the same of the annual mean of direct light"),
     "covariance": (("surface",), "covariance of the surface's own noise in diffuse and in annual direct light"),
+    "direct_points": (("surface",), "variance of the annual mean of direct light from shadow points"),
 }
 
 HORIZON = {  # field of Horizon -> name, long name; files lack them that were traced for isotropic skies only

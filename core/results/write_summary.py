@@ -8,6 +8,8 @@ from dataclasses import asdict
 
 import numpy as np
 
+from ..accuracy.error_budget import WHAT, budget_groups, budget_surfaces
+from ..accuracy.yield_errors import split_errors
 from ..energy.pick_module import area_of_kwp
 from ..energy.potential import sum_potential
 from ..energy.pv_system import build_system
@@ -18,7 +20,6 @@ from ..sun.check_distance import distance_of_weather
 from .list_findings import list_findings
 
 LIBRARIES = ("embreex", "numba", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
-LEAST_HOURS = 0.1  # of the mean: surfaces with less are left out of the errors of single surfaces
 
 
 def write_summary(path, summary):
@@ -66,7 +67,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
         "suns": {"way": transfer.suns.way, "count": len(transfer.suns)},
         "seconds": seconds or {},
         "peak_memory_bytes": peak_memory(),
-        "error_budget": budget_errors(transfer, energy),
+        "error_budget": budget_errors(transfer, energy, weather),
         "totals": sum_totals(transfer, energy, build_system(request)),
         "years": describe_years(energy),
         "versions": versions(),
@@ -105,29 +106,28 @@ def annual_sum(weather, column, years):
     return float(weather.data[column].sum()) * (weather.interval.total_seconds() / 3600) / 1000 / years
 
 
-def budget_errors(transfer, energy):
+def budget_errors(transfer, energy, weather):
     """Error budget of the full load hours, in percent.
 
     - `sampling_total`: standard error of the mean over the counted area of all eligible surfaces, from rays and points.
     - `sampling_median`, `sampling_95`: standard error of single eligible surfaces, median and 95th percentile by
       counted area, among those with at least a tenth of the mean hours: walls hidden by a neighbour have a few or none.
+    - `surfaces`: the same of each source alone: shadow points, rays, light passed on, discretisation, choice of suns.
+    - `groups`: what each source does to the mean of each group, in hours and percent, as `meaning` says.
     - `bounces`: upper bound of what reflections beyond the last one could add to all light.
     - `patches`: discretisation error of reflected light, from light uneven within the cells of patches; one third of
       the measured effect of light that is uneven between the cells.
     """
-    eligible = energy.eligible & np.isfinite(energy.full_load_hours)
     budget = {"unit": "percent", "bounces": bound_of_bounces(transfer)}
-    hours, area = energy.full_load_hours[eligible], energy.counted_area[eligible]
-    error = energy.full_load_hours_standard_error[eligible]
-    whole = float(hours @ transfer.surfaces.area[eligible])
+    eligible = energy.eligible & np.isfinite(energy.full_load_hours)
+    whole = float(energy.full_load_hours[eligible] @ transfer.surfaces.area[eligible])
+    errors = split_errors(transfer, weather, energy)
     if whole > 0:
-        mean = whole / area.sum()
-        budget["sampling_total"] = 100 * energy.sampling_error / mean
-        lit = hours >= LEAST_HOURS * mean
-        single, order = 100 * error[lit] / hours[lit], np.argsort(error[lit] / hours[lit])
-        share = np.cumsum(area[lit][order]) / area[lit].sum()
-        budget["sampling_median"] = float(single[order][np.searchsorted(share, 0.5)])
-        budget["sampling_95"] = float(single[order][np.searchsorted(share, 0.95)])
+        budget["sampling_total"] = 100 * energy.sampling_error * energy.counted_area[eligible].sum() / whole
+        budget["sampling_median"], budget["sampling_95"] = errors.at_share(share=0.5), errors.at_share()
+        budget["surfaces"] = budget_surfaces(errors)
+        budget["groups"] = budget_groups(transfer, weather, energy, budget["bounces"])
+        budget["meaning"] = WHAT
     record = transfer.record
     if record and record.discretisation_error:
         budget["patches"] = 100 * max(map(abs, record.discretisation_error.values())) / 3

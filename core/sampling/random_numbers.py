@@ -30,6 +30,12 @@ def key_of_names(names, seed):
     return mix(np.frombuffer(digests, dtype="<u8") + stream)
 
 
+def mix_seed(seed, index):
+    """Seed of an independent stream: int, for `index` from 1."""
+    word = np.array([(int(GOLDEN) * (seed + 1) + index) % 2**64], np.uint64)
+    return int(mix(word)[0]) >> 33
+
+
 def uniform(keys, count):
     """Uniform numbers in [0, 1) for each key.
 

@@ -1,14 +1,16 @@
 """What tracing a scene needs before the first ray, made once per run: materials, patches, the plan of effects."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..effects.plan_effects import EffectPlan, plan_effects
 from ..materials.read_albedo import albedo_of_triangles, name_brdfs
-from ..patches.patches import Patches, patches_of_scene
+from ..patches.facing_scene import FacingScene
+from ..patches.patches import Patches, keys_of_triangles, patches_of_scene
 from ..scene.add_backs import add_backs
 from ..scene.check_scene import check_scene
 from ..scene.scene import Scene
 from ..sun.suns import Suns
+from ..threads import usable_threads
 
 
 @dataclass
@@ -50,3 +52,17 @@ def prepare_scene(scene, request, *, weather=None, suns=None, measure=False):
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request, materials), request.seed)
     plan = plan_effects(scene, patches, request, materials=materials, weather=weather, suns=suns, measure=measure)
     return PreparedScene(scene, materials, patches, plan, suns)
+
+
+def build_tree(prepared, request):
+    """The same with the tree of its triangles, for several rounds: PreparedScene."""
+    if prepared.plan.ray_scene is not None:
+        return prepared
+    ray_scene = FacingScene(prepared.scene, prepared.patches, usable_threads(request.threads))
+    return replace(prepared, plan=replace(prepared.plan, ray_scene=ray_scene))
+
+
+def reseed(prepared, seed):
+    """The same with the random numbers of another seed: PreparedScene."""
+    keys = keys_of_triangles(prepared.scene, seed)
+    return replace(prepared, patches=replace(prepared.patches, key=keys))

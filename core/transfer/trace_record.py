@@ -17,6 +17,7 @@ class TraceRecord:
     embree_thread_seconds: float  # [s] sum over threads
     last_bounce_share_diffuse: float  # of all light
     last_bounce_share_direct: float
+    processor_seconds: dict | None = None  # stage -> [s] sum over threads
     engine: str | None = None  # packets or rays
     hemisphere_rays: int | None = None
     horizon_rays: int | None = None  # None: the horizon was not traced as a source of light
@@ -28,6 +29,7 @@ class TraceRecord:
     photons: dict | None = None  # forward: where the light of each source went
     interrupted: dict | None = None  # suns_traced, of: if fewer suns were kept than requested
     sun_sampling: dict | None = None  # bias, rms [% of full load hours], patches; the same by groups
+    rounds: int = 1  # independent traces that were merged
     standard_error_unknown: str | None = None  # which standard error, and why
 
     def as_dict(self):

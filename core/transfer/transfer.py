@@ -22,6 +22,7 @@ class ErrorParts:
     diffuse_discretisation: np.ndarray  # (n,) signed, error from light that is uneven within cells of patches
     direct_discretisation: np.ndarray  # (n,)
     covariance: np.ndarray  # (n,) of own noise in diffuse and in direct light
+    direct_points: np.ndarray  # (n,) the part of the variance of own noise in direct light that is from shadow points
 
 
 def scale_direct(parts, growth):
@@ -31,6 +32,7 @@ def scale_direct(parts, growth):
         direct_passed_on=growth * parts.direct_passed_on,
         direct_discretisation=growth * parts.direct_discretisation,
         covariance=growth * parts.covariance,
+        direct_points=growth**2 * parts.direct_points,
     )
 
 

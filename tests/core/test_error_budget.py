@@ -33,7 +33,7 @@ def walls():
 def with_noise(transfer, own, shared):
     """The Transfer with noise in its diffuse light: standard deviation of each surface's own, signs of the shared."""
     deviations = NOISE * np.sqrt(3) * np.outer(shared, SIGNS)
-    parts = ErrorParts(deviations, np.zeros((COUNT, 4)), *np.zeros((3, COUNT)))
+    parts = ErrorParts(deviations, np.zeros((COUNT, 4)), *np.zeros((4, COUNT)))
     error = np.sqrt(own**2 + deviations.var(axis=1, ddof=1) / 4)
     return replace(transfer, diffuse_relative_standard_error=error, error_parts=parts)
 
@@ -43,7 +43,7 @@ def total_of(walls, own, shared):
     transfer, weather = walls
     noisy = with_noise(transfer, np.full(COUNT, own), np.full(COUNT, 1.0) * shared)
     energy = compute_energy(noisy, weather)
-    total = budget_errors(noisy, energy)["sampling_total"]
+    total = budget_errors(noisy, energy, weather)["sampling_total"]
     single = 100 * energy.full_load_hours_standard_error / energy.full_load_hours
     assert np.ptp(single) == pytest.approx(0, abs=1e-9)
     return total / single[0], energy

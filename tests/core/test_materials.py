@@ -143,7 +143,7 @@ def test_the_pilot_follows_a_forward_run_with_mirrors(tmp_path):
     request = Request(estimator="forward", samples=16, albedo_file=path)
     suns = suns_towards([[0, -1, 1], [0, 0, 1]])
     transfer = trace_forward(street(), suns, request, silent)
-    one, other = trace_sun_samples(street(), transfer, suns, request, lambda *report: None)
+    one, other = trace_sun_samples(street(), transfer, [transfer.suns, suns], request, lambda *report: None)
     assert np.array_equal(one.visible_share, other.visible_share)
 
 

@@ -271,18 +271,17 @@ def test_a_pilot_with_nothing_to_look_at():
     """No surface is eligible: two empty Transfers, not an error inside numpy."""
     surfaces = replace(HOUSE.surfaces, eligible=np.zeros(16, bool))
     scene, transfer = replace(HOUSE, surfaces=surfaces), replace(TRANSFER, surfaces=surfaces)
-    for one in trace_sun_samples(scene, transfer, SUNS, Request(), silent):
+    for one in trace_sun_samples(scene, transfer, [SUNS, SUNS], Request(), silent):
         assert len(one.surfaces) == 0
         assert one.visible_share.shape == (0, 5)
         assert len(compute_energy(one, WEATHER).full_load_hours) == 0
 
 
 def test_a_broken_pilot():
-    pilot = [HOUSE, TRANSFER, SUNS, Request(), silent]
+    pilot = [HOUSE, TRANSFER, [SUNS], Request(), silent]
     refused("shadow-samples", trace_sun_samples, *pilot[:3], Request(shadow_samples=0), silent)
     for number in NUMBERS:
         broken = replace(SUNS, direction=spoiled(SUNS.direction, (1, 1), number))
-        refused("direction of the suns: row 1 is", trace_sun_samples, *pilot[:2], broken, *pilot[3:])
-        refused("direction of the suns: row 1 is", trace_sun_samples, HOUSE, replace(TRANSFER, suns=broken), *pilot[2:])
+        refused("direction of the suns: row 1 is", trace_sun_samples, *pilot[:2], [SUNS, broken], *pilot[3:])
     other = trace_sun_samples(*pilot)[0]
     refused("transfer: [0-9]+ surfaces for a scene of 16", trace_sun_samples, HOUSE, other, *pilot[2:])

@@ -68,7 +68,7 @@ USERS = {
     "trace_gather": lambda scene: trace_gather(scene, SUNS, Request(), silent),
     "patches_of_scene": lambda scene: patches_of_scene(scene, albedo(), 0),
     "find_resting_floors": find_resting_floors,
-    "trace_sun_samples": lambda scene: trace_sun_samples(scene, None, SUNS, Request(), silent),
+    "trace_sun_samples": lambda scene: trace_sun_samples(scene, None, [SUNS], Request(), silent),
 }
 
 

@@ -1,0 +1,125 @@
+"""The error budget of a run: what each source of error does to full load hours, of groups and of single surfaces."""
+
+import numpy as np
+import pandas as pd
+import pvlib
+
+from ..energy.standard_errors import carry_to_hours, noise_of_mean, sun_sampling_share
+from ..sky.sky_models import split_sky
+from .refine import rounds_needed
+from .yield_errors import SAMPLED, SOURCES, quantile_by_area, split_errors
+
+WHAT = {  # source -> what its number is
+    "sampling": "standard error: rays and shadow points, with the light that other surfaces pass on",
+    "sun_sampling": "standard error: bias of the traced suns against every hour's, measured on patches of the group",
+    "cut_reflections": "bound: light that reflections after the last one would add",
+    "patch_size": "estimate, signed: light that is uneven within the elements of patches, of surfaces where it counts",
+    "far_ground": "bound: what was left out of the light of the far ground",
+    "sky_model": "for information: an unshaded plane of this kind under the Perez sky, over the isotropic one",
+}
+TILTS = {"facade": 90.0, "roof": 35.0, "rack": 10.0}
+AZIMUTHS = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
+
+
+def budget_groups(transfer, weather, energy, bounces):
+    """Error budget of the mean full load hours of each group.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    weather : Weather
+    energy : Energy
+    bounces : float or None
+        Bound of cut reflections [%].
+
+    Returns
+    -------
+    dict
+        Kind and orientation -> source -> {"hours", "percent"}.
+    """
+    sums = energy.full_load_hours, energy.poa_global_annual, energy.years
+    own, passed_on, discretisation, _ = carry_to_hours(transfer, weather, *sums, sky=split_sky(weather, energy.sky))
+    area = np.asarray(transfer.surfaces.area, float)
+    names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
+    far_ground = next(
+        (one for one in (transfer.record.effects if transfer.record else ()) if one["key"] == "far-ground"), None
+    )
+    found = {}
+    for name in energy.groups:
+        members = np.array([one == name for one in names]) & energy.eligible & np.isfinite(own)
+        weight = area[members] / max(energy.counted_area[members].sum(), 1e-12)
+        hours = float(weight @ sums[0][members])
+        share = {
+            "sampling": np.sqrt(noise_of_mean(weight, own[members], passed_on[members])) / hours if hours > 0 else None,
+            "sun_sampling": sun_sampling_share(transfer.record, name, "bias"),
+            "cut_reflections": None if bounces is None else bounces / 100,
+            "patch_size": weight @ discretisation[members] / hours if hours > 0 else None,
+            "far_ground": None if far_ground is None else far_ground["bound"],
+            "sky_model": share_of_sky_model(weather, name),
+        }
+        found[" ".join(name)] = {
+            source: {"hours": None if part is None else part * hours, "percent": None if part is None else 100 * part}
+            for source, part in share.items()
+        }
+    return found
+
+
+def share_of_sky_model(weather, name):
+    """Yearly irradiance of an unshaded plane of a kind and orientation by Perez et al. over isotropic, less 1.
+
+    None for orientations that stand for no plane.
+
+    References
+    ----------
+    R. Perez et al. (1990), doi:10.1016/0038-092X(90)90055-H, as in `pvlib.irradiance.perez`.
+    """
+    kind, orientation = name
+    if kind not in TILTS or orientation not in AZIMUTHS:
+        return None
+    data = weather.data
+    position = pvlib.solarposition.get_solarposition(
+        data.index + weather.interval / 2, weather.latitude, weather.longitude
+    ).set_index(data.index)
+    extra = pvlib.irradiance.get_extra_radiation(data.index)
+    airmass = pvlib.atmosphere.get_relative_airmass(position["apparent_zenith"].clip(upper=89.9))
+    sums = {}
+    for model in ("perez", "isotropic"):
+        light = pvlib.irradiance.get_total_irradiance(
+            TILTS[kind], AZIMUTHS[orientation], position["apparent_zenith"], position["azimuth"],
+            data["dni"], data["ghi"], data["dhi"], dni_extra=extra, airmass=airmass, model=model,
+        )  # fmt: skip
+        sums[model] = float(pd.Series(light["poa_global"]).fillna(0).sum())
+    return sums["perez"] / sums["isotropic"] - 1 if sums["isotropic"] > 0 else None
+
+
+def budget_surfaces(errors):
+    """Error of half and of 95 % of the eligible area, from each source alone and from all: dict of percent."""
+
+    def of(without):
+        relative = errors.relative(without=without)
+        return {
+            "median": quantile_by_area(relative, errors.area, 0.5),
+            "at_95": quantile_by_area(relative, errors.area, 0.95),
+        }
+
+    found = {source: of([other for other in SOURCES if other != source]) for source in SOURCES}
+    return {**found, "all": of(())}
+
+
+def suggest_more(transfer, weather, energy):
+    """One sentence on what would halve the error, or ""."""
+    errors = split_errors(transfer, weather, energy)
+    largest = errors.largest()
+    if largest is None or transfer.record is None or not errors.at_share() > 0:
+        return ""
+    start = f"Full load hours within {errors.at_share():.2f} % on 95 % of the eligible area; "
+    needed = rounds_needed(errors, errors.at_share() / 2)
+    if np.isfinite(needed) and largest in SAMPLED:
+        seconds = sum(transfer.record.seconds.values()) * (needed - 1)
+        return f"{start}{seconds:.0f} s more would halve it: {SOURCES[largest]} are the largest part.".replace(
+            "reflect are", "reflect is"
+        )
+    cure = {"suns": "--suns with more days", "discretisation": "a smaller --patch-size"}.get(
+        largest, "more rays, then more"
+    )
+    return f"{start}{SOURCES[largest]} is the largest part: {cure} would lower it."

@@ -1,0 +1,189 @@
+"""Seconds and errors of any settings, predicted from a pilot.
+
+Cost: a run's time is that of its rays, shadow rays, and products with the matrix of form factors,
+
+    t = overhead + patches · (a₀ + a rays + suns · (b₀ + b shadow points + c rays · (1 + reflections)))
+
+Error: the variance of each source falls with a power of the number of rays or points that the pilot shows; what the
+size of patches leaves falls with the square of their length.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+
+from .yield_errors import SOURCES, YieldErrors
+
+USUAL = {"shadows": 1.6, "rays": 1.3, "passed_on": 1.0}  # exponents of variance where the pilot shows none
+LEAST, MOST = 0.5, 2.0
+WRITING = 20e6  # [B/s] of tables and transfer.nc
+
+
+@dataclass
+class Knobs:
+    """Settings whose price is asked."""
+
+    samples: int
+    shadow_samples: int
+    suns: int  # number of positions
+    way: str
+    bounces: int
+    patch_size: float | None
+    rounds: int = 1
+
+
+@dataclass
+class Prices:
+    """What a pilot says on processor time [s], which depends less on what else the machine does."""
+
+    overhead: float  # of the size of the city: per sun
+    sky: np.ndarray  # (2,) of all patches: once, and per hemisphere ray
+    suns: np.ndarray  # (3,) of all patches: per sun; per shadow point and sun; per ray, sun and product with the matrix
+    wall: float  # wall time over processor time
+    fixed: float  # reading, preparing, sun sampling, electricity: all but tracing
+    size: float | None  # patch size of the pilot [m]
+    bytes_per_sun: float  # of the matrices
+
+
+def price_pilot(pilot, fixed, patch_size, surfaces):
+    """Prices from the runs of a pilot.
+
+    Parameters
+    ----------
+    pilot : Pilot
+    fixed : float
+        What does not depend on the settings of tracing [s].
+    patch_size : float or None
+    surfaces : int
+    """
+    runs = list(pilot.runs.values())
+    terms = np.array([terms_of_suns(run.samples, run.shadow_samples, run.bounces, pilot.suns) for run in runs])
+    return Prices(
+        overhead=sum(pilot.empty.processor_seconds.values()) / pilot.suns,
+        sky=pilot.growth * fit_costs(np.array([(1, run.samples) for run in runs]), seconds_of(pilot, of_sky)),
+        suns=pilot.growth * fit_costs(terms, seconds_of(pilot, of_suns)),
+        wall=sum(sum(run.seconds.values()) for run in runs) / sum(sum(run.processor_seconds.values()) for run in runs),
+        fixed=fixed,
+        size=patch_size,
+        bytes_per_sun=8.0 * surfaces,
+    )
+
+
+def terms_of_suns(samples, shadow_samples, bounces, suns):
+    """What the costs of the suns are multiplied with."""
+    return suns, shadow_samples * suns, samples * suns * (1 + bounces)
+
+
+def of_suns(run):
+    """Processor time of the suns [s]."""
+    return run.processor_seconds["suns"]
+
+
+def of_sky(run):
+    """Processor time of everything else that grows with the patches traced [s]."""
+    seconds = run.processor_seconds
+    return sum(seconds.values()) - seconds["suns"] - seconds["plan and tree"]
+
+
+def seconds_of(pilot, stage):
+    """Time of a stage in each run without what the size of the city costs: (runs,) float64."""
+    return np.array([max(stage(run) - stage(pilot.empty), 0) for run in pilot.runs.values()])
+
+
+def fit_costs(terms, seconds):
+    """Costs that are not negative and explain the seconds of some runs; relative deviations count alike."""
+    scale = np.maximum(seconds, 1e-6)
+    return nnls(terms / scale[:, None], seconds / scale)[0]
+
+
+def predict_seconds(prices, knobs):
+    """Wall and processor time of tracing, and wall time of the whole run [s]: three float."""
+    growth = 1.0 if None in (prices.size, knobs.patch_size) else max((prices.size / knobs.patch_size) ** 2, 0.3)
+    sky = prices.sky @ (1, knobs.samples)
+    suns = prices.suns @ terms_of_suns(knobs.samples, knobs.shadow_samples, knobs.bounces, knobs.suns)
+    processor = knobs.rounds * (growth * (sky + suns) + prices.overhead * knobs.suns)
+    wall = processor * prices.wall
+    return wall, processor, wall + prices.fixed + prices.bytes_per_sun * knobs.suns / WRITING
+
+
+def predict_errors(pilot, knobs, sampling, patch_size):
+    """Errors of the surfaces of the pilot with other settings.
+
+    Parameters
+    ----------
+    pilot : Pilot
+    knobs : Knobs
+    sampling : (e,) float
+        Error of this choice of suns for each surface, as a share of its hours.
+    patch_size : float or None
+        Of the pilot [m].
+
+    Returns
+    -------
+    YieldErrors
+    """
+    fine, middle, coarse = (pilot.runs[name] for name in "ABC")
+    variance = fine.errors.variance
+    rays = samples_factor(fine, middle, "rays", "samples")
+    points = samples_factor(middle, coarse, "shadows", "shadow_samples")
+    by_rays = samples_factor(fine, middle, "passed_on", "samples")
+    by_points = samples_factor(middle, coarse, "passed_on", "shadow_samples")
+    length = 1.0 if None in (patch_size, knobs.patch_size) else knobs.patch_size / patch_size
+    elements = fine if knobs.shadow_samples >= fine.shadow_samples else coarse
+    more = knobs.samples / fine.samples, knobs.shadow_samples / fine.shadow_samples
+    # A patch of half the length has a quarter of the area, and a surface four times the patches.
+    parts = {
+        "rays": variance["rays"] * more[0] ** -rays * length**2 / knobs.rounds,
+        "shadows": variance["shadows"] * more[1] ** -points * length**2 / knobs.rounds,
+        "passed_on": variance["passed_on"] * more[0] ** -by_rays * more[1] ** -by_points * length**2 / knobs.rounds,
+        "discretisation": shared_rows(pilot, elements) * length**2,
+        "suns": (sampling * fine.errors.hours) ** 2,
+    }
+    hours, area = fine.errors.hours, fine.errors.area
+    return YieldErrors({name: parts[name] for name in SOURCES}, hours, area, knobs.rounds)
+
+
+def shared_rows(pilot, run):
+    """Discretisation variance of a run on the surfaces of run A: its own, or that of A grown like the mean."""
+    fine = pilot.runs["A"].errors
+    if run.errors is fine or len(run.errors.hours) == len(fine.hours):
+        return run.errors.variance["discretisation"]
+    return (
+        fine.variance["discretisation"]
+        * mean_variance(run, "discretisation")
+        / max(mean_variance(pilot.runs["A"], "discretisation"), 1e-12)
+    )
+
+
+def samples_factor(more, fewer, source, setting):
+    """Exponent with which a variance falls between two runs, kept between LEAST and MOST."""
+    ratio = getattr(more, setting) / getattr(fewer, setting)
+    high, low = mean_variance(fewer, source), mean_variance(more, source)
+    if not (high > 0 and low > 0):
+        return USUAL[source]
+    exponent = np.log(high / low) / np.log(ratio)
+    least = 0.0 if source == "passed_on" else LEAST  # it may come from the other kind of rays
+    return float(np.clip(exponent, least, MOST))
+
+
+def mean_variance(run, source):
+    """Mean relative variance by area, without the worst hundredth of the surfaces."""
+    errors = run.errors
+    if not len(errors.hours):
+        return 0.0
+    relative = errors.variance[source] / errors.hours**2
+    usual = relative <= np.quantile(relative, 0.99)
+    return float(np.average(relative[usual], weights=errors.area[usual]))
+
+
+def left_by_bounces(pilot, bounces):
+    """Share of the light that reflections after so many would add, from the last of runs B and C: float.
+
+    From reflection to reflection light falls by the same factor.
+    """
+    one, many = pilot.runs["C"], pilot.runs["A"]
+    if not (one.last_bounce > 0 and many.bounces > one.bounces):
+        return one.last_bounce
+    factor = min((many.last_bounce / one.last_bounce) ** (1 / (many.bounces - one.bounces)), 0.99)
+    return one.last_bounce * factor ** (bounces - one.bounces + 1) / (1 - factor)

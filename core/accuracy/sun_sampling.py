@@ -1,0 +1,76 @@
+"""What a choice of suns does to full load hours, measured on patches of the scene itself against every hour's sun."""
+
+import numpy as np
+
+from ..energy.compute_energy import compute_energy
+from ..energy.pv_system import build_system
+from ..progress import silent
+from ..radiosity.sun_sampling_error import trace_sun_samples
+from ..sky.choose_sky import choose_sky
+from ..sun.choose_suns import choose_suns
+
+
+def measure_ways(inputs, ways, progress=silent, *, prepared=None):
+    """Error of full load hours by some choices of suns. Reflections are left out: they change more slowly than shadows.
+
+    Parameters
+    ----------
+    inputs : tuple of Scene, Weather, Transfer and Request
+    ways : list of Suns
+    progress : callable
+    prepared : PreparedScene, optional
+
+    Returns
+    -------
+    list of dict
+        For each way, in percent of full load hours: `bias` (all together) and its `bias_standard_error`, `rms` (patch
+        by patch) and how many `patches`; and the same for each kind and orientation under `groups`.
+    """
+    scene, weather, transfer, request = inputs
+    if all(suns.way == "hourly" for suns in ways) or not transfer.surfaces.eligible.any():
+        return [{"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "patches": 0} for _ in ways]
+    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
+    hourly = choose_suns("hourly", *year, request.seed, position=weather.data)
+    *clustered, exact = trace_sun_samples(scene, transfer, [*ways, hourly], request, progress, prepared=prepared)
+    system, sky = build_system(request), choose_sky(request, transfer)
+    true = compute_energy(exact, weather, system, request.threads, sky=sky).full_load_hours
+    surfaces = transfer.surfaces
+    names = name_groups(exact.surfaces)
+    weight, whole = weigh_groups(names, surfaces), np.ones(len(names))
+    found = []
+    for one in clustered:
+        hours = compute_energy(one, weather, system, request.threads, sky=sky).full_load_hours
+        parts = {
+            str(name): compare_hours(hours[names == name], true[names == name], whole[names == name])
+            for name in np.unique(names)
+        }
+        found.append({**compare_hours(hours, true, weight), "groups": parts})
+    return found
+
+
+def name_groups(surfaces):
+    """Kind and orientation of surfaces as one text each: (n,) str."""
+    return np.array([" ".join(pair) for pair in zip(surfaces.kind, surfaces.orientation, strict=True)])
+
+
+def weigh_groups(names, surfaces):
+    """Weights that make patches stand for the eligible area: of small groups more patches are looked at."""
+    whole, weight = name_groups(surfaces), np.zeros(len(names))
+    for name in np.unique(names):
+        members = names == name
+        weight[members] = surfaces.area[surfaces.eligible & (whole == name)].sum() / members.sum()
+    return weight
+
+
+def compare_hours(found, true, weight):
+    """Bias and rms of full load hours in percent of their mean, and of how many patches: dict."""
+    mean, count = np.average(true, weights=weight), len(true)
+    if not mean > 0:
+        return {"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "patches": count}
+    error = 100 * (found - true) / mean
+    return {
+        "bias": float(np.average(error, weights=weight)),
+        "bias_standard_error": float(error.std() / np.sqrt(count)),  # the patches are drawn by chance
+        "rms": float(np.sqrt(np.average(error**2, weights=weight))),
+        "patches": count,
+    }

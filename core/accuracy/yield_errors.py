@@ -1,0 +1,102 @@
+"""Errors of the full load hours of single surfaces, apart by their source."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..energy.standard_errors import carry_to_hours, sun_sampling_share
+from ..sky.sky_models import split_sky
+from ..transfer.noise import variance_of_mean
+
+SAMPLED = ("shadows", "rays", "passed_on")  # sources that fall with every round; the others stay
+SOURCES = {  # name -> words
+    "shadows": "the shadows",
+    "rays": "the sky rays",
+    "passed_on": "the light that other surfaces reflect",
+    "discretisation": "the patch size",
+    "suns": "the choice of suns",
+}
+LEAST_HOURS = 0.1  # of the mean: surfaces with less are left out of the errors of single surfaces
+SHARE = 0.95  # of the eligible area
+
+
+@dataclass
+class YieldErrors:
+    """Variances of the full load hours of e eligible surfaces [h²], by source."""
+
+    variance: dict  # of SOURCES -> (e,) float64 [h²]
+    hours: np.ndarray  # (e,) [h]
+    area: np.ndarray  # (e,) [m²] counted area
+    rounds: int
+
+    def relative(self, more=1.0, without=()):
+        """Standard errors in percent of each surface's hours, with `more` times the rounds: (e,) float64."""
+        total = np.zeros(len(self.hours))
+        for source, variance in self.variance.items():
+            if source not in without:
+                total += variance / more if source in SAMPLED else variance
+        return 100 * np.sqrt(total) / self.hours
+
+    def at_share(self, more=1.0, without=(), share=SHARE):
+        """Error [%] that this share of the area stays within; NaN if no surface counts."""
+        return quantile_by_area(self.relative(more, without), self.area, share)
+
+    def largest(self):
+        """The source with the largest variance, by area, or None."""
+        sums = {name: float(self.area @ (part / self.hours**2)) for name, part in self.variance.items()}
+        return max(sums, key=sums.get) if any(sums.values()) else None
+
+
+def quantile_by_area(values, area, share):
+    """Smallest value that a share of the area does not exceed; NaN without area or if a value is unknown."""
+    if not len(values) or np.isnan(values).any():
+        return np.nan
+    order = np.argsort(values)
+    covered = np.cumsum(area[order])
+    return float(values[order][min(np.searchsorted(covered, share * covered[-1]), len(values) - 1)])
+
+
+def split_errors(transfer, weather, energy):
+    """Errors of the full load hours of eligible surfaces that have a tenth of the mean hours at least.
+
+    Parameters
+    ----------
+    transfer : Transfer
+        Its error parts may be those of more rounds than those that `energy` was computed from.
+    weather : Weather
+    energy : Energy
+
+    Returns
+    -------
+    YieldErrors
+    """
+    hours = energy.full_load_hours
+    sums = hours, energy.poa_global_annual, energy.years
+    own, passed_on, discretisation, shadows = carry_to_hours(
+        transfer, weather, *sums, sky=split_sky(weather, energy.sky)
+    )
+    names = zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True)
+    rms = np.array([sun_sampling_share(transfer.record, name, "rms") for name in names])
+    parts = {
+        "shadows": shadows,
+        "rays": own - shadows,
+        "passed_on": variance_of_mean(passed_on),
+        "discretisation": discretisation**2,
+        "suns": (rms * hours) ** 2,
+    }
+    chosen = find_lit(energy)
+    return YieldErrors(
+        {name: part[chosen] for name, part in parts.items()},
+        hours[chosen],
+        energy.counted_area[chosen],
+        transfer.record.rounds if transfer.record else 1,
+    )
+
+
+def find_lit(energy):
+    """Eligible surfaces with a tenth of the mean hours at least: (n,) bool."""
+    hours, area = energy.full_load_hours, np.where(energy.eligible, energy.counted_area, 0)
+    counted = (area > 0) & np.isfinite(hours)
+    if not counted.any():
+        return counted
+    return counted & (hours >= LEAST_HOURS * np.average(hours[counted], weights=area[counted])) & (hours > 0)

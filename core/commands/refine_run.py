@@ -1,0 +1,54 @@
+"""Further rounds of a run for `--target-error` and `--time-budget`."""
+
+import time
+
+from ..accuracy.refine import Goal, refine_transfer, unreachable
+from ..accuracy.yield_errors import split_errors
+from ..progress import TerminalProgress, silent
+from ..study import compute_energy, trace_round
+
+WRITING = 20e6  # [B/s] of the matrices of transfer.nc, and of the tables beside them
+MOMENT = 1.0  # [s] for the rest of writing
+
+
+def wants_rounds(request):
+    """Whether a run goes on after its first round."""
+    return request.target_error is not None or request.time_budget is not None
+
+
+def refine_run(transfer, inputs, log, progress, *, folder):
+    """Trace rounds until the target is met or the time is up.
+
+    Parameters
+    ----------
+    transfer : Transfer
+        The first round, with its error of sun sampling.
+    inputs : tuple of Scene, PreparedScene, Weather and Request
+    log : RunLog
+    progress : Interruption
+    folder : path-like
+        As in `trace_scene`.
+
+    Returns
+    -------
+    Transfer
+    """
+    scene, prepared, weather, request = inputs
+    started = time.monotonic()
+    energy = compute_energy(transfer, weather, request)
+    finishing = time.monotonic() - started + 2 * transfer.visible_share.nbytes / WRITING + MOMENT
+    deadline = None if request.time_budget is None else log.started + request.time_budget - finishing
+
+    def judge(one):
+        return split_errors(one, weather, energy)
+
+    def trace(index):
+        return trace_round(scene, transfer.suns, request, index, progress=progress, folder=folder, prepared=prepared)
+
+    # The stages of every round would be many lines.
+    progress.progress = TerminalProgress(log.stream, lasting=False) if log.stream else silent
+    target = request.target_error
+    why = None if target is None else unreachable(judge(transfer), target, request.shadow_samples)
+    if why:
+        log.write(f"{target:g} % cannot be reached: {why[0]}; {why[1]}")
+    return refine_transfer(transfer, judge, Goal(target, deadline), trace, log.write)

@@ -1,0 +1,144 @@
+"""Merged rounds: their mean is that of independent runs, and its stated error is as large as its scatter."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy import stats
+from test_closed_forms import SUNS, direct_relative
+from test_standard_errors import ANYWHERE, scene_and_suns
+from test_tracing import three_houses
+
+from citypv.core.errors import InputError
+from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.request import Request
+from citypv.core.transfer.merge_transfers import MOST_REPLICATES, merge_replicates, merge_transfers, seed_of_round
+from citypv.core.transfer.noise import variance_of_mean
+from citypv.core.transfer.prepare_scene import build_tree, prepare_scene, reseed
+
+pytestmark = pytest.mark.once
+
+REQUEST = Request(samples=64, shadow_samples=4, max_bounces=2, threads=1)
+ROUNDS, RUNS = 4, 6
+
+
+@cache
+def prepared_houses():
+    scene, suns = scene_and_suns(ANYWHERE)
+    return scene, suns, build_tree(prepare_scene(scene, REQUEST), REQUEST)
+
+
+@cache
+def traced(seed, index):
+    scene, suns, prepared = prepared_houses()
+    own = seed_of_round(seed, index)
+    return trace_gather(scene, suns, replace(REQUEST, seed=own), silent, prepared=reseed(prepared, own))
+
+
+def merged(seed, rounds=ROUNDS):
+    return merge_transfers([traced(seed, index) for index in range(rounds)])
+
+
+def light_of(transfer):
+    """Diffuse and annual direct light of each surface, and their stated errors: two (2, n)."""
+    light = np.stack([transfer.diffuse_relative, direct_relative(transfer) @ transfer.suns.weight])
+    return light, np.stack([transfer.diffuse_relative_standard_error, transfer.direct_annual_standard_error])
+
+
+def test_the_first_round_is_an_ordinary_run_and_others_have_numbers_of_their_own():
+    scene, suns, prepared = prepared_houses()
+    alone = trace_gather(scene, suns, replace(REQUEST, seed=5), silent)
+    assert np.array_equal(alone.diffuse_relative, traced(5, 0).diffuse_relative)
+    assert np.array_equal(alone.visible_share, traced(5, 0).visible_share)
+    keys = [reseed(prepared, seed_of_round(5, index)).patches.key for index in range(20)]
+    assert len(np.unique(np.concatenate(keys))) == 20 * len(keys[0])
+    seeds = {seed_of_round(seed, index) for seed in range(50) for index in range(50)}
+    assert len(seeds) == 2500
+
+
+@pytest.mark.slow
+def test_variance_falls_with_the_number_of_rounds_and_is_stated():
+    """Scatter of six merged runs on some thousand surfaces, against single rounds and against what is stated."""
+    single = [light_of(traced(seed, 0)) for seed in range(RUNS)]
+    whole = [light_of(merged(seed)) for seed in range(RUNS)]
+    for part in (0, 1):
+        one, four = (
+            np.array([light[part] for light, _ in runs]).var(axis=0, ddof=1).mean() for runs in (single, whole)
+        )
+        assert one / four == pytest.approx(ROUNDS, rel=0.15)
+        stated = np.mean([errors[part] ** 2 for _, errors in whole])
+        assert 0.9 < stated / four < 1.6  # the discretisation error is stated, too, and does not scatter
+
+
+def test_merged_rounds_are_averages_and_stated_errors_fall():
+    one, four = traced(0, 0), merged(0)
+    mean = np.mean([traced(0, index).diffuse_relative for index in range(ROUNDS)], axis=0)
+    assert four.diffuse_relative == pytest.approx(mean, rel=1e-12)
+    mean = np.mean([traced(0, index).visible_share for index in range(ROUNDS)], axis=0)
+    assert four.visible_share == pytest.approx(mean, abs=1e-6)
+    assert np.array_equal(one.visible_share, traced(0, 0).visible_share)  # not overwritten
+    parts = four.error_parts
+    assert parts.diffuse_passed_on.shape[1] == 4 * ROUNDS
+    assert parts.direct_points.sum() == pytest.approx(np.mean([p.sum() for p in points_of(0)]) / ROUNDS)
+    stated = [np.mean(run.error_parts.direct_passed_on.var(axis=1, ddof=1)) for run in (one, four)]
+    assert np.isfinite(stated).all()
+    assert four.record.rounds == ROUNDS
+    assert four.record.hemisphere_rays == ROUNDS * one.record.hemisphere_rays
+    assert four.record.degrees_of_freedom["diffuse"] == ROUNDS * 3
+
+
+def points_of(seed):
+    return [traced(seed, index).error_parts.direct_points for index in range(ROUNDS)]
+
+
+def test_the_order_in_which_rounds_are_merged_does_not_matter():
+    rounds = [traced(1, index) for index in range(4)]
+    in_line = merge_transfers(rounds)
+    in_pairs = merge_transfers([merge_transfers(rounds[:2]), merge_transfers(rounds[2:])])
+    for name in ("diffuse_relative", "diffuse_relative_standard_error", "direct_annual_standard_error"):
+        assert getattr(in_line, name) == pytest.approx(getattr(in_pairs, name), rel=1e-9)
+
+
+def test_replicates_side_by_side_state_the_variance_of_the_mean():
+    """χ² of 3 K degrees of freedom: mean and variance of the estimate, also where replicates are added up."""
+    generator = np.random.default_rng(3)
+    for rounds in (2, 5, 3 * MOST_REPLICATES // 4):
+        values = generator.normal(size=(4000, rounds, 4))
+        total = values[:, 0]
+        for index in range(1, rounds):
+            weights = index / (index + 1), 1 / (index + 1)
+            total = merge_replicates(total, values[:, index], weights, index)
+        assert total.shape[1] == min(4 * rounds, MOST_REPLICATES)
+        stated, freedom = variance_of_mean(total), 3 * min(rounds, MOST_REPLICATES // 4)
+        assert stated.mean() == pytest.approx(1 / (4 * rounds), rel=5 * np.sqrt(2 / freedom / 4000))
+        assert stated.var() == pytest.approx(2 / freedom / (4 * rounds) ** 2, rel=0.25)
+
+
+def test_forward_rounds_merge_too():
+    scene, request = three_houses(), Request(estimator="forward", samples=8, threads=1)
+    rounds = [trace_forward(scene, SUNS, replace(request, seed=seed_of_round(0, k)), silent) for k in range(3)]
+    whole = merge_transfers(rounds)
+    variance = np.mean([one.diffuse_relative_standard_error**2 for one in rounds], axis=0) / 3
+    assert whole.diffuse_relative_standard_error**2 == pytest.approx(variance, rel=1e-9)
+    assert whole.record.photons["sky"]["emitted"] == sum(one.record.photons["sky"]["emitted"] for one in rounds)
+
+
+def test_rounds_of_different_suns_are_refused():
+    scene = three_houses()
+    one = trace_gather(scene, SUNS, REQUEST, silent)
+    turned = replace(SUNS, direction=SUNS.direction * [-1, 1, 1])
+    with pytest.raises(InputError, match="of another scene"):
+        merge_transfers([one, trace_gather(scene, turned, REQUEST, silent)])
+
+
+def test_a_stated_band_holds_the_truth_as_often_as_students_t_says():
+    """One surface's mean of 12 rounds against many: 36 degrees of freedom of the light passed on."""
+    known = np.mean([light_of(traced(seed, index))[0] for seed in range(RUNS) for index in range(ROUNDS)], axis=0)
+    light, error = light_of(merged(7))
+    noisy = error > 1e-6
+    band = stats.t.ppf(0.975, 3 * ROUNDS) * error * np.sqrt(1 + 1 / RUNS)
+    inside = np.abs(light - known)[noisy] <= band[noisy]
+    assert 0.9 <= inside.mean() <= 0.99
