@@ -1,0 +1,151 @@
+"""How much light passes through crowns, and which rays end in leaves.
+
+   sun
+     \\   entry            A crown is a volume of leaves of equal density. Of light on a way of length L inside, the
+      (~~\\~~)             share exp(-k · LAD · L) passes (Beer-Lambert law): k is the extinction coefficient, LAD the
+       (~~\\~) exit        leaf area density. Densities of crowns that overlap add up. Leaves reflect nothing; trunks
+          | \\             are opaque.
+          |  \\ patch
+
+Light is not weighted but rays are stopped: a ray passes with the probability of the transmittance. Means are the same,
+and all that counts rays (sky, form factors, visible suns, photons) stays as it is. Random numbers of the rays of one
+patch are evenly spread, so that little noise is added.
+
+References
+----------
+Monsi and Saeki (1953), doi:10.1093/aob/mci052 (English, 2005). Nilson (1971), doi:10.1016/0002-1571(71)90092-6.
+"""
+
+import numpy as np
+
+from ..rays.ray_scene import RayScene
+from ..sampling.random_numbers import GOLDEN, mix
+from .crossing_loops import build_hierarchy, sum_crossings
+
+OPAQUE = 1e6  # optical depth of a trunk
+GOLDEN_RATIO = 0.6180339887498949
+
+
+class Canopy:
+    """Crowns and trunks for attenuating rays.
+
+    Parameters
+    ----------
+    crowns : Crowns
+    per_metre : (k,) float64
+        Optical depth per metre in each crown, k · LAD [m⁻¹].
+    per_crossing : (k,) float64
+        Optical depth of crossing each crown once.
+    """
+
+    def __init__(self, crowns, per_metre, per_crossing):
+        self.vertices = crowns.vertices
+        self.ray_scene = RayScene(crowns.vertices, crowns.triangles)
+        corners = crowns.vertices[crowns.triangles]
+        *self._hierarchy, order = build_hierarchy(corners)
+        self._corners, tree, trunk = corners[order], crowns.tree[order], crowns.trunk[order]
+        # A crossing of a crown is an entry and an exit: half each.
+        self._costs = np.where(trunk, 0.0, per_metre[tree]), np.where(trunk, OPAQUE, per_crossing[tree] / 2)
+
+    def transmittance(self, ray_origins, ray_directions, reach=None):
+        """Share of light that passes along rays.
+
+        Parameters
+        ----------
+        ray_origins, ray_directions : (n, 3) float
+            Directions of unit length.
+        reach : (n,) float, optional
+            Length of each ray [m]; infinite if not given.
+
+        Returns
+        -------
+        (n,) float64
+        """
+        passed = np.ones(len(ray_origins))
+        met = np.flatnonzero(self.ray_scene.trace_closest(ray_origins, ray_directions) >= 0)
+        ends = np.full(len(met), 1e30) if reach is None else np.asarray(reach, float)[met]
+        rays = (np.ascontiguousarray(part[met], float) for part in (ray_origins, ray_directions))
+        depth = np.empty(len(met))
+        sum_crossings(tuple(self._hierarchy), self._corners, self._costs, (*rays, ends), depth)
+        passed[met] = np.exp(-np.maximum(depth, 0))
+        return passed
+
+    def stop_rays(self, ray_origins, ray_directions, reach=None):
+        """Which rays end in crowns or at trunks.
+
+        Parameters
+        ----------
+        ray_origins, ray_directions : (c, r, 3) float32
+            Rays in c rows; within a row the random numbers are evenly spread.
+        reach : (c, r) float, optional
+            Length of each ray [m].
+
+        Returns
+        -------
+        (c, r) bool
+        """
+        shape = ray_origins.shape[:2]
+        reach = None if reach is None else reach.reshape(-1)
+        passed = self.transmittance(ray_origins.reshape(-1, 3), ray_directions.reshape(-1, 3), reach).reshape(shape)
+        return passed < spread_numbers(hash_rays(ray_origins[:, 0], ray_directions[:, 0]), shape[1])
+
+    def stop_shadow_rays(self, position, free, directions):
+        """Stop shadow rays in crowns.
+
+        Parameters
+        ----------
+        position : (c, m, 3) float32
+            Points of each patch.
+        free : (c, s, m) bool
+            Which points see which suns; changed in place.
+        directions : (s, 3) float32
+        """
+        wanted = free.any(axis=2)
+        shaded = free & ~self.ray_scene.trace_shadow_rays(position, wanted, directions)
+        row, sun = np.nonzero(shaded.any(axis=2))
+        if not len(row):
+            return
+        passed = np.ones((len(row), position.shape[1]))
+        pair, point = np.nonzero(shaded[row, sun])
+        passed[pair, point] = self.transmittance(position[row[pair], point], directions[sun[pair]])
+        numbers = spread_numbers(hash_rays(position[row, 0], directions[sun]), position.shape[1])
+        free[row, sun] &= passed >= numbers
+
+
+def hash_rays(ray_origins, ray_directions):
+    """Random word of each ray, from its own numbers, so that it does not depend on the order of rays: (n,) uint64."""
+    words = np.zeros(len(ray_origins), np.uint64)
+    for values in (ray_origins, ray_directions):
+        for axis in range(3):
+            bits = np.ascontiguousarray(values[:, axis], np.float32).view(np.uint32).astype(np.uint64)
+            words = mix((words ^ bits) + GOLDEN)
+    return words
+
+
+def spread_numbers(words, count):
+    """Evenly spread numbers in (0, 1], shifted by chance in each row: (n, count) float64."""
+    start = (words >> np.uint64(11)).astype(float)[:, None] * 2.0**-53
+    return 1 - (start + np.arange(count) * GOLDEN_RATIO) % 1.0
+
+
+class LeafyScene(RayScene):
+    """Triangles for ray queries, with shadow rays that crowns may stop.
+
+    Parameters
+    ----------
+    vertices, triangles
+        As of `RayScene`.
+    canopy : Canopy, optional
+        None: no trees; nothing differs from `RayScene`.
+    """
+
+    def __init__(self, vertices, triangles, canopy=None):
+        super().__init__(vertices, triangles)
+        self.canopy = canopy
+
+    def trace_shadow_rays(self, position, wanted, directions):
+        """As of `RayScene`."""
+        free = super().trace_shadow_rays(position, wanted, directions)
+        if self.canopy is not None:
+            self.canopy.stop_shadow_rays(position, free, directions)
+        return free
