@@ -267,6 +267,25 @@ class Request(SystemSettings):
         none="none",
         subtype="DISTANCE",
     )
+    leaf_area_density: float = setting(
+        1.0, "light", "leaves of trees in leaf, one-sided", kind="number", unit="m²/m³", metavar="D", least=0
+    )
+    branch_area_density: float = setting(
+        0.2, "light", "branches of bare trees", kind="number", unit="m²/m³", metavar="D", least=0
+    )
+    leaf_extinction: float = setting(
+        0.5, "light", "extinction coefficient of leaves; 0.5: turned all ways", kind="number", metavar="K", above=0
+    )
+    leaf_months: str = setting("auto", "light", "months in leaf: auto, all, none or such as 4-10", metavar="MONTHS")
+    crown_transmittance: float | None = setting(
+        None,
+        "light",
+        "share of light that passes a crown in leaf, whatever the way through it; default: by leaf area density",
+        kind="number",
+        metavar="T",
+        least=0,
+        most=1,
+    )
     report: str = setting(
         "eligible",
         "light",

@@ -35,7 +35,7 @@ LAYERS = (
         "request",
         "interruption",
     ),
-    *("rays", "sampling", "city", "ground", "files", "scene", "racks", "materials", "patches"),
+    *("rays", "sampling", "city", "trees", "ground", "files", "scene", "racks", "materials", "patches"),
     *(
         "sun",
         "climate",

@@ -24,7 +24,10 @@ def decide(inputs):
         return Effect(KEY, False, f"photons for all {count:,} patches", reason, 0.0, setting=nothing)
     if not inputs.asked(KEY, True):
         return Effect(KEY, False, f"rays for all {count:,} patches", "switched off", 0.0, setting=nothing)
-    found = find_unobstructed(inputs.patches, inputs.scene.vertices)
+    vertices, trees = inputs.scene.vertices, inputs.decided["trees"]
+    if trees.on:
+        vertices = np.concatenate([vertices, trees.setting.crowns.vertices])
+    found = find_unobstructed(inputs.patches, vertices)
     extent = f"{found.sum():,} of {count:,} patches without a ray"
     return Effect(KEY, bool(found.any()), extent, "nothing stands in front of them", 0.0, setting=found)
 

@@ -10,6 +10,7 @@ from ..errors import InputError
 BOTH = ("gather", "forward")
 
 TABLE = {  # key -> estimators for which it may be switched on
+    "trees": BOTH,
     "closed-form": ("gather",),
     "suns-behind": ("gather",),
     "receivers": ("gather",),

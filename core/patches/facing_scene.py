@@ -9,14 +9,14 @@
 import numpy as np
 from numba import njit
 
-from ..rays.ray_scene import RayScene
+from ..trees.canopy import LeafyScene
 from .drop_hidden import drop_hidden
 from .find_coincident import find_coincident
 
 ROUNDING = 1e-6  # in barycentric weights: how far outside of a face a point may lie
 
 
-class FacingScene(RayScene):
+class FacingScene(LeafyScene):
     """Triangles of a scene for tracing rays, with hits on coincident faces assigned to fronts.
 
     Parameters
@@ -25,11 +25,13 @@ class FacingScene(RayScene):
     patches : Patches
         Of this scene.
     threads : int
+    canopy : Canopy, optional
+        Crowns that shadow rays pass; other rays are stopped where they are traced.
     """
 
-    def __init__(self, scene, patches, threads=1):
+    def __init__(self, scene, patches, threads=1, canopy=None):
         own = len(patches) if scene.back_of is None else int((scene.back_of < 0).sum())
-        super().__init__(scene.vertices, scene.triangles[:own])
+        super().__init__(scene.vertices, scene.triangles[:own], canopy)
         corners = np.asarray(scene.vertices, float)[scene.triangles[:own]]
         self.coincident = find_coincident(corners, patches.offset[:own], threads)
         self.coincident.start = np.pad(self.coincident.start, (0, len(patches) - own), mode="edge")

@@ -38,11 +38,13 @@ class Source:
         return 2 if self.travel is not None else 4
 
 
-def box_of_scene(scene):
-    """Bounding box of all triangles, with a small margin: low corner and size, (3,) float64 [m] each."""
+def box_of_scene(scene, canopy=None):
+    """Bounding box of all triangles and crowns, with a small margin: low corner and size, (3,) float64 [m] each."""
     if not len(scene.triangles):
         return np.zeros(3), np.zeros(3)
     points = np.asarray(scene.vertices, float)[scene.triangles.ravel()]
+    if canopy is not None:
+        points = np.concatenate([points, canopy.vertices])
     low, high = points.min(axis=0), points.max(axis=0)
     margin = MARGIN * float(np.abs(points).max())
     return low - margin, high - low + 2 * margin

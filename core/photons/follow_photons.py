@@ -12,6 +12,7 @@ import numpy as np
 from ..patches.facing_scene import FacingScene
 from ..patches.find_covered import meets_back
 from ..patches.patches import Patches
+from ..patches.stop_in_crowns import stop_in_crowns
 from ..sampling.hemisphere_rays import CELL_DIVISIONS
 from ..sampling.sample_points import cell_of_point
 from ..sky.horizon_band import weight_of_band
@@ -30,6 +31,7 @@ class Tally:
     absorbed: float = 0.0  # on front sides
     on_backs: float = 0.0  # hit a back side or a footprint
     closure: float = 0.0  # hit a closure surface or a surface that lies on the ground
+    leaves: float = 0.0  # ended in crowns or at trunks
     covered: float = 0.0  # from the far ground, hit a covered cell below the ground
     cut: float = 0.0  # left after the last bounce
     unweighed: float = 0.0  # from the horizon, by which photons count less than one: see `weight_of_band`
@@ -146,6 +148,10 @@ def meet_fronts(target, photons, tally, source=None):
     """
     patches = target.patches
     places = target.ray_scene.trace_places(photons.origins, photons.directions)
+    if target.ray_scene.canopy is not None:
+        stopped = stop_photons(target, photons, places)
+        tally.leaves += float(photons.weight[stopped].sum())
+        photons, places = photons.take(~stopped), tuple(part[~stopped] for part in places)
     hit, b1, b2 = places
     missed = hit < 0
     back = meets_back(patches, hit, photons.directions)
@@ -161,6 +167,13 @@ def meet_fronts(target, photons, tally, source=None):
         setattr(tally, name, getattr(tally, name) + float(photons.weight[chosen].sum()))
     lit = ~(missed | back | closure | covered)
     return photons.take(lit), tuple(part[lit] for part in places)
+
+
+def stop_photons(target, photons, places):
+    """Photons that end in crowns before they hit something: (m,) bool."""
+    rays = photons.origins[:, None], photons.directions[:, None]
+    wanted = np.ones((len(photons.number), 1), bool)
+    return stop_in_crowns(target.ray_scene, target.patches, rays, tuple(part[:, None] for part in places), wanted)[:, 0]
 
 
 def slip_past_edges(target, places, directions, front):

@@ -92,7 +92,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     run.begin("sky and far ground", 1 + plan.far_ground + plan.horizon)
     clock.lap("plan, tree and cover")
 
-    box = box_of_scene(traced)
+    box = box_of_scene(traced, run.target.ray_scene.canopy)
     (sky,) = trace_sources(run, [sky_source(*box, request.seed)], plan.max_bounces)
     far = trace_far_ground(run, box, plan, request.seed)
     band = trace_band(run, box, plan, request.seed)
@@ -160,6 +160,7 @@ def prepare_run(prepared, request, progress):
     """
     scene, patches, threads = prepared.scene, prepared.patches, usable_threads(request.threads)
     ray_scene = prepared.plan.ray_scene or FacingScene(scene, patches, threads)
+    ray_scene.canopy = prepared.canopy
     covered_share, covered = find_cover(ray_scene, patches, threads)
     count = len(scene.surfaces)
     surface = np.where(scene.triangle_surface < 0, count, scene.triangle_surface)

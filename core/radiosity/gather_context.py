@@ -47,8 +47,10 @@ def prepare_gather(prepared, request, progress):
     """
     scene, patches = prepared.scene, prepared.patches
     threads = usable_threads(request.threads)
+    ray_scene = prepared.plan.ray_scene or FacingScene(scene, patches, threads)
+    ray_scene.canopy = prepared.canopy
     return GatherContext(
-        ray_scene=prepared.plan.ray_scene or FacingScene(scene, patches, threads),
+        ray_scene=ray_scene,
         patches=patches,
         plan=prepared.plan,
         request=request,

@@ -6,13 +6,13 @@ import numpy as np
 
 from ..errors import InputError
 from ..patches.patches import take_patches
-from ..rays.ray_scene import RayScene
 from ..request import check_request
 from ..scene.check_scene import check_scene
 from ..sun.check_suns import check_suns
 from ..threads import usable_threads
 from ..transfer.prepare_scene import prepare_scene
 from ..transfer.transfer import Horizon
+from ..trees.canopy import LeafyScene
 from .shadow_points import points_above
 from .sun_visibility import sun_visibility
 
@@ -56,7 +56,8 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     patches = prepared.patches
     chosen = draw_patches(prepared.scene, patches.area, request.seed)
     few = take_patches(patches, chosen)
-    ray_scene = prepared.plan.ray_scene or RayScene(scene.vertices, scene.triangles)
+    known = prepared.canopy is None and prepared.plan.ray_scene
+    ray_scene = known or LeafyScene(scene.vertices, scene.triangles, prepared.canopy)
     found = []
     for suns in ways:
         if len(few):

@@ -21,6 +21,7 @@ from ..patches.find_covered import (
     lie_in_earth,
     settled_cells,
 )
+from ..patches.stop_in_crowns import stop_in_crowns
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, cells_inside, sobol_digits
 from ..threads import map_in_order
@@ -28,7 +29,7 @@ from .hemisphere import HemisphereRays
 from .replicates import tally_deviations
 
 RAYS_PER_TASK = 1 << 17
-SKY, FAR_GROUND, FRONT, BACK, DARK = range(5)  # fate of a ray; DARK carries nothing
+SKY, FAR_GROUND, FRONT, LEAVES, BACK, DARK = range(6)  # fate of a ray; the last three carry nothing
 AGREEING_RAYS = 3  # so many rays of a cell suffice, if they agree, to tell whether it lies inside something
 
 
@@ -137,6 +138,9 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
     partly = within[~covered[within].all(axis=1)]
     fate[partly] = np.where(lie_in_earth(ray_scene, patches, origins[partly]), DARK, fate[partly])
 
+    if ray_scene.canopy is not None:
+        stop_at_leaves(ray_scene, patches, (origins, directions), (hit, b1, b2), fate)
+
     cells, starts = cells or (1, 0)
     cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
     near_cover = cells_near_cover(covered, within)
@@ -148,6 +152,15 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
     tally_deviations((fate, start_cells, near_cover), resolved, (SKY, BACK), deviation)
     start_of = start_cells, cell_of if starts > 1 else np.zeros_like(cell_of), starts
     return tally, covered, count_hits(chosen, (hit, fate == FRONT), (b1, b2), cells, start_of), deviation
+
+
+def stop_at_leaves(ray_scene, patches, rays, places, fate):
+    """Change the fate of rays that crowns stop to LEAVES. Each replicate has random numbers of its own."""
+    shape = len(fate) * HEMISPHERE_REPLICATES, fate.shape[1] // HEMISPHERE_REPLICATES
+    rays = tuple(part.reshape(*shape, 3) for part in rays)
+    places = tuple(part.reshape(shape) for part in places)
+    stopped = stop_in_crowns(ray_scene, patches, rays, places, fate.reshape(shape) <= FRONT)
+    fate[stopped.reshape(fate.shape)] = LEAVES
 
 
 def cells_near_cover(covered, within):

@@ -33,6 +33,8 @@ class RayScene:
         check.
     """
 
+    canopy = None  # trees.canopy.Canopy of scenes with trees
+
     def __init__(self, vertices, triangles, engine=None):
         vertices, triangles = check_triangles(vertices, triangles)
         self.triangle_count = len(triangles)

@@ -13,6 +13,7 @@ from ..ground.build_terrain import build_terrain
 from ..ground.choose_terrain import choose_terrain, reaches_feet
 from ..ground.find_feet import find_feet
 from ..ground.terrain import NEAR, measure_heights
+from ..trees.build_crowns import build_crowns
 from .classify import classify, measure_tilt
 from .find_footprints import find_footprints
 from .find_ground import find_ground, height_below
@@ -84,6 +85,7 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
     carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
     scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
     scene, floating = _lay_ground(scene, (city, points, surfaces, under), ground, terrain, patch_size)
+    scene.trees = build_crowns(city.trees, report, lambda places: bring_to_origin(places, site))
     scene.footprint &= ~find_hanging(scene, floating)
     scene.sheet = find_sheets(scene)
     _note_sheets(scene)

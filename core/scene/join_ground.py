@@ -38,6 +38,7 @@ def join_ground(scene, vertices, triangles, hidden=None):
         site=scene.site,
         report=scene.report,
         colours=scene.colours,
+        trees=scene.trees,
         sheet=None if scene.sheet is None else np.concatenate([scene.sheet, np.zeros(count, bool)]),
     )
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..city.city import ImportReport
+from ..trees.crowns import Crowns
 
 
 @dataclass
@@ -57,3 +58,4 @@ class Scene:
     racks: np.ndarray | None = None  # (k, 4, 3) float64 [m], corners of the fronts, which are the last k surfaces
     rack_of_back: np.ndarray | None = None  # (t,) int32: surface of the rack whose underside or edge it is, else -1
     back_albedo: float = 0.0  # of those undersides and edges
+    trees: Crowns | None = None  # None: the model has no vegetation

@@ -1,6 +1,7 @@
 """What tracing a scene needs before the first ray, made once per run: materials, patches, the plan of effects."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from ..effects.plan_effects import EffectPlan, plan_effects
 from ..materials.read_albedo import albedo_of_triangles, name_brdfs
@@ -22,6 +23,13 @@ class PreparedScene:
     patches: Patches
     plan: EffectPlan
     suns: Suns | None = None  # if they were chosen already
+    bare: bool = False  # whether deciduous trees are traced without leaves
+
+    @cached_property
+    def canopy(self):
+        """What attenuates rays: Canopy, or None without trees."""
+        trees = self.plan["trees"]
+        return trees.setting.canopy(self.bare) if trees.on else None
 
 
 def prepare_scene(scene, request, *, weather=None, suns=None, measure=False):

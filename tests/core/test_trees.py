@@ -1,0 +1,164 @@
+"""Light through crowns: closed forms, and gather against forward."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from leaves import ball, box, crowns_of
+from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
+from test_closed_forms import direct_relative
+
+from citypv.core.errors import InputError
+from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.request import Request, check_request
+from citypv.core.transfer.prepare_scene import prepare_scene
+from citypv.core.trees.canopy import Canopy
+from citypv.core.trees.crowns import volume_of_crowns
+from citypv.core.trees.foliage import parse_months
+
+NONE = np.zeros(1)
+
+
+def canopy_of(shape, per_metre=0.0, per_crossing=0.0):
+    return Canopy(crowns_of(shape), np.array([per_metre]), np.array([per_crossing]))
+
+
+@pytest.mark.parametrize("thickness", [0.5, 1.0, 2.0, 4.0])
+@pytest.mark.parametrize("direction", [(0, 0, -1), (0.48, 0.6, -0.64)])
+def test_a_sphere_of_leaves_lets_its_closed_form_through(thickness, direction):
+    """Mean of exp(-x·chord/diameter) over parallel rays: 2/x² · (1 - (1 + x) e^-x)."""
+    count, radius, direction = 200_000, 3.0, np.array(direction, float)
+    across = np.cross(direction, [1, 0, 0]) / np.linalg.norm(np.cross(direction, [1, 0, 0]))
+    distance = radius * np.sqrt((np.arange(count) + 0.5) / count)[:, None]
+    turn = (np.arange(count) * np.pi * (3 - np.sqrt(5)))[:, None]
+    origins = distance * (np.cos(turn) * across + np.sin(turn) * np.cross(direction, across)) - 9 * direction
+    canopy = canopy_of(ball([0, 0, 0], radius, 5), thickness / (2 * radius))
+    found = canopy.transmittance(origins, np.broadcast_to(direction, origins.shape)).mean()
+    expected = 2 / thickness**2 * (1 - (1 + thickness) * np.exp(-thickness))
+    assert found == pytest.approx(expected, rel=0.005)
+
+
+def test_the_way_through_a_crown_ends_where_the_ray_does():
+    """Through, from inside, ending inside, beside; the box is 4 × 4 × 3 m, of one optical depth per metre."""
+    canopy = canopy_of(box([0, 0, 0], [4, 4, 3]), 1.0)
+    origins = np.array([[2, 2, 10], [2, 2, 1], [2, 2, -1], [1, 1, -1], [-1, 2, 1], [2, 2, 10], [9, 9, 10]], float)
+    directions = np.array([[0, 0, -1], [0, 0, 1], [0, 0, 1], [0, 0, 1], [1, 0, 0], [0, 0, -1], [0, 0, -1]], float)
+    depth = -np.log(canopy.transmittance(origins, directions, np.array([99, 99, 99, 2.5, 99, 8, 99])))
+    assert depth == pytest.approx([3, 2, 3, 1.5, 4, 1, 0], abs=1e-5)
+
+
+def test_one_number_for_each_crossing():
+    canopy = canopy_of(box([0, 0, 0], [4, 4, 3]), per_crossing=-np.log(0.3))
+    origins = np.array([[2, 2, 10], [2, 2, 1], [9, 9, 10]], float)
+    directions = np.array([[0, 0.6, -0.8], [0, 0, 1], [0, 0, -1]], float)
+    origins[0] -= 9 * directions[0] - [0, 0, -8]
+    assert canopy.transmittance(origins, directions) == pytest.approx([0.3, 0.3**0.5, 1], rel=1e-6)
+
+
+def test_crowns_that_overlap_add_up_and_trunks_are_opaque():
+    crowns = crowns_of(box([0, 0, 2], [4, 4, 5]), box([1, 1, 3], [3, 3, 4]), box([1.9, 1.9, 0], [2.1, 2.1, 2]), trunks=[2])
+    canopy = Canopy(crowns, np.array([0.2, 0.5, 9]), np.zeros(3))
+    origins = np.array([[2.5, 2.5, 10], [2, 2, 10], [-1, 2, 1]], float)
+    directions = np.array([[0, 0, -1], [0, 0, -1], [1, 0, 0]], float)
+    assert canopy.transmittance(origins, directions) == pytest.approx([np.exp(-1.1), 0, 0], abs=1e-12)
+
+
+def test_stopped_rays_are_those_that_do_not_pass_on_average():
+    canopy = canopy_of(box([-9, -9, 5], [9, 9, 7]), 0.4)
+    generator = np.random.default_rng(0)
+    origins = np.concatenate([generator.uniform(-1, 1, (500, 16, 2)), np.zeros((500, 16, 1))], axis=2)
+    directions = np.broadcast_to(np.array([0, 0, 1], np.float32), origins.shape)
+    passed = 1 - canopy.stop_rays(origins.astype(np.float32), directions).mean()
+    assert passed == pytest.approx(np.exp(-0.8), abs=4 * 0.5 / np.sqrt(500 * 16))
+
+
+def wall_and_tree(trees=True):
+    """A wall and a floor of 20 × 20 m, cut into strips, with a crown in front of the wall."""
+    wall = strip([-10, 0, 0], [20, 0, 0], [0, 0, 10], 5)
+    floor = strip([-10, -20, 0], [20, 0, 0], [0, 20, 0], 10)
+    scene = join([wall, floor])
+    crown, trunk = ball([0, -4, 6], 3), box([-0.3, -4.3, 0], [0.3, -3.7, 4])
+    return replace(scene, trees=crowns_of(crown, trunk, trunks=[1]) if trees else None)
+
+
+SUNS = suns_towards([[0, -1, 0.8], [0.4, -1, 0.5], [-0.7, -0.5, 1.0]])
+
+
+def test_the_sky_through_a_roof_of_leaves():
+    """A wide layer of leaves over a floor: E = 2 ∫ exp(-τ/μ) μ dμ = 2 E₃(τ)."""
+    from scipy.special import expn
+
+    scene = scene_of_triangles([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    scene.trees = crowns_of(box([-4000, -4000, 5], [4000, 4000, 7]))
+    request = Request(samples=4096, max_bounces=0, far_ground=False, leaf_area_density=0.6)
+    transfer = trace_gather(scene, suns_towards([[0, 0, 1], [0, 0.8, 0.6]]), request, silent)
+    expected = 2 * expn(3, 0.6)
+    assert_mean(transfer.diffuse_relative, np.maximum(transfer.diffuse_relative_standard_error, 0.003), expected)
+    assert transfer.visible_share.mean(axis=0) == pytest.approx(np.exp([-0.6, -1.0]), abs=0.2)
+
+
+@pytest.mark.slow
+def test_gather_and_forward_agree_behind_a_tree():
+    """Both attenuate every segment: sky, sun, and light between wall and floor."""
+    scene = wall_and_tree()
+    settings = {"albedo": 0.6, "ground_albedo": 0.5, "max_bounces": 3, "leaf_area_density": 0.8, "threads": 1}
+    one = trace_gather(scene, SUNS, Request(samples=4096, shadow_samples=256, **settings), silent)
+    other = trace_forward(scene, SUNS, Request(samples=60_000, estimator="forward", **settings), silent)
+    bare = trace_gather(wall_and_tree(trees=False), SUNS, Request(samples=1024, shadow_samples=64, **settings), silent)
+    for name in ("diffuse_relative", "direct_annual"):
+        if name == "direct_annual":
+            values = [direct_relative(transfer) @ transfer.suns.weight for transfer in (one, other, bare)]
+        else:
+            values = [transfer.diffuse_relative for transfer in (one, other, bare)]
+        errors = [getattr(transfer, f"{name}_standard_error") for transfer in (one, other)]
+        error = np.hypot(*errors)
+        assert (np.abs(values[0] - values[1]) < 4.5 * error).all()
+        assert np.median(error) < 0.1 * np.abs(values[0] - values[2]).max()
+
+
+def test_a_scene_without_trees_has_no_second_scene_and_the_same_light():
+    request = Request(samples=64, shadow_samples=4)
+    prepared = prepare_scene(wall_and_tree(trees=False), request)
+    assert prepared.canopy is None and not prepared.plan["trees"].on
+    off = Request(samples=64, shadow_samples=4, effects={"trees": False})
+    one, other = trace_gather(wall_and_tree(), SUNS, off, silent), trace_gather(prepared.scene, SUNS, request, silent)
+    assert (one.diffuse_relative == other.diffuse_relative).all() and (one.visible_share == other.visible_share).all()
+
+
+def test_crowns_keep_patches_from_their_closed_form():
+    """A wall alone has nothing in front of it, a wall behind a tree does."""
+    scene = join([strip([-10, 0, 0], [20, 0, 0], [0, 0, 10], 5)])
+    crowned = replace(scene, trees=crowns_of(ball([0, -4, 6], 3)))
+    alone, behind = (prepare_scene(one, Request()).plan.unobstructed for one in (scene, crowned))
+    assert alone.all() and not behind.any()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_results_do_not_depend_on_threads(threads):
+    request = Request(samples=64, shadow_samples=4, threads=threads)
+    found = trace_gather(wall_and_tree(), SUNS, request, silent)
+    again = trace_gather(wall_and_tree(), SUNS, replace(request, threads=3), silent)
+    assert (found.diffuse_relative == again.diffuse_relative).all()
+    assert (found.visible_share == again.visible_share).all()
+
+
+def test_volumes_of_crowns():
+    crowns = crowns_of(ball([5, 5, 9], 2), box([0, 0, 0], [1, 2, 3]))
+    assert volume_of_crowns(crowns) == pytest.approx([4 / 3 * np.pi * 8, 6])
+
+
+def test_months_with_leaves():
+    assert parse_months("auto", 52.5) == (5, 6, 7, 8, 9, 10)
+    assert parse_months("auto", -33.0) == (1, 2, 3, 4, 11, 12)
+    assert parse_months("auto", 1.3) == parse_months("all") == tuple(range(1, 13))
+    assert parse_months("4-10") == (4, 5, 6, 7, 8, 9, 10) and parse_months("11-2,5") == (1, 2, 5, 11, 12)
+    assert parse_months("none") == ()
+    with pytest.raises(InputError, match="--leaf-months: 'May' is not a month"):
+        parse_months("May")
+
+
+def test_a_leaf_area_density_below_zero_is_refused():
+    with pytest.raises(InputError, match="--leaf-area-density: -1 is out of range"):
+        check_request(Request(leaf_area_density=-1))
