@@ -34,6 +34,7 @@ from .sun.keep_suns import weigh_by_year
 from .sun.spread_suns import spread_suns
 from .transfer.merge_transfers import seed_of_round
 from .transfer.prepare_scene import prepare_scene, reseed
+from .transfer.trace_seasons import trace_seasons
 from .transfer.transfer import scale_direct
 from .weather.read_weather import read_weather
 
@@ -160,7 +161,9 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
     """
     year = weather.data.index, weather.interval, weather.latitude, weather.longitude
     suns = choose_year(weather, request) if prepared is None or prepared.suns is None else prepared.suns
-    transfer = ESTIMATORS[request.estimator](scene, suns, request, progress, folder, prepared=prepared)
+    trace = ESTIMATORS[request.estimator]
+    prepared = prepared or prepare_scene(scene, request, weather=weather)
+    transfer = trace_seasons(trace, scene, suns, request, progress, folder, prepared)
     return weigh_kept_suns(transfer, year) if transfer.record.interrupted else transfer
 
 
@@ -210,7 +213,8 @@ def weigh_kept_suns(transfer, year):
     growth = max(1.0, growth)
     parts = transfer.error_parts and scale_direct(transfer.error_parts, growth)
     error = transfer.direct_annual_standard_error * growth
-    return replace(transfer, suns=suns, direct_annual_standard_error=error, error_parts=parts)
+    bare = transfer.bare and weigh_kept_suns(transfer.bare, year)
+    return replace(transfer, suns=suns, direct_annual_standard_error=error, error_parts=parts, bare=bare)
 
 
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent, *, prepared=None):

@@ -46,18 +46,40 @@ def join_contents(contents, lod=None, unit="m", orient="auto", progress=silent):
         if content.crs and pyproj.CRS.from_user_input(content.crs).is_geographic:
             leave_out_degrees(content)
     crs = _common_crs(contents)
-    rings = [ring for content in contents for polygon in content.polygons for ring in polygon.rings]
+    trees = join_trees(contents)
+    polygons = [polygon for content in contents for polygon in content.polygons]
+    polygons += [polygon for tree in trees for polygon in tree.polygons]
+    placed = [tree for tree in trees if tree.place is not None]
+    rings = [ring for polygon in polygons for ring in polygon.rings] + [tree.place[None] for tree in placed]
     points = np.concatenate([np.empty((0, 3)), *rings])
     points, crs, note = convert_to_metres(points, crs, unit)
     if note:
         contents[0].notes.append(note)
     ends = np.cumsum([len(ring) for ring in rings]) if rings else []
     pieces = iter(np.split(points, ends[:-1]) if rings else [])
-    for content in contents:
-        for polygon in content.polygons:
-            polygon.rings = [next(pieces) for _ in polygon.rings]
+    for polygon in polygons:
+        polygon.rings = [next(pieces) for _ in polygon.rings]
+    for tree in placed:
+        tree.place = next(pieces)[0]
     progress(JOINING, BROUGHT * count, count, "polygons")
-    return assemble_city(contents, crs, lod, orient, partial(report_joining, progress, count))
+    city = assemble_city(contents, crs, lod, orient, partial(report_joining, progress, count))
+    city.trees = trees
+    return city
+
+
+def join_trees(contents):
+    """Trees of all files, each once: a neighbouring tile may hold the same one. List of Tree."""
+    seen, trees = set(), []
+    for content in contents:
+        for tree in content.trees:
+            shape = tuple(ring.tobytes() for polygon in tree.polygons for ring in polygon.rings)
+            key = tree.name, None if tree.place is None else tree.place.tobytes(), hash(shape)
+            if key in seen:
+                content.skip("tree already read", tree.name)
+                continue
+            seen.add(key)
+            trees.append(tree)
+    return trees
 
 
 def leave_out_degrees(content):
@@ -66,6 +88,10 @@ def leave_out_degrees(content):
         if polygon.implicit:
             content.skip(IN_DEGREES, polygon.surface_id or f"line {polygon.line}")
     content.polygons = [polygon for polygon in content.polygons if not polygon.implicit]
+    for tree in content.trees:
+        if any(polygon.implicit for polygon in tree.polygons):
+            content.skip(IN_DEGREES, tree.name)
+            tree.polygons = []
 
 
 def report_joining(progress, count, share):
@@ -75,7 +101,8 @@ def report_joining(progress, count, share):
 
 def _crs_of(content):
     """The coordinate reference system of a file, or None."""
-    easting = next((polygon.rings[0][0, 0] for polygon in content.polygons if len(polygon.rings[0])), None)
+    drawn = [*content.polygons, *(polygon for tree in content.trees for polygon in tree.polygons)]
+    easting = next((polygon.rings[0][0, 0] for polygon in drawn if len(polygon.rings[0])), None)
     named = {}
     for srs_name, line in content.srs_names.items():
         crs = name_crs(srs_name, easting)

@@ -58,6 +58,8 @@ class FileContent:
     crs: str | None = None
     colours: dict = field(default_factory=dict)  # name of a material -> (3,) diffuse colour, or None if not given
     relief: Relief = field(default_factory=Relief)  # terrain of the file
+    trees: list = field(default_factory=list)  # of Tree
+    plants: "FileContent | None" = None  # polygons of the trees while they are read; `building` is the tree
 
     def skip(self, reason, identifier):
         """Record what was left out, and why."""

@@ -2,17 +2,19 @@
 
 import os
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from ..sky.sky_models import split_sky
+from ..sun.solar_position import is_sunny
+from ..weather.weather import darken_hours
 from .check_inputs import check_hours, check_sky, check_transfer
 from .counted_area import find_counted_area
 from .diffuse_incidence import diffuse_incidence_factors
-from .energy import Energy
+from .energy import Energy, join_energies
 from .fast_power import FastPower, tabulate_power
 from .fill_behind import order_neighbours
 from .groups import find_groups
@@ -60,6 +62,9 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     InputError
         If the Transfer or the weather is invalid.
     """
+    if transfer.bare is not None:
+        check_hours(weather)
+        return compute_seasons(transfer, weather, (system, threads, progress), series=series, sky=sky)
     check_transfer(transfer)
     check_hours(weather)
     check_sky(transfer, sky)
@@ -105,6 +110,18 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
         sky=sky,
         series=find_series(task, np.asarray(series, int), len(weather.data)) if len(series) else None,
     )
+
+
+def compute_seasons(transfer, weather, settings, **details):
+    """Energy of a year in which trees carry leaves in some months and not in the others."""
+    in_leaf = np.isin((weather.data.index + weather.interval / 2).month, transfer.leaf_months)
+    states = replace(transfer, bare=None), replace(transfer.bare, record=transfer.record)
+    parts, sunny = [], []
+    for state, own in zip(states, (in_leaf, ~in_leaf), strict=True):
+        year = darken_hours(weather, ~own)
+        parts.append(compute_energy(state, year, *settings, **details))
+        sunny.append(float(is_sunny(year.data["apparent_zenith"]).sum()))
+    return join_energies(*parts, sunny[0] / max(sum(sunny), 1.0))
 
 
 @dataclass

@@ -1,11 +1,26 @@
 """Results of a Transfer with one weather and one PV system."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 
 from .hourly_series import HourlySeries
+
+
+ADDED = (
+    "poa_global_annual",
+    "full_load_hours",
+    "full_load_hours_standard_error",
+    "full_load_hours_by_month",
+    "group_standard_error",
+    "sampling_error",
+    "capacity_factor",
+    "specific_yield",
+    "capacity_factor_ac",
+)
+AVERAGED = ("direct_relative_annual", "direct_relative_annual_standard_error")
+OF_SERIES = ("poa_direct", "poa_diffuse", "capacity_factor", "capacity_factor_ac")
 
 
 @dataclass
@@ -37,3 +52,29 @@ class Energy:
     capacity_factor_ac: np.ndarray | None = None  # (T, g) AC power over nominal DC power
     sky: str = "isotropic"  # model of the diffuse sky
     series: HourlySeries | None = None  # of the requested surfaces
+
+
+def join_energies(one, other, share):
+    """Energy of a year from two with weathers that are dark in each other's hours; errors add up, as of the same rays.
+
+    Parameters
+    ----------
+    one, other : Energy
+    share : float
+        Part of the sunny hours that belongs to the first.
+
+    Returns
+    -------
+    Energy
+    """
+    joined = {name: add_known(getattr(one, name), getattr(other, name)) for name in ADDED}
+    joined |= {name: share * getattr(one, name) + (1 - share) * getattr(other, name) for name in AVERAGED}
+    if one.series is not None:
+        values = {name: add_known(getattr(one.series, name), getattr(other.series, name)) for name in OF_SERIES}
+        joined["series"] = replace(one.series, **values)
+    return replace(one, **joined)
+
+
+def add_known(one, other):
+    """Sum, None of None."""
+    return None if one is None else one + other

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 MEMBERS = {"BuildingPart", "BuildingInstallation", "BuildingConstructiveElement"}
 INSIDE = {"BuildingRoom", "BuildingFurniture", "BuildingUnit", "BuildingStorey"}
+PLANTS = {"SolitaryVegetationObject", "PlantCover"}
 EXTENSION = re.compile(r"\+?\w*Building\w*", re.ASCII)  # such as +NoiseBuilding
 EXTENSION_INSIDE = re.compile(r"Room|Furniture|Unit|Storey|Interior|Space")
 
@@ -19,6 +20,7 @@ class Families:
     part: dict = field(default_factory=dict)  # the same -> name of the part it is, or belongs to, or None
     orphans: list = field(default_factory=list)  # parts and the like without a parent building: treated as buildings
     skipped: list = field(default_factory=list)  # (reason, name)
+    plants: list = field(default_factory=list)  # names of SolitaryVegetationObjects and PlantCovers
     reliefs: list = field(default_factory=list)  # names of TINReliefs
     others: dict = field(default_factory=dict)  # type -> number of objects not read
     extensions: dict = field(default_factory=dict)  # extension type -> number read as buildings
@@ -48,6 +50,8 @@ def find_families(objects):
             families.skipped.append(("city object is not a JSON object or has no type", name))
         elif kind == "relief":
             families.reliefs.append(name)
+        elif kind == "plant":
+            families.plants.append(name)
         elif kind in ("inside", "other"):
             families.others[objects[name]["type"]] = families.others.get(objects[name]["type"], 0) + 1
         else:
@@ -56,14 +60,14 @@ def find_families(objects):
 
 
 def classify_object(one):
-    """building, member, extension, relief, inside, other or no object."""
+    """building, member, extension, relief, plant, inside, other or no object."""
     kind = one.get("type") if isinstance(one, dict) else None
     if not isinstance(kind, str):
         return "no object"
     if kind in ("Building", "TINRelief"):
         return "building" if kind == "Building" else "relief"
-    if kind in MEMBERS:
-        return "member"
+    if kind in MEMBERS or kind in PLANTS:
+        return "member" if kind in MEMBERS else "plant"
     if kind in INSIDE or not EXTENSION.fullmatch(kind):
         return "inside" if kind in INSIDE else "other"
     return "inside" if EXTENSION_INSIDE.search(kind) else "extension"

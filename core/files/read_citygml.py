@@ -5,6 +5,7 @@ from ..errors import InputError
 from ..progress import ignore_share
 from .collect_polygons import collect_polygons
 from .collect_relief import GmlRelief
+from .collect_trees import PLANTS, collect_tree, finish_trees
 from .parse_xml import UndeclaredPrefixError, iterate_elements, read_root
 from .place_shapes import place_shapes
 from .resolve_references import resolve_references
@@ -45,29 +46,33 @@ def _read_declared(path, declared, report_share):
         name = root.rpartition("}")[2]
         raise InputError(path, f"line 1: <{name}> is not CityGML", "give a CityGML, CityJSON or OBJ file")
     content, kinds, others = FileContent(path), {}, {}
+    content.plants = FileContent(path, srs_names=content.srs_names)
     relief, before = GmlRelief(content), 0  # terrain triangles before the current member
-    tags = ("Building", "Envelope", "appearanceMember", "Triangle", *MEMBERS)
+    tags = ("Building", "Envelope", "appearanceMember", "Triangle", *PLANTS, *MEMBERS)
     for element in iterate_elements(path, tags, declared, report_share, {"Triangle": "TINRelief"}):
         name = element.tag.rpartition("}")[2]
         if name == "Building":
             collect_polygons(element, content, kinds)
         elif name == "Triangle":
             relief.add(element)
+        elif name in PLANTS:
+            collect_tree(element, content, kinds)
         elif name == "Envelope":
             _note_envelope(element, content)
         elif name in MEMBERS:
-            known = {"Building", *(RELIEFS if content.relief.count() > before else ())}
+            known = {"Building", *PLANTS, *(RELIEFS if content.relief.count() > before else ())}
             before = content.relief.count()
             for child in element.iterchildren("*"):
                 other = child.tag.rpartition("}")[2]
                 others[other] = others.get(other, 0) + (other not in known)
     content.notes += [_tell_left_out(count, name) for name, count in sorted(others.items()) if count]
-    if not content.buildings:
+    if not content.buildings and not content.trees:
         cure = "give a file with buildings" + (", and this one with --terrain" if content.relief.count() else "")
         raise InputError(path, "contains no buildings", cure)
     content.srs_names = content.srs_names or dict(content.relief.srs_names)
     resolve_references(content)
     place_shapes(content)
+    finish_trees(content)
     return content
 
 

@@ -11,8 +11,10 @@ import numpy as np
 from ..city.polygon import FileContent
 from ..errors import InputError
 from ..progress import ignore_share
+from .collect_json_trees import collect_json_tree
 from .collect_relief import collect_json_relief
 from .collect_shapes import Owner, Shapes, collect_shapes
+from .collect_trees import finish_trees
 from .find_families import find_families
 from .limits import clean_name
 from .parse_json import READ, iterate_json
@@ -51,7 +53,7 @@ def read_cityjson(path, report_share=ignore_share):
         The file is missing, truncated, not CityJSON, without buildings, or none of them has usable geometry.
     """
     path = Path(path)
-    content = FileContent(path)
+    content = FileContent(path, plants=FileContent(path))
     reading = _Reading(path, content)
     for value, line in iterate_json(path, content.notes, report_share):
         kind = value.get("type") if isinstance(value, dict) else None
@@ -65,6 +67,7 @@ def read_cityjson(path, report_share=ignore_share):
             raise InputError(path, f"line {line}: a CityJSONFeature before the header", cure)
         reading.add(value, line, report_share if kind == "CityJSON" else ignore_share)
     reading.finish()
+    finish_trees(content)
     return content
 
 
@@ -129,7 +132,7 @@ class _Reading:
         building = {name: first_building + k for k, name in enumerate(families.buildings)}
         part = {name: first_part + k + 1 for k, name in enumerate(families.parts)} | {None: 0}
         content.part_count += len(families.parts)
-        reliefs = set(families.reliefs)
+        reliefs, plants = set(families.reliefs), set(families.plants)
         for number, (name, one) in enumerate(objects.items()):
             if number % OBJECTS_AT_ONCE == 0:
                 report_share(READ + (DRAWN - READ) * number / len(objects))
@@ -138,6 +141,9 @@ class _Reading:
                 place = building[families.owner[name]], part[families.part[name]]
                 collect_shapes(one, Owner(clean_name(name), *place, kind, line), shapes)
                 one.pop("geometry", None)  # frees memory
+            elif name in plants:
+                collect_json_tree(one, name, shapes, line)
+                one.pop("geometry", None)
             elif name in reliefs:
                 collect_json_relief(one, name, shapes.vertices, content)
                 one.pop("geometry", None)
@@ -195,7 +201,7 @@ class _Reading:
             named = [name[:SHORT] for name in dict.fromkeys(names)]
             more = " …" if len(named) > MOST_NAMED else ""
             content.notes.append(f"{len(names)} {words}: {', '.join(named[:MOST_NAMED])}{more}")
-        if not content.buildings:
+        if not content.buildings and not content.trees:
             raise InputError(self.path, f"contains no buildings{self._met()}", "give a file with buildings")
         if not content.polygons and content.skipped:
             reason, names = max(content.skipped.items(), key=lambda item: len(item[1]))

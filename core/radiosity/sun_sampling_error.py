@@ -120,6 +120,7 @@ def take_surfaces(transfer, chosen, suns, visible_share):
         **{name: take_rows(getattr(transfer, name), chosen) for name in per_surface},
         horizon=None if transfer.horizon is None else take_horizon(transfer.horizon, chosen),
         error_parts=None,
+        bare=None,
     )
 
 

@@ -1,6 +1,7 @@
 """Read transfer.nc."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from ..transfer.trace_record import record_of_dict
 from ..transfer.transfer import ErrorParts, Horizon, Transfer
 from .transfer_fields import (
     ALBEDO,
+    BARE,
     ERROR_PARTS,
     FORMAT,
     HORIZON,
@@ -49,13 +51,19 @@ def read_transfer(path):
         raise InputError(path, "there is no such file", CURE)
     try:
         dataset = xarray.load_dataset(path, engine="netcdf4")
+        bare = xarray.load_dataset(path, engine="netcdf4", group=BARE) if "leaf_months" in dataset.attrs else None
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(path, f"cannot be read as NetCDF ({error})", CURE) from error
     if dataset.attrs.get("title") != FORMAT:
         raise InputError(path, f"its title is {dataset.attrs.get('title')!r}, not {FORMAT!r}", CURE)
     try:
         check_dimensions(path, dataset)
-        return transfer_of_dataset(dataset)
+        transfer = transfer_of_dataset(dataset)
+        if bare is None:
+            return transfer
+        check_dimensions(path, bare)
+        months = tuple(int(month) for month in json.loads(dataset.attrs["leaf_months"]))
+        return replace(transfer, bare=transfer_of_dataset(bare), leaf_months=months)
     except (KeyError, TypeError, json.JSONDecodeError) as error:
         raise InputError(path, f"lacks or garbles {error}", CURE) from error
 

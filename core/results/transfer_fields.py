@@ -3,6 +3,7 @@
 from .columns import COLUMNS
 
 FORMAT = "CityPV transfer 1"
+BARE = "bare"  # group with the state of deciduous trees without leaves
 
 TEXTS = tuple(column.name for column in COLUMNS if column.stored and column.kind == "text")
 PER_SURFACE = {  # name -> owner, unit, long name

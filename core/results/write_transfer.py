@@ -11,6 +11,7 @@ from ..transfer.kept_matrix import row_blocks
 from .output_folder import netcdf_errors
 from .transfer_fields import (
     ALBEDO,
+    BARE,
     ERROR_PARTS,
     FORMAT,
     HORIZON,
@@ -37,6 +38,24 @@ def write_transfer(path, transfer, progress=silent):
     progress : callable, optional
         See `core.progress`; in bytes of the matrices, before they are packed.
     """
+    states = {None: transfer} if transfer.bare is None else {None: transfer, BARE: transfer.bare}
+    total, done = 0, 0
+    for state in states.values():
+        total += sum(4 * getattr(state, name).size for name in PER_SURFACE_AND_SUN)
+    with netcdf_errors(path):
+        for group, state in states.items():
+            describe_state(state).to_netcdf(path, engine="netcdf4", group=group, mode="a" if group else "w")
+        progress(STAGE, 0, total, "B")
+        with netCDF4.Dataset(path, "a") as file:
+            for group, state in states.items():
+                for name in PER_SURFACE_AND_SUN:
+                    for size in append_matrix(file[group] if group else file, name, getattr(state, name)):
+                        done += size
+                        progress(STAGE, done, total, "B")
+
+
+def describe_state(transfer):
+    """All of a Transfer but the matrices of surfaces × suns: xarray.Dataset."""
     surfaces, suns, site = transfer.surfaces, transfer.suns, transfer.site
     variables = {"normal": (("surface", "axis"), surfaces.normal), "direction": (("sun", "axis"), suns.direction)}
     for name in TEXTS:
@@ -68,17 +87,9 @@ def write_transfer(path, transfer, progress=silent):
         values = transfer.outlines.points, transfer.outlines.ring_start, transfer.outlines.surface_start
         for (name, (dimensions, details)), array in zip(OUTLINES.items(), values, strict=True):
             variables[name] = (dimensions, array, details, {"zlib": True})
-    dataset = xarray.Dataset(variables, attrs=attributes)
-    with netcdf_errors(path):
-        dataset.to_netcdf(path, engine="netcdf4")
-        with netCDF4.Dataset(path, "a") as file:
-            matrices = {name: getattr(transfer, name) for name in PER_SURFACE_AND_SUN}
-            total, done = sum(4 * matrix.shape[0] * matrix.shape[1] for matrix in matrices.values()), 0
-            progress(STAGE, 0, total, "B")
-            for name, matrix in matrices.items():
-                for size in append_matrix(file, name, matrix):
-                    done += size
-                    progress(STAGE, done, total, "B")
+    if transfer.bare is not None:
+        attributes["leaf_months"] = json.dumps(transfer.leaf_months)
+    return xarray.Dataset(variables, attrs=attributes)
 
 
 def horizon_variables(horizon):

@@ -73,3 +73,5 @@ class Transfer:
     error_parts: ErrorParts | None = None  # None: the standard errors are own noise only
     horizon: Horizon | None = None  # None: not traced, for isotropic skies only
     outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown
+    bare: "Transfer | None" = None  # the same with deciduous trees without leaves; None: one state all year
+    leaf_months: tuple = ()  # 1 to 12, in which this state holds if there is a bare one

@@ -1,6 +1,6 @@
 """One or several years of weather at one place."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import pandas as pd
 
@@ -22,3 +22,10 @@ class Weather:
     # ghi, dhi, dni [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], pressure [Pa]
     # and, of the sun at mid-interval, solar_zenith, apparent_zenith, solar_azimuth [°].
     # Below 2° of apparent elevation dni is the measured one, or 0 if it would have to be derived; see add_sun.
+
+
+def darken_hours(weather, dark):
+    """The same weather with night in some hours, (t,) bool: no irradiance, and the sun at the nadir."""
+    night = {"ghi": 0.0, "dni": 0.0, "dhi": 0.0, "apparent_zenith": 180.0}
+    data = weather.data.assign(**{name: weather.data[name].mask(dark, value) for name, value in night.items()})
+    return replace(weather, data=data)
