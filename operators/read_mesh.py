@@ -5,11 +5,13 @@ from collections import Counter
 import numpy as np
 
 from ..core.city.polygon import FileContent, Polygon
+from ..core.city.tree import Tree
 from ..core.errors import InputError
 from .attributes import PREFIX
 from .read_materials import name_face_materials
 
 LARGEST_COORDINATE = 1e8  # [m] larger than any coordinate on Earth
+TREE_COLLECTIONS = ("tree", "trees", "vegetation")
 OTHER_SHAPES = ("CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME")
 
 
@@ -63,6 +65,9 @@ def read_meshes(name, items, context):
         if not len(instance.object.data.polygons):
             continue
         drawn.add(owner)
+        if is_tree(item) or is_tree(owner):
+            _add_tree(content, item.name, instance.object, np.array(instance.matrix_world), metres)
+            continue
         building = f"{owner.name}/{item.name}" if instance.is_instance else item.name
         names[building] += 1
         if names[building] > 1:
@@ -72,6 +77,29 @@ def read_meshes(name, items, context):
     if not content.polygons:
         raise InputError(name, "they have no faces", "select meshes with faces, or a collection of such meshes")
     return content
+
+
+def is_tree(item):
+    """Whether an object is marked as a tree: by a custom property `tree`, or a collection called Trees or Vegetation.
+
+    The property counts on the object itself, its mesh, or a collection that it is in.
+    """
+    holders = [item, item.data, *item.users_collection]
+    marks = [holder.get("tree") for holder in holders if holder is not None]
+    known = [mark for mark in marks if mark is not None]
+    if known:
+        return bool(known[0])
+    return any(group.name.partition(".")[0].lower() in TREE_COLLECTIONS for group in item.users_collection)
+
+
+def _add_tree(content, name, item, matrix, metres):
+    tree = Tree(name, content.path, 0, evergreen=bool(item.original.get("evergreen", False)))
+    for ring in _read_rings(item.data, matrix, metres):
+        if not (np.abs(ring) <= LARGEST_COORDINATE).all():  # also true for NaN
+            content.skip("tree with coordinates that are not finite or beyond the Earth", name)
+            return
+        tree.polygons.append(Polygon("", 0, 0, "", "", "surface", [ring]))
+    content.trees.append(tree)
 
 
 def join_meshes(content, orient="auto"):

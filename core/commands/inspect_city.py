@@ -9,6 +9,7 @@ from ..materials.shader_material import named_material
 from ..progress import silent
 from ..results.list_findings import list_findings
 from ..study import read_buildings, stand_city
+from ..trees.crowns import volume_of_crowns
 
 NAMES_SHOWN = 3
 
@@ -49,6 +50,7 @@ def inspect_city(paths, request, progress=silent):
             surfaces.eligible,
         ),
         "materials": describe_materials(scene),
+        "trees": describe_trees(scene.trees),
         "findings": describe_findings(list_findings(scene)),
     }
 
@@ -60,6 +62,18 @@ def describe_materials(scene):
     groups = group_areas(names, surfaces.area, names != "")
     finishes = {name: named_material(name, scene.colours.get(name)) for name in groups}
     return {name: group | {"taken_as": describe_spec(finishes[name])} for name, group in groups.items()}
+
+
+def describe_trees(crowns):
+    """Number of trees, their heights [m] and the volume of their crowns [m³]; only the number where there are none."""
+    if crowns is None:
+        return {"count": 0}
+    return {
+        "count": len(crowns),
+        "evergreen": int(crowns.evergreen.sum()),
+        "height": [round(float(value), 2) for value in (crowns.height.min(), crowns.height.mean(), crowns.height.max())],
+        "crown_volume": round(float(volume_of_crowns(crowns).sum()), 1),
+    }
 
 
 def describe_spec(finish):
@@ -121,6 +135,13 @@ def describe_city(found):
             f"  {name or '(none)':<22} {row['count']:>8,}  {row['area']:>14,.1f} m²"
             for name, row in found[title].items()
         ]
+    if found["trees"]["count"]:
+        trees = found["trees"]
+        low, mean, high = trees["height"]
+        lines.append(
+            f"trees        {trees['count']:,}, of these evergreen {trees['evergreen']:,}; heights {low:.1f} to "
+            f"{high:.1f} m, mean {mean:.1f} m; crowns {trees['crown_volume']:,.0f} m³"
+        )
     if found["materials"]:
         lines.append("materials, and their properties with --materials:")
     lines += [

@@ -7,12 +7,16 @@ import pytest
 from leaves import ball, box, crowns_of
 from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 from test_closed_forms import direct_relative
+from weathers import BERLIN, plain_table, write_table, year_of
 
 from citypv.core.errors import InputError
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request, check_request
+from citypv.core.results.read_transfer import read_transfer
+from citypv.core.results.write_transfer import write_transfer
+from citypv.core.study import compute_energy, read_year, trace_scene
 from citypv.core.transfer.prepare_scene import prepare_scene
 from citypv.core.trees.canopy import Canopy
 from citypv.core.trees.crowns import volume_of_crowns
@@ -162,3 +166,31 @@ def test_months_with_leaves():
 def test_a_leaf_area_density_below_zero_is_refused():
     with pytest.raises(InputError, match="--leaf-area-density: -1 is out of range"):
         check_request(Request(leaf_area_density=-1))
+
+
+def test_each_month_has_the_light_of_its_state(tmp_path):
+    """Months with leaves have the energy of a run in leaf all year, the others that of a bare one; files keep both."""
+    times = year_of(2021)
+    write_table(tmp_path / "weather.csv", plain_table(times))
+    scene = wall_and_tree()
+    settings = {"weather": [str(tmp_path / "weather.csv")], "weather_place": BERLIN, "suns": "days:6"}
+    settings |= {"samples": 64, "shadow_samples": 4, "max_bounces": 1, "threads": 1}
+    found = {}
+    for months in ("4-9", "all", "none"):
+        request = Request(leaf_months=months, **settings)
+        weather = read_year(scene.site, request)
+        transfer = trace_scene(scene, weather, request)
+        found[months] = transfer, compute_energy(transfer, weather, request)
+    (seasonal, energy), (_, in_leaf), (_, bare) = found.values()
+    assert seasonal.leaf_months == (4, 5, 6, 7, 8, 9) and found["all"][0].bare is None
+    summer = np.isin(np.arange(1, 13), seasonal.leaf_months)
+    expected = np.where(summer, in_leaf.full_load_hours_by_month, bare.full_load_hours_by_month)
+    np.testing.assert_allclose(energy.full_load_hours_by_month, expected, rtol=1e-6, equal_nan=True)
+    walls = scene.surfaces.kind == "facade"
+    assert (bare.full_load_hours[walls] > 1.1 * in_leaf.full_load_hours[walls]).any()
+    assert (energy.poa_global_annual > 0.999 * in_leaf.poa_global_annual).all()
+    assert (energy.poa_global_annual < 1.001 * bare.poa_global_annual).all()
+    write_transfer(tmp_path / "transfer.nc", seasonal)
+    again = compute_energy(read_transfer(tmp_path / "transfer.nc"), weather, request)
+    np.testing.assert_allclose(again.full_load_hours, energy.full_load_hours, rtol=1e-6, equal_nan=True)
+    assert (energy.full_load_hours_standard_error[walls] > 0).all()

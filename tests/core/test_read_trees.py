@@ -1,0 +1,158 @@
+"""Trees of CityGML and CityJSON: shapes, implicit geometry, and trees of which only numbers are given."""
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cityjson_text import CUBE, house, instance, model, read, solid
+
+from citypv.core.commands.command_line import main
+from citypv.core.errors import InputError
+from citypv.core.files.read_city import read_city
+from citypv.core.scene.build_scene import build_scene
+from citypv.core.scene.local_frame import bring_to_origin
+from citypv.core.trees.build_crowns import CROWN_BASE
+from citypv.core.trees.crowns import volume_of_crowns
+
+DATA = Path(__file__).parents[1] / "data"
+HEAD = (
+    '<CityModel xmlns="http://www.opengis.net/citygml/2.0" xmlns:gml="http://www.opengis.net/gml" '
+    'xmlns:bldg="http://www.opengis.net/citygml/building/2.0" xmlns:gen="http://www.opengis.net/citygml/generics/2.0" '
+    'xmlns:veg="http://www.opengis.net/citygml/vegetation/2.0" xmlns:xlink="http://www.w3.org/1999/xlink">'
+    '<gml:boundedBy><gml:Envelope srsName="EPSG:25833"/></gml:boundedBy>'
+)
+
+
+def polygon(points):
+    numbers = " ".join(f"{value}" for point in [*points, points[0]] for value in point)
+    ring = f"<gml:LinearRing><gml:posList>{numbers}</gml:posList></gml:LinearRing>"
+    return f"<gml:surfaceMember><gml:Polygon><gml:exterior>{ring}</gml:exterior></gml:Polygon></gml:surfaceMember>"
+
+
+def surfaces(*faces):
+    return f"<gml:MultiSurface>{''.join(map(polygon, faces))}</gml:MultiSurface>"
+
+
+ROOF = [(390000, 5810000, 3), (390010, 5810000, 3), (390010, 5810010, 3), (390000, 5810010, 3)]
+HOUSE = f'<bldg:Building gml:id="house"><bldg:lod2MultiSurface>{surfaces(ROOF)}</bldg:lod2MultiSurface></bldg:Building>'
+POINT = "<gml:Point><gml:pos>390020 5810000 2</gml:pos></gml:Point>"
+
+
+def read_gml(tmp_path, *plants):
+    path = tmp_path / "trees.gml"
+    objects = "".join(f"<cityObjectMember>{text}</cityObjectMember>" for text in (HOUSE, *plants))
+    path.write_text(f"{HEAD}{objects}</CityModel>", encoding="utf-8")
+    return build_scene(read_city(path)).trees
+
+
+def tree(inside, kind="SolitaryVegetationObject"):
+    return f'<veg:{kind} gml:id="oak">{inside}</veg:{kind}>'
+
+
+def test_trees_of_berlin_stand_where_their_attributes_say(tmp_path):
+    """Places and heights of the file's own attributes, which reading ignores (X, Y, Z) or replaces by the shape."""
+    path = DATA / "citygml" / "berlin_trees.gml.gz"
+    text = gzip.decompress(path.read_bytes()).decode()
+    (tmp_path / "house.gml").write_text(f"{HEAD}<cityObjectMember>{HOUSE}</cityObjectMember></CityModel>", "utf-8")
+    city = read_city([tmp_path / "house.gml", path])
+    scene = build_scene(city)
+    crowns = scene.trees
+    heights = [float(part.partition("<")[0]) for part in text.split('<veg:height uom="m">')[1:]]
+    assert len(crowns) == len(heights) == 12
+    assert crowns.height == pytest.approx(np.array(heights), rel=0.01)  # prototypes are 1.000 to 1.004 high
+    x, y, z = (
+        np.array([float(part.partition("<gen:value>")[2].partition("<")[0]) for part in text.split(f'name="{axis}"')[1:]])
+        for axis in "XYZ"
+    )
+    places = bring_to_origin(np.column_stack([x, y, z]), scene.site)
+    for number, place in enumerate(places):
+        own = crowns.vertices[crowns.triangles[crowns.tree == number]].reshape(-1, 3)
+        assert np.linalg.norm((own.min(axis=0) + own.max(axis=0))[:2] / 2 - place[:2]) < 0.2
+        assert own[:, 2].min() == pytest.approx(place[2], abs=0.1)
+    assert (volume_of_crowns(crowns) > 0).all() and crowns.trunk.any()
+
+
+def test_a_tree_of_which_only_numbers_are_given(tmp_path):
+    numbers = "<veg:class>1060</veg:class><veg:height uom='m'>12</veg:height><veg:trunkDiameter>0.4</veg:trunkDiameter>"
+    crowns = read_gml(tmp_path, tree(f"{numbers}<veg:crownDiameter>6</veg:crownDiameter>{POINT}"))
+    assert volume_of_crowns(crowns) == pytest.approx(np.pi / 6 * 6**2 * 12 * (1 - CROWN_BASE))
+    assert crowns.height == pytest.approx(12, rel=0.02) and crowns.trunk.sum() == 16 and crowns.evergreen.all()
+    assert np.isnan(crowns.area_density).all()
+
+
+def test_a_closed_shape_is_a_crown_and_crossed_pictures_are_in_a_hull(tmp_path):
+    x, y = 390020, 5810000
+    low = [(x, y, 2), (x + 2, y, 2), (x + 2, y + 2, 2), (x, y + 2, 2)]
+    high = [(a, b, 7) for a, b, _ in low]
+    walls = [(low[k], low[(k + 1) % 4], high[(k + 1) % 4], high[k]) for k in range(4)]
+    for faces in ([low[::-1], high, *walls], [low, high[::-1], *(wall[::-1] for wall in walls)]):
+        crowns = read_gml(tmp_path, tree(f"<veg:lod2Geometry>{surfaces(*faces)}</veg:lod2Geometry>"))
+        assert volume_of_crowns(crowns) == pytest.approx(20, rel=1e-4) and not crowns.trunk.any()
+    crossed = [(low[0], low[2], high[2], high[0]), (low[1], low[3], high[3], high[1])]
+    crowns = read_gml(tmp_path, tree(f"<veg:lod2Geometry>{surfaces(*crossed)}</veg:lod2Geometry>"))
+    assert volume_of_crowns(crowns) == pytest.approx(20, rel=1e-4)
+
+
+def test_an_area_of_plants_is_raised_by_its_height(tmp_path):
+    area = [(390020, 5810000, 2), (390030, 5810000, 2), (390030, 5810004, 2), (390020, 5810004, 2)]
+    shape = f"<veg:lod1MultiSurface>{surfaces(area)}</veg:lod1MultiSurface>"
+    crowns = read_gml(tmp_path, tree(f"<veg:averageHeight uom='m'>3</veg:averageHeight>{shape}", "PlantCover"))
+    assert volume_of_crowns(crowns) == pytest.approx(120, rel=1e-4)
+    with pytest.raises(InputError, match="line 1: PlantCover 'oak' has no shape with a volume and no height"):
+        read_gml(tmp_path, tree(shape, "PlantCover"))
+
+
+DENSITY = '<gen:doubleAttribute name="leafAreaDensity"><gen:value>{}</gen:value></gen:doubleAttribute>'
+
+
+@pytest.mark.parametrize(
+    ("inside", "message"),
+    [
+        (POINT, "tree 'oak' has no shape with a volume and no height; give it a height"),
+        ("<veg:height>12</veg:height>", "tree 'oak' has no shape with a volume and no place"),
+        (f"<veg:height>-2</veg:height>{POINT}", "tree 'oak': height is '-2'; give a number above 0"),
+        (f"<veg:height>high</veg:height>{POINT}", "tree 'oak': height is 'high'"),
+        (f"<veg:height uom='ft'>9</veg:height>{POINT}", "tree 'oak': height is in 'ft'; give metres"),
+        (f"{DENSITY.format(-0.1)}<veg:height>9</veg:height>{POINT}", "leafAreaDensity is '-0.1'; give a number of at le"),
+    ],
+)
+def test_a_tree_that_cannot_be_used_is_named(tmp_path, capsys, inside, message):
+    with pytest.raises(InputError, match="trees.gml.*line 1: ") as caught:
+        read_gml(tmp_path, tree(inside))
+    assert message in str(caught.value) and "\n" not in str(caught.value)
+    assert main(["inspect", str(tmp_path / "trees.gml")]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_density_of_leaves_of_a_single_tree(tmp_path):
+    crowns = read_gml(tmp_path, tree(f"{DENSITY.format(0.7)}<veg:height>9</veg:height>{POINT}"))
+    assert crowns.area_density == pytest.approx(0.7)
+
+
+def test_trees_of_cityjson_by_template_by_solid_and_by_numbers(tmp_path):
+    templates = {"templates": [solid()], "vertices-templates": CUBE}
+    plant = {"type": "SolitaryVegetationObject"}
+    objects = {
+        "house": house(solid()),
+        "lime": plant | {"geometry": [instance(corner=6, matrix=(3, 0, 0, 0, 0, 2, 0, 0, 0, 0, 4, 0, 0, 0, 0, 1))]},
+        "yew": plant | {"geometry": [solid()], "attributes": {"class": "coniferous", "leafAreaDensity": 2}},
+        "ash": plant
+        | {
+            "geometry": [{"type": "MultiPoint", "lod": "0", "boundaries": [6]}],
+            "attributes": {"height": {"value": 8, "uom": "m"}, "crownDiameter": "4"},
+        },
+        "hedge": {"type": "PlantCover", "geometry": [solid()]},
+    }
+    city = read(tmp_path, model(objects, **{"geometry-templates": templates}))
+    crowns = build_scene(city, latitude=50, longitude=8).trees
+    expected = {"lime": 8 * 24, "yew": 8, "ash": np.pi / 6 * 16 * 6, "hedge": 8}
+    assert dict(zip(crowns.names, volume_of_crowns(crowns), strict=True)) == pytest.approx(expected, rel=1e-4)
+    assert crowns.evergreen.tolist() == [False, True, False, False] and crowns.area_density[1] == 2
+    assert city.report.building_count == 1 and len(city) == 6
+
+
+def test_trees_alone_are_refused(tmp_path):
+    objects = {"yew": {"type": "SolitaryVegetationObject", "geometry": [solid()]}}
+    with pytest.raises(InputError, match="contains no buildings, only 1 trees; give the file with the buildings too"):
+        read(tmp_path, model(objects))
