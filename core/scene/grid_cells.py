@@ -61,6 +61,7 @@ def split_into_cells(city, grid_size):
         material=None if city.material is None else [city.material[p] for p in parent],
         colours=city.colours,
         terrain=city.terrain,
+        trees=city.trees,
     )
     return split, np.array(parent, np.int64)
 

@@ -125,6 +125,12 @@ def test_a_tree_that_cannot_be_used_is_named(tmp_path, capsys, inside, message):
     assert message in capsys.readouterr().err
 
 
+def test_trees_stay_where_large_polygons_are_cut(tmp_path):
+    objects = {"house": house(solid()), "yew": {"type": "SolitaryVegetationObject", "geometry": [solid()]}}
+    city = read(tmp_path, model(objects))
+    assert len(build_scene(city, latitude=50, longitude=8, grid_size=1.0).trees) == 1
+
+
 def test_density_of_leaves_of_a_single_tree(tmp_path):
     crowns = read_gml(tmp_path, tree(f"{DENSITY.format(0.7)}<veg:height>9</veg:height>{POINT}"))
     assert crowns.area_density == pytest.approx(0.7)
