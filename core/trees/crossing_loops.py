@@ -14,6 +14,7 @@ from numba import njit
 
 LEAF = 4  # most triangles of a leaf
 DEEPEST = 64
+ENOUGH = 1e5  # optical depth that only trunks have
 # Rays are shifted by less than a micrometre, so that none passes exactly through an edge of axis-parallel boxes.
 ASIDE = (3.1e-7, 2.3e-7, 1.7e-7)
 
@@ -52,7 +53,7 @@ def build_hierarchy(corners):
     return np.array(boxes), np.array(links), order
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, error_model="numpy")
 def sum_crossings(hierarchy, corners, costs, rays, depth):
     """Optical depth along rays.
 
@@ -79,10 +80,10 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
         x, y, z = origins[ray, 0] + ASIDE[0], origins[ray, 1] + ASIDE[1], origins[ray, 2] + ASIDE[2]
         total, count = 0.0, 1
         waiting[0] = 0
-        while count:
+        while count and total < ENOUGH:
             count -= 1
             node = waiting[count]
-            if not meets_box(boxes[node], (x, y, z), inverse):
+            if not meets_box(boxes, node, (x, y, z), inverse):
                 continue
             first, size = links[node, 0], links[node, 1]
             if size == 0:
@@ -90,7 +91,7 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
                 count += 2
                 continue
             for triangle in range(first, first + size):
-                t, side = cross_triangle(corners[triangle], (x, y, z), axes, shear)
+                t, side = cross_triangle(corners, triangle, (x, y, z), axes, shear)
                 if t > 0:
                     total += side * per_metre[triangle] * min(t, reach[ray])
                     total += per_crossing[triangle] if t < reach[ray] else 0.0
@@ -111,38 +112,39 @@ def prepare_ray(direction, inverse, shear):
 
 
 @njit(nogil=True, cache=True, inline="always")
-def meets_box(box, origin, inverse):
-    """Whether a ray meets a box ahead of its origin."""
+def meets_box(boxes, node, origin, inverse):
+    """Whether a ray meets the box of a node ahead of its origin."""
     near, far = 0.0, np.inf
     for axis in range(3):
-        one, other = (box[axis] - origin[axis]) * inverse[axis], (box[axis + 3] - origin[axis]) * inverse[axis]
-        near, far = max(near, min(one, other)), min(far, max(one, other))
+        one = (boxes[node, axis] - origin[axis]) * inverse[axis]
+        other = (boxes[node, axis + 3] - origin[axis]) * inverse[axis]
+        if one > other:
+            one, other = other, one
+        near = one if one > near else near
+        far = other if other < far else far
     return near <= far
 
 
-@njit(nogil=True, cache=True)
-def cross_triangle(corners, origin, axes, shear):
+@njit(nogil=True, cache=True, inline="always")
+def cross_triangle(corners, triangle, origin, axes, shear):
     """Distance of a crossing, negative for none, and its side: 1 if the ray leaves through the front, -1 if it enters."""
-    first, second, last = axes
-    ax, ay = sheared(corners[0], origin, axes, shear)
-    bx, by = sheared(corners[1], origin, axes, shear)
-    cx, cy = sheared(corners[2], origin, axes, shear)
+    ax, ay, az = sheared(corners, triangle, 0, origin, axes, shear)
+    bx, by, bz = sheared(corners, triangle, 1, origin, axes, shear)
+    cx, cy, cz = sheared(corners, triangle, 2, origin, axes, shear)
     u, v, w = cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax
-    if (u < 0 or v < 0 or w < 0) and (u > 0 or v > 0 or w > 0):
-        return -1.0, 0.0
     whole = u + v + w
-    if whole == 0:
+    if ((u < 0 or v < 0 or w < 0) and (u > 0 or v > 0 or w > 0)) or whole == 0:
         return -1.0, 0.0
-    height = u * (corners[0, last] - origin[last]) + v * (corners[1, last] - origin[last])
-    height += w * (corners[2, last] - origin[last])
     # The projected area is that of the corners seen against the last axis.
     side = 1.0 if (whole < 0) == (shear[2] > 0) else -1.0
-    return height * shear[2] / whole, side
+    return (u * az + v * bz + w * cz) * shear[2] / whole, side
 
 
 @njit(nogil=True, cache=True, inline="always")
-def sheared(corner, origin, axes, shear):
-    """Corner in the plane across the ray."""
+def sheared(corners, triangle, corner, origin, axes, shear):
+    """Corner in the plane across the ray, and its distance along the last axis."""
     first, second, last = axes
-    along = corner[last] - origin[last]
-    return corner[first] - origin[first] - shear[0] * along, corner[second] - origin[second] - shear[1] * along
+    along = corners[triangle, corner, last] - origin[last]
+    x = corners[triangle, corner, first] - origin[first] - shear[0] * along
+    y = corners[triangle, corner, second] - origin[second] - shear[1] * along
+    return x, y, along
