@@ -31,7 +31,9 @@ STORIES = ("1", "2", "3", "4", "5", "6 and above")
 def compare_stand(path, samples):
     """Print predicted and measured light of one plot."""
     stand = read_stand(path)
-    print(f"{path.stem}: {len(stand.trees)} trees, {len(repeat_stand(stand))} with copies, {len(stand.sensors)} sensors")
+    print(
+        f"{path.stem}: {len(stand.trees)} trees, {len(repeat_stand(stand))} with copies, {len(stand.sensors)} sensors"
+    )
     predicted, measured = predict_light(stand, samples=samples), stand.sensors[:, 4:7]
     print("| light | predicted | measured | difference | rank correlation | rms difference |")
     print("|---|--:|--:|--:|--:|--:|")
@@ -74,8 +76,8 @@ def compare_city(paths, settings):
     rows = {f"walls, storey {name}": chosen for name, chosen in rows.items()}
     print("| surfaces | area [m²] | without [h] | with [h] | loss | worst tenth loses at least |")
     print("|---|--:|--:|--:|--:|--:|")
-    for name, chosen in (rows | {"all walls": wall, "roofs": scene.surfaces.kind == "roof"}).items():
-        chosen = chosen & among
+    for name, kind in (rows | {"all walls": wall, "roofs": scene.surfaces.kind == "roof"}).items():
+        chosen = kind & among
         if not chosen.any():
             continue
         area = hours["with"][2][chosen]

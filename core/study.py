@@ -163,7 +163,7 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
     suns = choose_year(weather, request) if prepared is None or prepared.suns is None else prepared.suns
     trace = ESTIMATORS[request.estimator]
     prepared = prepared or prepare_scene(scene, request, weather=weather)
-    transfer = trace_seasons(trace, scene, suns, request, progress, folder, prepared)
+    transfer = trace_seasons(trace, scene, suns, request, progress=progress, folder=folder, prepared=prepared)
     return weigh_kept_suns(transfer, year) if transfer.record.interrupted else transfer
 
 

@@ -71,7 +71,9 @@ def describe_trees(crowns):
     return {
         "count": len(crowns),
         "evergreen": int(crowns.evergreen.sum()),
-        "height": [round(float(value), 2) for value in (crowns.height.min(), crowns.height.mean(), crowns.height.max())],
+        "height": [
+            round(float(value), 2) for value in (crowns.height.min(), crowns.height.mean(), crowns.height.max())
+        ],
         "crown_volume": round(float(volume_of_crowns(crowns).sum()), 1),
     }
 

@@ -7,7 +7,6 @@ import pandas as pd
 
 from .hourly_series import HourlySeries
 
-
 ADDED = (
     "poa_global_annual",
     "full_load_hours",

@@ -104,7 +104,7 @@ def finish_trees(content):
     for polygon in plants.polygons:
         drawn.setdefault(polygon.building, []).append(polygon)
     for number, tree in enumerate(content.trees):
-        own = [polygon for polygon in drawn.get(number, []) if not polygon.lods() == ("0",) or tree.cover]
+        own = [polygon for polygon in drawn.get(number, []) if polygon.lods() != ("0",) or tree.cover]
         best = max((lod for polygon in own for lod in polygon.lods()), key=rank_lod, default=None)
         tree.polygons = [polygon for polygon in own if best in polygon.lods()]
     for reason, names in plants.skipped.items():

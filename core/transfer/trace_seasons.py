@@ -6,7 +6,7 @@ from ..progress import CancelledError
 from .kept_matrix import keep_columns
 
 
-def trace_seasons(trace, scene, suns, request, progress, folder, prepared):
+def trace_seasons(trace, scene, suns, request, *, progress, folder, prepared):
     """Transfer of a scene; with deciduous trees that in leaf, with the bare one as its `bare`.
 
     Parameters

@@ -89,7 +89,7 @@ def build_ellipsoid(tree, report):
     if width is None:
         width = CROWN_PER_HEIGHT * tree.height
         report.repair(f"tree without a crown diameter, {CROWN_PER_HEIGHT:g} of its height assumed", [tree.name])
-    middle = tree.place + [0, 0, (base + tree.height) / 2]
+    middle = tree.place + np.array([0, 0, (base + tree.height) / 2])
     crown = ellipsoid(middle, [width / 2, width / 2, (tree.height - base) / 2])
     if not tree.trunk_diameter:
         return Part(*crown, np.zeros(len(crown[1]), bool))

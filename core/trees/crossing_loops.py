@@ -107,7 +107,8 @@ def prepare_ray(direction, inverse, shear):
         if abs(direction[axis]) > abs(direction[last]):
             last = axis
     first, second = (last + 1) % 3, (last + 2) % 3
-    shear[0], shear[1], shear[2] = direction[first] / direction[last], direction[second] / direction[last], inverse[last]
+    shear[0], shear[1] = direction[first] / direction[last], direction[second] / direction[last]
+    shear[2] = inverse[last]
     return first, second, last
 
 
@@ -127,10 +128,10 @@ def meets_box(boxes, node, origin, inverse):
 
 @njit(nogil=True, cache=True, inline="always")
 def cross_triangle(corners, triangle, origin, axes, shear):
-    """Distance of a crossing, negative for none, and its side: 1 if the ray leaves through the front, -1 if it enters."""
-    ax, ay, az = sheared(corners, triangle, 0, origin, axes, shear)
-    bx, by, bz = sheared(corners, triangle, 1, origin, axes, shear)
-    cx, cy, cz = sheared(corners, triangle, 2, origin, axes, shear)
+    """Distance of a crossing, negative for none, and its side: 1 where the ray leaves the crown, -1 where it enters."""
+    ax, ay, az = sheared(corners, (triangle, 0), origin, axes, shear)
+    bx, by, bz = sheared(corners, (triangle, 1), origin, axes, shear)
+    cx, cy, cz = sheared(corners, (triangle, 2), origin, axes, shear)
     u, v, w = cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax
     whole = u + v + w
     if ((u < 0 or v < 0 or w < 0) and (u > 0 or v > 0 or w > 0)) or whole == 0:
@@ -141,9 +142,9 @@ def cross_triangle(corners, triangle, origin, axes, shear):
 
 
 @njit(nogil=True, cache=True, inline="always")
-def sheared(corners, triangle, corner, origin, axes, shear):
+def sheared(corners, place, origin, axes, shear):
     """Corner in the plane across the ray, and its distance along the last axis."""
-    first, second, last = axes
+    (triangle, corner), (first, second, last) = place, axes
     along = corners[triangle, corner, last] - origin[last]
     x = corners[triangle, corner, first] - origin[first] - shear[0] * along
     y = corners[triangle, corner, second] - origin[second] - shear[1] * along

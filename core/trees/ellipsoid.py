@@ -52,7 +52,7 @@ def cylinder(foot, radius, height, sides=8):
     k, following = np.arange(sides), (np.arange(sides) + 1) % sides
     lower = np.column_stack([k, following, k + sides])
     upper = np.column_stack([following, following + sides, k + sides])
-    return np.concatenate([ring, ring + [0, 0, height]]), np.concatenate([lower, upper])
+    return np.concatenate([ring, ring + np.array([0, 0, height])]), np.concatenate([lower, upper])
 
 
 def extrude(vertices, triangles, height):
@@ -63,6 +63,6 @@ def extrude(vertices, triangles, height):
     begin, end = np.array([edge for edge in edges.tolist() if (edge[1], edge[0]) not in keys]).reshape(-1, 2).T
     walls = [np.column_stack([begin, end, end + count]), np.column_stack([begin, end + count, begin + count])]
     return (
-        np.concatenate([vertices, vertices + [0, 0, height]]),
+        np.concatenate([vertices, vertices + np.array([0, 0, height])]),
         np.concatenate([triangles[:, ::-1], triangles + count, *walls]),
     )

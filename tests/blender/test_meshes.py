@@ -6,6 +6,7 @@ import pytest
 
 from citypv.core.errors import InputError
 from citypv.core.scene.build_scene import build_scene
+from citypv.core.trees.crowns import volume_of_crowns
 from citypv.operators.keep_report import find_row, read_rows
 from citypv.operators.read_mesh import join_meshes, read_meshes
 from citypv.operators.session import find_city, find_session
@@ -176,3 +177,28 @@ def test_meshes_are_taken_from_edit_mode_as_they_are_edited(addon):
 def test_nothing_to_take_says_what_to_do(addon):
     with pytest.raises(RuntimeError, match="Select meshes, or choose a collection"):
         bpy.ops.citypv.take_meshes()
+
+
+def test_marked_meshes_are_trees(addon):
+    """By a custom property, of the object or its collection, or by the name of the collection; the property decides."""
+    trees = bpy.data.collections.new("Trees")
+    hedges = bpy.data.collections.new("Green")
+    hedges["tree"] = True
+    for group in (trees, hedges):
+        bpy.context.scene.collection.children.link(group)
+    house, lime = add_box("House", (0, 0, 3)), add_box("Lime", (20, 0, 3))
+    lime["tree"], lime["evergreen"] = True, True
+    ash, kiosk = add_box("Ash", (40, 0, 3), trees), add_box("Kiosk", (60, 0, 3), trees)
+    kiosk["tree"] = False
+    hedge = add_box("Hedge", (80, 0, 3), hedges)
+    bpy.context.view_layer.update()
+    city = take([house, lime, ash, kiosk, hedge])
+    assert sorted(tree.name for tree in city.trees) == ["Ash", "Hedge", "Lime"]
+    assert set(city.building_id) == {"House", "Kiosk"} and len(city) == 12
+    crowns = build_scene(city, latitude=50.0, longitude=8.0).trees
+    assert dict(zip(crowns.names, crowns.evergreen.tolist(), strict=True)) == {
+        "Ash": False,
+        "Hedge": False,
+        "Lime": True,
+    }
+    np.testing.assert_allclose(volume_of_crowns(crowns), 480.0, rtol=1e-5)

@@ -85,7 +85,7 @@ def ground_height(stand, places):
 
 
 def crowns_of_stand(stand, trees):
-    """Crowns of trees: an eighth of an ellipsoid in each direction; a paraboloid where the greatest radius is lowest."""
+    """Crowns of trees: eighths of ellipsoids; paraboloids where the greatest radius is the lowest."""
     sphere, faces = unit_sphere()
     middle = np.array(stand.zone.centroid.coords[0])
     vertices, triangles, trunk, start = [], [], [], 0

@@ -62,7 +62,9 @@ def test_trees_of_berlin_stand_where_their_attributes_say(tmp_path):
     assert len(crowns) == len(heights) == 12
     assert crowns.height == pytest.approx(np.array(heights), rel=0.01)  # prototypes are 1.000 to 1.004 high
     x, y, z = (
-        np.array([float(part.partition("<gen:value>")[2].partition("<")[0]) for part in text.split(f'name="{axis}"')[1:]])
+        np.array(
+            [float(part.partition("<gen:value>")[2].partition("<")[0]) for part in text.split(f'name="{axis}"')[1:]]
+        )
         for axis in "XYZ"
     )
     places = bring_to_origin(np.column_stack([x, y, z]), scene.site)
@@ -114,11 +116,14 @@ DENSITY = '<gen:doubleAttribute name="leafAreaDensity"><gen:value>{}</gen:value>
         (f"<veg:height>-2</veg:height>{POINT}", "tree 'oak': height is '-2'; give a number above 0"),
         (f"<veg:height>high</veg:height>{POINT}", "tree 'oak': height is 'high'"),
         (f"<veg:height uom='ft'>9</veg:height>{POINT}", "tree 'oak': height is in 'ft'; give metres"),
-        (f"{DENSITY.format(-0.1)}<veg:height>9</veg:height>{POINT}", "leafAreaDensity is '-0.1'; give a number of at le"),
+        (
+            f"{DENSITY.format(-0.1)}<veg:height>9</veg:height>{POINT}",
+            "leafAreaDensity is '-0.1'; give a number of at le",
+        ),
     ],
 )
 def test_a_tree_that_cannot_be_used_is_named(tmp_path, capsys, inside, message):
-    with pytest.raises(InputError, match="trees.gml.*line 1: ") as caught:
+    with pytest.raises(InputError, match=r"trees\.gml.*line 1: ") as caught:
         read_gml(tmp_path, tree(inside))
     assert message in str(caught.value) and "\n" not in str(caught.value)
     assert main(["inspect", str(tmp_path / "trees.gml")]) == 2

@@ -62,7 +62,8 @@ def test_one_number_for_each_crossing():
 
 
 def test_crowns_that_overlap_add_up_and_trunks_are_opaque():
-    crowns = crowns_of(box([0, 0, 2], [4, 4, 5]), box([1, 1, 3], [3, 3, 4]), box([1.9, 1.9, 0], [2.1, 2.1, 2]), trunks=[2])
+    trunk = box([1.9, 1.9, 0], [2.1, 2.1, 2])
+    crowns = crowns_of(box([0, 0, 2], [4, 4, 5]), box([1, 1, 3], [3, 3, 4]), trunk, trunks=[2])
     canopy = Canopy(crowns, np.array([0.2, 0.5, 9]), np.zeros(3))
     origins = np.array([[2.5, 2.5, 10], [2, 2, 10], [-1, 2, 1]], float)
     directions = np.array([[0, 0, -1], [0, 0, -1], [1, 0, 0]], float)
