@@ -36,6 +36,7 @@ from .transfer.merge_transfers import seed_of_round
 from .transfer.prepare_scene import prepare_scene, reseed
 from .transfer.trace_seasons import trace_seasons
 from .transfer.transfer import scale_direct
+from .trees.foliage import parse_months
 from .weather.read_weather import read_weather
 
 ESTIMATORS = {"gather": trace_gather, "forward": trace_forward}
@@ -52,6 +53,7 @@ def check_settings(request):
     check_effects(request)
     parse_way(request.suns)
     parse_racks(request.racks)
+    parse_months(request.leaf_months)
     build_system(request)
 
 

@@ -88,10 +88,11 @@ def leave_out_degrees(content):
         if polygon.implicit:
             content.skip(IN_DEGREES, polygon.surface_id or f"line {polygon.line}")
     content.polygons = [polygon for polygon in content.polygons if not polygon.implicit]
-    for tree in content.trees:
-        if any(polygon.implicit for polygon in tree.polygons):
-            content.skip(IN_DEGREES, tree.name)
-            tree.polygons = []
+    for tree in [tree for tree in content.trees if any(polygon.implicit for polygon in tree.polygons)]:
+        content.skip(IN_DEGREES, tree.name)
+        tree.polygons = []
+        if tree.height is None:
+            content.trees.remove(tree)
 
 
 def report_joining(progress, count, share):

@@ -79,6 +79,7 @@ def build_tree(tree, report):
     if tree.cover or tree.place is None or tree.height is None:
         lacks = "height" if tree.height is None else "place"
         cure = "give it a height [m]" if tree.height is None else "give it a reference point or a shape"
+        cure += ", or leave it out of the file"
         raise InputError(tree.path, f"{tree.where} has no shape with a volume and no {lacks}", cure)
     return build_ellipsoid(tree, report)
 
