@@ -33,6 +33,7 @@ from .trace_hemisphere import (
     cells_near_cover,
     classify_rays,
     mark_dark,
+    stop_at_leaves,
     tally_rays,
 )
 
@@ -136,7 +137,7 @@ def trace_patches(context, chosen, covered, sequence, cells):
     """Share of the horizon that some patches see: of replicates and of cells, and deviations of the replicates."""
     patches, ray_scene = context.patches, context.ray_scene
     origins, directions, start_cells = horizon_rays(patches, chosen, sequence)
-    hit, _, _ = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
+    hit, b1, b2 = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
     fate = np.empty(start_cells.shape, np.uint8)
     upwards = np.moveaxis(directions, -1, 0)
     classify_rays(hit.reshape(fate.shape), upwards, patches.facing, fate, np.zeros(len(chosen), bool))
@@ -145,6 +146,8 @@ def trace_patches(context, chosen, covered, sequence, cells):
     within = np.flatnonzero(covered.any(axis=1))
     mark_dark(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))
     fate[within] = np.where(lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within])
+    if ray_scene.canopy is not None:
+        stop_at_leaves(ray_scene, patches, (origins, directions), (hit, b1, b2), fate)
     near_cover, cell_of = cells_near_cover(covered, within), cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
     sky, _, element, _, _ = tally_rays(fate, start_cells, near_cover, cell_of, cells)
     deviation = np.empty((len(chosen), cells, HEMISPHERE_REPLICATES), np.int16)

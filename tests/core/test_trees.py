@@ -109,16 +109,23 @@ def test_gather_and_forward_agree_behind_a_tree():
     """Both attenuate every segment: sky, sun, and light between wall and floor."""
     scene = wall_and_tree()
     settings = {"albedo": 0.6, "ground_albedo": 0.5, "max_bounces": 3, "leaf_area_density": 0.8, "threads": 1}
+    settings["sky"] = "perez"
     one = trace_gather(scene, SUNS, Request(samples=4096, shadow_samples=256, **settings), silent)
     other = trace_forward(scene, SUNS, Request(samples=60_000, estimator="forward", **settings), silent)
     bare = trace_gather(wall_and_tree(trees=False), SUNS, Request(samples=1024, shadow_samples=64, **settings), silent)
-    for name in ("diffuse_relative", "direct_annual"):
-        if name == "direct_annual":
-            values = [direct_relative(transfer) @ transfer.suns.weight for transfer in (one, other, bare)]
-        else:
-            values = [transfer.diffuse_relative for transfer in (one, other, bare)]
-        errors = [getattr(transfer, f"{name}_standard_error") for transfer in (one, other)]
-        error = np.hypot(*errors)
+    found = [
+        (
+            [transfer.diffuse_relative, direct_relative(transfer) @ transfer.suns.weight, transfer.horizon.relative],
+            [
+                transfer.diffuse_relative_standard_error,
+                transfer.direct_annual_standard_error,
+                transfer.horizon.standard_error,
+            ],
+        )
+        for transfer in (one, other, bare)
+    ]
+    for values, errors in zip(*(zip(*part, strict=True) for part in zip(*found, strict=True)), strict=True):
+        error = np.hypot(*errors[:2])
         assert (np.abs(values[0] - values[1]) < 4.5 * error).all()
         assert np.median(error) < 0.1 * np.abs(values[0] - values[2]).max()
 
