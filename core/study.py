@@ -191,7 +191,7 @@ def trace_round(scene, suns, request, index, *, progress=silent, folder=None, pr
     """
     seed = seed_of_round(request.seed, index)
     trace = ESTIMATORS[request.estimator]
-    return trace(scene, suns, replace(request, seed=seed), progress, folder, prepared=reseed(prepared, seed))
+    return trace_seasons(trace, scene, suns, replace(request, seed=seed), progress, folder, reseed(prepared, seed))
 
 
 def weigh_kept_suns(transfer, year):

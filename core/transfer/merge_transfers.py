@@ -56,10 +56,16 @@ def merge_transfers(transfers):
         They are of different scenes or suns.
     """
     first, *others = transfers
-    total = replace(first, **{name: np.array(getattr(first, name)) for name in MATRICES}) if others else first
+    total = own_matrices(first) if others else first
     for other in others:
         total = add_round(total, other)
     return total
+
+
+def own_matrices(transfer):
+    """The same with matrices of surfaces × suns that may be overwritten: Transfer."""
+    copies = {name: np.array(getattr(transfer, name)) for name in MATRICES}
+    return replace(transfer, **copies, bare=transfer.bare and own_matrices(transfer.bare))
 
 
 def add_round(total, other):
@@ -85,6 +91,7 @@ def add_round(total, other):
         ),
         error_parts=parts,
         horizon=merge_horizon(total.horizon, other.horizon, weights),
+        bare=total.bare and add_round(total.bare, other.bare),
         record=merge_records(total.record, other.record, weights),
     )
 
