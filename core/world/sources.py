@@ -134,13 +134,13 @@ def grid_source(grid, places, picked, request, years=None):
                 keep_years(data, years), latitude, longitude, look_up_altitude(latitude, longitude), source, ""
             )
             interval = check_weather(record)
-            if not checked and abs(latitude) <= CHECKED:
-                checked.append(one)  # the first place stands for the files: the check takes longer than a place
-                check_years(record, interval)
             key = (len(record.data), record.data.index[0])
             if key not in suns:
                 suns[key] = geocentric_sun(record.data.index, interval)
             own = sun_of_place(suns[key], latitude, longitude)
+            if not checked and abs(latitude) <= CHECKED:
+                checked.append(one)  # the first place stands for the files: the check takes longer than a place
+                check_years(record, interval, own)
             found.append((add_sun(record, interval, request.horizon_cut, own), FILES))
         return found
 

@@ -54,7 +54,8 @@ def test_values_of_one_point_are_those_of_yield(tmp_path, expected):
     from citypv.core.world.unshaded import unshaded_transfer
 
     place = float(expected.latitude[1]), float(expected.longitude[2])
-    energy = compute_energy(unshaded_transfer(), read_weather(ERA5, *place, look_up_altitude(*place)))
+    weather = read_weather(ERA5, *place, look_up_altitude(*place))
+    energy = compute_energy(unshaded_transfer(), weather, sky="perez")
     hours = energy.capacity_factor.sum(axis=0)
     np.testing.assert_allclose(expected["full_load_hours"][1, 2, 0], hours, rtol=1e-4)
     assert expected["group"].to_numpy().tolist() == ["_".join(pair) for pair in energy.groups]
