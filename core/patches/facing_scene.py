@@ -25,13 +25,11 @@ class FacingScene(LeafyScene):
     patches : Patches
         Of this scene.
     threads : int
-    canopy : Canopy, optional
-        Crowns that shadow rays pass; other rays are stopped where they are traced.
     """
 
-    def __init__(self, scene, patches, threads=1, canopy=None):
+    def __init__(self, scene, patches, threads=1):
         own = len(patches) if scene.back_of is None else int((scene.back_of < 0).sum())
-        super().__init__(scene.vertices, scene.triangles[:own], canopy)
+        super().__init__(scene.vertices, scene.triangles[:own])
         corners = np.asarray(scene.vertices, float)[scene.triangles[:own]]
         self.coincident = find_coincident(corners, patches.offset[:own], threads)
         self.coincident.start = np.pad(self.coincident.start, (0, len(patches) - own), mode="edge")
