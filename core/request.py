@@ -222,6 +222,12 @@ class Request(SystemSettings):
         title="Far ground",
         panel="trace",
     )
+    horizon: str | None = setting(
+        None,
+        "light",
+        "distant terrain: GeoTIFF or ASC grid of heights up to 50 km around, or angles (azimuth,elevation; PVGIS)",
+        metavar="FILE",
+    )
     sky: str = setting(
         "auto",
         "sky",

@@ -38,6 +38,7 @@ LAYERS = (
     *("rays", "sampling", "city", "trees", "ground", "files", "scene", "racks", "materials", "patches"),
     *(
         "sun",
+        "horizon",
         "climate",
         "sky",
         "effects",

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from ..check_arrays import UNIT, check_array
+from ..horizon.lost_sky import lost_sky
 from .effect import Effect
 
 KEY = "closed-form"
@@ -91,16 +92,19 @@ def outermost_points(vertices):
         return vertices
 
 
-def sky_view_of_tilt(normal):
-    """Sky view factor of an unobstructed surface: (1 + cos tilt)/2.   # Eq 6
+def sky_view_of_tilt(normal, horizon=None):
+    """Sky view factor of an unobstructed surface: (1 + cos tilt)/2, without what a horizon hides.   # Eq 6
 
     Parameters
     ----------
     normal : (n, 3) float
+    horizon : Horizon, optional
     """
-    return (1 + check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)[:, 2]) / 2
+    whole = (1 + check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)[:, 2]) / 2
+    return whole if horizon is None else np.maximum(whole - lost_sky(normal, horizon), 0)
 
 
-def ground_view_of_tilt(normal):
-    """Ground view factor of an unobstructed surface: (1 - cos tilt)/2.   # Eq 7"""
-    return (1 - check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)[:, 2]) / 2
+def ground_view_of_tilt(normal, horizon=None):
+    """Ground view factor of an unobstructed surface: (1 - cos tilt)/2, and terrain up to a horizon.   # Eq 7"""
+    whole = (1 - check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)[:, 2]) / 2
+    return whole if horizon is None else whole + lost_sky(normal, horizon)

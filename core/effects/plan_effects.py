@@ -57,6 +57,11 @@ class EffectPlan:
         return self["perez"].on
 
     @property
+    def terrain(self):
+        """Horizon of distant terrain, or None where it is level."""
+        return self["terrain-horizon"].setting
+
+    @property
     def suns_behind(self) -> bool:
         """Whether shadow rays are sent to suns behind a patch."""
         return self["suns-behind"].on

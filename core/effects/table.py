@@ -18,6 +18,7 @@ TABLE = {  # key -> estimators for which it may be switched on
     "reflectors": ("gather",),
     "far-ground": BOTH,
     "perez": BOTH,
+    "terrain-horizon": BOTH,
     "aoi": BOTH,
     "spectrum": BOTH,
     "temperature": BOTH,

@@ -154,7 +154,7 @@ class Task:
 
 def prepare_task(transfer, weather, system, electric, sky):
     """Prepare the data shared by all blocks; few surface-hours are computed by pvlib itself, many by tables."""
-    hours = prepare_hours(transfer.suns, weather, system, sky)
+    hours = prepare_hours(transfer.suns, weather, system, sky, transfer.terrain)
     plain = electric.sum() * len(hours) < PLAIN_LIMIT
     return Task(
         transfer,

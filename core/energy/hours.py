@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pvlib
 
+from ..horizon.horizon import is_above
 from ..sun.match_suns import match_suns
 from ..sun.solar_position import MINIMUM_ELEVATION, is_sunny, sun_direction
 from .power_model import cell_temperature, spectral_factor
@@ -20,6 +21,7 @@ class Hours:
     month: np.ndarray  # (h,) int, 0 to 11, UTC, of mid-interval
     direction: np.ndarray  # (h, 3) towards the sun at mid-interval
     sunny: np.ndarray  # (h, 1) 1.0 if the sun is at least 2° high, else 0.0
+    open: np.ndarray  # (h, 1) 1.0 if the sun stands above the horizon of distant terrain, else 0.0; no DNI then
     dni: np.ndarray  # (h, 1) [Wm⁻²]
     sunward: np.ndarray  # (h, 1) [Wm⁻²] normal irradiance from the place of the sun: DNI and circumsolar light
     dome: np.ndarray  # (h, 1) [Wm⁻²] part of DHI that comes evenly from the whole sky
@@ -62,7 +64,7 @@ class Hours:
         return runs
 
 
-def prepare_hours(suns, weather, system, sky):
+def prepare_hours(suns, weather, system, sky, terrain=None):
     """Prepare the data shared by all surfaces, for the intervals with any light.
 
     Parameters
@@ -73,6 +75,8 @@ def prepare_hours(suns, weather, system, sky):
     system : PvSystem
     sky : SkyParts
         Of the weather.
+    terrain : TerrainHorizon, optional
+        Of distant terrain: no light from the sun and its surroundings while that of mid-interval stands behind it.
 
     Returns
     -------
@@ -98,15 +102,19 @@ def prepare_hours(suns, weather, system, sky):
     heating = pvlib.temperature.sapm_cell(1.0, 0.0, wind_speed, **system.thermal) if system.temperature else 0 * at_rest
     column = {name: data[name].to_numpy()[:, None] for name in ("dni", "wind_speed")}
     direction = sun_direction(data["apparent_zenith"], data["solar_azimuth"])
+    above = is_above(terrain, direction).astype(float)[:, None]
+    level = column["dni"] * np.maximum(direction[:, 2:], 0.0) + sky.circumsolar_horizontal[used, None]
+    column["dni"] = column["dni"] * above
     return Hours(
         interval=used,
         month=np.sort(month, kind="stable"),
         direction=direction,
         sunny=sunny.astype(float)[:, None],
-        sunward=sunward,
+        open=above,
+        sunward=sunward * above,
         dome=sky.dome[used, None],
         horizon=sky.horizon[used, None],
-        level=column["dni"] * np.maximum(direction[:, 2:], 0.0) + sky.circumsolar_horizontal[used, None],
+        level=level * above,
         spectral_factor=spectral_factor(airmass, system)[:, None],
         temp_air=at_rest[:, None],
         heating=heating[:, None],

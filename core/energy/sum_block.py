@@ -118,7 +118,7 @@ def sum_block(block, hours, model, *, ac=False):
     """
     count, groups = block.normal.shape[1], block.group_weight.shape[1]
     dtype = block.normal.dtype
-    weights = np.concatenate([hours.sunny, hours.sunward], axis=1)
+    weights = np.concatenate([hours.sunny * hours.open, hours.sunward], axis=1)
     direct_sums = np.zeros((2, count))
     by_month, specific_yield = np.zeros((count, 12)), np.zeros(count)
     capacity_factor = np.zeros((len(hours), groups), dtype)
@@ -216,7 +216,7 @@ def add_linear_parts(block, hours, weights, direct_sums):
     """
     sums = direct_sums.copy()
     weights = weights.astype(float)
-    level = hours.sunny * hours.cos_zenith, hours.level
+    level = hours.sunny * hours.open * hours.cos_zenith, hours.level
     for row in range(2):
         share = weights[:, row, None] * hours.match_weight
         per_sun = np.bincount(hours.match.ravel(), weights=share.ravel(), minlength=len(block.reflected))

@@ -51,13 +51,29 @@ def read_raster(wanted, notes):
     InputError
         Not a raster, a damaged one, or one that does not cover the city.
     """
+    with open_raster(wanted.path) as dataset:
+        return _read_layers(dataset, wanted, notes)
+
+
+@contextmanager
+def open_raster(path):
+    """Open a raster, plain or gzip-compressed.
+
+    Yields
+    ------
+    rasterio.DatasetReader
+
+    Raises
+    ------
+    InputError
+        Not a raster, or a damaged one, also while it is read.
+    """
     import rasterio  # imported late, so that a library that fails to load affects only runs that need it
 
-    path = wanted.path
     open_input(path).close()
     try:
         with _open(rasterio, path) as dataset:
-            return _read_layers(dataset, wanted, notes)
+            yield dataset
     except rasterio.errors.RasterioError as error:
         words = " ".join(str(error).replace(str(path), "it").split())[:160]
         raise InputError(path, f"is not a readable raster ({words})", "give a GeoTIFF or an ASC grid") from error
@@ -65,7 +81,7 @@ def read_raster(wanted, notes):
 
 @contextmanager
 def _open(rasterio, path):
-    """Open a raster file, plain or gzip-compressed."""
+    """Open a raster file; rasterio's errors are raised as they are."""
     with Path(path).open("rb") as stream:
         packed = stream.read(2) == b"\x1f\x8b"
     with open_input(path) as stream:
@@ -103,7 +119,7 @@ def _read_layers(dataset, wanted, notes):
         )
     layers = []
     for reach, posts in ((NEAR, NEAR_POSTS), (wanted.horizon, FAR_POSTS)):
-        window = _window(dataset, _rectangle(reach, source, wanted))
+        window = window_between(dataset, _rectangle(reach, source, wanted))
         if window is not None and window[2] * window[3] > MOST_POSTS:
             problem = f"has {window[2]:,} x {window[3]:,} posts around the city"
             raise InputError(path, problem, f"resample it to at most {MOST_POSTS:,}")
@@ -144,7 +160,7 @@ def _metres_per_unit(source, path):
     return plane.axis_info[0].unit_conversion_factor
 
 
-def _window(dataset, corners):
+def window_between(dataset, corners):
     """First column, first row, columns and rows of the raster inside a rectangle of its system, or None."""
     (west, south), (east, north) = corners
     corners = np.array([(west, south), (west, north), (east, south), (east, north)])
@@ -171,7 +187,7 @@ def _read_layer(dataset, window, posts, notes, wanted):
                            resampling=resampling)  # fmt: skip
     heights = heights.astype(float).filled(np.nan) * dataset.scales[0] + dataset.offsets[0]
     source, path = dataset.crs.to_wkt() if dataset.crs else None, wanted.path
-    factor = _height_factor(dataset, source, wanted.unit)
+    factor = height_factor(dataset, source, wanted.unit)
     with np.errstate(invalid="ignore"):
         odd = np.abs(heights * factor) > HIGHEST
     if odd.any():
@@ -191,7 +207,7 @@ def _read_layer(dataset, window, posts, notes, wanted):
     return _triangulate(places, heights * factor)
 
 
-def _height_factor(dataset, source, unit):
+def height_factor(dataset, source, unit):
     """Metres per unit of the heights: as given by the band, else by the coordinate reference system."""
     word = (dataset.units[0] or "").strip().lower()
     if word in UNIT_WORDS:

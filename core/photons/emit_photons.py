@@ -8,10 +8,11 @@
   └───────────┘ bottom
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..horizon.horizon import TerrainHorizon
 from ..sampling.random_numbers import GOLDEN, key_of_names, mix
 from ..sky.horizon_band import HEIGHT
 
@@ -31,6 +32,8 @@ class Source:
     power: np.ndarray  # (6,) float64 [m²], power entering through each side of the box, per irradiance
     key: np.uint64  # of its random numbers
     level: bool = False  # from the band at the horizon
+    terrain: TerrainHorizon | None = None  # of distant terrain, which covers a part of the light
+    beyond: bool = False  # whether only light from below that horizon counts, or only that from above
 
     @property
     def dimensions(self):
@@ -50,7 +53,7 @@ def box_of_scene(scene, canopy=None):
     return low - margin, high - low + 2 * margin
 
 
-def sky_source(low, size, seed):
+def sky_source(low, size, seed, horizon=None):
     """The isotropic sky of irradiance 1: all of it enters through the lid, half of it through each side.
 
     Parameters
@@ -58,13 +61,21 @@ def sky_source(low, size, seed):
     low, size : (3,) float64 [m]
         Of the box.
     seed : int
+    horizon : TerrainHorizon, optional
+        Light from below it is left out.
 
     Returns
     -------
     Source
     """
     share = np.array([1, 0, 0.5, 0.5, 0.5, 0.5])
-    return Source("sky", low, size, None, False, share * side_areas(size), key_of_names(["sky"], seed)[0])
+    return Source("sky", low, size, None, False, share * side_areas(size), key_of_names(["sky"], seed)[0], horizon)
+
+
+def terrain_source(low, size, seed, horizon):
+    """Distant terrain of radiosity 1 between the horizontal and a horizon, isotropic."""
+    name = "terrain"
+    return replace(sky_source(low, size, seed, horizon), name=name, key=key_of_names([name], seed)[0], beyond=True)
 
 
 def far_ground_source(low, size, seed):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
+from ..horizon.horizon import is_above
 from ..patches.facing_scene import FacingScene
 from ..patches.find_covered import meets_back
 from ..patches.patches import Patches
@@ -28,6 +29,7 @@ class Tally:
 
     emitted: float = 0.0
     escaped: float = 0.0  # hit nothing
+    behind_terrain: float = 0.0  # came from the other side of the horizon of distant terrain, and were not traced
     absorbed: float = 0.0  # on front sides
     on_backs: float = 0.0  # hit a back side or a footprint
     closure: float = 0.0  # hit a closure surface or a surface that lies on the ground
@@ -109,6 +111,10 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
     photons = Photons(*emit_photons(source, replicate, place), np.ones(len(number)), number, replicate - replicate[0])
     found = Deposits(int(replicate[0]), *np.zeros((2, rows, target.surface_count)))
     found.tally.emitted = float(len(number))
+    if source.terrain is not None:
+        chosen = is_above(source.terrain, -photons.directions) != source.beyond
+        found.tally.behind_terrain = float(len(number) - chosen.sum())
+        photons = photons.take(chosen)
     for bounce in range(max_bounces + 1):
         found.ray_count += len(photons.number)
         photons, places = meet_fronts(target, photons, found.tally, source if bounce == 0 else None)

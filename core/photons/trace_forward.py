@@ -8,11 +8,12 @@ patches photons, of at most 1 + max_bounces rays each.
 The covered share of a surface is geometry, and estimated with a few hemisphere rays as in gather.
 """
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
 from ..effects.judge_effects import Measured, judge_effects
+from ..horizon.horizon import without_hidden
 from ..materials.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..patches.facing_scene import FacingScene
 from ..progress import SUN_STAGE, CancelledError, Clock
@@ -28,7 +29,7 @@ from ..transfer.prepare_scene import prepare_scene
 from ..transfer.surface_means import area_means, cover_of_surfaces
 from ..transfer.trace_record import TraceRecord, note_interruption
 from ..transfer.transfer import Horizon, Transfer
-from .emit_photons import box_of_scene, far_ground_source, horizon_source, sky_source, sun_source
+from .emit_photons import box_of_scene, far_ground_source, horizon_source, sky_source, sun_source, terrain_source
 from .follow_photons import Tally, Target
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, trace_sources
 
@@ -89,16 +90,17 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     merge = area_means(traced.triangle_surface, patches.area, len(scene.surfaces))
     traced_before = prepared.plan.ray_scene.thread_seconds if prepared.plan.ray_scene else 0.0  # by earlier rounds
     run, covered_share = prepare_run(prepared, request, progress)
-    run.begin("sky and far ground", 1 + plan.far_ground + plan.horizon)
+    run.begin("sky and far ground", 1 + plan.far_ground * (1 + (plan.terrain is not None)) + plan.horizon)
     clock.lap("plan, tree and cover")
 
     box = box_of_scene(traced, run.target.ray_scene.canopy)
-    (sky,) = trace_sources(run, [sky_source(*box, request.seed)], plan.max_bounces)
+    (sky,) = trace_sources(run, [sky_source(*box, request.seed, plan.terrain)], plan.max_bounces)
     far = trace_far_ground(run, box, plan, request.seed)
     band = trace_band(run, box, plan, request.seed)
     clock.lap("sky and far ground")
     run.begin(SUN_STAGE, len(suns))
-    direct = trace_direct(run, (box, suns, request), far, plan.max_bounces, merge, folder=folder)
+    weighed = without_hidden(suns, plan.terrain)
+    direct = trace_direct(run, (box, weighed, request), far, plan.max_bounces, merge, folder=folder)
     clock.lap("suns")
     diffuse = sky.whole + request.ground_albedo * far.whole
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
@@ -117,6 +119,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
         diffuse_relative_standard_error=standard_error(diffuse, photons, unreachable),
         visible_share=direct.visible_share,
         direct_reflected=direct.reflected,
+        terrain=plan.terrain,
         direct_annual_standard_error=standard_error(direct.annual, direct.photons, unreachable),
         horizon=band and horizon_of_light(band, unreachable),
         record=TraceRecord(
@@ -174,7 +177,12 @@ def trace_far_ground(run, box, plan, seed):
     """Light from the far ground, per radiosity; its arrival already counts as the first reflection."""
     if not plan.far_ground:
         return no_light(len(run.area))
-    (light,) = trace_sources(run, [far_ground_source(*box, seed)], plan.max_bounces - 1)
+    sources = [far_ground_source(*box, seed)]
+    if plan.terrain is not None:
+        sources.append(terrain_source(*box, seed, plan.terrain))
+    light, *others = trace_sources(run, sources, plan.max_bounces - 1)
+    for other in others:
+        light.add(other)
     return light
 
 
@@ -182,7 +190,7 @@ def trace_band(run, box, plan, seed):
     """Light from the horizon, per irradiance of an unshaded wall; None where the plan leaves it out."""
     if not plan.horizon:
         return None
-    (light,) = trace_sources(run, [horizon_source(*box, seed)], plan.max_bounces)
+    (light,) = trace_sources(run, [replace(horizon_source(*box, seed), terrain=plan.terrain)], plan.max_bounces)
     return light
 
 

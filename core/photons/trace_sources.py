@@ -44,6 +44,13 @@ class Light:
     ray_count: int = 0
     tally: Tally = field(default_factory=Tally)
 
+    def add(self, other):
+        """Add the light of an independent source."""
+        self.first, self.reflected = self.first + other.first, self.reflected + other.reflected
+        self.photon = np.hypot(self.photon, other.photon)
+        self.ray_count += other.ray_count
+        self.tally.add(other.tally)
+
     @property
     def whole(self):
         """Sum of first hits and reflections: (PHOTON_REPLICATES, n) float64."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..form_factors.form_factor_products import multiply_elements
 from ..form_factors.form_factors import FEWEST_RAYS
+from ..horizon.horizon import mark_hidden
 from ..patches.find_covered import enclosed_cells, lie_in_earth
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches
 from ..sampling.random_numbers import mix, uniform
@@ -18,6 +19,7 @@ from ..sampling.sample_points import (
     sobol_digits,
 )
 from ..sky.horizon_band import horizon_directions, horizon_of_tilt
+from ..sky.seen_band import seen_band
 from ..threads import map_in_order
 from ..transfer.transfer import Horizon
 from .light_errors import ReflectedError, errors_of_surfaces
@@ -111,11 +113,13 @@ def trace_horizon(context, covered, cells):
     traced = patches.receives & ~known & (unshaded > LEVEL) & ~covered.all(axis=1)
     count = -(-context.request.samples // (SHARE * HEMISPHERE_REPLICATES))
     sequence, rows = sobol_digits(count), np.flatnonzero(traced)
+    share = np.where(known, seen_band(np.where(known[:, None], patches.normal, [[0, 0, 1]]), plan.terrain), 0)
+    share = share.astype(np.float32)[:, None]
     step = max(1, RAYS_PER_TASK // (count * HEMISPHERE_REPLICATES))
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
     found = HorizonLight(
-        light=np.repeat(np.where(known, 1, 0).astype(np.float32)[:, None], HEMISPHERE_REPLICATES, axis=1),
-        element=np.repeat(np.where(known, 1, 0).astype(np.float32)[:, None], cells, axis=1),
+        light=np.repeat(share, HEMISPHERE_REPLICATES, axis=1),
+        element=np.repeat(share, cells, axis=1),
         deviations=Deviations(np.zeros((len(patches), cells, HEMISPHERE_REPLICATES), np.int16), STEP * unshaded),
         ray_count=len(rows) * count * HEMISPHERE_REPLICATES,
     )
@@ -142,6 +146,8 @@ def trace_patches(context, chosen, covered, sequence, cells):
     upwards = np.moveaxis(directions, -1, 0)
     classify_rays(hit.reshape(fate.shape), upwards, patches.facing, fate, np.zeros(len(chosen), bool))
     fate[fate == FAR_GROUND] = SKY  # at the very horizon
+    if context.plan.terrain is not None:
+        mark_hidden(fate, upwards, np.sin(np.radians(context.plan.terrain.elevation)), SKY, FAR_GROUND)
     # As of the hemisphere rays: dark inside of what is covered, judged ray by ray along its edge.
     within = np.flatnonzero(covered.any(axis=1))
     mark_dark(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..effects.judge_effects import Measured, judge_effects
+from ..horizon.horizon import without_hidden
 from ..materials.read_albedo import materials_of_surfaces
 from ..progress import Clock
 from ..request import check_request
@@ -72,7 +73,9 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
     clock.lap("diffuse reflections")
     horizon, horizon_rays = gather_horizon(context, hemisphere, cells) if plan.horizon else (None, None)
     clock.lap("horizon")
-    direct = gather_direct(context, hemisphere, suns, diffuse.by_replicate, folder)
+    # Every sun is traced, since open hours lie between them; errors are those of the light that counts.
+    weighed = without_hidden(suns, plan.terrain)
+    direct = gather_direct(context, hemisphere, weighed, diffuse.by_replicate, folder)
     clock.lap("suns")
     return Transfer(
         surfaces=scene.surfaces,
@@ -88,6 +91,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
         direct_reflected=direct.reflected,
         direct_annual_standard_error=direct.error.standard_error,
         horizon=horizon,
+        terrain=plan.terrain,
         error_parts=ErrorParts(
             diffuse_passed_on=diffuse.error.passed_on,
             direct_passed_on=direct.error.passed_on,

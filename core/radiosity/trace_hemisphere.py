@@ -12,6 +12,7 @@ from numba import njit
 from ..check_arrays import check_array
 from ..errors import InputError
 from ..form_factors.form_factors import FEWEST_RAYS, FormFactors, count_hits, count_starts
+from ..horizon.horizon import mark_hidden
 from ..patches.find_covered import (
     COVERED,
     OPEN,
@@ -33,7 +34,9 @@ SKY, FAR_GROUND, FRONT, LEAVES, BACK, DARK = range(6)  # fate of a ray; the last
 AGREEING_RAYS = 3  # so many rays of a cell suffice, if they agree, to tell whether it lies inside something
 
 
-def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, threads, progress, tallies=None):
+def trace_hemisphere(
+    ray_scene, patches, traced, *, sample_count, reflections, threads, progress, tallies=None, terrain=None
+):
     """Trace cosine-distributed rays from every traced patch.
 
     Parameters
@@ -52,6 +55,8 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     tallies : ElementTallies, optional
         The rows of traced patches are written, which needs `reflections`. The light of a patch is resolved by as many
         elements, 1, 4 or 16, as they have columns; by one if not given.
+    terrain : TerrainHorizon, optional
+        Of distant terrain: rays that leave below it reach the far ground, not the sky.
 
     Returns
     -------
@@ -75,7 +80,8 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     starts = count_starts(count, cells, sample_count)
 
     def trace_rows(chosen):
-        return trace_patches(ray_scene, patches, chosen, sequence, (cells, starts) if reflections else None)
+        wanted = (cells, starts) if reflections else None
+        return trace_patches(ray_scene, patches, chosen, sequence, wanted, terrain)
 
     found = HemisphereRays(
         sky=np.zeros((count, HEMISPHERE_REPLICATES), np.float32),
@@ -101,7 +107,7 @@ def trace_hemisphere(ray_scene, patches, traced, *, sample_count, reflections, t
     return found
 
 
-def trace_patches(ray_scene, patches, chosen, sequence, cells):
+def trace_patches(ray_scene, patches, chosen, sequence, cells, terrain=None):  # noqa: PLR0917
     """Trace the hemisphere rays of some patches.
 
     Parameters
@@ -110,6 +116,7 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
     sequence : (rays / HEMISPHERE_REPLICATES, 4) uint32
     cells : tuple of two int, or None
         `cells` of `trace_hemisphere` and `starts` of `FormFactors`; None if no matrix is wanted.
+    terrain : TerrainHorizon, optional
 
     Returns
     -------
@@ -140,6 +147,8 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells):
 
     if ray_scene.canopy is not None:
         stop_at_leaves(ray_scene, patches, (origins, directions), (hit, b1, b2), fate)
+    if terrain is not None:
+        mark_hidden(fate, np.moveaxis(directions, -1, 0), np.sin(np.radians(terrain.elevation)), SKY, FAR_GROUND)
 
     cells, starts = cells or (1, 0)
     cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))

@@ -65,6 +65,7 @@ def trace_in_turn(context, tallies):
             threads=context.threads,
             progress=lambda stage, done, _, unit: context.progress(stage, before + done, most, unit),
             tallies=tallies,
+            terrain=plan.terrain,
         )
 
     found = trace(full & ~ground, every)
@@ -118,8 +119,8 @@ def patch_of_keys(form_factors, rows):
 def fill_closed_forms(rays, patches, plan):
     """Put in what is known without rays, and take out what the plan leaves out."""
     known = plan.unobstructed & patches.receives
-    rays.sky[known] = sky_view_of_tilt(patches.normal[known])[:, None]
-    rays.far_ground[known] = ground_view_of_tilt(patches.normal[known])[:, None]
+    rays.sky[known] = sky_view_of_tilt(patches.normal[known], plan.terrain)[:, None]
+    rays.far_ground[known] = ground_view_of_tilt(patches.normal[known], plan.terrain)[:, None]
     rays.covered[~patches.receives] = True
     if not plan.far_ground:
         rays.far_ground[:] = 0

@@ -8,6 +8,7 @@ import numpy as np
 import xarray
 
 from ..errors import InputError
+from ..horizon.horizon import TerrainHorizon
 from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
 from ..sun.suns import Suns
@@ -24,6 +25,7 @@ from .transfer_fields import (
     PER_SUN,
     PER_SURFACE,
     PER_SURFACE_AND_SUN,
+    TERRAIN,
     TEXTS,
     TRACED_AS,
 )
@@ -77,6 +79,7 @@ def check_dimensions(path, dataset):
     expected |= {name: part[0] for name, part in ERROR_PARTS.items()} if "direct_points" in dataset else {}
     expected |= {name: ("surface",) for name, _ in HORIZON.values() if name in dataset}
     expected |= {name: dimensions for name, (dimensions, _) in OUTLINES.items() if name in dataset}
+    expected |= {TERRAIN: ("azimuth",)} if TERRAIN in dataset else {}
     for name, dimensions in expected.items():
         if dataset[name].dims != dimensions:
             raise InputError(path, f"{name} lies along {dataset[name].dims}, not {dimensions}", CURE)
@@ -106,7 +109,15 @@ def transfer_of_dataset(dataset):
         error_parts=error_parts_of_dataset(dataset),
         horizon=horizon_of_dataset(dataset),
         outlines=outlines_of_dataset(dataset),
+        terrain=terrain_of_dataset(dataset),
     )
+
+
+def terrain_of_dataset(dataset):
+    """Horizon of distant terrain, None where the file has none."""
+    if TERRAIN not in dataset:
+        return None
+    return TerrainHorizon(dataset[TERRAIN].values, str(dataset.attrs["terrain_source"]))
 
 
 def error_parts_of_dataset(dataset):

@@ -41,6 +41,12 @@ ERROR_PARTS = {  # name -> dimensions, long name; files written before they were
     "direct_points": (("surface",), "variance of the annual mean of direct light from shadow points"),
 }
 
+TERRAIN = "terrain_elevation"  # files of runs without distant terrain lack it
+TERRAIN_DETAILS = {
+    "units": "degree",
+    "long_name": "elevation of distant terrain at equally spaced azimuths, clockwise from true north",
+}
+
 HORIZON = {  # field of Horizon -> name, long name; files lack them that were traced for isotropic skies only
     "view_factor": ("horizon_view_factor", "light of the horizon, per that of an unshaded wall, without reflections"),
     "relative": ("horizon_relative", "light of the horizon, per that of an unshaded wall, reflections included"),

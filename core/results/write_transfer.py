@@ -20,6 +20,8 @@ from .transfer_fields import (
     PER_SUN,
     PER_SURFACE,
     PER_SURFACE_AND_SUN,
+    TERRAIN,
+    TERRAIN_DETAILS,
     TEXTS,
     TRACED_AS,
 )
@@ -89,6 +91,9 @@ def describe_state(transfer):
             variables[name] = (dimensions, array, details, {"zlib": True})
     if transfer.bare is not None:
         attributes["leaf_months"] = json.dumps(transfer.leaf_months)
+    if transfer.terrain is not None:
+        variables[TERRAIN] = ("azimuth", transfer.terrain.elevation, TERRAIN_DETAILS)
+        attributes["terrain_source"] = transfer.terrain.source
     return xarray.Dataset(variables, attrs=attributes)
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..horizon.horizon import TerrainHorizon
 from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
 from ..sun.suns import Suns
@@ -75,3 +76,4 @@ class Transfer:
     outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown
     bare: "Transfer | None" = None  # the same with deciduous trees without leaves; None: one state all year
     leaf_months: tuple = ()  # 1 to 12, in which this state holds if there is a bare one
+    terrain: TerrainHorizon | None = None  # hides suns, hour by hour; `visible_share` is without it; None: level

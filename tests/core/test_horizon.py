@@ -1,0 +1,316 @@
+"""Distant terrain against closed forms, PVGIS' formats, and all posts of a raster in Earth-centred coordinates."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pvlib
+import pyproj
+import pytest
+from cities import box, make_city
+from earth_horizon import Edges
+from scenes import assert_mean, scene_of_triangles, suns_towards
+from transfers import unshaded_transfer
+from weathers import BERLIN, plain_table, year_of
+
+from citypv.core.effects.plan_effects import plan_effects
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.files.read_heights import HeightGrid, read_heights
+from citypv.core.horizon.horizon import STEPS, TerrainHorizon, elevation_at, is_above
+from citypv.core.horizon.horizon_of_terrain import horizon_of_terrain
+from citypv.core.horizon.lost_sky import lost_sky
+from citypv.core.horizon.read_horizon import read_horizon
+from citypv.core.horizon.read_horizon_table import read_horizon_table
+from citypv.core.patches.patches import patches_of_scene
+from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.request import Request
+from citypv.core.results.read_transfer import read_transfer
+from citypv.core.results.write_transfer import write_transfer
+from citypv.core.scene.build_scene import build_scene
+from citypv.core.study import read_year
+from citypv.core.sun.hourly import hourly_suns
+from citypv.core.weather.weather import Weather
+
+DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.tif"
+VALLEY, SLOPE = (36.3, -84.2), (36.25, -84.12)  # places in the raster
+HOUR = pd.Timedelta(hours=1)
+TEN = np.radians(10)
+
+
+def uniform(height):
+    """A horizon of the same height [°] all around."""
+    return TerrainHorizon(np.full(STEPS, float(height)))
+
+
+def valley(height):
+    """Ridges in the east and in the west, each a quarter of the horizon."""
+    azimuth = uniform(0).azimuth % 180
+    return TerrainHorizon(np.where((azimuth >= 45) & (azimuth < 135), float(height), 0.0))
+
+
+def write_angles(path, horizon, step=4):
+    """The horizon as azimuth,elevation."""
+    rows = zip(horizon.azimuth[::step], horizon.elevation[::step], strict=True)
+    path.write_text("azimuth,elevation\n" + "\n".join(f"{a},{h}" for a, h in rows), encoding="utf-8")
+    return str(path)
+
+
+# Sky
+
+
+def test_a_level_surface_keeps_the_cosine_squared_of_the_sky():
+    level, south = np.array([[0, 0, 1.0]]), np.array([[0, -1.0, 0]])
+    for height in (2.0, 10.0, 30.0):
+        angle = np.radians(height)
+        assert 1 - lost_sky(level, uniform(height)) == pytest.approx(np.cos(angle) ** 2, abs=1e-12)
+        wall = (angle + np.sin(angle) * np.cos(angle)) / np.pi
+        assert lost_sky(south, uniform(height)) == pytest.approx(wall, abs=1e-5)
+    # A quarter in the east and one in the west; a south wall sees half of each, at the flat end of its cosine.
+    lost = np.sin(np.radians(15)) ** 2 / 2
+    assert lost_sky(level, valley(15)) == pytest.approx(lost, abs=1e-3)
+    angle = np.radians(15)
+    part = (angle + np.sin(angle) * np.cos(angle)) / 2 * 2 * (1 - np.sin(np.radians(45))) / np.pi
+    assert lost_sky(south, valley(15)) == pytest.approx(part, abs=2e-4)
+
+
+def test_lost_sky_of_any_slope_is_what_random_rays_lose():
+    rng = np.random.default_rng(4)
+    normal = rng.normal(size=(6, 3))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    horizon = TerrainHorizon(8 + 6 * np.sin(np.radians(3 * uniform(0).azimuth)))
+    rays = rng.normal(size=(400_000, 3))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    hidden = ~is_above(horizon, rays) & (rays[:, 2] > 0)
+    share = 4 * np.maximum(rays @ normal.T, 0) * hidden[:, None]  # uniform over the sphere
+    assert_mean(share.mean(axis=0), share.std(axis=0) / np.sqrt(len(rays)), lost_sky(normal, horizon))
+
+
+@pytest.fixture(scope="module")
+def slopes():
+    """A level surface, a wall and a roof, of which none stands in front of another."""
+    tilt, triangles, points = np.radians([0, 90, 35]), [], []
+    for index, angle in enumerate(tilt):
+        start = np.array([(0.0, 12.0, 5.0), (5.0, 0.0, -6.0), (10.0, 0.0, 0.0)][index])
+        up = np.array([0, np.cos(angle), np.sin(angle)])  # faces south
+        points += [start, start + np.array([4, 0, 0]), start + 4 * up]
+        triangles.append([3 * index, 3 * index + 1, 3 * index + 2])
+    return scene_of_triangles(points, triangles)
+
+
+@pytest.mark.parametrize("estimator", ["gather", "rays", "forward"])
+@pytest.mark.parametrize("shape", [uniform, valley])
+def test_estimators_lose_the_sky_behind_a_ridge(slopes, tmp_path, estimator, shape):
+    """Terrain above the horizontal reflects as the far ground does."""
+    horizon = read_horizon_table(write_angles(tmp_path / "ridge.csv", shape(10), step=1))
+    request = Request(
+        estimator="forward" if estimator == "forward" else "gather",
+        horizon=str(tmp_path / "ridge.csv"),
+        effects={"closed-form": False} if estimator == "rays" else {},
+        samples=1 << (17 if estimator == "forward" else 12),
+        max_bounces=1,
+        albedo=0.0,
+        ground_albedo=0.4,
+        threads=1,
+    )
+    trace = trace_forward if estimator == "forward" else trace_gather
+    found = trace(slopes, suns_towards([[0, -0.6, 0.8]]), request, silent)
+    upward = slopes.surfaces.normal[:, 2]
+    lost = lost_sky(slopes.surfaces.normal, horizon)
+    sky, ground = (1 + upward) / 2 - lost, (1 - upward) / 2 + lost
+    error = found.diffuse_relative_standard_error
+    assert (error < 0.02).all() and (lost > 0.01).all()
+    assert_mean(found.diffuse_relative, error + 1e-4, sky + 0.4 * ground)
+    assert_mean(found.sky_view_factor, error + 1e-4, sky)
+    assert_mean(found.far_ground_view_factor, error / 0.4 + 1e-4, ground)
+    if estimator == "gather":
+        assert found.sky_view_factor == pytest.approx(sky, abs=1e-6)
+
+
+def test_far_ground_off_leaves_terrain_dark(slopes, tmp_path):
+    path = write_angles(tmp_path / "ridge.csv", uniform(10))
+    request = Request(horizon=path, far_ground=False, threads=1)
+    found = trace_gather(slopes, suns_towards([[0, -0.6, 0.8]]), request, silent)
+    assert found.diffuse_relative[0] == pytest.approx(np.cos(TEN) ** 2, abs=1e-6)
+
+
+def test_a_level_horizon_changes_no_bit(tmp_path):
+    scene = scene_of_triangles([(0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 4, 4), (4, 4, 0)], [(0, 1, 2), (2, 4, 3)])
+    suns = suns_towards([[0.3, -0.6, 0.5], [0.8, 0.1, 0.05]])
+    level = Request(
+        horizon=write_angles(tmp_path / "level.csv", uniform(0)), effects={"terrain-horizon": True}, threads=1
+    )
+    with_it, without = (trace_gather(scene, suns, request, silent) for request in (level, Request(threads=1)))
+    for name in ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error"):
+        assert (getattr(with_it, name) == getattr(without, name)).all(), name
+
+
+# Suns
+
+
+def test_suns_behind_the_ridge_are_off_hour_by_hour():
+    """Unshaded level ground and walls: light of the hours in which pvlib has the sun above 10°."""
+    times = year_of(2021)
+    weather = Weather(
+        label="",
+        data=with_sun(plain_table(times)),
+        interval=HOUR,
+        latitude=BERLIN[0],
+        longitude=BERLIN[1],
+        altitude=0.0,
+    )
+    transfer = unshaded_transfer(hourly_suns(times, HOUR, *BERLIN), [0, 90, 90], [0, 180, 90])
+    energy = compute_energy(replace(transfer, terrain=uniform(10)), weather, threads=1)
+    sun = pvlib.solarposition.get_solarposition(times + HOUR / 2, *BERLIN)
+    seen, sunny = sun["apparent_elevation"] >= 10, sun["apparent_elevation"] >= 2
+    for row, (tilt, azimuth) in enumerate([(0, 0), (90, 180), (90, 90)]):
+        cosine = pvlib.irradiance.aoi_projection(tilt, azimuth, sun["apparent_zenith"], sun["azimuth"]).clip(lower=0)
+        ground = 0.25 * (1 - np.cos(np.radians(tilt))) / 2 * np.cos(np.radians(sun["apparent_zenith"]))
+        direct = ((cosine + ground) * seen)[sunny].mean()
+        assert energy.direct_relative_annual[row] == pytest.approx(direct, rel=1e-6)
+        poa = (weather.data["dni"].to_numpy() * (cosine + ground) * seen).sum()
+        poa += weather.data["dhi"].sum() * transfer.diffuse_relative[row]
+        assert energy.poa_global_annual[row] == pytest.approx(poa / 1000, rel=1e-6)
+    whole = compute_energy(transfer, weather, threads=1)
+    assert (energy.full_load_hours < whole.full_load_hours).all()
+
+
+def with_sun(table):
+    """The table with what the readers of weather add."""
+    position = pvlib.solarposition.get_solarposition(table.index + HOUR / 2, *BERLIN)
+    zenith = position["apparent_zenith"].to_numpy()
+    cosine = np.cos(np.radians(zenith))
+    beam = np.where(zenith < 88, (table["ghi"] - table["dhi"]) / np.maximum(cosine, 1e-3), 0.0)
+    return table.assign(
+        dni=beam, pressure=101325.0, apparent_zenith=zenith, solar_azimuth=position["azimuth"].to_numpy()
+    )
+
+
+# The horizon of a raster
+
+
+@pytest.mark.parametrize("place", [VALLEY, SLOPE])
+def test_horizon_is_that_of_all_posts(place):
+    """Every edge between posts in Earth-centred coordinates, from 1 km on."""
+    horizon = horizon_of_terrain(read_heights(DEM, place, 50e3), place, np.full(STEPS, 1000.0), 50e3)
+    edges, azimuth = Edges(DEM, *place, 1000.0), np.arange(0, 360, 4.0)
+    difference = elevation_at(horizon, azimuth) - [edges.elevation(one) for one in azimuth]
+    assert horizon.elevation.max() > 2
+    assert np.sqrt((difference**2).mean()) < 0.03 and np.abs(difference).max() < 0.15
+
+
+def test_curvature_and_refraction_count():
+    """A plateau of 1,000 m from 40 km on: its angle by hand, with and without refraction."""
+    near, found = plateau(1000.0, 40_000.0), []
+    for refraction in (0.13, 0.0):
+        horizon = horizon_of_terrain(near, (0.0, 0.0), np.full(STEPS, 100.0), 50e3, refraction)
+        drop = (1 - refraction) * 40_000.0**2 / (2 * 6_371_000.0)
+        expected = np.degrees(np.arctan((1000.0 - drop) / 40_000.0))
+        assert horizon.elevation[STEPS // 4] == pytest.approx(expected, abs=0.005)
+        assert horizon.elevation[STEPS // 2] == 0
+        found.append(expected)
+    assert min(np.degrees(np.arctan(1000 / 40_000)) - found[0], found[0] - found[1]) > 0.02
+
+
+def plateau(height, distance):
+    """A raster of zeros that is high from some distance on, east of the place 0° N 0° E."""
+    east, _, _ = pyproj.Geod(ellps="WGS84").fwd(0.0, 0.0, 90.0, distance)
+    step = east / 400
+    heights = np.zeros((21, 441))
+    heights[:, 420:] = height  # the place is at column 20
+    matrix = np.array([[step, 0, -20 * step], [0, -step, 10 * step]])
+    return [HeightGrid(heights, matrix, "EPSG:4326", distance / 400, "peak.tif")]
+
+
+@pytest.fixture(scope="module")
+def town():
+    """Four houses in the raster's valley, with generated ground."""
+    turn = pyproj.Transformer.from_crs("EPSG:4326", "EPSG:32616", always_xy=True)
+    x, y = turn.transform(VALLEY[1], VALLEY[0])
+    houses = [box(f"b{k}{n}", x + 30 * k, y + 30 * n, 15, 12, 300, 308) for k in range(2) for n in range(2)]
+    return build_scene(make_city([polygon for house in houses for polygon in house], "EPSG:32616"))
+
+
+def test_a_town_loses_the_suns_and_sky_that_all_posts_hide(town, tmp_path):
+    request = Request(
+        horizon=str(DEM), suns="days:3", samples=64, shadow_samples=4, max_bounces=1, weather="clear-sky", threads=1
+    )
+    weather = read_year(town.site, request)
+    suns = hourly_suns(weather.data.index[::200], HOUR, weather.latitude, weather.longitude)
+    traced = trace_gather(town, suns, request, silent)
+    write_transfer(tmp_path / "transfer.nc", traced)
+    kept = read_transfer(tmp_path / "transfer.nc")
+    assert (kept.terrain.elevation == traced.terrain.elevation).all()
+    energy = compute_energy(kept, weather, threads=1)
+
+    # The same without a horizon, in a weather whose DNI is 0 while all posts hide the sun.
+    edges = Edges(DEM, *middle(town), 25.0)
+    elevation = 90 - weather.data["apparent_zenith"].to_numpy()
+    low = np.flatnonzero((elevation > 0) & (elevation < 12))
+    hidden = [row for row in low if edges.elevation(weather.data["solar_azimuth"].iloc[row] % 360) > elevation[row]]
+    assert len(hidden) > 200
+    dimmed = weather.data.copy()
+    dimmed.iloc[hidden, dimmed.columns.get_loc("dni")] = 0.0
+    reference = compute_energy(replace(kept, terrain=None), replace(weather, data=dimmed), threads=1)
+    open_sky = compute_energy(replace(kept, terrain=None), weather, threads=1)
+    lit = energy.poa_global_annual > 100
+    assert lit.sum() > 10
+    assert energy.poa_global_annual[lit] == pytest.approx(reference.poa_global_annual[lit], rel=1e-3)
+    lost = 1 - reference.poa_global_annual[lit] / open_sky.poa_global_annual[lit]
+    assert lost.max() > 0.005  # the test sees what it compares
+
+    # Flat roofs stand free: their sky is the mean of cos² of the horizon.
+    heights = np.radians([edges.elevation(azimuth) for azimuth in np.arange(0, 360, 3.0)])
+    flat = traced.surfaces.kind == "flat"
+    assert traced.sky_view_factor[flat] == pytest.approx((np.cos(heights) ** 2).mean(), abs=3e-4)
+
+
+def middle(scene):
+    """Latitude and longitude of the middle of the buildings."""
+    own = scene.vertices[scene.triangles[scene.triangle_surface >= 0].ravel(), :2]
+    x, y = (own.min(axis=0) + own.max(axis=0)) / 2
+    azimuth, distance = np.degrees(np.arctan2(x, y)), np.hypot(x, y)
+    longitude, latitude, _ = pyproj.Geod(ellps="WGS84").fwd(
+        scene.site.longitude, scene.site.latitude, azimuth, distance
+    )
+    return latitude, longitude
+
+
+def test_what_is_switched_off_stays_below_its_bound(town):
+    """Full load hours with and without the horizon, and with that of each corner of the scene."""
+    request = Request(horizon=str(DEM), samples=64, shadow_samples=4, max_bounces=1, weather="clear-sky", threads=1)
+    weather = read_year(town.site, request)
+    suns = hourly_suns(weather.data.index[::200], HOUR, weather.latitude, weather.longitude)
+    off = replace(request, effects={"terrain-horizon": False})
+    hours, bounds = {}, {}
+    for name, one in (("on", request), ("off", off)):
+        traced = trace_gather(town, suns, one, silent)
+        effect = next(effect for effect in traced.record.effects if effect["key"] == "terrain-horizon")
+        assert effect["on"] == (name == "on") and "in the" in effect["reason"]
+        hours[name], bounds[name] = compute_energy(traced, weather, threads=1).full_load_hours, effect["bound"]
+        whole = traced if name == "on" else None
+        if whole is not None:
+            _, corners = read_horizon(DEM, town)
+            others = [compute_energy(replace(whole, terrain=one), weather, threads=1) for one in corners]
+    eligible = traced.surfaces.eligible
+    lost = np.abs(1 - hours["on"][eligible] / hours["off"][eligible])
+    assert 0.002 < lost.max() <= bounds["off"]
+    apart = max(np.abs(other.full_load_hours[eligible] / hours["on"][eligible] - 1).max() for other in others)
+    assert apart <= bounds["on"] < 0.1
+
+
+def test_a_low_horizon_is_left_out_with_its_height_as_the_reason(slopes, tmp_path):
+    for height, on in ((1.9, False), (2.1, True)):
+        path = write_angles(tmp_path / f"{height}.csv", uniform(height))
+        plan = plan_of(slopes, Request(horizon=path))
+        assert plan["terrain-horizon"].on == on and f"{height}°" in plan["terrain-horizon"].reason
+        assert (plan.terrain is None) == (not on)
+    # A wall loses 2h/π of its half of the sky: more than any other surface.
+    low = plan_of(slopes, Request(horizon=str(tmp_path / "1.9.csv")))["terrain-horizon"]
+    assert low.bound == pytest.approx(4 * np.radians(1.9) / np.pi, rel=1e-3)
+
+
+def plan_of(scene, request):
+    return plan_effects(scene, patches_of_scene(scene, np.full(len(scene.triangles), 0.2), 0), request)
