@@ -13,8 +13,8 @@ from .settings import check_number, check_place, setting
 from .system_settings import SystemSettings
 
 ESTIMATORS = {
-    "gather": "Rays from the surfaces: fast; every surface reflects by Lambert's law",
-    "forward": "Photons from sun, sky and far ground: slow; mirrors, glossy surfaces and glass too",
+    "gather": "Rays from the surfaces: fast; photons only for mirrors, glossy surfaces and glass",
+    "forward": "Photons from sun, sky and far ground for everything: slow",
 }
 
 

@@ -20,10 +20,10 @@ from .errors import InputError
 from .files.read_city import read_city
 from .files.read_terrain import read_terrain
 from .photons.trace_forward import trace_forward
+from .photons.trace_hybrid import trace_hybrid
 from .progress import silent
 from .racks.lay_racks import lay_racks
 from .racks.parse_racks import parse_racks
-from .radiosity.trace_gather import trace_gather
 from .request import check_request
 from .results.list_findings import rows_of_names
 from .scene.build_scene import build_scene
@@ -39,7 +39,7 @@ from .transfer.transfer import scale_direct
 from .trees.foliage import parse_months
 from .weather.read_weather import read_weather
 
-ESTIMATORS = {"gather": trace_gather, "forward": trace_forward}
+ESTIMATORS = {"gather": trace_hybrid, "forward": trace_forward}
 
 
 def check_settings(request):

@@ -19,6 +19,7 @@ TABLE = {  # key -> estimators for which it may be switched on
     "far-ground": BOTH,
     "perez": BOTH,
     "terrain-horizon": BOTH,
+    "specular": BOTH,
     "aoi": BOTH,
     "spectrum": BOTH,
     "temperature": BOTH,

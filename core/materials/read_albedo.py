@@ -108,7 +108,6 @@ def name_brdfs(scene, request):
         found.append(of_material[request.ground_material])
     else:
         found.append(of_kind.get("ground", Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))))
-    check_followed(zip([*surfaces.surface_id, "ground"], found, strict=True), request)
     return found
 
 
@@ -138,22 +137,6 @@ def check_keys(of_key, names, kinds, request):
             f"{sorted(unused)[0]!r} is neither a surface nor a kind nor a material of this city",
             "use surface_id or kind as in faces.csv, or a material as `citypv inspect` lists them",
         )
-
-
-def check_followed(found, request):
-    """Raise an error for BRDFs that the gather estimator does not support.
-
-    Replacing a mirror by a diffuse surface would send its light into wrong directions, and glass has no diffuse albedo:
-    the user has to choose.
-    """
-    if request.estimator != "gather":
-        return
-    for surface, (source, name, _, brdf) in found:
-        if not isinstance(brdf, Lambertian):
-            place = "Materials" if source == MATERIALS else request.albedo_file
-            problem = f"{name or surface!r} reflects {describe_brdf(brdf)}, but --estimator gather is diffuse only"
-            cure = "use --estimator forward (Estimator in the panel), or a material that reflects diffusely"
-            raise InputError(place, problem, cure)
 
 
 def describe_albedo(scene, request):

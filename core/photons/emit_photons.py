@@ -69,7 +69,9 @@ def sky_source(low, size, seed, horizon=None):
     Source
     """
     share = np.array([1, 0, 0.5, 0.5, 0.5, 0.5])
-    return Source("sky", low, size, None, False, share * side_areas(size), key_of_names(["sky"], seed)[0], horizon)
+    return Source(
+        "sky", low, size, None, False, share * side_areas(size), key_of_names(["sky"], seed)[0], terrain=horizon
+    )
 
 
 def terrain_source(low, size, seed, horizon):

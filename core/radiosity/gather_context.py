@@ -1,12 +1,13 @@
 """What all stages of the gather estimator share."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
 
 from ..effects.plan_effects import EffectPlan
+from ..materials.read_albedo import brdfs_of_triangles
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
 from ..request import Request
@@ -20,7 +21,7 @@ class GatherContext:
     """What all stages of one run share."""
 
     ray_scene: FacingScene
-    patches: Patches
+    patches: Patches  # with the albedo of diffuse reflection only
     plan: EffectPlan
     request: Request
     surfaces: Surfaces
@@ -46,6 +47,9 @@ def prepare_gather(prepared, request, progress):
     GatherContext
     """
     scene, patches = prepared.scene, prepared.patches
+    others = brdfs_of_triangles(scene, request, prepared.materials)[1] >= 0  # they reflect, but not by Lambert's law
+    if others.any():
+        patches = replace(patches, albedo=np.where(others, np.float32(0), patches.albedo))
     threads = usable_threads(request.threads)
     ray_scene = prepared.plan.ray_scene or FacingScene(scene, patches, threads)
     ray_scene.canopy = prepared.canopy

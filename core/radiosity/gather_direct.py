@@ -11,6 +11,7 @@ from ..progress import CancelledError
 from ..threads import work_in_slices
 from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.surface_means import average_surfaces
+from .add_specular import Specular, add_specular_suns
 from .direct_errors import deviations_of_spread, spread_of_elements, variance_of_shadow_points
 from .light_errors import LightError, ReflectedError, errors_of_surfaces
 from .patch_size_errors import estimate_discretisation_error, steps_of_cells
@@ -42,11 +43,12 @@ class Annual:
 
     by_point: np.ndarray  # (p, m) float32, light at each point without reflections
     propagated: np.ndarray  # (p,) float32, as in `iterate_bounces`
+    specular: Specular | None = None
     lit_ground: float = 0.0  # radiosity of the far ground
     representative_points: np.ndarray | None = None  # (p, cells) uint, the same for every sun; None before the first
 
 
-def gather_direct(context, hemisphere, suns, by_replicate, folder=None):
+def gather_direct(context, hemisphere, suns, by_replicate, folder=None, *, specular=None):
     """Visible share and reflected irradiance of the surfaces for every sun, in blocks of suns.
 
     If the task is cancelled, the blocks that are finished are kept.
@@ -60,6 +62,8 @@ def gather_direct(context, hemisphere, suns, by_replicate, folder=None):
         Of `Diffuse`.
     folder : path-like, optional
         As in `keep_matrix`.
+    specular : SpecularLight, optional
+        Light by way of mirrors, glossy faces and glass.
 
     Returns
     -------
@@ -85,6 +89,7 @@ def gather_direct(context, hemisphere, suns, by_replicate, folder=None):
         by_point=np.zeros((len(context.patches), points_above(context.request.shadow_samples)), np.float32),
         propagated=np.zeros(len(context.patches), np.float32),
     )
+    annual.specular = specular and Specular(specular.of_suns)
     progress = SunProgress(context.progress, len(suns), context.plan.max_bounces if context.plan.reflections else 0)
     blocks = cut_into_blocks(suns, len(context.patches))
     done = []
@@ -104,6 +109,8 @@ def gather_direct(context, hemisphere, suns, by_replicate, folder=None):
     traced = block_of_suns(suns, slice(last))
     errors = error_of_direct(context, hemisphere, annual, traced, by_replicate)
     found.error, found.covariance, found.points, found.discretisation_error = errors
+    if annual.specular and done:
+        found.error.own = found.error.own + variance_of_replicates(annual.specular.by_replicate.T)
     if found.kept < len(suns):
         whole = traced.weights.sum() or np.nan  # the sums contain only these suns
         found.error, found.covariance = found.error.scaled(1 / whole), found.covariance / whole
@@ -137,6 +144,10 @@ def gather_block(context, hemisphere, suns, block, *, progress, found, annual):
         keep_block(context, found.reflected, block, reflected)
         found.last = max(found.last, last)
         annual.propagated += propagated
+        if annual.specular:
+            add_specular_suns(
+                context, hemisphere, part, (light, reflected), block, found=found, specular=annual.specular
+            )
         if context.plan.far_ground:
             annual.lit_ground += context.request.ground_albedo * float(
                 part.weights @ np.maximum(part.directions[:, 2], 0)

@@ -25,7 +25,7 @@ from ..transfer.transfer import Horizon
 from .light_errors import ReflectedError, errors_of_surfaces
 from .patch_size_errors import steps_of_cells
 from .replicates import STEP, Deviations, propagate_deviations, tally_deviations
-from .solve_radiosity import iterate_bounces, variance_of_replicates
+from .solve_radiosity import iterate_bounces, radiosity_factor, variance_of_replicates
 from .trace_hemisphere import (
     BACK,
     DARK,
@@ -54,7 +54,7 @@ class HorizonLight:
     ray_count: int
 
 
-def gather_horizon(context, hemisphere, cells):
+def gather_horizon(context, hemisphere, cells, specular=None):
     """Light of the horizon on the surfaces.
 
     Parameters
@@ -63,6 +63,8 @@ def gather_horizon(context, hemisphere, cells):
     hemisphere : Hemisphere
     cells : int
         1, 4 or 16: into how many cells the light of a patch is resolved.
+    specular : SpecularLight, optional
+        Light by way of mirrors, glossy faces and glass.
 
     Returns
     -------
@@ -84,9 +86,14 @@ def gather_horizon(context, hemisphere, cells):
         passed_on = propagate_deviations(context, hemisphere, first.deviations, reflected)
         reflections = ReflectedError(merge @ by_replicate.mean(axis=1, dtype=float), passed_on, steps)
     error = errors_of_surfaces(merge, variance_of_replicates(by_replicate), reflections)
+    added = np.zeros((2, merge.shape[0]))
+    if specular:
+        factor = radiosity_factor(context.patches, hemisphere.covered_share)
+        added = specular.of_horizon(factor * by_replicate.mean(axis=1))
+    error.own = error.own + variance_of_replicates(added.T)
     horizon = Horizon(
         view_factor=merge @ first.light.mean(axis=1, dtype=float),
-        relative=merge @ by_replicate.mean(axis=1, dtype=float),
+        relative=merge @ by_replicate.mean(axis=1, dtype=float) + added.mean(axis=0),
         standard_error=np.asarray(error.standard_error),
     )
     return horizon, first.ray_count

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..effects.judge_effects import Measured, judge_effects
+from ..errors import InputError
 from ..horizon.horizon import without_hidden
 from ..materials.read_albedo import materials_of_surfaces
 from ..progress import Clock
@@ -15,6 +16,7 @@ from ..transfer.prepare_scene import prepare_scene
 from ..transfer.surface_means import cover_of_surfaces
 from ..transfer.trace_record import TraceRecord, note_interruption
 from ..transfer.transfer import ErrorParts, Transfer
+from .add_specular import add_specular_sky
 from .gather_context import prepare_gather
 from .gather_diffuse import gather_diffuse
 from .gather_direct import gather_direct
@@ -26,7 +28,7 @@ from .view_hemispheres import view_hemispheres
 ONE_POINT = "of direct light: one shadow point per patch gives no variance estimate; ask for --shadow-samples 2 or more"
 
 
-def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
+def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, specular=None):
     """Trace a scene.
 
     Parameters
@@ -40,6 +42,9 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
         Where matrices of surfaces × suns lie that are too large for the memory.
     prepared : PreparedScene, optional
         Of the scene, where it is known already.
+    specular : callable, optional
+        `specular(context, hemisphere)` gives the light by way of mirrors, glossy faces and glass: `of_sky` and
+        `of_suns`, see `photons.specular_light`. Needed if the plan has such light.
 
     Returns
     -------
@@ -59,6 +64,9 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
     check_request(request)
     clock = Clock()
     prepared = prepared or prepare_scene(scene, request, suns=suns)
+    if prepared.plan["specular"].on and specular is None:
+        problem = "a material is a mirror, glossy or glass, which gather alone does not follow"
+        raise InputError("trace_gather", problem, "use trace_hybrid")
     context = prepare_gather(prepared, request, progress)
     patches, plan, merge, ray_scene = context.patches, context.plan, context.merge, context.ray_scene
     traced_before = ray_scene.thread_seconds  # by earlier rounds with the same tree
@@ -70,12 +78,15 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
 
     diffuse = gather_diffuse(context, hemisphere, element_sky)
     del element_sky  # large
+    light = specular and specular(context, hemisphere)
+    if light:
+        add_specular_sky(context, hemisphere, diffuse, light)
     clock.lap("diffuse reflections")
-    horizon, horizon_rays = gather_horizon(context, hemisphere, cells) if plan.horizon else (None, None)
+    horizon, horizon_rays = gather_horizon(context, hemisphere, cells, light) if plan.horizon else (None, None)
     clock.lap("horizon")
     # Every sun is traced, since open hours lie between them; errors are those of the light that counts.
     weighed = without_hidden(suns, plan.terrain)
-    direct = gather_direct(context, hemisphere, weighed, diffuse.by_replicate, folder)
+    direct = gather_direct(context, hemisphere, weighed, diffuse.by_replicate, folder, specular=light)
     clock.lap("suns")
     return Transfer(
         surfaces=scene.surfaces,
@@ -104,7 +115,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None):
             request=request.as_dict(),
             effects=judge_effects(plan, measure_outcome(context, hemisphere, diffuse, direct)),
             max_bounces=plan.max_bounces,
-            brightest_albedo=max(float(patches.albedo.max(initial=0)), request.ground_albedo),
+            brightest_albedo=max(float(prepared.patches.albedo.max(initial=0)), request.ground_albedo),
             patches=len(patches),
             threads=context.threads,
             engine=ray_scene.engine,

@@ -132,19 +132,16 @@ def test_an_albedo_file_from_the_panel(addon, tmp_path):
         bpy.ops.citypv.trace()
 
 
-def test_gather_refuses_a_mirror_in_one_line_and_forward_takes_it(addon):
+@pytest.mark.parametrize("estimator", ["gather", "forward"])
+def test_both_estimators_take_a_mirror(addon, estimator):
     add_wall_and_ground(build_material("chrome", (0.5, 0.5, 0.5), Metallic=1.0, Roughness=0.0))
-    with pytest.raises(
-        RuntimeError, match=r"'chrome' reflects as a mirror, but --estimator gather .*; use --estimator forward"
-    ) as told:
-        trace(addon)
-    assert len(str(told.value).strip().splitlines()) == 1
-    addon.estimator, addon.samples = "forward", 16
+    addon.estimator, addon.samples = estimator, 16
+    trace(addon)
     assert bpy.ops.citypv.trace() == {"FINISHED"}
     item = find_city(bpy.context.scene)[0]
     assert "chrome|as a mirror|1" in list(item["citypv_albedos"])
     settings = find_session(item).transfer.record.as_dict()
-    assert settings["request"]["estimator"] == "forward"
+    assert settings["request"]["estimator"] == estimator
     assert settings["request"]["materials"] == {"chrome": {"albedo": 0.5, "material": "mirror"}}
 
 

@@ -78,11 +78,6 @@ def test_where_the_albedo_came_from_is_told(tmp_path):
 def test_materials_that_cannot_be_used():
     suns = suns_towards([[0, 0, 1]])
     for finishes, words in (
-        (
-            MaterialSpec(material="glass"),
-            r"Materials: 'Glas' reflects as glass or water, but --estimator gather .*; use --estimator forward",
-        ),
-        (MaterialSpec(0.5, "glossy:0.2"), "Materials: 'Glas' reflects glossily, roughness 0.2, but --estimator gather"),
         (MaterialSpec(1.2), "Material 'Glas': albedo: albedo 1.2; give a number from 0 to 1"),
         (MaterialSpec(0.5, "cheese"), "Material 'Glas': cheese: is not a known material; use one of alu"),
         (MaterialSpec(material="mirror"), "Material 'Glas': mirror: needs an albedo"),

@@ -314,3 +314,23 @@ def test_a_low_horizon_is_left_out_with_its_height_as_the_reason(slopes, tmp_pat
 
 def plan_of(scene, request):
     return plan_effects(scene, patches_of_scene(scene, np.full(len(scene.triangles), 0.2), 0), request)
+
+
+def test_a_ridge_hides_the_horizon_of_perez(slopes, tmp_path):
+    """The band at the horizon, 6.5° high: all of it behind a ridge of 10°, its upper half behind one of 3.25°."""
+    for height, left in ((10.0, 0.0), (3.25, 0.5)):
+        path = write_angles(tmp_path / f"{height}.csv", uniform(height))
+        for effects, estimator in (({}, "gather"), ({"closed-form": False}, "gather"), ({}, "forward")):
+            request = Request(
+                horizon=path,
+                sky="perez",
+                effects=effects,
+                estimator=estimator,
+                max_bounces=0,
+                samples=1 << 14,
+                threads=1,
+            )
+            trace = trace_forward if estimator == "forward" else trace_gather
+            found = trace(slopes, suns_towards([[0, -0.6, 0.8]]), request, silent)
+            expected = left * np.sin(np.radians(slopes.surfaces.surface_tilt))
+            assert_mean(found.horizon.view_factor, found.horizon.standard_error + 1e-3, expected)

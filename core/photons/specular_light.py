@@ -1,0 +1,239 @@
+"""The specular pass: light by paths that meet a face which does not reflect by Lambert's law, beside gather.
+
+Gather takes such faces as black, and so has all paths without them. The specular pass has all others, split at their
+first reflection at such a face:
+
+    sun ──────────────────────────► face ─► … ─► surface      photons from the faces' sunlit points, sun by sun
+    sky, far ground ──────────────► face ─► … ─► surface  ⎫   photons from the faces, the same for all suns: a matrix S
+    sky, sun ─► … ─► patch (gather) ► face ─► … ─► surface  ⎭   from the radiosity of patches to surfaces
+
+After that reflection photons are reflected by any face. No path is counted twice, none is left out.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from ..horizon.horizon import is_above
+from ..radiosity.gather_context import GatherContext
+from ..sampling.random_numbers import key_of_names
+from ..sky.horizon_band import HEIGHT
+from ..threads import map_in_order
+from .follow_photons import Target
+from .specular_faces import (
+    FAR_GROUND,
+    SKY,
+    Batch,
+    add_up,
+    follow_reflected,
+    photons_of_sun,
+    photons_of_surroundings,
+)
+
+REPLICATES = 8  # independent sets of photons; their variance gives the standard error
+PHOTONS_PER_TASK = 1 << 16
+BAND = np.pi / (HEIGHT + np.sin(2 * HEIGHT) / 2)  # π times the radiance of the band, which gives a wall 1
+BATCHES_PER_SUM = 128  # so many pieces of the matrix are added at once
+
+
+@dataclass
+class SpecularPass:
+    """Faces that do not reflect by Lambert's law, and what photons from them fall on."""
+
+    context: GatherContext
+    target: Target
+    faces: np.ndarray  # (f,) int, patches
+    area: np.ndarray  # (n,) float64 [m²], traced area of each surface
+
+
+@dataclass
+class Surroundings:
+    """What n surfaces receive by way of the faces, per radiosity of what these see; r replicates."""
+
+    sky: np.ndarray  # (r, n) float64
+    band: np.ndarray  # (r, n) float64, of the horizon, per irradiance of an unshaded wall
+    far_ground: np.ndarray  # (r, n) float64
+    patches: sparse.csr_matrix  # (r · n, p), rows ordered by replicate
+    mean: sparse.csr_matrix  # (n, p) float32, of the replicates
+
+
+@dataclass
+class SpecularLight:
+    """Hooks for gather: irradiance of surfaces by paths with a reflection at the faces."""
+
+    of_sky: Callable  # radiosity of patches under the sky, (p,) -> (r, n)
+    of_horizon: Callable  # radiosity of patches under the horizon of Perez's sky, (p,) -> (r, n)
+    of_suns: Callable  # SunBlock, index of its first sun, radiosity of patches (p, b) -> (n, b) and weighted sum (r, n)
+
+
+def trace_specular(prepared, context, hemisphere):
+    """Specular light of a scene, for `trace_gather`.
+
+    Parameters
+    ----------
+    prepared : PreparedScene
+    context : GatherContext
+    hemisphere : Hemisphere
+
+    Returns
+    -------
+    SpecularLight
+    """
+    task = prepare_pass(prepared, context, hemisphere)
+    around = trace_surroundings(task)
+    return SpecularLight(
+        of_sky=lambda radiosity: light_of_sky(task, around, radiosity),
+        of_horizon=lambda radiosity: around.band + from_patches(around, radiosity),
+        of_suns=lambda suns, first, radiosity: light_of_suns(task, around, suns, first, radiosity),
+    )
+
+
+def prepare_pass(prepared, context, hemisphere):
+    """What photons start from and fall on: SpecularPass."""
+    patches, brdfs = context.patches, context.plan["specular"].setting
+    count = len(prepared.scene.surfaces)
+    surface = np.where(prepared.scene.triangle_surface < 0, count, prepared.scene.triangle_surface)
+    target = Target(context.ray_scene, patches, surface, count, hemisphere.covered, brdfs)
+    faces = np.flatnonzero((brdfs[1] >= 0) & patches.receives & ~hemisphere.covered.all(axis=1))
+    return SpecularPass(context, target, faces, np.bincount(surface, patches.area, count + 1)[:-1])
+
+
+def batches_of(key, per_replicate):
+    """Photons of all replicates in pieces: list of Batch."""
+    count = per_replicate * REPLICATES
+    starts = range(0, count, PHOTONS_PER_TASK)
+    return [Batch(key, range(first, min(first + PHOTONS_PER_TASK, count)), per_replicate) for first in starts]
+
+
+def per_area(task, power, per_replicate):
+    """Irradiance of each surface by one photon of a replicate: (n,) float64."""
+    return power / max(per_replicate, 1) / np.where(task.area > 0, task.area, np.inf)
+
+
+def trace_surroundings(task):
+    """What surfaces receive by way of the faces from sky, far ground and patches.
+
+    Parameters
+    ----------
+    task : SpecularPass
+
+    Returns
+    -------
+    Surroundings
+    """
+    context, target = task.context, task.target
+    count, patches = target.surface_count, len(context.patches)
+    per_replicate = -(-context.request.samples * len(task.faces) // REPLICATES)
+    batches = batches_of(key_of_names(["specular surroundings"], context.request.seed)[0], per_replicate)
+    columns = patches + 3  # the last three are the far ground, the sky and the band at the horizon
+    matrix, pending, done = sparse.csr_matrix((REPLICATES * count, columns)), [], 0
+    found = map_in_order(lambda batch: arrivals_from(task, batch), batches, context.threads)
+    for batch, entries in zip(batches, found, strict=True):
+        pending.append(entries)
+        done += len(batch.numbers)
+        if len(pending) == BATCHES_PER_SUM or done == per_replicate * REPLICATES:
+            rows, sources, weights = (np.concatenate(parts) for parts in zip(*pending, strict=True))
+            matrix, pending = matrix + sparse.csr_matrix((weights, (rows, sources)), shape=matrix.shape), []
+        context.progress("specular light", done, per_replicate * REPLICATES, "photons")
+    factor = per_area(task, float(context.patches.area[task.faces].sum()), per_replicate)
+    matrix = sparse.diags_array(np.tile(factor, REPLICATES)) @ matrix
+    ends = matrix[:, patches:].toarray().reshape(REPLICATES, count, 3)
+    mean = sparse.hstack([sparse.eye_array(count)] * REPLICATES).tocsr() / REPLICATES
+    of_patches = matrix[:, :patches].tocsr()
+    return Surroundings(ends[:, :, 1], BAND * ends[:, :, 2], ends[:, :, 0], of_patches, (mean @ of_patches).tocsr())
+
+
+def arrivals_from(task, batch):
+    """Where photons of the surroundings arrive, as entries of a sparse matrix.
+
+    Returns
+    -------
+    rows : (e,) int
+        Replicate times number of surfaces plus surface.
+    sources : (e,) int
+        Patch the light comes from, or the number of patches for the far ground, one more for the sky, and two more for
+        that part of the sky that is the band at the horizon.
+    weights : (e,) float64
+    """
+    target, plan, patches = task.target, task.context.plan, len(task.context.patches)
+    photons, origin, height = photons_of_surroundings(
+        target, task.faces, batch, lambda directions: (directions[:, 2] > 0) & is_above(plan.terrain, directions)
+    )
+    if not plan.far_ground:
+        photons = photons.take(origin[photons.number - batch.numbers.start] != FAR_GROUND)
+    # Light of the sky has one reflection behind it here, light of ground and patches two.
+    source = origin[photons.number - batch.numbers.start]
+    last = np.where(source == SKY, plan.max_bounces - 1, plan.max_bounces - 2)
+    entries = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
+    for arrived, surface in follow_reflected(target, batch.key, photons, last):
+        own = surface < target.surface_count
+        source = origin[arrived.number[own] - batch.numbers.start]
+        rows = arrived.row[own] * target.surface_count + surface[own]
+        entries.append((rows, np.where(source >= 0, source, patches + (source == SKY)), arrived.weight[own]))
+        low = (source == SKY) & (height[arrived.number[own] - batch.numbers.start] < np.sin(HEIGHT))
+        entries.append((rows[low], np.full(int(low.sum()), patches + 2), arrived.weight[own][low]))
+    return tuple(np.concatenate(parts) for parts in zip(*entries, strict=True))
+
+
+def light_of_sky(task, around, radiosity):
+    """Irradiance of surfaces under the sky by way of the faces: (r, n) float64, per DHI."""
+    found = around.sky + task.context.request.ground_albedo * around.far_ground
+    return found + from_patches(around, radiosity)
+
+
+def from_patches(around, radiosity):
+    """Irradiance of surfaces by light of patches, (p,), by way of the faces: (r, n) float64."""
+    return (around.patches @ radiosity.astype(float)).reshape(around.sky.shape)
+
+
+def light_of_suns(task, around, suns, first, radiosity):
+    """Irradiance of surfaces under a block of suns by way of the faces, per DNI.
+
+    Parameters
+    ----------
+    task : SpecularPass
+    around : Surroundings
+    suns : SunBlock
+        b suns.
+    first : int
+        Index of the first of them among all.
+    radiosity : (p, b) float32
+        Of patches under each, without the faces.
+
+    Returns
+    -------
+    (n, b) float32
+    (r, n) float64
+        Weighted sum over the suns.
+    """
+    context = task.context
+    height = np.maximum(suns.directions[:, 2], 0).astype(float) * context.request.ground_albedo
+    found = (around.mean @ radiosity) + around.far_ground.mean(axis=0)[:, None] * height
+    weighted = from_patches(around, radiosity @ suns.weights)
+    weighted += around.far_ground * float(suns.weights @ height)
+
+    def trace(index):
+        return trace_sun(task, suns.directions[index], first + index)
+
+    for index, arrived in enumerate(map_in_order(trace, range(len(suns.weights)), context.threads)):
+        found[:, index] += arrived.mean(axis=0)
+        weighted += suns.weights[index] * arrived
+    return found.astype(np.float32), weighted
+
+
+def trace_sun(task, direction, index):
+    """Irradiance of surfaces by light of one sun whose first reflection is at a face: (r, n) float64, per DNI."""
+    context, target = task.context, task.target
+    shape = REPLICATES, target.surface_count
+    power = context.patches.area[task.faces] * np.maximum(context.patches.normal[task.faces] @ direction, 0)
+    per_replicate = -(-context.request.shadow_samples * int((power > 0).sum()) // REPLICATES)
+    if not per_replicate:
+        return np.zeros(shape)
+    arrived = np.zeros(shape)
+    for batch in batches_of(key_of_names([f"specular sun {index}"], context.request.seed)[0], per_replicate):
+        photons = photons_of_sun(target, task.faces, power, direction, batch)
+        last = np.full(len(photons.number), context.plan.max_bounces - 1)
+        arrived += add_up(follow_reflected(target, batch.key, photons, last), shape)
+    return arrived * per_area(task, float(power.sum()), per_replicate)

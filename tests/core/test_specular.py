@@ -1,0 +1,162 @@
+"""Mirrors, glossy faces and glass in gather: the specular pass against images in mirrors, and against forward."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import assert_mean, suns_towards
+from test_forward_agrees import SUNS, group_means, refined
+from test_materials import EDGES, HEIGHT, MIDDLE, finish, light_of_strips, lit_share, street
+from test_tracing import three_houses
+
+from citypv.core.errors import InputError
+from citypv.core.materials.brdf_glass import reflect_interfaces
+from citypv.core.materials.materials import MaterialSpec
+from citypv.core.photons import specular_light
+from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.photons.trace_hybrid import trace_hybrid
+from citypv.core.progress import silent
+from citypv.core.radiosity import sun_blocks
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.request import Request
+
+MIRROR = "surface,albedo,material\nfacade,0.6,mirror\nflat,{},\n"
+
+
+def trace_street(tmp_path, text, elevation, **settings):
+    angle = np.radians(elevation)
+    request = Request(
+        albedo_file=finish(tmp_path, text),
+        **{"samples": 1 << 17, "shadow_samples": 1 << 15, "far_ground": False} | settings,
+    )
+    suns = suns_towards([[0, -np.cos(angle), np.sin(angle)]])
+    return trace_hybrid(street(), suns, request, silent)
+
+
+@pytest.mark.parametrize("elevation", [30.0, 50.0])
+@pytest.mark.parametrize("bounces", [1, 4])
+def test_sun_in_a_mirror_facade(tmp_path, elevation, bounces):
+    """The mirror image of the sun lights the street: ρ · sin(elevation) as far as the facade throws it."""
+    transfer = trace_street(tmp_path, MIRROR.format(0), elevation, max_bounces=bounces, samples=1024)
+    mean, error = light_of_strips(transfer, 0)
+    assert error.max() < 0.003
+    expected = 0.6 * np.sin(np.radians(elevation)) * lit_share(elevation)
+    assert_mean(mean, error + 1e-4, expected)
+    assert transfer.direct_reflected[0, 0] == 0  # nothing comes back to the facade from a black street
+    assert (transfer.visible_share[MIDDLE] == 1).all()
+
+
+def test_sky_in_a_mirror_facade(tmp_path):
+    """The street sees the sky but for the facade, and in the facade its image (Hottel)."""
+    near, far = EDGES[:-1], EDGES[1:]
+    seen = 0.5 * (1 - (np.hypot(far, HEIGHT) - np.hypot(near, HEIGHT)) / (far - near))
+    transfer = trace_street(tmp_path, MIRROR.format(0).replace("0.6", "0.8"), 45.0, max_bounces=1)
+    mean, error = light_of_strips(transfer)
+    assert error.max() < 0.003
+    assert_mean(mean, error + 2e-4, 1 - seen + 0.8 * seen)
+
+
+@pytest.mark.parametrize(("name", "interfaces"), [("glass", 2), ("double glazing", 4)])
+def test_sun_in_a_glass_facade(tmp_path, name, interfaces):
+    """Fresnel's share at the angle of incidence, which is the elevation here."""
+    text = f"surface,albedo,material\nfacade,,{name}\nflat,0,\n"
+    transfer = trace_street(tmp_path, text, 30.0, max_bounces=1, samples=1024)
+    mean, error = light_of_strips(transfer, 0)
+    share = reflect_interfaces([np.cos(np.radians(30.0))], 1.52, interfaces)[0]
+    assert_mean(mean, error + 1e-4, share * 0.5 * lit_share(30.0))
+
+
+@pytest.mark.parametrize(
+    "finishes", ["facade,0.8,mirror", "facade,0.7,glossy:0.3", "facade,,double glazing", "flat,0.5,mirror"]
+)
+def test_hybrid_is_forward_on_three_houses(tmp_path, finishes):
+    """Reflections of all kinds after one another, with far ground."""
+    scene = refined(three_houses(), 10.0)
+    path = finish(tmp_path, f"surface,albedo,material\n{finishes}\n")
+    settings = Request(albedo=0.5, ground_albedo=0.4, albedo_file=path, samples=128)
+    hybrid = trace_hybrid(scene, SUNS, settings, silent)
+    black = trace_hybrid(scene, SUNS, replace(settings, effects={"specular": False}), silent)
+    forward = trace_forward(scene, SUNS, replace(settings, estimator="forward", samples=150), silent)
+    one, other, without = group_means(hybrid), group_means(forward), group_means(black)
+    for key, pairs in one.items():
+        for (mean, error), (expected, spread) in zip(pairs, other[key], strict=True):
+            assert_mean(mean, np.hypot(error, spread) + 1e-6, expected)
+            assert error < 0.012
+    gain = [one[key][0][0] - without[key][0][0] for key in one]
+    assert max(gain) > 0.01
+
+
+def test_stated_errors_of_the_specular_pass_hold():
+    """Scatter from seed to seed of what a mirror adds, over what is stated."""
+    scene, found = refined(three_houses(), 10.0), []
+    scene.surfaces.material = ["panel"] * len(scene.surfaces)
+    for seed in range(8):
+        request = Request(
+            albedo=0.0, ground_albedo=0.0, materials={"panel": MaterialSpec(0.9, "mirror")}, samples=64, seed=seed
+        )
+        pair = [
+            trace_hybrid(scene, SUNS, replace(request, effects=effects), silent)
+            for effects in ({"reflections": True}, {"specular": False, "reflections": True})
+        ]
+        added = (pair[0].direct_reflected - pair[1].direct_reflected) @ SUNS.weight
+        own = np.sqrt(
+            np.maximum(pair[0].direct_annual_standard_error ** 2 - pair[1].direct_annual_standard_error ** 2, 0)
+        )
+        found.append((added, own))
+    added, stated = (np.array(part) for part in zip(*found, strict=True))
+    lit = added.mean(axis=0) > 0.01
+    assert lit.sum() > 10
+    ratio = added[:, lit].std(axis=0, ddof=1) / np.sqrt((stated[:, lit] ** 2).mean(axis=0))
+    assert 0.7 < np.median(ratio) < 1.3
+
+
+def test_results_do_not_depend_on_threads_or_on_blocks(tmp_path, monkeypatch):
+    path = finish(tmp_path, "surface,albedo,material\nfacade,0.8,mirror\n")
+    request = Request(albedo=0.5, albedo_file=path, samples=64, threads=1)
+    one = trace_hybrid(three_houses(), SUNS, request, silent)
+    monkeypatch.setattr(specular_light, "PHOTONS_PER_TASK", 1000)
+    monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 2)
+    other = trace_hybrid(three_houses(), SUNS, replace(request, threads=3), silent)
+    for name in ("diffuse_relative", "direct_reflected", "direct_annual_standard_error"):
+        assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-5, abs=1e-7), name
+
+
+def test_the_plan_and_gather_alone(tmp_path):
+    """What calls for the pass, what is said, and that gather never takes a mirror for a black face in silence."""
+    path = finish(tmp_path, MIRROR.format(0.1))
+    suns, scene = suns_towards([[0, -1, 1]]), street()
+    for settings, on, words in (
+        ({"albedo_file": path}, True, "as a mirror"),
+        ({"albedo_file": path, "max_bounces": 0}, False, "nothing is reflected"),
+        ({"albedo_file": path, "effects": {"specular": False}}, False, "switched off"),
+        ({}, False, "every material reflects diffusely"),
+    ):
+        transfer = trace_hybrid(scene, suns, Request(samples=16, **settings), silent)
+        effect = next(one for one in transfer.record.effects if one["key"] == "specular")
+        assert effect["on"] == on and words in effect["reason"]
+    with pytest.raises(InputError, match="use trace_hybrid"):
+        trace_gather(scene, suns, Request(albedo_file=path), silent)
+    dull = Request(albedo_file=finish(tmp_path, "surface,material\nfacade,brick\n"), samples=16)
+    one, other = (trace(scene, suns, dull, silent) for trace in (trace_hybrid, trace_gather))
+    assert (one.diffuse_relative == other.diffuse_relative).all()
+    assert (one.direct_reflected == other.direct_reflected).all()
+
+
+def test_the_horizon_of_perez_by_way_of_mirrors(tmp_path):
+    """The band at the horizon, the second source of Perez's sky, reflected by facades: as forward has it."""
+    scene = refined(three_houses(), 10.0)
+    path = finish(tmp_path, "surface,albedo,material\nfacade,0.8,mirror\n")
+    settings = Request(albedo=0.5, ground_albedo=0.4, albedo_file=path, samples=256, sky="perez")
+    hybrid = trace_hybrid(scene, SUNS, settings, silent)
+    black = trace_hybrid(scene, SUNS, replace(settings, effects={"specular": False}), silent)
+    forward = trace_forward(scene, SUNS, replace(settings, estimator="forward", samples=400), silent)
+    area = scene.surfaces.area
+    for kind in ("facade", "flat"):
+        share = np.where(scene.surfaces.kind == kind, area, 0)
+        share /= share.sum()
+        (one, error), (other, spread), (without, _) = (
+            (share @ traced.horizon.relative, np.sqrt(share**2 @ traced.horizon.standard_error**2))
+            for traced in (hybrid, forward, black)
+        )
+        assert_mean(one, np.hypot(error, spread), other)
+        assert error < 0.01 < one - without
