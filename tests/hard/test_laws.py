@@ -48,7 +48,10 @@ def random_parts(seed, apart=False):
 
 
 def trace(scene, directions=SUNS, **options):
-    return trace_gather(scene, suns_towards(directions), Request(**{"samples": 64, "threads": 1} | options), silent)
+    """Gather with all surfaces sampled alike: which are eligible depends on size and orientation."""
+    return trace_gather(
+        scene, suns_towards(directions), Request(**{"samples": 64, "threads": 1, "report": "all"} | options), silent
+    )
 
 
 def hemisphere_of(scene, samples=256):

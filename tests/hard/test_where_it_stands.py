@@ -44,7 +44,8 @@ def build_town(place=None, ground="none", scale=1.0):
 
 
 def trace_town(scene, suns=SUNS, **settings):
-    return trace_gather(scene, suns_towards(suns), Request(**{"samples": 64} | settings), silent)
+    """Gather with all surfaces sampled alike: which are eligible depends on size and orientation."""
+    return trace_gather(scene, suns_towards(suns), Request(**{"samples": 64, "report": "all"} | settings), silent)
 
 
 @cache

@@ -92,12 +92,20 @@ def test_any_albedo_and_any_number_of_reflections(albedo, bounces):
 
 
 def test_automatic_reflections_stop_at_fifty():
-    """At albedo 1 no number of reflections is enough: the most are followed, and the plan says that no bound exists."""
-    patches = patches_of_scene(HOUSE, np.ones(len(HOUSE.triangles)), 0)
-    plan = plan_effects(HOUSE, patches, Request(max_bounces=None, albedo=1.0))
-    assert plan.max_bounces == 50
-    assert plan["reflections"].bound is None
-    assert "most that are followed" in plan["reflections"].reason
+    """At albedo 1 a house in the open needs few, for light leaves to the sky; in a closed room no number is enough: the
+    most are followed, and the plan says that no bound exists."""
+    corners = np.array([[x, y, z] for x in (0, 4) for y in (0, 4) for z in (0, 4)], float)
+    sides = ([0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3])
+    faces = [half for a, b, c, d in sides for half in ([c, b, a], [d, c, a])]
+    plans = []
+    for scene in (HOUSE, scene_of_triangles(corners, faces)):
+        patches = patches_of_scene(scene, np.ones(len(scene.triangles)), 0)
+        plans.append(plan_effects(scene, patches, Request(max_bounces=None, albedo=1.0, far_ground=False)))
+    assert 3 < plans[0].max_bounces < 20
+    assert 0 < plans[0]["reflections"].bound < 0.005
+    assert plans[1].max_bounces == 50
+    assert plans[1]["reflections"].bound is None
+    assert "most that are followed" in plans[1]["reflections"].reason
 
 
 # Samples
