@@ -19,14 +19,8 @@ from citypv.core.energy.pv_system import ELECTRIC
 from citypv.core.request import Request
 from citypv.core.study import compute_energy, prepare_study, read_scene, read_year, trace_scene
 
-SPARING = (
-    "closed-form",
-    "receivers",
-    "reflectors",
-    "sky-rays",
-    "shadow-rays",
-)  # change the time, and at most the noise
-WASTING = ("suns-behind",)
+SPARING = ("receivers", "reflectors")  # change the time, and at most the noise
+WASTING = ("sky-rays", "shadow-rays")  # switched on, they send rays that are known to be free
 BOUNCES = 8
 
 

@@ -99,7 +99,8 @@ def unshaded(tilt, *, rays):
     """A square that faces south, with nothing around it."""
     up = [0, np.cos(np.radians(tilt)), np.sin(np.radians(tilt))]
     scene = join_parts([rectangle([0, 0, 5], [1, 0, 0], up)])
-    return mean_of(trace(scene, samples=1 << 15, effects={"closed-form": not rays}), np.arange(2))
+    effects = {"sky-rays": True, "shadow-rays": True} if rays else {}
+    return mean_of(trace(scene, samples=1 << 15, effects=effects), np.arange(2))
 
 
 @cache

@@ -16,7 +16,7 @@ from ..sun.suns import Suns
 from .closed_form_checks import SINGLE, mean_of, sun_at, trace
 from .plain_scenes import box, join_parts, rectangle, room
 
-RAYS = {"closed-form": False}
+RAYS = {"sky-rays": True, "shadow-rays": True}
 PLAIN = rectangle([-60, -60, 0], [120, 0, 0], [0, 120, 0], 12)  # 24 triangles
 HOUSE = box((-5, -5, 0), (5, 5, 10))
 ROOF, SOUTH, EAST, WEST = (24 + np.arange(2) + 2 * side for side in (0, 2, 4, 5))

@@ -1,4 +1,4 @@
-"""`closed-form`: unobstructed surfaces, whose irradiance has a closed form, without rays.
+"""Unobstructed surfaces: their irradiance has a closed form, without rays.
 
              sky: (1 + cos tilt)/2      (Eq. 6)
     \\      /
@@ -11,26 +11,6 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ..check_arrays import UNIT, check_array
 from ..horizon.lost_sky import lost_sky
-from .effect import Effect
-
-KEY = "closed-form"
-
-
-def decide(inputs):
-    """Patches with nothing in front of them need no ray."""
-    count = len(inputs.patches)
-    nothing = np.zeros(count, bool)
-    if inputs.request.estimator == "forward":
-        reason = "the forward estimator follows light from its source"
-        return Effect(KEY, False, f"photons for all {count:,} patches", reason, 0.0, setting=nothing)
-    if not inputs.asked(KEY, True):
-        return Effect(KEY, False, f"rays for all {count:,} patches", "switched off", 0.0, setting=nothing)
-    vertices, trees = inputs.scene.vertices, inputs.decided["trees"]
-    if trees.on:
-        vertices = np.concatenate([vertices, trees.setting.crowns.vertices])
-    found = find_unobstructed(inputs.patches, vertices)
-    extent = f"{found.sum():,} of {count:,} patches without a ray"
-    return Effect(KEY, bool(found.any()), extent, "nothing stands in front of them", 0.0, setting=found)
 
 
 def find_unobstructed(patches, vertices):

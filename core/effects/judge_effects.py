@@ -6,7 +6,7 @@ import numpy as np
 
 from .pilot import SKIES
 
-EXACT = ("closed-form", "suns-behind")  # change nothing but the time
+EXACT = ("sky-rays", "shadow-rays")  # change nothing but the time, unless switched off by the user
 
 
 @dataclass
@@ -43,7 +43,7 @@ def judge_effects(plan, measured):
     if beyond is not None:
         left_out["reflections"] = measured.last_bounce * beyond
     for effect in plan.effects:
-        measurable = effect.on or effect.key in EXACT
+        measurable = effect.on or (effect.key in EXACT and effect.bound is not None)
         effect.outcome = judge(left_out[effect.key], effect.bound) if effect.key in left_out and measurable else None
     return [effect.as_dict() for effect in plan.effects]
 

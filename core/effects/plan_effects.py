@@ -23,8 +23,13 @@ class EffectPlan:
 
     @property
     def unobstructed(self) -> np.ndarray:
-        """Patches in closed form: (p,) bool."""
-        return self["closed-form"].setting
+        """Patches that see the sky in closed form: (p,) bool."""
+        return self["sky-rays"].setting
+
+    @property
+    def open_to_suns(self) -> np.ndarray:
+        """Patches that see every sun in front of them: (p,) bool."""
+        return self["shadow-rays"].setting.unobstructed
 
     @property
     def receivers(self) -> np.ndarray | None:
@@ -64,7 +69,7 @@ class EffectPlan:
     @property
     def suns_behind(self) -> bool:
         """Whether shadow rays are sent to suns behind a patch."""
-        return self["suns-behind"].on
+        return self["shadow-rays"].setting.behind
 
 
 def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=None, measure=False):

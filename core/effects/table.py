@@ -11,8 +11,8 @@ BOTH = ("gather", "forward")
 
 TABLE = {  # key -> estimators for which it may be switched on
     "trees": BOTH,
-    "closed-form": ("gather",),
-    "suns-behind": ("gather",),
+    "sky-rays": BOTH,
+    "shadow-rays": BOTH,
     "receivers": ("gather",),
     "reflections": BOTH,
     "reflectors": ("gather",),

@@ -212,7 +212,7 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
 
 def send_shadow_rays(context, hemisphere):
     """Patches that need shadow rays: (p,) bool."""
-    return ~context.plan.unobstructed & context.patches.receives & ~hemisphere.covered.all(axis=1)
+    return ~context.plan.open_to_suns & context.patches.receives & ~hemisphere.covered.all(axis=1)
 
 
 def first_light_of_block(context, hemisphere, suns, report):
@@ -238,7 +238,7 @@ def first_light_of_block(context, hemisphere, suns, report):
         context.ray_scene,
         patches,
         wanted,
-        plan.unobstructed & patches.receives,
+        plan.open_to_suns & patches.receives,
         hemisphere.covered,
         point_count=points,
         progress=lambda share, rays: report(share * work[0] / sum(work), rays),

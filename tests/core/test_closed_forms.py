@@ -36,7 +36,7 @@ def direct_relative(transfer):
 @pytest.mark.parametrize("rays", [False, True])
 def test_unshaded_surface(tilt, expected, rays):
     """Eq. 9 and Eq. 11 of the paper, by closed form and by rays."""
-    request = Request(samples=16384, shadow_samples=16, effects={"closed-form": not rays})
+    request = Request(samples=16384, shadow_samples=16, effects={"sky-rays": True, "shadow-rays": True} if rays else {})
     transfer = trace_gather(tilted_square(tilt), SUNS, request, silent)
     error = transfer.diffuse_relative_standard_error
     if rays:

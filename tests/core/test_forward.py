@@ -247,8 +247,8 @@ def test_photons_enter_where_the_light_does():
 
 
 def test_shortcuts_of_gather_are_refused():
-    with pytest.raises(InputError, match="closed-form is for gather only"):
-        trace(three_houses(), effects={"closed-form": True})
+    with pytest.raises(InputError, match="shadow-rays=off is for gather only"):
+        trace(three_houses(), effects={"shadow-rays": False})
     with pytest.raises(InputError, match="no effect is called"):
         trace(three_houses(), effects={"fog": True})
     effects = trace(three_houses(), samples=16)

@@ -89,7 +89,7 @@ def test_facades_of_glass(city, tmp_path, capsys):
 def test_the_plan_of_forward(city, capsys):
     assert main(["effects", str(city), "--estimator", "forward"]) == 0
     said = capsys.readouterr().out
-    assert "closed-form" in said
+    assert "shadow-rays" in said
     assert "follows light from its source" in said
-    assert main(["effects", str(city), "--estimator", "forward", "--effects", "closed-form=on"]) == 2
-    assert "closed-form is for gather only" in capsys.readouterr().err
+    assert main(["effects", str(city), "--estimator", "forward", "--effects", "sky-rays=off"]) == 2
+    assert "sky-rays=off is for gather only" in capsys.readouterr().err

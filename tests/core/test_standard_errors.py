@@ -179,7 +179,12 @@ def test_the_far_ground_s_noise_counts():
     """A slope in the open gets from the far ground what its rays say; its error says how well they know it."""
     suns = suns_towards([[0.1, -0.3, 1], [0.5, -0.2, 0.8]])
     slopes = [
-        trace_gather(tilted_square(70), suns, Request(samples=64, seed=seed, effects={"closed-form": False}), silent)
+        trace_gather(
+            tilted_square(70),
+            suns,
+            Request(samples=64, seed=seed, effects={"sky-rays": True, "shadow-rays": True}),
+            silent,
+        )
         for seed in range(40)
     ]
     turn = np.radians(70)

@@ -93,16 +93,47 @@ def test_albedo_zero_needs_no_matrix():
 
 def test_no_shadow_ray_for_suns_behind():
     scene = three_houses()
-    spared, wasted = (trace_gather(scene, SUNS, Request(effects={"suns-behind": on}), silent) for on in (False, True))
+    asked = ({}, {"shadow-rays": True})
+    spared, wasted = (trace_gather(scene, SUNS, Request(effects=effects), silent) for effects in asked)
     assert spared.record.shadow_rays < 0.75 * wasted.record.shadow_rays
     assert np.array_equal(spared.visible_share, wasted.visible_share)
 
 
+def test_without_obstacles_every_patch_has_its_closed_form():
+    """Both effects off: the sky view of the tilt, and every sun in front; not a single ray."""
+    scene = three_houses()
+    off = Request(effects={"sky-rays": False, "shadow-rays": False, "reflections": False})
+    transfer = trace_gather(scene, SUNS, off, silent)
+    normal = scene.surfaces.normal
+    assert transfer.sky_view_factor == pytest.approx((1 + normal[:, 2]) / 2, abs=1e-6)
+    assert np.array_equal(
+        transfer.visible_share > 0.5, normal.astype(np.float32) @ SUNS.direction.astype(np.float32).T > 0
+    )
+    assert transfer.record.hemisphere_rays == transfer.record.shadow_rays == 0
+    state = {effect["key"]: (effect["on"], effect["bound"]) for effect in transfer.record.effects}
+    assert state["sky-rays"] == state["shadow-rays"] == (False, None)
+
+
+def test_shadows_off_leave_the_sky_as_it_is():
+    scene = three_houses()
+    on, off = (trace_gather(scene, SUNS, Request(effects=effects), silent) for effects in ({}, {"shadow-rays": False}))
+    assert np.array_equal(on.sky_view_factor, off.sky_view_factor)
+    assert (off.visible_share >= on.visible_share).all()
+    assert off.record.shadow_rays == 0 < on.record.shadow_rays
+
+
+def test_an_open_plane_calls_for_no_ray():
+    """Nothing stands in front of any patch: both effects are off by themselves."""
+    transfer = trace_gather(join([strip([0, 0, 0], [9, 0, 0], [0, 9, 0], 3)]), SUNS, Request(), silent)
+    assert [effect["on"] for effect in transfer.record.effects[:2]] == [False, False]
+    assert transfer.record.hemisphere_rays == transfer.record.shadow_rays == 0
+
+
 def test_plan_counts_what_stands_free():
-    """The highest roof has nothing in front of it; with the closed form off its rays find the same."""
+    """The highest roof has nothing in front of it; where all rays are sent they find the same."""
     scene = three_houses()
     on = trace_gather(scene, SUNS, Request(), silent)
-    off = trace_gather(scene, SUNS, Request(effects={"closed-form": False}), silent)
+    off = trace_gather(scene, SUNS, Request(effects={"sky-rays": True, "shadow-rays": True}), silent)
     free = on.diffuse_relative_standard_error == 0
     highest = np.flatnonzero(scene.vertices[scene.triangles][:, :, 2].min(axis=1) == 20)
     assert free[highest].all()

@@ -202,7 +202,9 @@ def test_a_new_building_never_adds_direct_light(seed):
     generator = np.random.default_rng(seed + 1)
     corner = np.append(generator.uniform(-30, 20, 2), 0)
     more = [*parts, *box(corner, corner + generator.uniform(3, 20, 3))]
-    before, after = (trace(join(rows), max_bounces=0, effects={"closed-form": False}) for rows in (parts, more))
+    before, after = (
+        trace(join(rows), max_bounces=0, effects={"sky-rays": True, "shadow-rays": True}) for rows in (parts, more)
+    )
     count = len(before.visible_share)
     assert (after.visible_share[:count] <= before.visible_share).all()
     assert (after.sky_view_factor[:count] <= before.sky_view_factor).all()

@@ -19,7 +19,9 @@ SIDES = ("roof", "floor", "south", "north", "east", "west")
 
 
 def trace(parts, **settings):
-    request = Request(**{"samples": 4096, "shadow_samples": 64, "effects": {"closed-form": False}} | settings)
+    request = Request(
+        **{"samples": 4096, "shadow_samples": 64, "effects": {"sky-rays": True, "shadow-rays": True}} | settings
+    )
     return trace_gather(join(parts), SUNS, request, silent)
 
 
@@ -55,7 +57,7 @@ def open_scene(house, neighbour=NEIGHBOUR):
 
 
 def trace_open(house, neighbour=NEIGHBOUR):
-    request = Request(samples=4096, shadow_samples=64, effects={"closed-form": False})
+    request = Request(samples=4096, shadow_samples=64, effects={"sky-rays": True, "shadow-rays": True})
     return trace_gather(open_scene(house, neighbour), SUNS, request, silent)
 
 

@@ -12,7 +12,7 @@ from citypv.core.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
 ALBEDO = 0.25
-RAYS = {"closed-form": False}  # every patch sends rays, also those known in closed form
+RAYS = {"sky-rays": True, "shadow-rays": True}  # every patch sends rays, also those known in closed form
 
 
 def trace(parts, suns=SUNS, **settings):

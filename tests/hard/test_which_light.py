@@ -119,7 +119,11 @@ def one_triangle(height=5.0):
 @pytest.mark.parametrize("shadow_samples", [1, 2, 5, 16, 100])
 def test_few_samples(samples, shadow_samples):
     transfer = trace(
-        one_triangle(), samples=samples, shadow_samples=shadow_samples, effects={"closed-form": False}, max_bounces=1
+        one_triangle(),
+        samples=samples,
+        shadow_samples=shadow_samples,
+        effects={"sky-rays": True, "shadow-rays": True},
+        max_bounces=1,
     )
     assert transfer.sky_view_factor == pytest.approx(1, abs=1e-6)
     assert transfer.visible_share == pytest.approx(1, abs=1e-6)
@@ -152,7 +156,11 @@ def test_no_samples_are_refused(setting):
 def test_ten_million_equal_hits_lose_nothing():
     """Every ray of an unshaded triangle reaches the sky, every shadow ray the sun: exactly 1, not 0.9999."""
     transfer = trace(
-        one_triangle(), samples=10_000_000, shadow_samples=10_000_000, effects={"closed-form": False}, max_bounces=0
+        one_triangle(),
+        samples=10_000_000,
+        shadow_samples=10_000_000,
+        effects={"sky-rays": True, "shadow-rays": True},
+        max_bounces=0,
     )
     assert transfer.record.hemisphere_rays == 10_000_000
     assert transfer.sky_view_factor == pytest.approx(1, abs=1e-9)
@@ -209,7 +217,7 @@ def test_a_million_triangles():
     triangles = np.concatenate([np.stack(half, axis=1) for half in halves])
     scene = scene_of_triangles(np.column_stack([x, y, np.zeros(len(x))]), triangles, np.zeros(len(triangles), int))
     assert len(scene.triangles) == 2 * across**2
-    transfer = trace(scene, samples=4, shadow_samples=1, effects={"closed-form": False}, max_bounces=1)
+    transfer = trace(scene, samples=4, shadow_samples=1, effects={"sky-rays": True, "shadow-rays": True}, max_bounces=1)
     assert transfer.sky_view_factor == pytest.approx(1, abs=1e-9)
     assert transfer.visible_share == pytest.approx(1, abs=1e-6)
 
