@@ -1,6 +1,6 @@
 """Compare the tracer with bare Embree, on the town of 91,764 triangles and 143 suns.
 
-    python benchmarks/tracer.py [--runs 5] [--threads 2] [--mitsuba] [--json]
+    python benchmarks/tracer.py [--runs 5] [--threads 2] [--mitsuba] [--fewer 208] [--only NAME…] [--json]
 
 Side by side, run after run in turn, with the same threads:
 
@@ -8,20 +8,23 @@ bare     `EmbreeScene.run` of embreex on the very rays that the tracer sends, ma
          row of direction for all rays to a sun, only suns that stand in front, the tree built before
 rays     the whole task by single rays: rays made and traced, the matrix of hits, three reflections for every sun
 packets  the same by packets of rays
+fewer    the same with --fewer hemisphere rays per triangle, with --fewer
 mitsuba  the same task done with Mitsuba 3 (see peers/mitsuba.py), with --mitsuba
 
-Printed: the median seconds, their ratio to the bare rays', and the errors against the reference of the town. What comes
-before the first ray (patches, plan, Embree's tree) is reported separately.
+Printed: the median wall and processor seconds, the median ratio of the latter to those of the first row, run by run,
+and the errors against the reference of the town. Where other programs run beside it, processor seconds (of all
+threads) say more than wall seconds. What comes before the first ray (patches, plan, Embree's tree) is reported
+separately.
 """
 
 import argparse
 import json
 import os
-import statistics
 import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +33,6 @@ from embreex.rtcore_scene import EmbreeScene
 
 from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.patches.facing_scene import FacingScene
-from citypv.core.progress import silent
 from citypv.core.radiosity import gather_context
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.choose_engine import TREES, VARIABLE
@@ -60,8 +62,8 @@ class Recorder:
         return self.tree.trace_shadow_rays(position, wanted, directions)
 
 
-def trace(scene, suns, engine, threads, record=None):
-    """One whole task: seconds, seconds before the first ray, and the Transfer."""
+def trace(scene, suns, engine, threads, record=None, **settings):
+    """One whole task: wall and processor seconds, wall seconds before the first ray, and the Transfer."""
 
     def open_scene(*parts):
         ray_scene = FacingScene(*parts)
@@ -70,10 +72,13 @@ def trace(scene, suns, engine, threads, record=None):
         return ray_scene
 
     os.environ[VARIABLE], gather_context.FacingScene = engine, open_scene
-    transfer = trace_gather(scene, suns, Request(**SETTINGS, threads=threads), silent)
+    reports = []
+    request = Request(**SETTINGS | settings, threads=threads)
+    transfer = trace_gather(scene, suns, request, lambda *report: reports.append(time.process_time()))
+    processor = time.process_time() - reports[0]  # the first report comes before the first ray
     seconds = dict(transfer.record.seconds)
     before = seconds.pop("plan and tree")
-    return sum(seconds.values()), before, transfer
+    return (sum(seconds.values()), processor), before, transfer
 
 
 class BareRays:
@@ -97,22 +102,27 @@ class BareRays:
         self.tree.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
 
     def run(self):
-        """Time of the rays alone [s], and their number."""
+        """Wall and processor seconds of the rays alone, and their number."""
         with ThreadPoolExecutor(self.threads) as pool:
-            started = time.perf_counter()
+            started = clocks()
             found = pool.map(lambda rays: len(self.tree.run(*rays)), self.closest)
-            count, seconds = sum(found), time.perf_counter() - started
+            count, seconds = sum(found), clocks() - started
             for position, wanted, directions in self.blocks:
                 for sun in range(len(directions)):
                     parts = np.array_split(position[wanted[:, sun]].reshape(-1, 3), self.threads)
-                    started = time.perf_counter()
+                    started = clocks()
                     found = pool.map(lambda part, to=directions[sun : sun + 1]: self.look(part, to), parts)
-                    count, seconds = count + sum(found), seconds + time.perf_counter() - started
-        return seconds, count
+                    count, seconds = count + sum(found), seconds + clocks() - started
+        return tuple(seconds), count
 
     def look(self, origins, direction):
         """Number of rays to one sun."""
         return len(self.tree.run(origins, direction, query="OCCLUDED"))
+
+
+def clocks():
+    """Wall and processor clock [s]."""
+    return np.array([time.perf_counter(), time.process_time()])
 
 
 def measure_errors(scene, town, transfer):
@@ -143,50 +153,77 @@ def run_mitsuba(threads):
     return json.loads(found.stdout)
 
 
-def main():
+def read_options():
+    """Command line of the benchmark."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--mitsuba", action="store_true", help="also run the peer")
+    parser.add_argument("--fewer", type=int, metavar="N", help="also trace with so many hemisphere rays per triangle")
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="of the rows bare, rays, packets, fewer, mitsuba")
     parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
+    return parser.parse_args()
+
+
+def make_rows(options, scene, suns, town):
+    """What is timed, by name: functions that return wall and processor seconds, errors, and the Transfer or None."""
+    found = {}
+
+    def trace_row(engine, **settings):
+        seconds, before, transfer = trace(scene, suns, engine, options.threads, **settings)
+        found["before"] = before
+        return seconds, measure_errors(scene, town, transfer), transfer
+
+    def bare_row():
+        found.setdefault("bare", BareRays(scene, suns, options.threads))
+        seconds, found["rays"] = found["bare"].run()
+        return seconds, {}, None
+
+    def mitsuba_row():
+        peer = run_mitsuba(options.threads)
+        errors = peer["rms"] | {"bias_reflected": peer["bias_reflected"]}
+        return (peer["whole"], peer["cpu_whole"]), errors, None
+
+    rows = {"bare": bare_row} | {engine: partial(trace_row, engine) for engine in TREES}
+    if options.fewer:
+        rows["fewer"] = partial(trace_row, "packets", samples=options.fewer)
+    if options.mitsuba:
+        rows["mitsuba"] = mitsuba_row
+    return {name: row for name, row in rows.items() if not options.only or name in options.only}, found
+
+
+def main():
+    options = read_options()
     town = np.load(TOWN)
     scene = join_parts([(town["vertices"], town["triangles"])])
     count = len(town["sun"])
     suns = Suns("hourly", town["sun"], np.full(count, 1 / count), np.zeros(count, np.int32), np.arange(count))
-    bare = BareRays(scene, suns, options.threads)
-    trace(scene, suns, "rays", options.threads)  # numba's loops are compiled before anything is timed
-    seconds = {name: [] for name in ("bare", *TREES)}
-    errors, before, transfers = {}, [], {}
+    trace(scene, suns, "packets", options.threads)  # numba's loops are compiled before anything is timed
+    rows, found = make_rows(options, scene, suns, town)
+    seconds, errors, transfers = {name: [] for name in rows}, {}, {}
     for number in range(options.runs):
-        taken, count = bare.run()
-        seconds["bare"].append(taken)
-        for engine in TREES:
-            taken, ahead, transfer = trace(scene, suns, engine, options.threads)
-            seconds[engine].append(taken)
-            before.append(ahead)
-            errors[engine] = measure_errors(scene, town, transfer)
-            transfers[engine] = transfer
-        if options.mitsuba:
-            found = run_mitsuba(options.threads)
-            seconds.setdefault("mitsuba", []).append(found["whole"])
-            errors["mitsuba"] = found["rms"] | {"bias_reflected": found["bias_reflected"]}
-        print(
-            f"run {number + 1}: " + ", ".join(f"{name} {part[-1]:.2f} s" for name, part in seconds.items()), flush=True
-        )
-    medians = {name: statistics.median(part) for name, part in seconds.items()}
-    ratios = {name: statistics.median(a / b for a, b in zip(part, seconds["bare"], strict=True))
-              for name, part in seconds.items()}  # fmt: skip
-    apart = compare_engines(transfers.values())
+        for name, row in rows.items():
+            taken, errors[name], transfers[name] = row()
+            seconds[name].append(taken)
+        words = (f"{name} {part[-1][0]:.2f} s, cpu {part[-1][1]:.2f} s" for name, part in seconds.items())
+        print(f"run {number + 1}: " + "; ".join(words), flush=True)
+    medians = {name: np.median(part, axis=0).tolist() for name, part in seconds.items()}
+    first = np.array(next(iter(seconds.values())))
+    ratios = {name: np.median(np.array(part) / first, axis=0).tolist() for name, part in seconds.items()}
+    engines = [transfers[name] for name in TREES if name in transfers]
+    apart = compare_engines(engines) if len(engines) > 1 else None
     if options.json:
-        found = {"rays": count, "medians": medians, "ratios": ratios, "errors": errors, "means_apart": apart}
-        print(json.dumps(found))
+        summary = {"medians": medians, "ratios": ratios, "errors": errors, "means_apart": apart}
+        print(json.dumps(summary | {"rays": found.get("rays")}))
         return
-    print(f"{count:,} rays, {options.threads} threads; before the first ray {statistics.median(before):.2f} s")
-    print(f"means of the town by packets and by rays: {apart:.1e} apart")
-    for name, median in medians.items():
-        words = ", ".join(f"{part} {value:.4f}" for part, value in errors.get(name, {}).items())
-        print(f"{name:<8} {median:6.2f} s  {ratios[name]:5.2f} × bare  {words}")
+    print(f"{options.threads} threads; before the first ray {found.get('before', np.nan):.2f} s")
+    if apart is not None:
+        print(f"{found.get('rays', 0):,} rays; means of the town by packets and by rays: {apart:.1e} apart")
+    for name, (wall, processor) in medians.items():
+        words = ", ".join(f"{part} {value:.4f}" for part, value in errors[name].items())
+        print(
+            f"{name:<8} {wall:6.2f} s ({ratios[name][0]:.2f}) cpu {processor:6.2f} s ({ratios[name][1]:.2f})  {words}"
+        )
 
 
 if __name__ == "__main__":
