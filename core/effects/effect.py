@@ -82,7 +82,7 @@ class Inputs:
         surfaces = self.scene.surfaces
         wanted = np.append(surfaces.eligible if surfaces.eligible.any() else np.ones(len(surfaces), bool), False)
         receivers = wanted[self.scene.triangle_surface] & self.patches.receives
-        return bool(self.decided["closed-form"].setting[receivers].all())
+        return bool(self.decided["sky-rays"].setting[receivers].all())
 
     @property
     def direct_over_diffuse(self) -> float:

@@ -129,7 +129,7 @@ def predict_light(stand, samples=4096, shadow_samples=4, suns="days:24"):
     scene.trees = crowns_of_stand(stand, repeat_stand(stand))
     request = Request(
         samples=samples, shadow_samples=shadow_samples, suns=suns, max_bounces=0, far_ground=False,
-        leaf_months="all", sky="isotropic", threads=1, effects={"closed-form": False},
+        leaf_months="all", sky="isotropic", threads=1, effects={"sky-rays": True, "shadow-rays": True},
     )  # fmt: skip
     weather = read_year(scene.site, request)
     month = (weather.data.index + weather.interval / 2).month

@@ -10,6 +10,7 @@ from hypothesis import strategies as draw
 from scenes import join, strip, suns_towards
 from towns import city_of_polygons, moved, turned
 
+from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
 from citypv.core.radiosity import sun_visibility, trace_hemisphere
@@ -193,6 +194,25 @@ def test_threads_and_chunks(seed, threads, chunk):
         trace_hemisphere.RAYS_PER_TASK, sun_visibility.POINTS_PER_TASK = before
     for name in (*FIELDS, "covered_share", "diffuse_relative_standard_error", "direct_annual_standard_error"):
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
+
+
+@law
+@given(seeds)
+def test_rays_that_are_not_sent_would_be_free(seed):
+    """Patches with nothing in front of them, and suns behind them: with all shadow rays sent, the same to the last bit;
+    with all sky rays sent, no ray of such a patch meets anything."""
+    scene = join(random_parts(seed))
+    spared, sent = (trace(scene, max_bounces=0, effects=effects) for effects in ({}, {"shadow-rays": True}))
+    assert np.array_equal(spared.visible_share, sent.visible_share)
+    assert spared.record.shadow_rays < sent.record.shadow_rays
+    unobstructed = plan_effects(scene, *patches_and_request(scene)).unobstructed
+    assert unobstructed.any()
+    patches, hemisphere = hemisphere_of(scene)
+    assert (hemisphere.sky + hemisphere.far_ground)[unobstructed & patches.receives].min() == 1
+
+
+def patches_and_request(scene):
+    return patches_of_scene(scene, np.full(len(scene.triangles), 0.25), 0), Request()
 
 
 @law
