@@ -174,7 +174,9 @@ def test_the_sky_of_a_transfer():
 
 def test_the_horizon_goes_through_a_file(tmp_path):
     wall = scene_of_triangles(*strip([0, 0, 0], [10, 0, 0], [0, 0, 10], 1))
-    transfer = trace_gather(wall, suns_towards([[0, 0, 1.0]]), Request(effects={"sky-rays": True, "shadow-rays": True}), silent)
+    transfer = trace_gather(
+        wall, suns_towards([[0, 0, 1.0]]), Request(effects={"sky-rays": True, "shadow-rays": True}), silent
+    )
     write_transfer(tmp_path / "transfer.nc", transfer)
     again = read_transfer(tmp_path / "transfer.nc")
     for name, values in vars(transfer.horizon).items():

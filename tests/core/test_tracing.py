@@ -100,12 +100,13 @@ def test_no_shadow_ray_for_suns_behind():
 
 
 def test_without_obstacles_every_patch_has_its_closed_form():
-    """Both effects off: the sky view of the tilt, and every sun in front; not a single ray."""
+    """Both effects off: the sky view of the tilt, and every sun in front; the far ground reflects; not a single ray."""
     scene = three_houses()
-    off = Request(effects={"sky-rays": False, "shadow-rays": False, "reflections": False})
-    transfer = trace_gather(scene, SUNS, off, silent)
+    transfer = trace_gather(scene, SUNS, Request(effects={"sky-rays": False, "shadow-rays": False}), silent)
     normal = scene.surfaces.normal
+    expected = np.where(normal[:, 2] > -0.5, (1 + normal[:, 2] + 0.25 * (1 - normal[:, 2])) / 2, 0)  # floors see nothing
     assert transfer.sky_view_factor == pytest.approx((1 + normal[:, 2]) / 2, abs=1e-6)
+    assert transfer.diffuse_relative == pytest.approx(expected, abs=1e-6)
     assert np.array_equal(
         transfer.visible_share > 0.5, normal.astype(np.float32) @ SUNS.direction.astype(np.float32).T > 0
     )
