@@ -104,7 +104,9 @@ def test_without_obstacles_every_patch_has_its_closed_form():
     scene = three_houses()
     transfer = trace_gather(scene, SUNS, Request(effects={"sky-rays": False, "shadow-rays": False}), silent)
     normal = scene.surfaces.normal
-    expected = np.where(normal[:, 2] > -0.5, (1 + normal[:, 2] + 0.25 * (1 - normal[:, 2])) / 2, 0)  # floors see nothing
+    expected = np.where(
+        normal[:, 2] > -0.5, (1 + normal[:, 2] + 0.25 * (1 - normal[:, 2])) / 2, 0
+    )  # floors see nothing
     assert transfer.sky_view_factor == pytest.approx((1 + normal[:, 2]) / 2, abs=1e-6)
     assert transfer.diffuse_relative == pytest.approx(expected, abs=1e-6)
     assert np.array_equal(
