@@ -253,7 +253,7 @@ def test_photons_cannot_leave_obstacles_out():
         trace(three_houses(), effects={"fog": True})
     effects = trace(three_houses(), samples=16)
     assert [effect["key"] for effect in effects.record.effects] == list(TABLE)
-    assert all(effect["on"] for effect in effects.record.effects[:2])
+    assert {effect["key"] for effect in effects.record.effects if effect["on"]} >= {"sky-rays", "shadow-rays"}
 
 
 def test_broken_numbers_are_refused():

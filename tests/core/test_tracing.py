@@ -128,7 +128,8 @@ def test_shadows_off_leave_the_sky_as_it_is():
 def test_an_open_plane_calls_for_no_ray():
     """Nothing stands in front of any patch: both effects are off by themselves."""
     transfer = trace_gather(join([strip([0, 0, 0], [9, 0, 0], [0, 9, 0], 3)]), SUNS, Request(), silent)
-    assert [effect["on"] for effect in transfer.record.effects[:2]] == [False, False]
+    state = {effect["key"]: (effect["on"], effect["bound"]) for effect in transfer.record.effects}
+    assert state["sky-rays"] == state["shadow-rays"] == (False, 0.0)
     assert transfer.record.hemisphere_rays == transfer.record.shadow_rays == 0
 
 
