@@ -29,6 +29,7 @@ LAYERS = (
         "threads",
         "check_arrays",
         "settings",
+        "city_settings",
         "system_settings",
         "methods",
         "presets",

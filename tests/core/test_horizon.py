@@ -108,7 +108,7 @@ def test_estimators_lose_the_sky_behind_a_ridge(slopes, tmp_path, estimator, sha
     request = Request(
         estimator="forward" if estimator == "forward" else "gather",
         horizon=str(tmp_path / "ridge.csv"),
-        effects={"closed-form": False} if estimator == "rays" else {},
+        effects={"sky-rays": True, "shadow-rays": True} if estimator == "rays" else {},
         samples=1 << (17 if estimator == "forward" else 12),
         max_bounces=1,
         albedo=0.0,
@@ -320,7 +320,11 @@ def test_a_ridge_hides_the_horizon_of_perez(slopes, tmp_path):
     """The band at the horizon, 6.5° high: all of it behind a ridge of 10°, its upper half behind one of 3.25°."""
     for height, left in ((10.0, 0.0), (3.25, 0.5)):
         path = write_angles(tmp_path / f"{height}.csv", uniform(height))
-        for effects, estimator in (({}, "gather"), ({"closed-form": False}, "gather"), ({}, "forward")):
+        for effects, estimator in (
+            ({}, "gather"),
+            ({"sky-rays": True, "shadow-rays": True}, "gather"),
+            ({}, "forward"),
+        ):
             request = Request(
                 horizon=path,
                 sky="perez",

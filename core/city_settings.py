@@ -1,0 +1,72 @@
+"""Settings of the city: which shapes are read, and on what ground they stand."""
+
+from dataclasses import dataclass
+
+from .settings import setting
+
+
+@dataclass
+class CitySettings:
+    """Settings of the city, the first part of `core.request.Request`."""
+
+    lod: str | None = setting(None, "city", "level of detail; default: the best 2.x of each building", metavar="L")
+    unit: str = setting(
+        "m",
+        "city",
+        "of files that name no reference system",
+        kind="choice",
+        title="Unit",
+        panel="import",
+        choices={"m": "Metres", "ft": "International feet", "us-ft": "US survey feet"},
+    )
+    up: str = setting(
+        "z",
+        "city",
+        "upward axis of files that do not say (OBJ)",
+        kind="choice",
+        title="Up",
+        panel="import",
+        choices={"z": "The file's z axis points up", "y": "The file's y axis points up"},
+    )
+    orient: str = setting(
+        "auto",
+        "city",
+        "turn over polygons that face into their building, or leave all as they are drawn",
+        kind="choice",
+        title="Orient",
+        panel="import",
+        choices={
+            "auto": "Turn over what faces into its building, where rays from both sides agree",
+            "as-drawn": "Leave every polygon as it is drawn",
+        },
+    )
+    latitude: float | None = setting(
+        None, "city", "instead of what the files say", kind="number", unit="°", metavar="D", least=-90, most=90
+    )
+    longitude: float | None = setting(
+        None, "city", "instead of what the files say", kind="number", unit="°", metavar="D", least=-180, most=180
+    )
+    grid_size: float | None = setting(
+        None, "city", "split large polygons into cells id#k", kind="number", unit="m", metavar="M", above=0
+    )
+    terrain: str | None = setting(None, "city", "measured ground: TIN relief, OBJ, GeoTIFF or ASC grid", metavar="FILE")
+    ground: str = setting(
+        "auto",
+        "city",
+        "auto: terrain of the city's own files, otherwise as feet; feet: generated from the buildings; none",
+        kind="choice",
+        choices={
+            "auto": "Terrain of the city's own files if they have any, otherwise a surface through the buildings' feet",
+            "feet": "A surface through the buildings' feet",
+            "none": "Exactly the surfaces that were read",
+        },
+    )
+    racks: str = setting(
+        "none",
+        "city",
+        "rows of modules on flat roofs: east-west and KEY=VALUE, joined by commas, with keys tilt, azimuth, spacing or "
+        "gcr, depth, rim, height, area, back-albedo",
+        title="Racks",
+        panel="classify",
+        metavar="SPEC",
+    )
