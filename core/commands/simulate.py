@@ -18,6 +18,7 @@ from ..results.write_gltf import write_gltf
 from ..results.write_summary import summarise, write_summary
 from ..results.write_tables import write_tables
 from ..results.write_transfer import write_transfer
+from ..sampling.hemisphere_rays import is_compiled
 from ..scene.add_backs import surface_of_triangles
 from ..scene.grid_cells import split_into_cells
 from ..scene.outline_surfaces import outline_surfaces
@@ -104,7 +105,7 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
         prepared = prepare_study(scene, weather, request)
         for line in describe_plan(prepared.plan):
             log.write(f"  {line}")
-        log.write("Tracing")
+        log.write("Tracing" if is_compiled() else "Tracing; compiling first, which this machine needs once")
         transfer = trace_until_interrupted(scene, weather, request, log, work.parent, prepared=prepared)
         log.clock.lap("trace")
         city = draw_city(city, scene, request)

@@ -1,5 +1,7 @@
 """Cosine-distributed rays from random points of patches."""
 
+from pathlib import Path
+
 import numpy as np
 from numba import njit
 
@@ -148,3 +150,9 @@ def points_of_patches(patches, chosen, b1, b2):
     for axis in range(3):
         points[..., axis] = start[:, axis, None] + b1 * edges[:, 0, axis, None] + b2 * edges[:, 1, axis, None]
     return points
+
+
+def is_compiled():
+    """Whether the compiled loops of an earlier run are kept on this machine."""
+    cache = Path(make_rays._cache.cache_path)  # numba has no public name for it
+    return any(cache.glob("*make_rays*.nbi"))

@@ -9,7 +9,6 @@ from .days_of_year import days_of_year_suns
 from .hourly import hourly_suns
 from .keep_suns import weigh_by_year
 from .sky_grid import sky_grid_suns
-from .typical_days import typical_day_suns
 
 CURE = "give hourly, days:N, typical-days:N or sky-grid:N"
 FEWEST_DIRECTIONS, MOST_DIRECTIONS = 16, 1_000_000
@@ -56,6 +55,8 @@ def choose_suns(way, times, interval, latitude, longitude, seed=0, *, position=N
     if count > days:
         raise InputError("--suns", f"{count} {name.replace('-', ' ')} of {days} days", "ask for fewer, or for hourly")
     if name == "typical-days":
+        from .typical_days import typical_day_suns  # loads tsam, which takes as long as tracing a small scene
+
         return typical_day_suns(*year, count=count, seed=seed)
     return weigh_by_year(days_of_year_suns(*year, count=count), *year, position=position)
 

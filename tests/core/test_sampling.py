@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.stats.qmc import Sobol
 
 from citypv.core.sampling.random_numbers import key_of_names, uniform
 from citypv.core.sampling.sample_points import (
+    DIGITS,
     additive_recurrence,
     barycentric_of_square,
     cell_corners,
@@ -15,6 +17,7 @@ from citypv.core.sampling.sample_points import (
     neighbouring_order,
     points_of_grid,
     shifted,
+    sobol_digits,
     stratified_points,
 )
 
@@ -99,3 +102,10 @@ def test_shifted_points_stay_in_the_unit_interval():
     assert moved.shape == (5000, 64)
     assert moved.min() >= 0
     assert moved.max() < 1
+
+
+def test_sobol_points_are_those_of_scipy():
+    """Direction numbers of Joe and Kuo, in the order of the Gray code."""
+    for count in (1, 2, 64, 1000, 1 << 14):
+        points = Sobol(4, scramble=False).random_base2((count - 1).bit_length())[:count]
+        assert np.array_equal(sobol_digits(count), np.round(points * (1 << DIGITS)).astype(np.uint32))
