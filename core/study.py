@@ -37,7 +37,7 @@ from .transfer.prepare_scene import prepare_scene, reseed
 from .transfer.trace_seasons import trace_seasons
 from .transfer.transfer import scale_direct
 from .trees.foliage import parse_months
-from .weather.read_weather import read_weather
+from .weather.read_weather import check_sources, read_weather
 
 ESTIMATORS = {"gather": trace_hybrid, "forward": trace_forward}
 
@@ -55,6 +55,7 @@ def check_settings(request):
     parse_racks(request.racks)
     parse_months(request.leaf_months)
     build_system(request)
+    check_sources(request.weather)
 
 
 def read_scene(paths, request, progress=silent):

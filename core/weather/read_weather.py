@@ -84,6 +84,24 @@ def read_weather(source, latitude, longitude, altitude=0.0, **settings):
     return weather
 
 
+def check_sources(source):
+    """Refuse weather files that are missing, empty or of no known format, by their beginnings.
+
+    Parameters
+    ----------
+    source : str or path-like, or list of them
+        As in `read_weather`.
+
+    Raises
+    ------
+    InputError
+    """
+    sources = [str(one) for one in (source if isinstance(source, list | tuple) else [source])]
+    if sources not in (["clear-sky"], ["climate"], ["pvgis"]):
+        for one in sources:
+            recognise_weather(Path(one))
+
+
 def model_weather(name, latitude, longitude, altitude, reading):
     """Record of the clear sky or the built-in climate of a place."""
     if name == "climate":
