@@ -60,7 +60,15 @@ class Request(CitySettings, SystemSettings):
         },
     )
     allow_distance: float = setting(
-        150.0, "weather", "from the city to the place of the weather", kind="number", unit="km", metavar="KM", least=0
+        150.0,
+        "weather",
+        "from the city to the place of the weather",
+        kind="number",
+        title="Allow distance",
+        panel="energy",
+        unit="km",
+        metavar="KM",
+        least=0,
     )
     weather_point: str = setting(
         "nearest",

@@ -33,7 +33,7 @@ from ..study import (
     read_year,
     trace_scene,
 )
-from ..sun.check_distance import distance_of_weather
+from ..sun.check_distance import describe_distance
 from ..transfer.kept_matrix import is_on_disk
 from ..transfer.prepare_scene import build_tree
 from .refine_run import refine_run, wants_rounds
@@ -259,9 +259,8 @@ def describe_scene(scene):
 
 def describe_weather(weather, site):
     """The weather as lines of text: its label, its distance from the city, and notes."""
-    away = distance_of_weather(weather, site)
-    elsewhere = f"; from a place {away:,.0f} km away, whose sun is used" if away >= 1 else ""
-    return "\n".join([f"Weather: {weather.label}{elsewhere}", *(f"  {note}" for note in weather.notes)])
+    told = "; ".join(filter(None, (weather.label, describe_distance(weather, site))))
+    return "\n".join([f"Weather: {told}", *(f"  {note}" for note in weather.notes)])
 
 
 def describe_interruption(record):

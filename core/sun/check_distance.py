@@ -47,6 +47,12 @@ def allow(away):
     return f"--allow-distance {int(np.ceil(away / 10) * 10)}"
 
 
+def describe_distance(weather, site):
+    """Where the weather comes from as text, "" if it is the city's own place (within 1 km)."""
+    away = distance_of_weather(weather, site)
+    return f"from a place {away:,.0f} km away, whose sun is used" if away >= 1 else ""
+
+
 def distance_of_weather(weather, site):
     """[km] from the city to the place of the weather, along the ellipsoid."""
     globe = pyproj.Geod(ellps="WGS84")
