@@ -9,10 +9,12 @@ from ..operators.classify_city import ClassifyCity
 from ..operators.colour_city import ColourCity, RenderCity
 from ..operators.compute_energy import WeighEnergy
 from ..operators.draw_legend import start_drawing, stop_drawing
+from ..operators.follow_file import start_following, stop_following
 from ..operators.import_city import ChooseCity, ImportCity
-from ..operators.select_group import SelectBuildings, SelectGroup
+from ..operators.select_group import DeselectFaces, SelectBuildings, SelectGroup
 from ..operators.session import close_sessions
 from ..operators.show_report import CopyGroup, ShowReport
+from ..operators.switch_city import SwitchCity
 from ..operators.take_meshes import TakeMeshes
 from ..operators.trace_city import TraceCity
 from .command import register_command, unregister_command
@@ -20,7 +22,8 @@ from .panels import PANELS, MaterialPanel, draw_import_menu
 from .properties import Settings, build_material_property
 
 STEPS = (ChooseCity, ImportCity, TakeMeshes, ClassifyCity, TraceCity, WeighEnergy, ColourCity, RenderCity)
-CLASSES = (Settings, *STEPS, CancelStep, SelectGroup, SelectBuildings, CopyGroup, ShowReport, *PANELS, MaterialPanel)
+OTHERS = (CancelStep, SelectGroup, SelectBuildings, DeselectFaces, CopyGroup, ShowReport, SwitchCity)
+CLASSES = (Settings, *STEPS, *OTHERS, *PANELS, MaterialPanel)
 
 
 def register():
@@ -32,6 +35,7 @@ def register():
     bpy.types.TOPBAR_MT_file_import.append(draw_import_menu)
     register_command()
     start_drawing()
+    start_following()
     if bpy.app.module:
         # Blender as a Python module may crash on exit while classes are registered.
         atexit.register(unregister)
@@ -42,6 +46,7 @@ def unregister():
     atexit.unregister(unregister)
     if not hasattr(bpy.types.Scene, "citypv"):
         return
+    stop_following()
     stop_drawing()
     unregister_command()
     bpy.types.TOPBAR_MT_file_import.remove(draw_import_menu)

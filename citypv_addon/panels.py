@@ -5,8 +5,9 @@ import bpy
 from ..operators.build_properties import settings_of_panel
 from ..operators.read_materials import describe_material
 from ..operators.run_step import Step
-from ..operators.session import find_city
-from .report import draw_report, draw_rows
+from ..operators.session import find_city, list_cities
+from ..operators.show_result import has_result
+from .report import draw_report, draw_rows, draw_sentence
 
 
 class _Panel:
@@ -33,6 +34,7 @@ class MainPanel(_Panel, bpy.types.Panel):
             self.layout.label(text="Choose a city and import it", icon="INFO")
         else:
             self.layout.label(text="Run the five steps in order", icon="INFO")
+        draw_cities(self.layout, context)
 
 
 class _Step(_Panel):
@@ -130,6 +132,7 @@ class EnergyPanel(_Step, bpy.types.Panel):
         draw_step(self.layout, column, "citypv.energy", "OUTLINER_OB_LIGHTPROBE")
         draw_table(self.layout, context, "citypv_groups", ("Group", "Count", "Hours"))
         draw_lines(self.layout, context, "citypv_weather")
+        draw_lines(self.layout, context, "citypv_weather_place", icon="ERROR")
 
 
 class ColourPanel(_Step, bpy.types.Panel):
@@ -147,8 +150,9 @@ class ColourPanel(_Step, bpy.types.Panel):
             column.prop(settings, "low")
             column.prop(settings, "high")
         column.prop(settings, "show_legend")
+        draw_missing(column, context)
         column.operator("citypv.colour", icon="COLOR")
-        column.operator("citypv.render", icon="RENDER_STILL")
+        column.operator_menu_enum("citypv.render", "view", icon="RENDER_STILL")
 
 
 class MaterialPanel(bpy.types.Panel):
@@ -170,6 +174,24 @@ class MaterialPanel(bpy.types.Panel):
 
 
 PANELS = (MainPanel, ImportPanel, ClassifyPanel, TracePanel, EnergyPanel, ColourPanel)
+
+
+def draw_cities(layout, context):
+    """Show the cities of the file, if there are several: the one to be seen, and buttons for the others."""
+    cities, (shown, _) = list_cities(context.scene), find_city(context.scene)
+    for city in cities if len(cities) > 1 else ():
+        icon = "RADIOBUT_ON" if city == shown else "RADIOBUT_OFF"
+        text = city.get("citypv_report", [city.name])[0]
+        layout.operator("citypv.switch_city", text=f"{city.name}: {text}", icon=icon).name = city.name
+
+
+def draw_missing(layout, context):
+    """Say why the choice *Show* is not what the view shows."""
+    settings, (city, _) = context.scene.citypv, find_city(context.scene)
+    if city is not None and not has_result(city, settings.attribute):
+        layout.label(text="Not computed yet: run the steps above", icon="INFO")
+    elif not settings.auto_range and not settings.low < settings.high:
+        layout.label(text="Low must be below High", icon="ERROR")
 
 
 def draw_step(layout, column, operator, icon):
@@ -194,11 +216,11 @@ def draw_table(layout, context, key, head):
             line.label(text=cell)
 
 
-def draw_lines(layout, context, key):
+def draw_lines(layout, context, key, icon="NONE"):
     """Show a sentence that a step stored on the city."""
     city, _ = find_city(context.scene)
     if city is not None and city.get(key):
-        layout.box().label(text=city[key])
+        draw_sentence(layout.box().column(align=True), city[key], icon)
 
 
 def draw_import_menu(menu, context):

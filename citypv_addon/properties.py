@@ -6,6 +6,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 from ..operators.attributes import TITLES
 from ..operators.build_properties import build_properties
 from ..operators.read_materials import MATERIALS
+from ..operators.show_result import follow_choice
 
 LODS = [
     ("BEST", "Best of 2.x", "The highest 2.x of each building, else 3, else 1"),
@@ -103,13 +104,27 @@ class Settings(bpy.types.PropertyGroup):
         name="File", description="ERA5 (NetCDF), EPW, TMY3, PVGIS, or CSV with time zones", subtype="FILE_PATH"
     )
     # Colour
-    attribute: EnumProperty(name="Show", description="Result to show as colours", items=ATTRIBUTES, default="kind")
-    colour_map: EnumProperty(name="Colour map", description="Colours from low to high", items=MAPS)
-    auto_range: BoolProperty(
-        name="Automatic range", description="Rounded range that covers 96 % of the area", default=True
+    attribute: EnumProperty(
+        name="Show", description="Result to show as colours", items=ATTRIBUTES, default="kind", update=follow_choice
     )
-    low: FloatProperty(name="Low", description="Value of the lowest colour, in the unit of the legend")
-    high: FloatProperty(name="High", description="Value of the highest colour, in the unit of the legend", default=1)
+    colour_map: EnumProperty(
+        name="Colour map", description="Colours from low to high", items=MAPS, update=follow_choice
+    )
+    auto_range: BoolProperty(
+        name="Automatic range",
+        description="Rounded range that covers 96 % of the area",
+        default=True,
+        update=follow_choice,
+    )
+    low: FloatProperty(
+        name="Low", description="Value of the lowest colour, in the unit of the legend", update=follow_choice
+    )
+    high: FloatProperty(
+        name="High",
+        description="Value of the highest colour, in the unit of the legend",
+        default=1,
+        update=follow_choice,
+    )
     show_legend: BoolProperty(name="Legend", description="Draw the legend in the 3D view", default=True)
 
 

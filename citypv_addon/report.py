@@ -28,12 +28,18 @@ def draw_report(layout, context):
         return
     box = layout.box().column(align=True)
     for sentence in city[REPORT]:
-        for line in textwrap.wrap(sentence, WIDTH, subsequent_indent="   "):
-            box.label(text=line)
+        draw_sentence(box, sentence)
     row = layout.row(align=True)
     row.operator("citypv.show_report", icon="TEXT")
     row.operator("citypv.select_buildings", icon="HOME")
+    row.operator("citypv.deselect", text="", icon="X")
     draw_rows(layout, context, ("class", "material", *FOUND))
+
+
+def draw_sentence(column, sentence, icon="NONE"):
+    """Show a sentence, wrapped to the width of the sidebar."""
+    for number, line in enumerate(textwrap.wrap(sentence, WIDTH, subsequent_indent="   ")):
+        column.label(text=line, icon="NONE" if number else icon)
 
 
 def draw_rows(layout, context, headings):

@@ -80,9 +80,12 @@ class _Page:
     def __init__(self, scene, camera, collection):
         render = scene.render
         self.width = render.resolution_x / render.resolution_y
-        # Half the width of the picture at the legend's distance, in metres, gives the scale.
-        half_width = DISTANCE * camera.data.sensor_width / 2 / camera.data.lens
-        self.scale = 2 * half_width / self.width
+        # The corners of the picture at the legend's distance give its scale and its middle (of shifted lenses).
+        corners = np.array([tuple(corner) for corner in camera.data.view_frame(scene=scene)])
+        if camera.data.type != "ORTHO":
+            corners *= DISTANCE / -corners[:, 2:]
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        self.scale, self.middle = float(high[1] - low[1]), (low + high) / 2
         self.camera, self.collection = camera, collection
         self.ink = build_plain_material("CityPV ink", INK)
         self.font = load_font()
@@ -114,7 +117,8 @@ class _Page:
     def _hang(self, item, x, y):
         item[PREFIX + "part"] = "legend"
         item.parent = self.camera
-        item.location = ((x - self.width / 2) * self.scale, (y - 0.5) * self.scale, -DISTANCE)
+        across, up = float(self.middle[0]), float(self.middle[1])
+        item.location = (across + (x - self.width / 2) * self.scale, up + (y - 0.5) * self.scale, -DISTANCE)
         item.hide_select = True
         self.collection.objects.link(item)
 

@@ -2,23 +2,20 @@
 
 import bpy
 
+from ..core.errors import InputError
 from .build_meshes import build_meshes, remove_city, show_objects
-from .colour_faces import colour_faces, show_exact_colours
 from .keep_report import keep_report
 from .read_materials import remember_materials
-from .read_mesh import find_items, join_meshes, read_meshes
 from .read_settings import read_settings
 from .run_step import Step
 from .select_faces import leave_edit_mode
-from .session import Session, find_city, find_session, open_session
-from .show_city import show_city
+from .session import Session, find_city, find_own_city, find_session, open_session
+from .show_result import show_result
 from .write_attributes import write_classes
 
 
 class ClassifyCity(Step, bpy.types.Operator):
-    """Classify surfaces as facades, roofs and others by tilt and orientation, and put the city on its ground.
-
-    Without an imported city, meshes are used: those of the chosen collection, else the selected ones"""
+    """Classify surfaces as facades, roofs and others by tilt and orientation, and put the city on its ground"""
 
     bl_idname = "citypv.classify"
     bl_label = "Classify surfaces"
@@ -26,18 +23,19 @@ class ClassifyCity(Step, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        """There is a city in this session, or meshes to build one from."""
-        cls.poll_message_set("Import a city first (one from an opened file must be imported again), or select meshes")
-        return find_session(find_city(context.scene)[0]) is not None or _has_mesh(context)
+        """A city was imported, or taken from meshes, since the file was opened."""
+        cls.poll_message_set("Import a city or take meshes first (a city of an opened file must be imported again)")
+        session = find_session(find_city(context.scene)[0])
+        return session is not None and session.city is not None
 
     def prepare(self, context):
-        """Take the imported city, or meshes."""
-        session = find_session(find_city(context.scene)[0])
+        """Take the city, once its place on Earth is known."""
+        city, ground = find_city(context.scene)
+        session, request = find_session(city), read_settings(context.scene.citypv)
+        check_place(session.city, request)
         leave_edit_mode(context)
-        if session is not None:
-            remember_materials(*find_city(context.scene), session)
-            return session.city, None, read_settings(context.scene.citypv)
-        return None, read_meshes(*find_items(context), context), read_settings(context.scene.citypv)
+        remember_materials(city, ground, session)
+        return session, request
 
     @staticmethod
     def work(task, progress):
@@ -45,31 +43,40 @@ class ClassifyCity(Step, bpy.types.Operator):
         from ..core.results.list_findings import list_findings
         from ..core.study import stand_city
 
-        city, meshes, request = task
-        city = city or join_meshes(meshes)
+        session, request = task
+        city = session.city
         progress("classifying", 0, len(city), "polygons")
         scene = stand_city(city, request)
         progress("finding interior surfaces", 0, len(city), "polygons")
-        return city, scene, list_findings(scene)
+        return session, scene, list_findings(scene)
 
     def finish(self, context, result):
         """Show the scene in place of the imported mesh, coloured by kind."""
-        city, scene, findings = result
-        old = find_city(context.scene)
-        before = find_session(old[0])
-        remove_city(*old)
+        before, scene, findings = result
+        remove_city(*find_own_city(context.scene, before))
         item, ground = build_meshes(scene)
         write_classes(item, ground, scene.surfaces)
         show_objects(context.scene, item, ground)
-        given = before.ground_material if before is not None else ""
-        open_session(item, Session(city=city, scene=scene, ground_material=given))
+        item.select_set(True)
+        open_session(item, Session(city=before.city, scene=scene, ground_material=before.ground_material))
         keep_report(item, scene, findings)
-        colour_faces(item, ground, "kind")
-        show_exact_colours(context.scene)
-        show_city(None if old[0] is not None else scene.vertices)
+        show_result(context, item, ground, "kind")
         eligible = scene.surfaces.eligible.sum()
         return f"{len(scene.surfaces)} surfaces, {eligible} of them eligible for photovoltaics"
 
 
-def _has_mesh(context):
-    return any(item.type == "MESH" for item in find_items(context)[1])
+def check_place(city, request):
+    """Raise an error if nothing tells where a city stands on Earth.
+
+    Parameters
+    ----------
+    city : core.city.city.City
+    request : core.request.Request
+
+    Raises
+    ------
+    InputError
+    """
+    if city.crs is None and (request.latitude is None or request.longitude is None):
+        cure = "enable Own location in step Classify, and give latitude and longitude"
+        raise InputError("City", "its location on Earth is unknown", cure)

@@ -2,10 +2,10 @@
 
 import bpy
 
-from .colour_faces import colour_faces
 from .read_settings import read_settings
 from .run_step import Step
 from .session import find_city, find_own_city, find_session
+from .show_result import show_result
 from .summarise import summarise_energy
 from .write_attributes import write_results
 
@@ -33,20 +33,21 @@ class WeighEnergy(Step, bpy.types.Operator):
     def work(task, progress):
         """Read the weather and compute the energy."""
         from ..core.study import check_settings, compute_energy, read_year
+        from ..core.sun.check_distance import describe_distance
 
         session, request = task
         check_settings(request)
         progress("reading weather", 0, 1, "years")
         weather = read_year(session.transfer.site, request, session.transfer.suns)
-        return session, weather, compute_energy(session.transfer, weather, request, progress)
+        energy = compute_energy(session.transfer, weather, request, progress)
+        return session, weather, energy, describe_distance(weather, session.transfer.site)
 
     def finish(self, context, result):
         """Write the results onto the faces and colour them by full load hours."""
-        session, weather, energy = result
+        session, weather, energy, place = result
         city, ground = find_own_city(context.scene, session)
         write_results(city, ground, session.transfer, energy)
         session.weather, session.energy = weather, energy
-        text = summarise_energy(city, weather, energy)
-        context.scene.citypv.attribute = "full_load_hours"
-        colour_faces(city, ground, "full_load_hours")
+        text = summarise_energy(city, weather, energy, place)
+        show_result(context, city, ground, "full_load_hours")
         return text

@@ -8,6 +8,7 @@ from gpu_extras.batch import batch_for_shader
 from .attributes import PREFIX, RESULTS
 from .colour_faces import read_scale
 from .colour_scale import format_tick
+from .draw_highlight import draw_highlight
 from .session import find_city
 
 PAPER = (0.95, 0.95, 0.94, 0.94)  # background of the legend; all colours here are sRGB with alpha
@@ -17,13 +18,14 @@ _handlers = []
 
 
 def start_drawing():
-    """Start drawing the legend in all 3D views."""
+    """Start drawing legend and highlight in all 3D views."""
     if not bpy.app.background:
-        _handlers.append(bpy.types.SpaceView3D.draw_handler_add(draw_legend, (), "WINDOW", "POST_PIXEL"))
+        for draw, moment in ((draw_legend, "POST_PIXEL"), (draw_highlight, "POST_VIEW")):
+            _handlers.append(bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", moment))
 
 
 def stop_drawing():
-    """Stop drawing the legend."""
+    """Stop drawing them."""
     while _handlers:
         bpy.types.SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
 

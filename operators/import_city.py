@@ -6,18 +6,22 @@ from pathlib import Path
 
 import bpy
 
+from .attributes import PREFIX
 from .build_meshes import build_meshes, remove_city, show_objects
-from .keep_report import keep_report
+from .keep_report import FILES, keep_report
 from .read_settings import read_city_path, read_settings
 from .run_step import Step
-from .session import Session, find_city, open_session
+from .session import Session, list_cities, open_session
 from .show_city import show_city
+from .switch_city import show_objects_of
 
 SUFFIXES = (".gml", ".xml", ".citygml", ".json", ".jsonl", ".obj", ".gz")  # the file browser shows these
 
 
 class ImportCity(Step, bpy.types.Operator):
-    """Read the buildings of a file or folder (CityGML, CityJSON, OBJ) and show them, replacing an earlier import"""
+    """Read the buildings of a file or folder (CityGML, CityJSON, OBJ) and show them.
+
+    The same files again take the place of their earlier import; other cities are kept, hidden"""
 
     bl_idname = "citypv.import_city"
     bl_label = "Import city"
@@ -31,6 +35,13 @@ class ImportCity(Step, bpy.types.Operator):
     )
     files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+
+    def invoke(self, context, event):
+        """Start in the background; without a file, open the file browser."""
+        if not (self.filepath or self.files or context.scene.citypv.city_path) and not bpy.app.background:
+            bpy.ops.citypv.choose_city("INVOKE_DEFAULT")
+            return {"CANCELLED"}
+        return super().invoke(context, event)
 
     def prepare(self, context):
         """Read the paths and options."""
@@ -96,10 +107,33 @@ def triangulate_import(city, request, progress):
 
 
 def show_import(context, city, scene, findings):
-    """Show a city, replacing an earlier one; return the message for the user."""
-    remove_city(*find_city(context.scene))
+    """Show a city; the same files' earlier one is replaced, others are hidden. Return the message for the user."""
+    kept = put_aside(context.scene, [str(path) for path in scene.report.files])
     item, ground = build_meshes(scene)
     show_objects(context.scene, item, ground)
+    item.select_set(True)
     open_session(item, Session(city=city))
     show_city(scene.vertices, shaded=True)
-    return keep_report(item, scene, findings)
+    return keep_report(item, scene, findings) + (f"; kept, hidden: {', '.join(kept)}" if kept else "")
+
+
+def put_aside(stage, files):
+    """Remove cities of the same files from a Blender scene, and hide the others.
+
+    Parameters
+    ----------
+    stage : bpy.types.Scene
+    files : list of str
+
+    Returns
+    -------
+    list of str
+        Names of the cities that are hidden now.
+    """
+    for item in list_cities(stage):
+        if list(item.get(FILES, ())) == files:
+            remove_city(item, item.get(PREFIX + "ground"))
+    kept = list_cities(stage)
+    for item in kept:
+        show_objects_of(item, visible=False)
+    return [item.name for item in kept]

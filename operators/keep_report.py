@@ -7,6 +7,7 @@ import numpy as np
 from ..core.errors import InputError
 from .attributes import PREFIX
 from .list_groups import list_groups
+from .summarise import write_results_out
 from .write_attributes import read_face_attribute
 
 REPORT, FILES, ROWS, BUILDINGS = (PREFIX + name for name in ("report", "files", "report_rows", "buildings"))
@@ -121,8 +122,8 @@ def describe_row(row):
 
 
 def write_out(item):
-    """Write the complete report as text, with all ids."""
-    lines = [*item.get(FILES, ()), *item.get(REPORT, ())]
+    """Write the complete report as text: the city, weather and hours, albedos, and groups with all ids."""
+    lines = [*item.get(FILES, ()), *item.get(REPORT, ()), *write_results_out(item)]
     for row in read_rows(item):
         lines += ["", f"{row['heading']}: {row['name']}", f"  {row['count']}   {row['area']}".rstrip()]
         lines += [f"    {name}" for name in row["ids"].split("\n") if name]

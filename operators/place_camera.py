@@ -7,6 +7,7 @@ from mathutils import Matrix
 from ..core.results.colour_map import GROUND
 from .colour_scale import linear_colour
 
+CAMERA = "CityPV camera"
 LENS, SENSOR_WIDTH = 60.0, 36.0  # [mm]
 AZIMUTH, ELEVATION = 150.0, 38.0  # of the camera, seen from the city [°]
 MARGIN_SIDE, MARGIN_TOP, MARGIN_BOTTOM = 0.04, 0.05, 0.20  # of the frame's half width and half height
@@ -30,20 +31,29 @@ def place_camera(scene, points, width=1600, height=900):
     tan_x = SENSOR_WIDTH / 2 / LENS
     right, up, forward = camera_axes(AZIMUTH, ELEVATION)
     location = frame_points(points, (right, up, forward), tan_x, tan_x * height / width)
-    data = bpy.data.cameras.get("CityPV camera") or bpy.data.cameras.new("CityPV camera")
-    data.lens, data.sensor_width, data.sensor_fit = LENS, SENSOR_WIDTH, "HORIZONTAL"
+    camera = find_camera(scene)
+    data = camera.data
+    data.type, data.lens, data.sensor_width, data.sensor_fit = "PERSP", LENS, SENSOR_WIDTH, "HORIZONTAL"
+    data.shift_x = data.shift_y = 0.0
     depths = (points - location) @ forward
     data.clip_start, data.clip_end = 0.1, float(4 * depths.max() + 100)
-    camera = bpy.data.objects.get("CityPV camera") or bpy.data.objects.new("CityPV camera", data)
     # A camera looks along its own -z, with y up.
     matrix = np.eye(4)
     matrix[:3] = np.column_stack((right, up, -forward, location))
     camera.matrix_world = Matrix(matrix.tolist())
+    scene.render.resolution_x, scene.render.resolution_y = width, height
+    scene.render.resolution_percentage = 100
+    return camera
+
+
+def find_camera(scene):
+    """The camera of CityPV's pictures, created if missing, as the camera of a Blender scene."""
+    camera = bpy.data.objects.get(CAMERA)
+    if camera is None:
+        camera = bpy.data.objects.new(CAMERA, bpy.data.cameras.get(CAMERA) or bpy.data.cameras.new(CAMERA))
     if camera.name not in scene.collection.all_objects:
         scene.collection.objects.link(camera)
     scene.camera = camera
-    scene.render.resolution_x, scene.render.resolution_y = width, height
-    scene.render.resolution_percentage = 100
     return camera
 
 

@@ -7,6 +7,7 @@ import bpy
 
 from ..core.errors import InputError
 from ..core.progress import CancelledError, describe_progress, silent
+from .panel_words import in_panel_words
 from .select_faces import leave_edit_mode
 
 TICK = 0.1  # polling interval [s]
@@ -141,7 +142,7 @@ class Step:
         except InputError as problem:
             return self._refuse(problem)
         finally:
-            redraw_panels(context)
+            redraw_panels(context, views=True)
 
     def _leave(self, context):
         Step.current = None
@@ -156,13 +157,15 @@ class Step:
     def _refuse(self, error):
         # A library that fails to load is not the user's fault: name it.
         prefix = "A library could not be loaded: " if isinstance(error, ImportError) else ""
-        self.report({"ERROR"}, f"{prefix}{error}")
+        self.report({"ERROR"}, prefix + in_panel_words(error))
         return {"CANCELLED"}
 
 
-def redraw_panels(context):
-    """Redraw panels and legends in all 3D views."""
+def redraw_panels(context, *, views=False):
+    """Redraw the sidebars of all 3D views; the views themselves, with city and legend, only if asked for."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
-                area.tag_redraw()
+                for region in area.regions:
+                    if views or region.type == "UI":
+                        region.tag_redraw()

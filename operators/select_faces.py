@@ -4,10 +4,13 @@ import bpy
 import numpy as np
 
 from ..core.errors import InputError
+from .attributes import PREFIX
+
+HIGHLIGHT = PREFIX + "highlight"  # property of the object: its selected faces are drawn over
 
 
 def select_faces(context, item, chosen):
-    """Enter edit mode on an object with only these faces selected.
+    """Select only these faces of an object, and highlight them; in edit mode (Tab) they are the selection.
 
     Parameters
     ----------
@@ -29,7 +32,14 @@ def select_faces(context, item, chosen):
     context.view_layer.objects.active = item
     _mark(item.data, chosen)
     context.tool_settings.mesh_select_mode = (False, False, True)
-    bpy.ops.object.mode_set(mode="EDIT")
+    item[HIGHLIGHT] = True
+
+
+def deselect_faces(item):
+    """Deselect all faces of an object in object mode, and end their highlight."""
+    _mark(item.data, np.zeros(len(item.data.polygons), dtype=bool))
+    if HIGHLIGHT in item:
+        del item[HIGHLIGHT]
 
 
 def leave_edit_mode(context):

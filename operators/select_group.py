@@ -5,7 +5,8 @@ import numpy as np
 
 from ..core.errors import InputError
 from .keep_report import BUILDINGS, NAMES_SHOWN, describe_row, find_faces, find_row, read_rows
-from .select_faces import leave_edit_mode, read_selection, select_faces
+from .run_step import redraw_panels
+from .select_faces import deselect_faces, leave_edit_mode, read_selection, select_faces
 from .session import find_city
 from .write_attributes import read_face_attribute
 
@@ -25,7 +26,7 @@ class OfCity:
 
 
 class SelectGroup(OfCity, bpy.types.Operator):
-    """Select the faces of a group of the report, in edit mode"""
+    """Select and highlight the faces of a group of the report"""
 
     bl_idname = "citypv.select_group"
     bl_label = "Select group"
@@ -42,10 +43,10 @@ class SelectGroup(OfCity, bpy.types.Operator):
             row = find_row(find_city(context.scene)[0], properties.group)
         except (InputError, AttributeError):
             return cls.__doc__
-        return f"Select in edit mode: {row['name']} ({describe_row(row)})"
+        return f"Select and highlight: {row['name']} ({describe_row(row)}). Tab edits, Deselect clears"
 
     def execute(self, context):
-        """Select, and report the number of faces."""
+        """Select, and report the number of surfaces."""
         city, _ = find_city(context.scene)
         leave_edit_mode(context)
         try:
@@ -54,7 +55,25 @@ class SelectGroup(OfCity, bpy.types.Operator):
         except InputError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, f"{chosen.sum()} faces selected (Shift H isolates them): {self.group.partition('/')[2]}")
+        count = len(np.unique(read_face_attribute(city.data, "surface")[chosen]))
+        redraw_panels(context, views=True)
+        self.report({"INFO"}, f"{count} surfaces selected: {self.group.partition('/')[2]}")
+        return {"FINISHED"}
+
+
+class DeselectFaces(OfCity, bpy.types.Operator):
+    """Deselect all faces of the city, and end the highlight"""
+
+    bl_idname = "citypv.deselect"
+    bl_label = "Deselect"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        """Deselect."""
+        city, _ = find_city(context.scene)
+        leave_edit_mode(context)
+        deselect_faces(city)
+        redraw_panels(context, views=True)
         return {"FINISHED"}
 
 
@@ -78,6 +97,7 @@ class SelectBuildings(OfCity, bpy.types.Operator):
         except InputError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
+        redraw_panels(context, views=True)
         names = ", ".join(city[BUILDINGS][k] for k in wanted[:NAMES_SHOWN].tolist())
         self.report({"INFO"}, f"{len(wanted)} buildings: {names}{' …' if len(wanted) > NAMES_SHOWN else ''}")
         return {"FINISHED"}

@@ -40,7 +40,7 @@ def close_sessions():
 
 
 def find_city(scene):
-    """Find the city and its ground in a Blender scene.
+    """Find the city that the panel works on, and its ground.
 
     Parameters
     ----------
@@ -49,14 +49,19 @@ def find_city(scene):
     Returns
     -------
     city, ground : bpy.types.Object or None
-        The active view layer's selected city first, else the scene's first; its own ground beside it.
+        The selected city first, else the first that is to be seen, else the scene's first; its own ground beside it.
     """
-    cities = [item for item in scene.objects if item.get(PREFIX + "part") == "city"]
+    cities = list_cities(scene)
     if not cities:
         return None, None
-    chosen = [item for item in cities if item.select_get()]
+    chosen = [item for item in cities if item.select_get()] or [item for item in cities if item.visible_get()]
     city = (chosen or cities)[0]
     return city, city.get(PREFIX + "ground")
+
+
+def list_cities(scene):
+    """All cities of a Blender scene: list of bpy.types.Object."""
+    return [item for item in scene.objects if item.get(PREFIX + "part") == "city"]
 
 
 def find_own_city(scene, session):
@@ -67,9 +72,7 @@ def find_own_city(scene, session):
     InputError
         They are gone: the user deleted or replaced them while a step ran.
     """
-    city, ground = find_city(scene)
-    if session is None or find_session(city) is not session:
-        raise InputError(
-            "City", "it was deleted or replaced while the step ran", "select the city and run the step again"
-        )
-    return city, ground
+    for city in list_cities(scene) if session is not None else ():
+        if find_session(city) is session:
+            return city, city.get(PREFIX + "ground")
+    raise InputError("City", "it was deleted or replaced while the step ran", "select the city and run the step again")

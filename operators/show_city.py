@@ -4,11 +4,15 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
+from .colour_faces import COLOUR_ATTRIBUTE
 from .place_camera import AZIMUTH, ELEVATION, camera_axes
+from .session import find_city
 
 
-def show_city(points=None, shaded=False):
+def show_city(points=None, shaded=False, screens=None):
     """Show colours in solid mode (no shader compilation), and set clipping distances for the whole city.
+
+    Other workspaces keep their own shading.
 
     Parameters
     ----------
@@ -16,8 +20,10 @@ def show_city(points=None, shaded=False):
         Points that every 3D view is turned to, from the south-east above.
     shaded : bool
         Show the shape by a studio light, where there are no colours yet.
+    screens : iterable of bpy.types.Screen, optional
+        By default those that are to be seen, one in each window.
     """
-    for screen in bpy.data.screens:
+    for screen in seen_screens() if screens is None else screens:
         for space in (area.spaces.active for area in screen.areas if area.type == "VIEW_3D"):
             shading = space.shading
             shading.type = "SOLID"
@@ -27,6 +33,18 @@ def show_city(points=None, shaded=False):
             space.overlay.show_floor = space.overlay.show_axis_x = space.overlay.show_axis_y = False
             if points is not None and len(points):
                 _look_at(space, points)
+
+
+def match_view(stage):
+    """Show colours where the scene's city has them, else its shape in a studio light."""
+    city, _ = find_city(stage)
+    if city is not None:
+        show_city(shaded=COLOUR_ATTRIBUTE not in city.data.color_attributes)
+
+
+def seen_screens():
+    """Screens that are to be seen, one in each window: list of bpy.types.Screen."""
+    return [window.screen for window in bpy.context.window_manager.windows]
 
 
 def _look_at(space, points):

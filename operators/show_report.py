@@ -11,7 +11,7 @@ TEXT = "CityPV report"
 
 
 class ShowReport(OfCity, bpy.types.Operator):
-    """Write the complete report with all ids to the text "CityPV report", and show it in open text editors"""
+    """Write the complete report with hours, weather, albedos and all ids to the text "CityPV report", and open it"""
 
     bl_idname = "citypv.show_report"
     bl_label = "Report as text"
@@ -21,13 +21,30 @@ class ShowReport(OfCity, bpy.types.Operator):
         """Write the text and show it."""
         text = bpy.data.texts.get(TEXT) or bpy.data.texts.new(TEXT)
         text.from_string(write_out(find_city(context.scene)[0]))
-        areas = [area for window in context.window_manager.windows for area in window.screen.areas]
-        editors = [area.spaces.active for area in areas if area.type == "TEXT_EDITOR"]
+        editors = find_editors(context) or open_editor(context)
         for editor in editors:
             editor.text, editor.top = text, 0
         where = "shown in the text editor" if editors else "open it in a text editor"
         self.report({"INFO"}, f'{len(text.lines)} lines in the text "{TEXT}": {where}')
         return {"FINISHED"}
+
+
+def find_editors(context):
+    """Text editors that are open: list of bpy.types.SpaceTextEditor."""
+    areas = [area for window in context.window_manager.windows for area in window.screen.areas]
+    return [area.spaces.active for area in areas if area.type == "TEXT_EDITOR"]
+
+
+def open_editor(context):
+    """Open a text editor in a window of its own; none where Blender runs without windows: list of SpaceTextEditor."""
+    if bpy.app.background:
+        return []
+    windows = list(context.window_manager.windows)
+    bpy.ops.wm.window_new()
+    opened = [window for window in context.window_manager.windows if window not in windows]
+    for window in opened:
+        max(window.screen.areas, key=lambda area: area.width * area.height).type = "TEXT_EDITOR"
+    return find_editors(context)
 
 
 class CopyGroup(OfCity, bpy.types.Operator):

@@ -44,5 +44,5 @@ def stage_city(scene, transfer, energy, note=""):
     set_background(stage)
     points = read_vertices(city)
     build_legend(stage, place_camera(stage, points), scale, note)
-    show_city(points)
+    show_city(points, screens=bpy.data.screens)
     return city

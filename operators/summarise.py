@@ -4,22 +4,32 @@ import numpy as np
 
 from .attributes import PREFIX
 
-GROUPS, WEATHER, ALBEDOS, UNREAD, INTERRUPTED = (
-    PREFIX + name for name in ("groups", "weather", "albedos", "unread", "interrupted")
+GROUPS, WEATHER, PLACE, ALBEDOS, UNREAD, INTERRUPTED = (
+    PREFIX + name for name in ("groups", "weather", "weather_place", "albedos", "unread", "interrupted")
 )
 
 
-def summarise_energy(item, weather, energy):
-    """Store the annual full load hours of each group on the object; return a sentence."""
+def summarise_energy(item, weather, energy, place=""):
+    """Store the annual full load hours of each group on the object; return a sentence.
+
+    Parameters
+    ----------
+    item : bpy.types.Object
+    weather : core.weather.weather.Weather
+    energy : core.energy.energy.Energy
+    place : str
+        Where the weather comes from, if from elsewhere (`core.sun.check_distance.describe_distance`).
+    """
     hours = energy.interval.total_seconds() / 3600
     annual = energy.capacity_factor.sum(axis=0) * hours / energy.years
     item[GROUPS] = [
         f"{kind} {orientation}|{count}|{value:,.0f}".replace(",", " ")
         for (kind, orientation), count, value in zip(energy.groups, energy.group_count, annual, strict=True)
     ]
-    item[WEATHER] = weather.label
+    item[WEATHER], item[PLACE] = weather.label, place
     mean = np.average(annual, weights=energy.group_area) if len(annual) else 0.0
-    return f"Full load hours of the eligible area: {mean:.0f} h per year ({weather.label})"
+    told = "; ".join(filter(None, (weather.label, place)))
+    return f"Full load hours of the eligible area: {mean:.0f} h per year ({told})"
 
 
 def summarise_albedo(item, rows, unread):
@@ -62,6 +72,20 @@ def summarise_interruption(item, interrupted):
 
 def forget_energy(item):
     """Remove the tables of an earlier energy step from the object."""
-    for key in (GROUPS, WEATHER):
+    for key in (GROUPS, WEATHER, PLACE):
         if key in item:
             del item[key]
+
+
+def write_results_out(item):
+    """Results of an object as lines of text: weather, full load hours of groups, albedos; empty before the steps."""
+    lines = [f"Weather: {'; '.join(item[key] for key in (WEATHER, PLACE) if item.get(key))}"] if WEATHER in item else []
+    lines += _write_table("Full load hours per year (group, surfaces, hours)", item.get(GROUPS, ()))
+    lines += _write_table("Albedo (material, albedo, surfaces)", item.get(ALBEDOS, ()))
+    lines += [item[key] for key in (UNREAD, INTERRUPTED) if item.get(key)]
+    return ["", *lines] if lines else []
+
+
+def _write_table(title, rows):
+    lines = ["    {:<32}{:>8}{:>10}".format(*row.split("|")).rstrip() for row in rows]
+    return [title, *lines] if lines else []

@@ -2,14 +2,13 @@
 
 import bpy
 
-from ..core.errors import InputError
-from .colour_faces import colour_faces
 from .keep_report import keep_report
 from .read_materials import read_finishes, remember_materials
 from .read_settings import read_settings
 from .run_step import Step
 from .select_faces import leave_edit_mode
 from .session import find_city, find_own_city, find_session
+from .show_result import show_result
 from .summarise import forget_energy, summarise_albedo, summarise_interruption
 from .write_attributes import write_results
 
@@ -32,7 +31,6 @@ class TraceCity(Step, bpy.types.Operator):
         """Take the scene and the settings."""
         city, ground = find_city(context.scene)
         session = find_session(city)
-        check_place(session.scene.site)
         leave_edit_mode(context)
         remember_materials(city, ground, session)
         request, unread = read_settings(context.scene.citypv), []
@@ -67,18 +65,7 @@ class TraceCity(Step, bpy.types.Operator):
         keep_report(city, session.scene, findings)
         summarise_albedo(city, *albedos)
         session.weather, session.transfer, session.energy = weather, transfer, None
-        colour_faces(city, ground, "diffuse_relative")
+        shown = show_result(context, city, ground, "diffuse_relative")
         interrupted = summarise_interruption(city, transfer.record.interrupted)
-        return interrupted or f"Traced {len(transfer.surfaces)} surfaces and {len(transfer.suns)} suns"
-
-
-def check_place(site):
-    """Raise an error if a scene has no location on Earth.
-
-    Raises
-    ------
-    InputError
-    """
-    if site.latitude is None or site.longitude is None:
-        cure = "enable Own location in step Classify, give latitude and longitude, and classify again"
-        raise InputError("City", "its location on Earth is unknown", cure)
+        traced = interrupted or f"Traced {len(transfer.surfaces)} surfaces and {len(transfer.suns)} suns"
+        return f"{traced}; shown: {shown.title.lower()}"

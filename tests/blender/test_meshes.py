@@ -56,9 +56,9 @@ def test_a_mesh_of_the_user_becomes_a_city(addon):
 
 def test_a_mesh_of_the_user_goes_through_the_steps(addon):
     bpy.ops.mesh.primitive_cube_add(size=10, location=(0, 0, 5))
-    assert bpy.ops.citypv.classify() == {"FINISHED"}
+    assert bpy.ops.citypv.take_meshes() == {"FINISHED"}
     with pytest.raises(RuntimeError, match="its location on Earth is unknown; enable Own location"):
-        bpy.ops.citypv.trace()
+        bpy.ops.citypv.classify()
     addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
     addon.days, addon.samples = 2, 64
     for step in ("classify", "trace", "energy"):
@@ -102,6 +102,7 @@ def test_a_collection_gives_its_meshes_those_below_it_and_its_instances(addon):
     np.testing.assert_allclose(points["row.001/shed"].min(axis=0), [35, 46, 0], atol=1e-5)
     np.testing.assert_allclose(points["row/shed"].max(axis=0), [5, 54, 6], atol=1e-5)
     assert shed.name == "shed"
+    addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
     assert bpy.ops.citypv.classify() == {"FINISHED"}
     item, _ = find_city(bpy.context.scene)
     assert list(item["citypv_report"])[:2] == ["Collection Town", "4 buildings, 0 parts, 24 surfaces"]

@@ -27,8 +27,8 @@ def city(addon, row_file):
 
 def selected_surfaces(city):
     """Ids of the surfaces whose faces are selected; all faces of a surface are, or none."""
-    assert city.mode == "EDIT"
-    leave_edit_mode(bpy.context)
+    assert city.mode == "OBJECT"
+    assert city["citypv_highlight"]
     chosen, surface = read_selection(city.data), read_face_attribute(city.data, "surface")
     ids = find_session(city).scene.surfaces.surface_id
     assert not set(surface[chosen]) & set(surface[~chosen])
@@ -98,6 +98,7 @@ def test_every_group_with_faces_selects_as_many_surfaces_as_it_says(city):
         if not len(row["surfaces"]):
             continue
         bpy.ops.citypv.select_group(group="kind/facade")
+        bpy.ops.object.mode_set(mode="EDIT")
         bpy.ops.mesh.hide(unselected=False)
         assert bpy.ops.citypv.select_group(group=row["key"]) == {"FINISHED"}
         names = selected_surfaces(city)
@@ -139,7 +140,8 @@ def test_a_group_that_is_not_there_is_an_error_in_one_line(city, operator):
 
 def test_nothing_selected_or_hidden_is_told(city):
     bpy.ops.citypv.select_group(group="kind/roof")
-    bpy.ops.mesh.select_all(action="DESELECT")
+    assert bpy.ops.citypv.deselect() == {"FINISHED"}
+    assert "citypv_highlight" not in city
     with pytest.raises(RuntimeError, match="City: no faces are selected"):
         bpy.ops.citypv.select_buildings()
     city.hide_set(True)
@@ -153,6 +155,7 @@ def test_the_steps_go_on_from_edit_mode(addon, city):
     assert bpy.ops.citypv.colour.poll()
     for step in ("trace", "energy", "colour", "classify", "import_city"):
         bpy.ops.citypv.select_group(group="kind/roof")
+        bpy.ops.object.mode_set(mode="EDIT")
         assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
     assert bpy.context.mode == "OBJECT"
 
@@ -163,6 +166,7 @@ def test_the_report_as_text_is_complete(city, row_file):
     assert [text.name for text in bpy.data.texts] == ["CityPV report"]
     lines = bpy.data.texts["CityPV report"].as_string().splitlines()
     assert lines[0] == str(row_file)
+    assert not any(line.startswith(("Weather", "Full load hours", "Albedo")) for line in lines)
     for row in read_rows(city):
         assert f"{row['heading']}: {row['name']}" in lines
         assert all(f"    {name}" in lines for name in row["ids"].split())

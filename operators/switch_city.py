@@ -1,0 +1,65 @@
+"""Switch between several cities of a file: one is to be seen, the others are hidden."""
+
+import bpy
+
+from ..core.errors import InputError
+from .attributes import PREFIX
+from .run_step import redraw_panels
+from .select_faces import leave_edit_mode
+from .session import find_city, list_cities
+from .show_city import match_view
+
+
+class SwitchCity(bpy.types.Operator):
+    """Show this city, and hide the others"""
+
+    bl_idname = "citypv.switch_city"
+    bl_label = "Show city"
+    bl_options = {"REGISTER", "UNDO"}
+
+    name: bpy.props.StringProperty(name="City", description="Name of the city's object")
+
+    @classmethod
+    def poll(cls, context):
+        """There is a city."""
+        cls.poll_message_set("Import a city first")
+        return find_city(context.scene)[0] is not None
+
+    def execute(self, context):
+        """Show one, hide the others."""
+        cities = list_cities(context.scene)
+        try:
+            chosen = find_by_name(cities, self.name)
+        except InputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        leave_edit_mode(context)
+        for item in cities:
+            show_objects_of(item, visible=item == chosen)
+        chosen.select_set(True)
+        match_view(context.scene)
+        redraw_panels(context, views=True)
+        return {"FINISHED"}
+
+
+def find_by_name(cities, name):
+    """City with this name.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    for item in cities:
+        if item.name == name:
+            return item
+    raise InputError(name or "City", "there is no such city", f"give {' or '.join(item.name for item in cities)}")
+
+
+def show_objects_of(city, *, visible):
+    """Show or hide a city and its ground in viewport and pictures; what is hidden is not selected either."""
+    for item in filter(None, (city, city.get(PREFIX + "ground"))):
+        if not visible:
+            item.select_set(False)
+        item.hide_set(not visible)
+        item.hide_render = not visible
