@@ -17,7 +17,7 @@ from tracer import SETTINGS, TOWN, measure_errors, run_mitsuba
 
 from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.plots.picture import DOTS, make_figure, plain_style
+from citypv.core.plots.picture import DOTS, make_figure, make_logarithmic, plain_style
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
@@ -85,8 +85,7 @@ def draw(curves, path):
         axes = figure.subplots()
         for mark, (label, points) in zip(MARKS, curves.items(), strict=False):
             axes.plot(*zip(*points, strict=True), marker=mark, label=label)
-        axes.set_xscale("log")
-        axes.set_yscale("log")
+        make_logarithmic(axes)
         axes.set_xlabel("Processor seconds of tracing, 91,764 triangles, 143 suns")
         axes.set_ylabel("Error of the light of a year, rms over triangles [%]")
         axes.legend()

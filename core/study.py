@@ -191,8 +191,9 @@ def trace_round(scene, suns, request, index, *, progress=silent, folder=None, pr
         To be merged by `transfer.merge_transfers`.
     """
     seed = seed_of_round(request.seed, index)
-    trace = ESTIMATORS[request.estimator]
-    return trace_seasons(trace, scene, suns, replace(request, seed=seed), progress, folder, reseed(prepared, seed))
+    trace, prepared = ESTIMATORS[request.estimator], reseed(prepared, seed)
+    request = replace(request, seed=seed)
+    return trace_seasons(trace, scene, suns, request, progress=progress, folder=folder, prepared=prepared)
 
 
 def weigh_kept_suns(transfer, year):

@@ -1,6 +1,6 @@
 """Error against time: what each setting costs on a scene, with the presets marked."""
 
-from .picture import DOTS, make_figure, plain_style
+from .picture import DOTS, make_figure, make_logarithmic, plain_style
 
 FAMILIES = {  # beginning of the name -> label, colour, mark
     "--samples": ("sky rays", "#0072B2", "s"),
@@ -29,8 +29,7 @@ def draw_prices(listed, path):
             if not one.name.startswith("--") and not one.name.endswith("rounds"):
                 axes.plot(one.seconds, one.error, "k*", markersize=13, zorder=5)
                 axes.annotate(one.name.capitalize(), (one.seconds, one.error), (6, 6), textcoords="offset points")
-        axes.set_xscale("log")
-        axes.set_yscale("log")
+        make_logarithmic(axes)
         axes.set_xlabel("Seconds of the whole run (predicted)")
         axes.set_ylabel("Error of full load hours on 95 % of the eligible area [%]")
         axes.legend()

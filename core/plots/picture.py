@@ -87,3 +87,17 @@ def embed_figure(figure, form="svg"):
     # Without the document type, which names a file on the web.
     text = re.sub(r"<!DOCTYPE[^>]*>\s*", "", file.getvalue().decode("utf-8"))
     return "data:image/svg+xml;base64," + base64.b64encode(text.encode("utf-8")).decode("ascii")
+
+
+def make_logarithmic(axes):
+    """Two logarithmic axes with plain numbers."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(label_some)
+
+
+def label_some(value, _=None):
+    """Label of a small tick of a logarithmic axis: of 2 and 5 only."""
+    return f"{value:g}" if f"{value:e}"[0] in "25" else ""

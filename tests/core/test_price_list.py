@@ -1,0 +1,63 @@
+"""`citypv accuracy`: its predictions against runs of the same settings, its table, JSON and picture."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_city import write_small_city
+
+from citypv.__main__ import main
+from citypv.core.accuracy.predict import fit_costs, terms_of_suns
+from citypv.core.accuracy.yield_errors import split_errors
+from citypv.core.request import Request
+from citypv.core.study import compute_energy, measure_sun_sampling, read_scene, read_year, trace_scene
+
+pytestmark = pytest.mark.once
+
+
+@pytest.fixture(scope="module")
+def city(tmp_path_factory):
+    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
+
+
+def error_of(city, **settings):
+    """Error [%] on 95 % of the area as a run states it."""
+    request = Request(weather="clear-sky", threads=1, **settings)
+    scene = read_scene([city], request)
+    weather = read_year(scene.site, request)
+    transfer = trace_scene(scene, weather, request)
+    sampling = measure_sun_sampling(scene, weather, transfer, request)
+    transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
+    return split_errors(transfer, weather, compute_energy(transfer, weather, request)).at_share()
+
+
+def test_predicted_errors_are_those_of_runs(city, tmp_path, capfd):
+    """Of 18 surfaces, so that a factor of 2 is asked; on Berlin it is 1.25 (docs/accuracy.md)."""
+    picture = tmp_path / "curve.png"
+    options = ["--weather", "clear-sky", "--threads", "1", "--json", "--plot", str(picture)]
+    assert main(["accuracy", str(city), *options]) == 0
+    listed = json.loads(capfd.readouterr().out)
+    prices = {one["name"]: one for one in listed["prices"]}
+    for name, settings in (
+        ("draft", {"samples": 64, "shadow_samples": 4, "suns": "days:12"}),
+        ("standard", {}),
+        ("--shadow-samples 64", {"shadow_samples": 64}),
+    ):
+        assert 0.5 < prices[name]["error"] / error_of(city, **settings) < 2, name
+    assert prices["draft"]["error"] > prices["standard"]["error"] > prices["reference"]["error"]
+    assert prices["--max-bounces 0"]["bounces_left"] > prices["--max-bounces 1"]["bounces_left"] > 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_costs_are_found_from_runs_that_follow_the_formula():
+    settings = [(256, 16, 3), (64, 16, 3), (64, 4, 1)]
+    terms = [terms_of_suns(*one, 294) for one in settings]
+    costs = [2e-3, 1e-5, 3e-7]
+    seconds = [sum(a * b for a, b in zip(row, costs, strict=True)) for row in terms]
+    assert fit_costs(np.array(terms, float), np.array(seconds)) == pytest.approx(costs, rel=1e-6)
+
+
+def test_a_picture_of_no_known_kind_is_refused(city, capfd):
+    assert main(["accuracy", str(city), "--plot", "curve.txt"]) == 2
+    assert "--plot" in capfd.readouterr().err
