@@ -287,6 +287,16 @@ def test_what_is_kept_of_a_large_matrix_comes_into_memory_where_it_has_room(monk
         np.testing.assert_array_equal(kept[:], values[:, :count])
 
 
+@pytest.mark.parametrize(("way", "largest"), [("days:24", 0.18), ("typical-days:12", 0.36), ("days:60", 0.09)])
+def test_an_interruption_loses_a_small_share_of_the_suns(way, largest):
+    """A day has about 12 suns: 24 days are cut into six blocks of four days, 12 typical days into three."""
+    suns = suns_of(way, start="2021-01-01", days=365)
+    for patches in (10, 30_000):
+        blocks = sun_blocks.cut_into_blocks(suns, patches)
+        assert max(block.stop - block.start for block in blocks) <= largest * len(suns)
+        assert [sun_blocks.count_kept(suns, blocks[: k + 1]) for k in range(len(blocks))] == [b.stop for b in blocks]
+
+
 def test_blocks_end_with_days_where_days_are_short_enough():
     suns = suns_of("typical-days:8")
     blocks = sun_blocks.cut_into_blocks(suns, 1000)
