@@ -3,6 +3,7 @@
 import bpy
 
 from ..operators.build_properties import settings_of_panel
+from ..operators.keep_transfer import describe_missing
 from ..operators.read_materials import describe_material
 from ..operators.run_step import Step
 from ..operators.session import find_city, list_cities
@@ -130,6 +131,7 @@ class EnergyPanel(_Step, bpy.types.Panel):
         for name in settings_of_panel("energy"):
             column.prop(settings, name)
         draw_step(self.layout, column, "citypv.energy", "OUTLINER_OB_LIGHTPROBE")
+        draw_missing_light(self.layout, context)
         draw_table(self.layout, context, "citypv_groups", ("Group", "Count", "Hours"))
         draw_lines(self.layout, context, "citypv_weather")
         draw_lines(self.layout, context, "citypv_weather_place", icon="ERROR")
@@ -194,13 +196,24 @@ def draw_missing(layout, context):
         layout.label(text="Low must be below High", icon="ERROR")
 
 
+def draw_missing_light(layout, context):
+    """Say which file with traced light is missing, if one is."""
+    missing = describe_missing(find_city(context.scene)[0])
+    if missing:
+        draw_sentence(layout.box().column(align=True), missing, "ERROR")
+
+
 def draw_step(layout, column, operator, icon):
     """Show the button of a step and, while it runs, its progress and a cancel button."""
     title = column.operator(operator, icon=icon).bl_rna.name
     if Step.current is not None and Step.current.title == title:
         row = layout.row(align=True)
-        row.progress(factor=Step.current.share, text=Step.current.text)
+        row.progress(factor=Step.current.share, text=f"{100 * Step.current.share:.0f} %")
         row.operator("citypv.cancel", text="", icon="CANCEL")
+        # Each on a line of its own: the sidebar is narrow.
+        lines = layout.column(align=True)
+        for text in filter(None, (Step.current.stage, Step.current.rate, Step.current.left)):
+            draw_sentence(lines, text)
 
 
 def draw_table(layout, context, key, head):

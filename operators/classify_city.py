@@ -4,6 +4,7 @@ import bpy
 
 from ..core.errors import InputError
 from .build_meshes import build_meshes, remove_city, show_objects
+from .compile_loops import COMPILING, compile_loops
 from .keep_report import keep_report
 from .read_materials import remember_materials
 from .read_settings import read_settings
@@ -20,6 +21,7 @@ class ClassifyCity(Step, bpy.types.Operator):
     bl_idname = "citypv.classify"
     bl_label = "Classify surfaces"
     bl_options = {"REGISTER", "UNDO"}
+    stages = {"classifying": 2, COMPILING: 1, "finding interior surfaces": 2}
 
     @classmethod
     def poll(cls, context):
@@ -47,8 +49,8 @@ class ClassifyCity(Step, bpy.types.Operator):
         city = session.city
         progress("classifying", 0, len(city), "polygons")
         scene = stand_city(city, request)
-        progress("finding interior surfaces", 0, len(city), "polygons")
-        return session, scene, list_findings(scene)
+        compile_loops(progress)
+        return session, scene, list_findings(scene, progress=progress)
 
     def finish(self, context, result):
         """Show the scene in place of the imported mesh, coloured by kind."""

@@ -2,9 +2,10 @@
 
 import bpy
 
+from .keep_transfer import describe_missing, find_kept, has_transfer, read_kept, reopen_session
 from .read_settings import read_settings
 from .run_step import Step
-from .session import find_city, find_own_city, find_session
+from .session import find_city, find_own_city
 from .show_result import show_result
 from .summarise import summarise_energy
 from .write_attributes import write_results
@@ -17,17 +18,19 @@ class WeighEnergy(Step, bpy.types.Operator):
     bl_label = "Compute energy"
     bl_options = {"REGISTER", "UNDO"}
 
+    stages = {"reading weather": 1, "electricity": 4}
+
     @classmethod
     def poll(cls, context):
-        """The city has been traced in this session."""
-        cls.poll_message_set("Trace the light first")
-        session = find_session(find_city(context.scene)[0])
-        return session is not None and session.transfer is not None
+        """The city has been traced, in this session or before the file was saved."""
+        city, _ = find_city(context.scene)
+        cls.poll_message_set(describe_missing(city) or "Trace the light first")
+        return city is not None and has_transfer(city)
 
     def prepare(self, context):
-        """Take the transfer and the settings."""
-        session = find_session(find_city(context.scene)[0])
-        return session, read_settings(context.scene.citypv)
+        """Take the transfer, or its file, and the settings."""
+        city, _ = find_city(context.scene)
+        return reopen_session(city), find_kept(city), read_settings(context.scene.citypv)
 
     @staticmethod
     def work(task, progress):
@@ -35,8 +38,9 @@ class WeighEnergy(Step, bpy.types.Operator):
         from ..core.study import check_settings, compute_energy, read_year
         from ..core.sun.check_distance import describe_distance
 
-        session, request = task
+        session, kept, request = task
         check_settings(request)
+        read_kept(session, kept)
         progress("reading weather", 0, 1, "years")
         weather = read_year(session.transfer.site, request, session.transfer.suns)
         energy = compute_energy(session.transfer, weather, request, progress)

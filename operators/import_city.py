@@ -36,6 +36,8 @@ class ImportCity(Step, bpy.types.Operator):
     files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
 
+    stages = {"reading files": 3, "joining polygons": 1, "triangulating": 1}
+
     def invoke(self, context, event):
         """Start in the background; without a file, open the file browser."""
         if not (self.filepath or self.files or context.scene.citypv.city_path) and not bpy.app.background:

@@ -6,20 +6,32 @@ import time
 import bpy
 
 from ..core.errors import InputError
-from ..core.progress import CancelledError, describe_progress, silent
+from ..core.progress import CancelledError, silent, with_prefix
 from .panel_words import in_panel_words
 from .select_faces import leave_edit_mode
 
 TICK = 0.1  # polling interval [s]
+EARLIEST, FEWEST = 5.0, 0.1  # seconds and share before which a time left says nothing
 
 
 class Job:
-    """Work that runs in its own thread, with its progress."""
+    """Work that runs in its own thread, with its progress.
 
-    def __init__(self, title, work):
+    Parameters
+    ----------
+    title : str
+    work : callable
+        Called as work(progress) in the thread.
+    stages : dict of str to float, optional
+        Stages of the work in their order, with the time that each takes relative to the others.
+    """
+
+    def __init__(self, title, work, stages=None):
         self.title, self.text, self.share = title, title, 0.0
+        self.stage, self.rate, self.left = title, "", ""  # as the panel shows them
         self.result, self.error = None, None
         self._stop, self.dropped = threading.Event(), False
+        self._stages, self._began = stages or {}, time.monotonic()
         self._stage, self._started = None, 0.0
         self._thread = threading.Thread(target=self._run, args=(work,), name=title, daemon=True)
 
@@ -31,7 +43,8 @@ class Job:
         """Request the work to stop at its next report and keep what is done; a second time, to discard it."""
         self.dropped = self.cancelled
         self._stop.set()
-        self.text = f"{self.title}: ends, and keeps nothing" if self.dropped else f"{self.title}: keeps what is done"
+        self.stage = "ends, and keeps nothing" if self.dropped else "keeps what is done"
+        self.text, self.rate, self.left = f"{self.title}: {self.stage}", "", ""
 
     @property
     def cancelled(self):
@@ -49,9 +62,11 @@ class Job:
             raise CancelledError
         if stage != self._stage:
             self._stage, self._started = stage, time.monotonic()
-        seconds = time.monotonic() - self._started
-        self.share = done / total if total else 0.0
-        self.text = f"{stage}: {describe_progress(done, total, unit, seconds)}"
+        now = time.monotonic()
+        self.share = share_of_step(self._stages, stage, done / total if total else 0.0, self.share)
+        self.stage, self.left = stage, describe_left(now - self._began, self.share)
+        self.rate = f"{with_prefix(done / (now - self._started))}{unit}/s" if done and now > self._started else ""
+        self.text = f"{stage}: " + ", ".join(filter(None, (f"{100 * self.share:.0f} %", self.rate, self.left)))
 
     def _run(self, work):
         # Errors are reported in Blender's main thread.
@@ -59,6 +74,40 @@ class Job:
             self.result = work(self.progress)
         except BaseException as error:
             self.error = error
+
+
+def share_of_step(stages, stage, share, before):
+    """Share of a whole step that is done.
+
+    Parameters
+    ----------
+    stages : dict of str to float
+        Of `Job`; empty if not known.
+    stage : str
+    share : float
+        Of the stage.
+    before : float
+        The share that was reported last: it never falls while the stages are known.
+
+    Returns
+    -------
+    float
+    """
+    if not stages:
+        return share
+    if stage not in stages:
+        return before
+    names = list(stages)
+    done = sum(stages[name] for name in names[: names.index(stage)]) + stages[stage] * share
+    return max(before, done / sum(stages.values()))
+
+
+def describe_left(seconds, share):
+    """Time that the whole step still takes as text; "" before the estimate is worth something."""
+    if seconds < EARLIEST or not FEWEST < share < 1:
+        return ""
+    left = seconds * (1 - share) / share
+    return f"about {left:.0f} s left" if left < 90 else f"about {left / 60:.0f} min left"
 
 
 class Step:
@@ -70,6 +119,7 @@ class Step:
     """
 
     current = None  # the running job; the panels show it below the button with its title
+    stages = None  # of `Job`
 
     def prepare(self, context):
         """Read settings in Blender's thread; return what `work` needs."""
@@ -79,6 +129,10 @@ class Step:
     def work(task, progress):
         """Call core; knows nothing of Blender."""
         raise NotImplementedError
+
+    def expect(self, task):
+        """Stages of this task, with the time that each takes relative to the others; None for those of the class."""
+        return None
 
     def finish(self, context, result):
         """Write back in Blender's thread; return the message for the user."""
@@ -103,7 +157,8 @@ class Step:
             task = self.prepare(context)
         except (InputError, ImportError) as error:
             return self._refuse(error)
-        Step.current = self._job = Job(self.bl_label, lambda progress: self.work(task, progress))
+        stages = self.expect(task) or self.stages
+        Step.current = self._job = Job(self.bl_label, lambda progress: self.work(task, progress), stages)
         self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
         self._job.start()

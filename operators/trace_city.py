@@ -2,6 +2,8 @@
 
 import bpy
 
+from ..core.progress import SUN_STAGE
+from .compile_loops import COMPILING, compile_loops
 from .keep_report import keep_report
 from .read_materials import read_finishes, remember_materials
 from .read_settings import read_settings
@@ -11,6 +13,8 @@ from .session import find_city, find_own_city, find_session
 from .show_result import show_result
 from .summarise import forget_energy, summarise_albedo, summarise_interruption
 from .write_attributes import write_results
+
+SUNS_PER_DAY = 12
 
 
 class TraceCity(Step, bpy.types.Operator):
@@ -40,6 +44,17 @@ class TraceCity(Step, bpy.types.Operator):
             request.materials, unread = read_finishes(names, session.scene.colours)
         return session, request, unread
 
+    def expect(self, task):
+        """Rays of each stage; those of the sky also find what reflects to what, those of the suns have reflections."""
+        _, request, _ = task
+        way, _, number = request.suns.partition(":")
+        suns = int(number or 0) * SUNS_PER_DAY if "days" in way else int(number or SUNS_PER_DAY * 365)
+        if request.estimator == "forward":
+            return None
+        sky, sun = 2.0 * request.samples, float(suns * request.shadow_samples)
+        names = COMPILING, "reading weather", "sky and reflections", "reflections of the sky", "horizon", SUN_STAGE
+        return dict(zip(names, (0.01 * sky, 0.1 * sky, sky, 0.1 * sky, 0.2 * sky, sun), strict=True))
+
     @staticmethod
     def work(task, progress):
         """Trace; the weather only provides the hours."""
@@ -50,6 +65,7 @@ class TraceCity(Step, bpy.types.Operator):
         session, request, unread = task
         check_settings(request)
         albedos = describe_albedo(session.scene, request)
+        compile_loops(progress)
         progress("reading weather", 0, 1, "years")
         weather = read_year(session.scene.site, request)
         transfer = trace_scene(session.scene, weather, request, progress)

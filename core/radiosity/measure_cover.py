@@ -13,16 +13,19 @@ from ..threads import map_in_order, usable_threads
 from ..transfer.surface_means import area_means, cover_of_surfaces
 from .trace_hemisphere import RAYS_PER_TASK, trace_hemisphere
 
+COVER_STAGE = "finding interior surfaces"
 RAYS = 8 * HEMISPHERE_REPLICATES  # per patch; if one hits a back, the cells of the patch are examined
 
 
-def measure_cover(scene, threads=None):
+def measure_cover(scene, threads=None, progress=silent):
     """Covered share of each surface.
 
     Parameters
     ----------
     scene : Scene
     threads : int, optional
+    progress : callable, optional
+        See `core.progress`.
 
     Returns
     -------
@@ -33,14 +36,20 @@ def measure_cover(scene, threads=None):
     threads = usable_threads(threads)
     ray_scene = FacingScene(scene, patches, threads)
     chosen = patches.receives & (scene.triangle_surface >= 0)
-    covered_share = measure_patches(ray_scene, patches, chosen, threads)
+    covered_share = measure_patches(ray_scene, patches, chosen, threads, progress)
     return cover_of_surfaces(area_means(scene.triangle_surface, patches.area, len(scene.surfaces)), covered_share)
 
 
-def measure_patches(ray_scene, patches, chosen, threads):
+def measure_patches(ray_scene, patches, chosen, threads, progress=silent):
     """Covered share of the chosen patches: (p,) float32; 0 for the others, 1 for those that receive nothing."""
     hemisphere = trace_hemisphere(
-        ray_scene, patches, chosen, sample_count=RAYS, reflections=False, threads=threads, progress=silent
+        ray_scene,
+        patches,
+        chosen,
+        sample_count=RAYS,
+        reflections=False,
+        threads=threads,
+        progress=lambda _, done, total, unit: progress(COVER_STAGE, done, total, unit),
     )
     return np.where(patches.receives, hemisphere.covered_share, np.float32(1))
 

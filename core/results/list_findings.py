@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..progress import silent
 from ..radiosity.measure_cover import measure_cover
 
 HALF = 0.5  # of a surface: if more of it is covered, it is listed as inside
@@ -21,7 +22,7 @@ class Finding:
     area: float | None  # [m²]; None for skipped objects without a shape
 
 
-def list_findings(scene, covered_share=None):
+def list_findings(scene, covered_share=None, progress=silent):
     """Findings of a scene, in the order repaired, skipped, inside, sheet.
 
     Parameters
@@ -29,6 +30,8 @@ def list_findings(scene, covered_share=None):
     scene : Scene
     covered_share : (n,) float, optional
         Of each surface, if it was traced; by default a few rays are traced for it.
+    progress : callable, optional
+        See `core.progress`; of these rays.
 
     Returns
     -------
@@ -43,7 +46,7 @@ def list_findings(scene, covered_share=None):
     for reason, names in report.skipped.items():
         area = report.skipped_area.get(reason)
         findings.append(Finding("skipped", reason, list(names), np.zeros(0, np.int64), area))
-    for reason, inside in find_inside(scene, covered_share).items():
+    for reason, inside in find_inside(scene, covered_share, progress).items():
         chosen = np.flatnonzero(inside)
         if len(chosen):
             names = [surfaces.surface_id[k] for k in chosen]
@@ -55,7 +58,7 @@ def list_findings(scene, covered_share=None):
     return findings
 
 
-def find_inside(scene, covered_share=None):
+def find_inside(scene, covered_share=None, progress=silent):
     """Surfaces that lie inside or under something and receive no light.
 
     Returns
@@ -64,7 +67,7 @@ def find_inside(scene, covered_share=None):
         Reason -> surfaces; a surface has at most one reason.
     """
     if covered_share is None:
-        covered_share = measure_cover(scene)
+        covered_share = measure_cover(scene, progress=progress)
     count = len(scene.surfaces)
     own = scene.triangle_surface >= 0
     closure = np.zeros(count, bool)

@@ -1,0 +1,81 @@
+"""What the panel says of a running step: its stage, the share of the whole step, and the time left once it is known."""
+
+import time
+
+import bpy
+import pytest
+
+from citypv.core.city.join_contents import JOINING
+from citypv.core.files.read_city import READING
+from citypv.core.progress import SUN_STAGE
+from citypv.operators import classify_city, compile_loops, run_step
+from citypv.operators.classify_city import ClassifyCity
+from citypv.operators.compute_energy import WeighEnergy
+from citypv.operators.import_city import ImportCity
+from citypv.operators.run_step import Job, describe_left, share_of_step
+from citypv.operators.trace_city import TraceCity
+
+STAGES = {"sky": 3.0, "suns": 1.0}
+
+
+def test_the_share_is_that_of_the_whole_step_and_never_falls():
+    assert share_of_step(STAGES, "sky", 0.5, 0.0) == pytest.approx(0.375)
+    assert share_of_step(STAGES, "suns", 0.0, 0.4) == pytest.approx(0.75)
+    assert share_of_step(STAGES, "suns", 1.0, 0.9) == 1.0
+    assert share_of_step(STAGES, "sky", 0.0, 0.8) == 0.8
+    assert share_of_step(STAGES, "unknown", 0.5, 0.3) == 0.3
+    assert share_of_step({}, "any", 0.5, 0.9) == 0.5
+
+
+def test_a_time_left_is_told_once_it_is_worth_something():
+    assert describe_left(1.0, 0.5) == ""  # too early
+    assert describe_left(60.0, 0.02) == ""  # too little done
+    assert describe_left(20.0, 0.25) == "about 60 s left"
+    assert describe_left(60.0, 0.25) == "about 3 min left"
+    assert describe_left(60.0, 1.0) == ""
+
+
+def test_a_job_tells_stage_rate_and_share():
+    job = Job("Trace light", lambda progress: None, STAGES)
+    job.progress("sky", 0, 100, "rays")
+    time.sleep(0.02)
+    job.progress("sky", 50, 100, "rays")
+    assert (job.stage, job.share, job.left) == ("sky", 0.375, "")
+    assert job.rate.endswith("rays/s")
+    assert job.text == f"sky: 38 %, {job.rate}"
+
+
+def test_every_stage_of_the_steps_is_expected(addon, city_file, monkeypatch):
+    """As reported by core while the whole chain runs, in the order that the operators expect."""
+    told = []
+    monkeypatch.setattr(run_step, "silent", lambda stage, done, total, unit: told.append(stage))
+    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 2, 2
+    addon.sky = "perez"
+    for operator in (ImportCity, ClassifyCity, TraceCity, WeighEnergy):
+        told.clear()
+        assert getattr(bpy.ops.citypv, operator.bl_idname.partition(".")[2])() == {"FINISHED"}
+        stages = operator.stages
+        if operator is TraceCity:
+            task = TraceCity.prepare(None, bpy.context)
+            stages = TraceCity.expect(None, task)
+            assert SUN_STAGE in stages
+        seen = list(dict.fromkeys(told))
+        assert [name for name in stages if name in seen] == seen
+    assert {READING, JOINING} < set(ImportCity.stages)
+
+
+def test_compiling_is_a_stage_of_its_own(addon, city_file, monkeypatch):
+    told = []
+    monkeypatch.setattr(run_step, "silent", lambda stage, done, total, unit: told.append((stage, done, total)))
+    monkeypatch.setattr(compile_loops, "is_compiled", lambda: False)
+    addon.city_path = str(city_file)
+    for step in ("import_city", "classify"):
+        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    steps = [done / total for stage, done, total in told if stage == "compiling for this computer, only once"]
+    assert steps == [0, 1 / 3, 2 / 3, 1]
+    inside = [done / total for stage, done, total in told if stage == "finding interior surfaces"]
+    assert inside[0] == 0
+    assert inside[-1] == 1
+    assert classify_city.COMPILING in ClassifyCity.stages
+    monkeypatch.undo()
+    assert compile_loops.is_compiled()

@@ -1,0 +1,88 @@
+"""A file that was saved and is opened again: weather, module and colours change as before."""
+
+import shutil
+
+import bpy
+import numpy as np
+import pytest
+
+from citypv.operators.keep_transfer import describe_missing, find_kept
+from citypv.operators.session import find_city, find_session
+from citypv.operators.write_attributes import read_face_attribute
+
+
+@pytest.fixture
+def saved(addon, city_file, tmp_path):
+    """A city with results that was saved: its file and its full load hours."""
+    addon.city_path, addon.samples, addon.shadow_samples = str(city_file), 16, 2
+    addon.suns, addon.typical_days = "typical-days", 1
+    for step in ("import_city", "classify", "trace", "energy"):
+        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    path = tmp_path / "plan" / "city.blend"
+    path.parent.mkdir()
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path, read_face_attribute(find_city(bpy.context.scene)[0].data, "full_load_hours")
+
+
+def reopen(path):
+    """Open a file as another Blender does."""
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    city, _ = find_city(bpy.context.scene)
+    assert find_session(city) is None
+    return city, bpy.context.scene.citypv
+
+
+def test_another_weather_and_module_after_reopening(saved):
+    path, hours = saved
+    city, settings = reopen(path)
+    assert find_kept(city).name == "city.City.citypv.nc"
+    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    np.testing.assert_array_equal(read_face_attribute(city.data, "full_load_hours"), hours)
+    settings.weather = "clear-sky"
+    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    assert np.nanmean(read_face_attribute(city.data, "full_load_hours")) > 1.2 * np.nanmean(hours)
+    settings.attribute = "diffuse_relative"
+    assert city["citypv_colour_attribute"] == "diffuse_relative"
+
+
+def test_a_file_that_is_saved_elsewhere_takes_its_light_along(saved, tmp_path):
+    path, hours = saved
+    reopen(path)
+    other = tmp_path / "other" / "copy.blend"
+    other.parent.mkdir()
+    bpy.ops.wm.save_as_mainfile(filepath=str(other))
+    shutil.rmtree(path.parent)
+    city, _ = reopen(other)
+    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    np.testing.assert_array_equal(read_face_attribute(city.data, "full_load_hours"), hours)
+
+
+def test_light_that_is_missing_is_named(saved):
+    path, _ = saved
+    (path.parent / "city.City.citypv.nc").unlink()
+    city, _ = reopen(path)
+    words = "city.City.citypv.nc with the traced light is not beside this file"
+    assert describe_missing(city).startswith(words)
+    with pytest.raises(RuntimeError, match=words):
+        bpy.ops.citypv.energy()
+
+
+def test_light_that_is_damaged_is_an_error_in_one_line(saved):
+    path, _ = saved
+    (path.parent / "city.City.citypv.nc").write_bytes(b"no NetCDF")
+    reopen(path)
+    with pytest.raises(RuntimeError, match=r"city\.City\.citypv\.nc: cannot be read as NetCDF"):
+        bpy.ops.citypv.energy()
+
+
+def test_a_folder_that_cannot_be_written_still_saves_the_file(saved, monkeypatch):
+    from citypv.core.results import write_transfer
+
+    def refuse(path, transfer):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(write_transfer, "write_transfer", refuse)
+    path, _ = saved
+    assert bpy.ops.wm.save_as_mainfile(filepath=str(path)) == {"FINISHED"}
+    city, _ = find_city(bpy.context.scene)
+    assert "No space left on device" in describe_missing(city)
