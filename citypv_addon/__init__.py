@@ -14,6 +14,7 @@ from ..operators.import_city import ChooseCity, ImportCity
 from ..operators.select_group import DeselectFaces, SelectBuildings, SelectGroup
 from ..operators.session import close_sessions
 from ..operators.show_report import CopyGroup, ShowReport
+from ..operators.solar_city import CityHandler, DropWeather, SolarCity, WeatherHandler
 from ..operators.switch_city import SwitchCity
 from ..operators.take_meshes import TakeMeshes
 from ..operators.trace_city import TraceCity
@@ -21,8 +22,19 @@ from .command import register_command, unregister_command
 from .panels import PANELS, MaterialPanel, draw_import_menu
 from .properties import Settings, build_material_property
 
-STEPS = (ChooseCity, ImportCity, TakeMeshes, ClassifyCity, TraceCity, WeighEnergy, ColourCity, RenderCity)
-OTHERS = (CancelStep, SelectGroup, SelectBuildings, DeselectFaces, CopyGroup, ShowReport, SwitchCity)
+STEPS = (SolarCity, ChooseCity, ImportCity, TakeMeshes, ClassifyCity, TraceCity, WeighEnergy, ColourCity, RenderCity)
+OTHERS = (
+    DropWeather,
+    CityHandler,
+    WeatherHandler,
+    CancelStep,
+    SelectGroup,
+    SelectBuildings,
+    DeselectFaces,
+    CopyGroup,
+    ShowReport,
+    SwitchCity,
+)
 CLASSES = (Settings, *STEPS, *OTHERS, *PANELS, MaterialPanel)
 
 

@@ -8,7 +8,10 @@ from ..operators.read_materials import describe_material
 from ..operators.run_step import Step
 from ..operators.session import find_city, list_cities
 from ..operators.show_result import has_result
+from ..operators.step_state import STEPS, state_of_step
 from .report import draw_report, draw_rows, draw_sentence
+
+STATES = {"done": "CHECKMARK", "stale": "FILE_REFRESH", "next": "FORWARD"}  # icons
 
 
 class _Panel:
@@ -32,14 +35,24 @@ class MainPanel(_Panel, bpy.types.Panel):
         if Step.current is not None:
             self.layout.label(text=f"{Step.current.title}: Esc cancels", icon="SORTTIME")
         elif find_city(context.scene)[0] is None:
-            self.layout.label(text="Choose a city and import it", icon="INFO")
-        else:
-            self.layout.label(text="Run the five steps in order", icon="INFO")
+            self.layout.label(text="Choose a city, or drop its file here", icon="INFO")
+        column, settings = self.start(context)
+        column.prop(settings, "city_path")
+        column.scale_y = 1.2
+        draw_step(self.layout, column, "citypv.solar_city", "LIGHT_SUN")
+        draw_table(self.layout, context, "citypv_totals", ("Surfaces", "kWp", "MWh/year", "h/year"))
         draw_cities(self.layout, context)
 
 
 class _Step(_Panel):
     bl_parent_id = "CITYPV_PT_main"
+
+    def draw_header_preset(self, context):
+        """Show whether the step is done, stale or next."""
+        step = self.bl_idname.rpartition("_")[2]
+        state = state_of_step(find_city(context.scene)[0], step, context.scene.citypv) if step in STEPS else ""
+        if state:
+            self.layout.label(text=state, icon=STATES[state])
 
 
 class ImportPanel(_Step, bpy.types.Panel):

@@ -12,6 +12,7 @@ from .run_step import Step
 from .select_faces import leave_edit_mode
 from .session import Session, find_city, find_own_city, find_session, open_session
 from .show_result import show_result
+from .step_state import remember_step
 from .write_attributes import write_classes
 
 
@@ -55,8 +56,11 @@ class ClassifyCity(Step, bpy.types.Operator):
     def finish(self, context, result):
         """Show the scene in place of the imported mesh, coloured by kind."""
         before, scene, findings = result
-        remove_city(*find_own_city(context.scene, before))
+        old, old_ground = find_own_city(context.scene, before)
         item, ground = build_meshes(scene)
+        remember_step(item, "classify", context.scene.citypv, old)
+        remove_city(old, old_ground)
+        item.name, item.data.name = "City", "City"
         write_classes(item, ground, scene.surfaces)
         show_objects(context.scene, item, ground)
         item.select_set(True)

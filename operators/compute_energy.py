@@ -7,7 +7,8 @@ from .read_settings import read_settings
 from .run_step import Step
 from .session import find_city, find_own_city
 from .show_result import show_result
-from .summarise import summarise_energy
+from .step_state import remember_step
+from .summarise import sum_totals, summarise_energy, summarise_totals
 from .write_attributes import write_results
 
 
@@ -44,14 +45,17 @@ class WeighEnergy(Step, bpy.types.Operator):
         progress("reading weather", 0, 1, "years")
         weather = read_year(session.transfer.site, request, session.transfer.suns)
         energy = compute_energy(session.transfer, weather, request, progress)
-        return session, weather, energy, describe_distance(weather, session.transfer.site)
+        totals = sum_totals(session.transfer.surfaces, energy, request)
+        return session, weather, energy, describe_distance(weather, session.transfer.site), totals
 
     def finish(self, context, result):
         """Write the results onto the faces and colour them by full load hours."""
-        session, weather, energy, place = result
+        session, weather, energy, place, totals = result
         city, ground = find_own_city(context.scene, session)
         write_results(city, ground, session.transfer, energy)
         session.weather, session.energy = weather, energy
         text = summarise_energy(city, weather, energy, place)
+        summarise_totals(city, totals)
+        remember_step(city, "energy", context.scene.citypv)
         show_result(context, city, ground, "full_load_hours")
         return text

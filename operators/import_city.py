@@ -13,6 +13,7 @@ from .read_settings import read_city_path, read_settings
 from .run_step import Step
 from .session import Session, list_cities, open_session
 from .show_city import show_city
+from .step_state import remember_step
 from .switch_city import show_objects_of
 
 SUFFIXES = (".gml", ".xml", ".citygml", ".json", ".jsonl", ".obj", ".gz")  # the file browser shows these
@@ -77,6 +78,9 @@ class ChooseCity(bpy.types.Operator):
     bl_idname = "citypv.choose_city"
     bl_label = "Import city"
 
+    whole: bpy.props.BoolProperty(
+        name="Solar city", description="Run all steps, not only the import", options={"SKIP_SAVE"}
+    )
     filter_glob: bpy.props.StringProperty(default=";".join("*" + suffix for suffix in SUFFIXES), options={"HIDDEN"})
     files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
@@ -89,7 +93,8 @@ class ChooseCity(bpy.types.Operator):
     def execute(self, context):
         """Import what was chosen."""
         files = [{"name": file.name} for file in self.files]
-        bpy.ops.citypv.import_city("INVOKE_DEFAULT", files=files, directory=self.directory)
+        run = bpy.ops.citypv.solar_city if self.whole else bpy.ops.citypv.import_city
+        run("INVOKE_DEFAULT", files=files, directory=self.directory)
         return {"FINISHED"}
 
 
@@ -115,6 +120,7 @@ def show_import(context, city, scene, findings):
     show_objects(context.scene, item, ground)
     item.select_set(True)
     open_session(item, Session(city=city))
+    remember_step(item, "import", context.scene.citypv)
     show_city(scene.vertices, shaded=True)
     return keep_report(item, scene, findings) + (f"; kept, hidden: {', '.join(kept)}" if kept else "")
 

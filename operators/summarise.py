@@ -4,9 +4,10 @@ import numpy as np
 
 from .attributes import PREFIX
 
-GROUPS, WEATHER, PLACE, ALBEDOS, UNREAD, INTERRUPTED = (
-    PREFIX + name for name in ("groups", "weather", "weather_place", "albedos", "unread", "interrupted")
+GROUPS, WEATHER, PLACE, TOTALS, ALBEDOS, UNREAD, INTERRUPTED = (
+    PREFIX + name for name in ("groups", "weather", "weather_place", "totals", "albedos", "unread", "interrupted")
 )
+SHOWN = ("kwp", "mwh_per_year", "full_load_hours")  # of sum_potential, in the table of totals
 
 
 def summarise_energy(item, weather, energy, place=""):
@@ -30,6 +31,26 @@ def summarise_energy(item, weather, energy, place=""):
     mean = np.average(annual, weights=energy.group_area) if len(annual) else 0.0
     told = "; ".join(filter(None, (weather.label, place)))
     return f"Full load hours of the eligible area: {mean:.0f} h per year ({told})"
+
+
+def sum_totals(surfaces, energy, request):
+    """Power, energy and hours of all eligible surfaces, of roofs and of facades: dict of dicts (`sum_potential`)."""
+    from ..core.energy.potential import sum_potential
+    from ..core.energy.pv_system import build_system
+
+    facade, system = surfaces.kind == "facade", build_system(request)
+    rows = {"All": energy.eligible, "Roofs": energy.eligible & ~facade, "Facades": energy.eligible & facade}
+    if energy.flat_roof.any():
+        rows["Flat roofs with racks"] = energy.flat_roof
+    return {name: sum_potential(chosen, surfaces.area, energy, system) for name, chosen in rows.items()}
+
+
+def summarise_totals(item, totals):
+    """Store totals (of `sum_totals`) on the object as rows: surfaces, kWp, MWh per year, hours per year."""
+    item[TOTALS] = [
+        "|".join([name, *("–" if total[key] is None else f"{total[key]:,.0f}".replace(",", " ") for key in SHOWN)])
+        for name, total in totals.items()
+    ]
 
 
 def summarise_albedo(item, rows, unread):
@@ -72,7 +93,7 @@ def summarise_interruption(item, interrupted):
 
 def forget_energy(item):
     """Remove the tables of an earlier energy step from the object."""
-    for key in (GROUPS, WEATHER, PLACE):
+    for key in (GROUPS, WEATHER, PLACE, TOTALS):
         if key in item:
             del item[key]
 

@@ -11,6 +11,7 @@ from .run_step import Step
 from .select_faces import leave_edit_mode
 from .session import find_city, find_own_city, find_session
 from .show_result import show_result
+from .step_state import remember_step
 from .summarise import forget_energy, summarise_albedo, summarise_interruption
 from .write_attributes import write_results
 
@@ -80,6 +81,7 @@ class TraceCity(Step, bpy.types.Operator):
         forget_energy(city)
         keep_report(city, session.scene, findings)
         summarise_albedo(city, *albedos)
+        remember_step(city, "trace", context.scene.citypv)
         session.weather, session.transfer, session.energy = weather, transfer, None
         shown = show_result(context, city, ground, "diffuse_relative")
         interrupted = summarise_interruption(city, transfer.record.interrupted)

@@ -1,0 +1,61 @@
+"""State of the steps: done, stale because a setting was changed since, or still to do."""
+
+from ..core.errors import InputError
+from .attributes import PREFIX
+from .build_properties import settings_of_panel
+
+STEPS = {  # step -> settings of the panel that are not declared by core
+    "import": ("city_path", "lod"),
+    "classify": ("own_place", "latitude", "longitude", "ground", "terrain", "split", "grid_size"),
+    "trace": ("suns", "days", "typical_days", "sky_grid", "albedo_source", "albedo_file"),
+    "energy": ("weather", "weather_file", "weather_point", "year"),
+}
+PANELS = {"import": ("import",), "classify": ("classify",), "trace": ("trace", "sampling"), "energy": ("energy",)}
+
+
+def remember_step(city, step, settings, *earlier):
+    """Store on a city which settings a step was run with.
+
+    Parameters
+    ----------
+    city : bpy.types.Object
+    step : str
+        Of `STEPS`.
+    settings : bpy.types.PropertyGroup
+    *earlier : bpy.types.Object
+        A city that this one replaces: the steps before stay as they were.
+    """
+    for before in earlier:
+        for name in list(STEPS)[: list(STEPS).index(step)]:
+            if before.get(_key(name)):
+                city[_key(name)] = before[_key(name)]
+    for name in list(STEPS)[list(STEPS).index(step) + 1 :]:
+        city.pop(_key(name), None)
+    city[_key(step)] = describe_settings(step, settings)
+
+
+def state_of_step(city, step, settings):
+    """ "done", "stale" or "next" for the first step that has to be run; "" for those after it.
+
+    A step is stale too if one before it is.
+    """
+    for name in STEPS:
+        kept = city.get(_key(name)) if city is not None else None
+        state = "stale" if kept else "next"
+        if kept == describe_settings(name, settings):
+            state = "done"
+        if name == step:
+            return state
+        if state != "done":
+            return "stale" if city is not None and city.get(_key(step)) else ""
+    raise InputError(step, "is no step", f"give {', '.join(STEPS)}")
+
+
+def describe_settings(step, settings):
+    """Settings of a step as text."""
+    names = [*STEPS[step], *(name for panel in PANELS[step] for name in settings_of_panel(panel))]
+    return repr([getattr(settings, name) for name in names])
+
+
+def _key(step):
+    return f"{PREFIX}asked_{step}"

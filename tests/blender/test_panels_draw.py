@@ -1,0 +1,91 @@
+"""Every panel draws at every state of a city: each property, operator and icon that it names exists."""
+
+from types import SimpleNamespace
+
+import bpy
+import pytest
+
+from citypv.citypv_addon.panels import PANELS
+from citypv.operators.run_step import Job, Step
+from citypv.operators.session import find_city
+
+ICONS = set(bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items.keys())
+
+
+class Layout:
+    """Stands for Blender's layout: checks what is drawn, and keeps the texts."""
+
+    def __init__(self, texts):
+        self.texts = texts
+
+    def column(self, **_):
+        return Layout(self.texts)
+
+    row = box = split = grid_flow = column
+
+    def panel(self, name, default_closed=False):
+        return Layout(self.texts), Layout(self.texts)
+
+    def prop(self, data, name, **_):
+        assert name in data.bl_rna.properties, name
+
+    def label(self, text="", icon="NONE"):
+        assert icon in ICONS, icon
+        self.texts.append(text)
+
+    def progress(self, factor, text):
+        assert 0 <= factor <= 1
+        self.texts.append(text)
+
+    def operator(self, name, text="", icon="NONE"):
+        assert icon in ICONS, icon
+        kind = getattr(bpy.ops.citypv, name.partition(".")[2]).get_rna_type()
+        return SimpleNamespace(bl_rna=SimpleNamespace(name=kind.name))
+
+    def operator_menu_enum(self, name, prop, icon):
+        assert prop in getattr(bpy.ops.citypv, name.partition(".")[2]).get_rna_type().properties
+        self.operator(name, icon=icon)
+
+
+def draw_all():
+    """Texts of all panels of the sidebar."""
+    texts = []
+    for panel in PANELS:
+        own = {"layout": Layout(texts), "bl_idname": panel.bl_idname}
+        stand = SimpleNamespace(**own, start=lambda context, own=own: start(own["layout"], context))
+        panel.draw(stand, bpy.context)
+        if hasattr(panel, "draw_header_preset"):
+            panel.draw_header_preset(stand, bpy.context)
+    return texts
+
+
+def start(layout, context):
+    return layout.column(), context.scene.citypv
+
+
+def test_panels_draw_at_every_step(addon, city_file, row_file):
+    assert "Choose a city, or drop its file here" in draw_all()
+    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 2, 1
+    for step in ("import_city", "classify", "trace", "energy"):
+        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+        assert "done" in draw_all()
+    texts = draw_all()
+    city, _ = find_city(bpy.context.scene)
+    assert next(row.split("|")[1] for row in city["citypv_totals"]) in texts
+    addon.attribute, addon.auto_range = "kind", False
+    addon.low, addon.high = 2, 1
+    assert "Low must be below High" in draw_all()
+    addon.city_path = str(row_file)
+    assert bpy.ops.citypv.import_city() == {"FINISHED"}
+    assert "Not computed yet: run the steps above" in draw_all()
+
+
+@pytest.mark.parametrize("title", ["Solar city", "Trace light"])
+def test_the_running_step_is_drawn_without_long_lines(addon, monkeypatch, title):
+    job = Job(title, lambda progress: None, {"sky and reflections": 1.0})
+    monkeypatch.setattr(Step, "current", job)
+    job.progress("sky and reflections", 0, 8, "rays")
+    job.progress("sky and reflections", 2, 8, "rays")
+    texts = draw_all()
+    assert {"25 %", "sky and reflections", job.rate} <= set(texts)
+    assert max(len(text) for text in texts) <= 44
