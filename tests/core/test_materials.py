@@ -145,7 +145,7 @@ def test_the_pilot_follows_a_forward_run_with_mirrors(tmp_path):
 
 
 def test_light_that_glass_could_reflect_has_no_bound(tmp_path):
-    """At grazing incidence a pane reflects everything: without a pilot there is no bound; many reflections do no harm."""
+    """At grazing incidence a pane reflects everything: no bound without a pilot; many reflections do no harm."""
     path = finish(tmp_path, "surface,material\nfacade,double glazing\n")
     request = Request(estimator="forward", samples=200, albedo_file=path, max_bounces=50)
     transfer = trace_forward(street(), suns_towards([[0, -1, 1]]), request, silent)
