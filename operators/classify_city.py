@@ -60,7 +60,9 @@ class ClassifyCity(Step, bpy.types.Operator):
         item, ground = build_meshes(scene)
         remember_step(item, "classify", context.scene.citypv, old)
         remove_city(old, old_ground)
-        item.name, item.data.name = "City", "City"
+        for new, name in ((item, "City"), (ground, "Ground")):
+            if new is not None:
+                new.name = new.data.name = name
         write_classes(item, ground, scene.surfaces)
         show_objects(context.scene, item, ground)
         item.select_set(True)
