@@ -11,6 +11,7 @@ from ..operators.compute_energy import WeighEnergy
 from ..operators.draw_legend import start_drawing, stop_drawing
 from ..operators.follow_file import start_following, stop_following
 from ..operators.import_city import ChooseCity, ImportCity
+from ..operators.probe_faces import ProbeFaces
 from ..operators.select_group import DeselectFaces, SelectBuildings, SelectGroup
 from ..operators.session import close_sessions
 from ..operators.show_report import CopyGroup, ShowReport
@@ -25,6 +26,7 @@ from .properties import Settings, build_material_property
 STEPS = (SolarCity, ChooseCity, ImportCity, TakeMeshes, ClassifyCity, TraceCity, WeighEnergy, ColourCity, RenderCity)
 OTHERS = (
     DropWeather,
+    ProbeFaces,
     CityHandler,
     WeatherHandler,
     CancelStep,

@@ -150,6 +150,18 @@ class EnergyPanel(_Step, bpy.types.Panel):
         draw_lines(self.layout, context, "citypv_weather_place", icon="ERROR")
 
 
+class ProbePanel(_Step, bpy.types.Panel):
+    """Probe."""
+
+    bl_idname, bl_label, bl_order = "CITYPV_PT_probe", "Probe", 6
+
+    def draw(self, context):
+        """Show what the probed surfaces yield."""
+        column, _ = self.start(context)
+        column.operator("citypv.probe", icon="EYEDROPPER")
+        draw_table(self.layout, context, "citypv_probe", ("Probed", ""))
+
+
 class ColourPanel(_Step, bpy.types.Panel):
     """Colour."""
 
@@ -188,7 +200,7 @@ class MaterialPanel(bpy.types.Panel):
         self.layout.label(text=describe_material(context.material))
 
 
-PANELS = (MainPanel, ImportPanel, ClassifyPanel, TracePanel, EnergyPanel, ColourPanel)
+PANELS = (MainPanel, ImportPanel, ClassifyPanel, TracePanel, EnergyPanel, ColourPanel, ProbePanel)
 
 
 def draw_cities(layout, context):

@@ -1,7 +1,6 @@
 """Compile the loops of core once per computer, as a stage of its own: it takes half a minute."""
 
 from dataclasses import replace
-from pathlib import Path
 
 COMPILING = "compiling for this computer, only once"
 STEPS = 3
@@ -15,6 +14,8 @@ def compile_loops(progress):
     progress : callable
         See `core.progress`.
     """
+    from ..core.sampling.hemisphere_rays import is_compiled
+
     if is_compiled():
         return
     from ..core.commands.plain_scenes import box, join_parts
@@ -32,10 +33,3 @@ def compile_loops(progress):
     progress(COMPILING, 2, STEPS, "steps")
     trace_scene(scene, weather, request)
     progress(COMPILING, STEPS, STEPS, "steps")
-
-
-def is_compiled():
-    """Whether the compiled loops of an earlier run are kept on this computer."""
-    from ..core.rays.packet_loops import trace_closest
-
-    return any(Path(trace_closest.stats.cache_path).glob("packet_loops.*.nbi"))

@@ -46,14 +46,14 @@ class WeighEnergy(Step, bpy.types.Operator):
         weather = read_year(session.transfer.site, request, session.transfer.suns)
         energy = compute_energy(session.transfer, weather, request, progress)
         totals = sum_totals(session.transfer.surfaces, energy, request)
-        return session, weather, energy, describe_distance(weather, session.transfer.site), totals
+        return session, weather, energy, request, (describe_distance(weather, session.transfer.site), totals)
 
     def finish(self, context, result):
         """Write the results onto the faces and colour them by full load hours."""
-        session, weather, energy, place, totals = result
+        session, weather, energy, request, (place, totals) = result
         city, ground = find_own_city(context.scene, session)
         write_results(city, ground, session.transfer, energy)
-        session.weather, session.energy = weather, energy
+        session.weather, session.energy, session.request = weather, energy, request
         text = summarise_energy(city, weather, energy, place)
         summarise_totals(city, totals)
         remember_step(city, "energy", context.scene.citypv)

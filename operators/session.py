@@ -20,6 +20,7 @@ class Session:
     weather: Any = None  # core.weather.weather.Weather
     transfer: Any = None  # core.transfer.transfer.Transfer
     energy: Any = None  # core.energy.energy.Energy
+    request: Any = None  # core.request.Request that the energy was computed with
     ground_material: str = ""  # name of the material that the user assigned to the generated ground
 
 

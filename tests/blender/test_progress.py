@@ -8,7 +8,8 @@ import pytest
 from citypv.core.city.join_contents import JOINING
 from citypv.core.files.read_city import READING
 from citypv.core.progress import SUN_STAGE
-from citypv.operators import classify_city, compile_loops, run_step
+from citypv.core.sampling import hemisphere_rays
+from citypv.operators import classify_city, run_step
 from citypv.operators.classify_city import ClassifyCity
 from citypv.operators.compute_energy import WeighEnergy
 from citypv.operators.import_city import ImportCity
@@ -67,7 +68,7 @@ def test_every_stage_of_the_steps_is_expected(addon, city_file, monkeypatch):
 def test_compiling_is_a_stage_of_its_own(addon, city_file, monkeypatch):
     told = []
     monkeypatch.setattr(run_step, "silent", lambda stage, done, total, unit: told.append((stage, done, total)))
-    monkeypatch.setattr(compile_loops, "is_compiled", lambda: False)
+    monkeypatch.setattr(hemisphere_rays, "is_compiled", lambda: False)
     addon.city_path = str(city_file)
     for step in ("import_city", "classify"):
         assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
@@ -78,4 +79,4 @@ def test_compiling_is_a_stage_of_its_own(addon, city_file, monkeypatch):
     assert inside[-1] == 1
     assert classify_city.COMPILING in ClassifyCity.stages
     monkeypatch.undo()
-    assert compile_loops.is_compiled()
+    assert hemisphere_rays.is_compiled()

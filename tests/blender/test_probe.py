@@ -1,0 +1,78 @@
+"""The probe tells of a face what the tables of the run say, and of several their sums."""
+
+import bpy
+import numpy as np
+import pytest
+
+from citypv.operators.probe_faces import MONTHS, hit_face
+from citypv.operators.session import find_city, find_session
+from citypv.operators.write_attributes import read_face_attribute
+
+
+@pytest.fixture
+def city(addon, city_file):
+    """The street with its energy."""
+    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 2, 2
+    assert bpy.ops.citypv.solar_city() == {"FINISHED"}
+    return find_city(bpy.context.scene)[0]
+
+
+def told(city):
+    return dict(line.split("|") for line in city["citypv_probe"])
+
+
+def number(text):
+    return float(text.split()[0].rstrip("°").replace(",", ""))
+
+
+def test_a_face_tells_what_its_surface_is_and_yields(city):
+    """A roof of the street: 10 m × 5 m, 3 m up over 4 m, to the south."""
+    session = find_session(city)
+    row = session.scene.surfaces.surface_id.index("house0_RoofSurface_0")
+    face = int(np.flatnonzero(read_face_attribute(city.data, "surface") == row)[0])
+    assert bpy.ops.citypv.probe(face=face) == {"FINISHED"}
+    words = told(city)
+    assert (words["Building"], words["Kind"], words["Area"]) == ("house0", "roof south", "50.0 m²")
+    assert number(words["Tilt"]) == pytest.approx(np.degrees(np.arctan(3 / 4)), abs=0.06)
+    assert number(words["Azimuth"]) == pytest.approx(180 - 1.27, abs=0.06)  # grid north is not true north
+    assert number(words["Full load hours"]) == pytest.approx(session.energy.full_load_hours[row], abs=0.51)
+    assert "±" in words["Full load hours"]
+    months = sum(number(words[name]) for name in MONTHS)
+    assert months == pytest.approx(number(words["Energy"]), abs=0.07)
+    assert number(words["Energy"]) == pytest.approx(
+        number(words["Power"]) * number(words["Full load hours"]) / 1000, rel=0.02
+    )
+
+
+def test_a_building_is_the_sum_of_its_surfaces(city):
+    face = int(np.flatnonzero(read_face_attribute(city.data, "building") == 0)[0])
+    assert bpy.ops.citypv.probe(face=face, whole=True) == {"FINISHED"}
+    whole = told(city)
+    assert whole["Surfaces"] == "7"
+    power = 0.0
+    for surface in range(7):
+        face = int(np.flatnonzero(read_face_attribute(city.data, "surface") == surface)[0])
+        bpy.ops.citypv.probe(face=face)
+        power += number(told(city)["Power"])
+    assert number(whole["Power"]) == pytest.approx(power, abs=0.4)
+    bpy.ops.citypv.select_group(group="building/house0")
+    assert bpy.ops.citypv.probe() == {"FINISHED"}
+    assert told(city) == whole
+
+
+def test_a_ray_finds_the_face_below_the_cursor(city):
+    face = next(f for f in city.data.polygons if f.normal.z > 0.5)
+    above = face.center + face.normal * 5
+    assert hit_face(bpy.context, above, -face.normal) == face.index
+    assert hit_face(bpy.context, above, face.normal) == -1
+
+
+def test_nothing_to_probe_says_what_to_do(city):
+    bpy.ops.citypv.deselect()
+    with pytest.raises(RuntimeError, match="City: no faces are selected; select faces, or click on one"):
+        bpy.ops.citypv.probe()
+    with pytest.raises(RuntimeError, match="City: it has no face 100000; give 0 to"):
+        bpy.ops.citypv.probe(face=100000)
+    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    with pytest.raises(RuntimeError, match="Compute the energy first"):
+        bpy.ops.citypv.probe()
