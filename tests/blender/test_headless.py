@@ -1,0 +1,28 @@
+"""The example for scripts runs as its text says."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "headless.py"
+
+
+@pytest.mark.slow
+def test_the_example_writes_what_it_says(city_file, tmp_path):
+    """Under plain Python with bpy, in a process of its own."""
+    given = [sys.executable, str(EXAMPLE), str(city_file), str(tmp_path)]
+    done = subprocess.run(given, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "city.blend").stat().st_size > 10_000
+    assert (tmp_path / "city.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "city.City.citypv.nc").is_file()
+    assert "All: " in done.stdout
+    assert " MWh per year" in done.stdout
+
+
+def test_without_arguments_it_says_how_it_is_used():
+    done = subprocess.run([sys.executable, str(EXAMPLE)], capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 1
+    assert "blender --background --python examples/headless.py" in done.stderr
