@@ -40,7 +40,7 @@ class MainPanel(_Panel, bpy.types.Panel):
         column.prop(settings, "city_path")
         column.scale_y = 1.2
         draw_step(self.layout, column, "citypv.solar_city", "LIGHT_SUN")
-        draw_table(self.layout, context, "citypv_totals", ("Surfaces", "kWp", "MWh/year", "h/year"))
+        draw_table(self.layout, context, "citypv_totals", ("Per year", "kWp", "MWh", "h"))
         draw_cities(self.layout, context)
 
 
@@ -63,7 +63,7 @@ class ImportPanel(_Step, bpy.types.Panel):
     def draw(self, context):
         """Show the settings of the step."""
         column, settings = self.start(context)
-        for name in ("city_path", "lod", *settings_of_panel("import")):
+        for name in ("lod", *settings_of_panel("import")):
             column.prop(settings, name)
         draw_step(self.layout, column, "citypv.import_city", "IMPORT")
         head, meshes = column.panel("citypv_meshes", default_closed=True)

@@ -65,7 +65,6 @@ class ClassifyCity(Step, bpy.types.Operator):
                 new.name = new.data.name = name
         write_classes(item, ground, scene.surfaces)
         show_objects(context.scene, item, ground)
-        item.select_set(True)
         open_session(item, Session(city=before.city, scene=scene, ground_material=before.ground_material))
         keep_report(item, scene, findings)
         show_result(context, item, ground, "kind")

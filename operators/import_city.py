@@ -118,7 +118,6 @@ def show_import(context, city, scene, findings):
     kept = put_aside(context.scene, [str(path) for path in scene.report.files])
     item, ground = build_meshes(scene)
     show_objects(context.scene, item, ground)
-    item.select_set(True)
     open_session(item, Session(city=city))
     remember_step(item, "import", context.scene.citypv)
     show_city(scene.vertices, shaded=True)

@@ -41,7 +41,7 @@ def sum_totals(surfaces, energy, request):
     facade, system = surfaces.kind == "facade", build_system(request)
     rows = {"All": energy.eligible, "Roofs": energy.eligible & ~facade, "Facades": energy.eligible & facade}
     if energy.flat_roof.any():
-        rows["Flat roofs with racks"] = energy.flat_roof
+        rows["Flat roofs"] = energy.flat_roof
     return {name: sum_potential(chosen, surfaces.area, energy, system) for name, chosen in rows.items()}
 
 

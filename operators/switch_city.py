@@ -36,7 +36,6 @@ class SwitchCity(bpy.types.Operator):
         leave_edit_mode(context)
         for item in cities:
             show_objects_of(item, visible=item == chosen)
-        chosen.select_set(True)
         match_view(context.scene)
         redraw_panels(context, views=True)
         return {"FINISHED"}
