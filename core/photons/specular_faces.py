@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..patches.find_covered import meets_back
+from ..patches.stop_in_crowns import stop_in_crowns
 from ..sampling.hemisphere_rays import CELL_DIVISIONS
 from ..sampling.sample_points import barycentric_of_square, cell_of_point, cosine_direction
 from .emit_photons import low_discrepancy
@@ -90,6 +91,9 @@ def photons_of_sun(target, faces, power, direction, batch):
     open_place = ~target.covered[places[0], cell_of_point(*places[1:], CELL_DIVISIONS)]
     seen = np.flatnonzero(open_place)
     seen = seen[~target.ray_scene.trace_blocked(origins[seen], np.asarray(direction, np.float32))]
+    beyond = np.full(len(seen), -1), np.zeros(len(seen)), np.zeros(len(seen))
+    towards = np.broadcast_to(np.asarray(direction, np.float32), (len(seen), 3))
+    seen = seen[~end_in_crowns(target, origins[seen], towards, beyond)]
     travel = np.broadcast_to(-np.asarray(direction, np.float32), (len(seen), 3))
     return reflect_first(target, batch, tuple(part[seen] for part in places), travel, seen)
 
@@ -116,13 +120,22 @@ def photons_of_surroundings(target, faces, batch, is_sky):
     places, numbers = place_on_faces(faces, patches.area[faces], batch, 4)
     towards = np.stack(cosine_direction(numbers[:, 0], numbers[:, 1]))
     origins, directions = leave_patches(patches, places, towards)
-    met, *_ = target.ray_scene.trace_places(origins, directions)
+    met, b1, b2 = target.ray_scene.trace_places(origins, directions)
     origin = np.where(met >= 0, met, np.where(is_sky(directions), SKY, FAR_GROUND))
     origin[(met >= 0) & (meets_back(patches, met, directions) | ~patches.receives[met])] = NOTHING
     origin[target.covered[places[0], cell_of_point(*places[1:], CELL_DIVISIONS)]] = NOTHING
+    origin[end_in_crowns(target, origins, directions, (met, b1, b2))] = NOTHING
     some = np.flatnonzero(origin != NOTHING)
     photons = reflect_first(target, batch, tuple(part[some] for part in places), -directions[some], some)
     return photons, origin, directions[:, 2]
+
+
+def end_in_crowns(target, origins, directions, places):
+    """Rays from faces that end in crowns or at trunks before what they hit, `places` as of `trace_places`: (m,) bool."""
+    if target.ray_scene.canopy is None:
+        return np.zeros(len(origins), bool)
+    rays, wanted = (origins[:, None], directions[:, None]), np.ones((len(origins), 1), bool)
+    return stop_in_crowns(target.ray_scene, target.patches, rays, tuple(part[:, None] for part in places), wanted)[:, 0]
 
 
 def reflect_first(target, batch, places, travel, chosen):

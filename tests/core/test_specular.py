@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from leaves import box, crowns_of
 from scenes import assert_mean, suns_towards
+from scipy.special import expn
 from test_forward_agrees import SUNS, group_means, refined
 from test_materials import EDGES, HEIGHT, MIDDLE, finish, light_of_strips, lit_share, street
 from test_tracing import three_houses
@@ -64,6 +66,28 @@ def test_sun_in_a_glass_facade(tmp_path, name, interfaces):
     mean, error = light_of_strips(transfer, 0)
     share = reflect_interfaces([np.cos(np.radians(30.0))], 1.52, interfaces)[0]
     assert_mean(mean, error + 1e-4, share * 0.5 * lit_share(30.0))
+
+
+def test_a_mirror_below_a_layer_of_leaves(tmp_path):
+    """Leaves take their share on the way to the mirror: e^(-τ/sin β) of a sun, and 2 E₃(τ) of the sky.
+
+    A mirror that absorbs nothing shows what it hides: the street is as bright as without it.
+    """
+    scene, thickness = replace(street(), trees=crowns_of(box([-4000, -4000, 12], [4000, 4000, 14]))), 0.6
+    request = Request(
+        albedo_file=finish(tmp_path, MIRROR.format(0).replace("0.6", "1")),
+        leaf_area_density=thickness,  # with an extinction coefficient of 0.5, over 2 m
+        samples=1 << 14,
+        shadow_samples=1 << 13,
+        far_ground=False,
+        max_bounces=1,
+        threads=1,
+    )
+    transfer = trace_hybrid(scene, suns_towards([[0, -(3**0.5), 1]]), request, silent)
+    sky, sun = light_of_strips(transfer), light_of_strips(transfer, 0)
+    assert max(sky[1].max(), sun[1].max()) < 0.01
+    assert_mean(sky[0], np.maximum(sky[1], 0.002), 2 * expn(3, thickness))
+    assert_mean(sun[0], sun[1] + 2e-4, np.exp(-2 * thickness) * 0.5 * lit_share(30.0))
 
 
 @pytest.mark.parametrize(
