@@ -121,9 +121,9 @@ class Request(CitySettings, SystemSettings):
         "days:24", "light", "sun positions to trace: hourly, days:N, typical-days:N, sky-grid:N", metavar="WAY"
     )
     max_bounces: int | None = setting(
-        3,
+        None,
         "light",
-        "number of reflections",
+        "number of reflections; default auto: as many as a pilot finds to matter",
         kind="integer",
         title="Reflections",
         panel="trace",

@@ -5,6 +5,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 from ..core.request import declared_settings
 
 LARGEST = 2**31 - 1  # Blender keeps whole numbers in 32 bits
+UNSET = -1  # stands for None in whole numbers that may be left to the program, as Blender has no None
 
 
 def build_properties():
@@ -35,15 +36,26 @@ def build_property(default, details):
         return StringProperty(**named, default=default or "")
     named |= {"default": default} | ({"min": details.least} if details.least is not None else {})
     named |= {"max": details.most} if details.most is not None else {}
+    if left_to_program(details):
+        named |= {"default": UNSET if default is None else default, "min": UNSET}
+        named["description"] += f" ({UNSET}: {details.none})"
     if details.kind == "integer":
         return IntProperty(**{**named, "max": int(named.get("max", LARGEST)), "min": int(named.get("min", -LARGEST))})
     lowest = {"min": details.above + 10**-3} if details.above is not None else {}
     return FloatProperty(**named, **lowest, subtype=details.subtype, precision=3)
 
 
+def left_to_program(details):
+    """Whether a setting is a whole number or, with a word such as `auto`, None."""
+    return details.kind == "integer" and bool(details.none)
+
+
 def read_properties(settings):
     """Values of these properties, by the names of the settings: dict."""
-    return {name: getattr(settings, name) for name, _, details in declared_settings() if details.title}
+    found = {name: (getattr(settings, name), details) for name, _, details in declared_settings() if details.title}
+    return {
+        name: None if left_to_program(details) and value == UNSET else value for name, (value, details) in found.items()
+    }
 
 
 def settings_of_panel(panel):

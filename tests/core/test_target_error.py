@@ -129,7 +129,7 @@ def test_ctrl_c_keeps_the_finished_rounds(city, tmp_path, monkeypatch, capfd):
 def test_presets_are_defaults_that_options_and_methods_override():
     city = ["simulate", "x.gml", "--out", "y"]
     for arguments, expected in (
-        (["--preset", "draft"], {"samples": 64, "shadow_samples": 4, "suns": "days:12", "max_bounces": 3}),
+        (["--preset", "draft"], {"samples": 64, "shadow_samples": 4, "suns": "days:12", "max_bounces": None}),
         (["--preset", "draft", "--samples", "256"], {"samples": 256, "shadow_samples": 4}),
         (["--preset", "reference"], {"samples": 1024, "patch_size": 5.0}),
         (["--preset", "reference", "--method", "paper"], {"suns": "typical-days:12", "max_bounces": 3}),

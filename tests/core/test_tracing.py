@@ -193,11 +193,11 @@ def test_plan_says_why():
     from citypv.core.patches.patches import patches_of_scene
 
     patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.25), 0)
-    plan = plan_effects(scene, patches, Request())
+    plan = plan_effects(scene, patches, Request(max_bounces=3))
     assert [effect.key for effect in plan.effects] == list(TABLE)
     assert all(effect.reason for effect in plan.effects)
     assert all(plan[key].key == key == import_effect(key).KEY for key in TABLE)
     reflections = plan["reflections"]
     assert reflections.bound == pytest.approx(0.25**4 / 0.75)
     brighter = replace(patches, albedo=np.ones_like(patches.albedo))
-    assert plan_effects(scene, brighter, Request())["reflections"].bound is None
+    assert plan_effects(scene, brighter, Request(max_bounces=3))["reflections"].bound is None
