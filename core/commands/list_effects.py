@@ -37,7 +37,12 @@ def list_effects(paths, request, progress):
 
 def state_seconds(plan, seconds):
     """Write predicted seconds into the effects that cost them."""
-    found = {"sky-rays": seconds.sky_rays, "shadow-rays": seconds.shadow_rays, "reflections": seconds.reflections}
+    found = {
+        "sky-rays": seconds.sky_rays,
+        "shadow-rays": seconds.shadow_rays,
+        "reflections": seconds.reflections,
+        "perez": seconds.horizon,
+    }
     for effect in plan.effects:
         effect.seconds = found.get(effect.key, effect.seconds)
 

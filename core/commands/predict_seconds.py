@@ -9,11 +9,14 @@ from ..effects.receivers import fewer_rays
 from ..form_factors.form_factor_products import multiply_visible, propagate
 from ..progress import silent
 from ..radiosity.gather_context import prepare_gather
+from ..radiosity.gather_horizon import LEVEL, SHARE, trace_patches
 from ..radiosity.hemisphere import empty_tallies
 from ..radiosity.shadow_points import count_elements, points_above
 from ..radiosity.sun_blocks import block_of_suns
 from ..radiosity.sun_visibility import sun_visibility
 from ..radiosity.trace_hemisphere import trace_hemisphere
+from ..sampling.sample_points import HEMISPHERE_REPLICATES, sobol_digits
+from ..sky.horizon_band import horizon_of_tilt
 
 PATCHES = 512
 SUNS = 48
@@ -27,6 +30,7 @@ class Seconds:
     sky_rays: float
     shadow_rays: float
     reflections: float  # products of the matrix with the light of sky and suns
+    horizon: float = 0.0  # rays to the horizon of Perez's sky, and what is reflected of it
 
 
 def predict_seconds(prepared, request):
@@ -51,15 +55,36 @@ def predict_seconds(prepared, request):
     few = np.sort(generator.choice(traced, min(PATCHES, len(traced)), replace=False))
     time_stages(context, few[:WARM_UP], suns)
     fixed, whole = (time_stages(context, some, suns) for some in (few[:WARM_UP], few))
-    per_patch = np.maximum(whole - fixed, 0) / max(len(few) - WARM_UP, 1)
+    # Where noise or few patches hide the growth with their number, all of the time counts.
+    per_patch = np.where(whole > fixed, (whole - fixed) / max(len(few) - WARM_UP, 1), whole / len(few))
     full = np.ones(len(traced), bool) if plan.receivers is None else plan.receivers[traced]
     rays = full.sum() + (~full).sum() * fewer_rays(request.samples) / request.samples
-    work = np.array([rays, len(traced) * len(suns), rays * (1 + len(suns)) * plan.max_bounces])
-    return Seconds(*(float(seconds) for seconds in work * per_patch / context.threads))
+    towards_horizon = plan.horizon * len(facing_horizon(patches, traced))
+    work = np.array([rays, len(traced) * len(suns), rays * (1 + len(suns)) * plan.max_bounces, towards_horizon])
+    sky, sun, products, horizon = (float(seconds) for seconds in work * per_patch / context.threads)
+    # What patches receive of the horizon is reflected as is the light of one more sun.
+    return Seconds(sky, sun, products, horizon + plan.horizon * products / (1 + len(suns)))
+
+
+def facing_horizon(patches, chosen):
+    """Those of some patches that send rays to the horizon."""
+    return chosen[horizon_of_tilt(patches.normal[chosen]) > LEVEL]
+
+
+def time_horizon(context, few, covered):
+    """Seconds of one thread for rays from some patches to the horizon; 0 where it is not traced."""
+    chosen = facing_horizon(context.patches, few)
+    if not context.plan.horizon or not len(chosen):
+        return 0.0
+    started = time.perf_counter()
+    sequence = sobol_digits(-(-context.request.samples // (SHARE * HEMISPHERE_REPLICATES)))
+    cells = count_elements(points_above(context.request.shadow_samples))
+    trace_patches(context, chosen, covered[chosen], sequence, cells)
+    return (time.perf_counter() - started) * len(few) / len(chosen)
 
 
 def time_stages(context, few, suns):
-    """Seconds of one thread for some patches: of sky rays; per sun; per light source and bounce. (3,) float64."""
+    """Seconds of one thread for some patches: of sky rays; per sun; per light source and bounce; of horizon rays."""
     patches, request, plan = context.patches, context.request, context.plan
     points, count = points_above(request.shadow_samples), min(SUNS, len(suns))
     chosen = np.zeros(len(patches), bool)
@@ -90,8 +115,9 @@ def time_stages(context, few, suns):
         progress=lambda share, done: None,
     )
     laps.append(time.perf_counter())
+    horizon = time_horizon(context, few, rays.covered)
     if not plan.reflections:
-        return np.diff([*laps, laps[-1]]) / [1, count, 1]
+        return np.append(np.diff([*laps, laps[-1]]) / [1, count, 1], horizon)
     weights = part.weights, np.empty(len(patches), np.float32)
     visible = part.directions, light.visible_elements
     factor = np.ones((len(patches), count_elements(points)), np.float32)
@@ -100,4 +126,4 @@ def time_stages(context, few, suns):
     propagate(rays.form_factors, factor, arriving, weights)
     laps.append(time.perf_counter())
     sky, sun, _, products = np.diff(laps)
-    return np.array([sky, sun / count, products / (2 * count)])
+    return np.array([sky, sun / count, products / (2 * count), horizon])
