@@ -103,6 +103,7 @@ def stand_city(city, request):
         terrain=read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None,
         patch_size=request.patch_size,
         grid_size=request.grid_size,
+        ground_albedo=request.ground_albedo,
     )
     return lay_racks(scene, city, racks, request.patch_size) if racks else scene
 

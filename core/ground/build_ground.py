@@ -10,7 +10,8 @@ from .find_feet import COINCIDENT, FOOTPRINT_STEP, find_feet
 from .ground_points import spread_points
 
 DEFAULT_PATCH = 10.0  # [m]
-REACH = 3.0  # [building heights] extent of the ground beyond the city's edge
+REACH = 3.0  # [building heights] least extent of the ground beyond the city's edge
+REACH_WHITE = 8.0  # [building heights] the same where the ground absorbs nothing
 SHORTEST_REACH = 30.0  # [m]
 ROUNDS = 6  # of halving foot edges that are missing in the triangulation
 SHORTEST_EDGE = 0.5  # [m]
@@ -19,7 +20,22 @@ ABREAST = 0.25  # [m] feet closer together than this get the height of the highe
 CONTROL_COUNT = 32  # points on the rim; their heights are weighted means of the feet's heights
 
 
-def build_ground(city, points, surfaces, footprint, patch_size=None, *, ground_height=None):
+def choose_reach(ground_albedo):
+    """Extent of the generated ground beyond the city for which its edge costs less than 0.1 % of the light.
+
+    Ground further away is taken as unshaded. At its edge, r building heights away, a row of buildings hides
+    (1 - cos β)/2 ≈ 1/(4 r²) of its sky, with tan β = 1/r, and the light that it passes on grows with its albedo: the
+    same error needs a reach in proportion to the root of the albedo.
+
+    Returns
+    -------
+    float
+        [building heights]
+    """
+    return max(REACH, REACH_WHITE * ground_albedo**0.5)
+
+
+def build_ground(city, points, surfaces, footprint, patch_size=None, *, ground_height=None, reach=REACH):
     """TIN that meets the foot of every wall, with courtyards and passages, coarser with distance.
 
     Foot edges are split into pieces of at most half a patch, and again where they are missing in the triangulation, so
@@ -38,6 +54,8 @@ def build_ground(city, points, surfaces, footprint, patch_size=None, *, ground_h
         [m] Distance of ground points near the buildings.
     ground_height : callable, optional
         As of `find_feet`.
+    reach : float
+        Extent beyond the city [building heights], of `choose_reach`.
 
     Returns
     -------
@@ -57,7 +75,7 @@ def build_ground(city, points, surfaces, footprint, patch_size=None, *, ground_h
     patch_size = patch_size or DEFAULT_PATCH
     feet = feet_or_corners(city, points, surfaces, footprint, ground_height)
     low, high = points.min(axis=0), points.max(axis=0)
-    reach = max(REACH * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
+    reach = max(reach * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
     foot_points, edges = cut_feet(feet, 0.5 * patch_size)
     height = _interpolate_heights(foot_points, low[:2] - reach, high[:2] + reach)
     free = spread_points(foot_points[:, :2], feet.footprints, low[:2] - reach, high[:2] + reach, patch_size)

@@ -36,7 +36,7 @@ class Ground:
     notes: list  # sentences for the report
 
 
-def build_terrain(feet, points, terrain, patch_size=None):
+def build_terrain(feet, points, terrain, patch_size=None, reach=REACH):
     """Ground from terrain heights, with every wall joined to it.
 
     Parameters
@@ -48,6 +48,8 @@ def build_terrain(feet, points, terrain, patch_size=None):
         In the coordinate frame of the points.
     patch_size : float, optional
         [m] Distance of ground points near the buildings.
+    reach : float
+        Extent beyond the city [building heights], of `choose_reach`.
 
     Returns
     -------
@@ -65,7 +67,7 @@ def build_terrain(feet, points, terrain, patch_size=None):
     check_array("end of the feet", feet.end, (len(feet.start), 3))
     patch_size = patch_size or DEFAULT_PATCH
     low, high = points.min(axis=0), points.max(axis=0)
-    reach = max(REACH * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
+    reach = max(reach * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
     foot_points, _ = cut_feet(feet, 0.5 * patch_size)
     places, heights, notes = _spread(foot_points, feet, terrain, (low, high, reach), patch_size)
     vertices = _refine(np.column_stack([places, heights]), terrain, foot_points[:, :2])

@@ -131,7 +131,7 @@ def photons_of_surroundings(target, faces, batch, is_sky):
 
 
 def end_in_crowns(target, origins, directions, places):
-    """Rays from faces that end in crowns or at trunks before what they hit, `places` as of `trace_places`: (m,) bool."""
+    """Rays from faces that end in crowns before what they hit, `places` as of `trace_places`: (m,) bool."""
     if target.ray_scene.canopy is None:
         return np.zeros(len(origins), bool)
     rays, wanted = (origins[:, None], directions[:, None]), np.ones((len(origins), 1), bool)

@@ -8,7 +8,7 @@ from ..city.check_geometry import check_city, check_extent, check_terrain
 from ..city.measure_polygons import measure_polygons
 from ..city.triangulate import triangulate
 from ..errors import InputError
-from ..ground.build_ground import build_ground, feet_or_corners
+from ..ground.build_ground import build_ground, choose_reach, feet_or_corners
 from ..ground.build_terrain import build_terrain
 from ..ground.choose_terrain import choose_terrain, reaches_feet
 from ..ground.find_feet import find_feet
@@ -33,7 +33,17 @@ SLACK = 0.001  # [m] how far below a face something that rests on it may be draw
 LOST_SHARE = 0.01  # relative deviation of the triangles' area from the polygon's from which it is reported
 
 
-def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=None, patch_size=10.0, grid_size=None):
+def build_scene(
+    city,
+    latitude=None,
+    longitude=None,
+    *,
+    ground="auto",
+    terrain=None,
+    patch_size=10.0,
+    grid_size=None,
+    ground_albedo=0.25,
+):
     """Triangulated and classified scene of a city.
 
     Parameters
@@ -50,6 +60,8 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
         [m] Longest edge of a triangle; None keeps the triangles of the polygons.
     grid_size : float, optional
         [m] Side of the cells that large polygons are split into, rows ``id#k``.
+    ground_albedo : float
+        The brighter the ground, the further it extends beyond the city: see `choose_reach`.
 
     Returns
     -------
@@ -62,6 +74,8 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
     """
     if ground not in GROUNDS:
         raise InputError("--ground", f"{ground!r} is unknown", f"give {' or '.join(GROUNDS)}")
+    if not 0 <= ground_albedo <= 1:
+        raise InputError("--ground-albedo", f"{ground_albedo} is out of range", "give a number from 0 to 1")
     check_city(city)
     check_extent(city)
     whole_area = _areas(city)
@@ -84,7 +98,8 @@ def build_scene(city, latitude=None, longitude=None, *, ground="auto", terrain=N
     closure = (np.array(surfaces.thematic) == "ClosureSurface")[triangle_surface]
     carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
     scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
-    scene, floating = _lay_ground(scene, (city, points, surfaces, under), ground, terrain, patch_size)
+    extent = patch_size, choose_reach(ground_albedo)
+    scene, floating = _lay_ground(scene, (city, points, surfaces, under), ground, terrain, extent)
     scene.trees = build_crowns(city.trees, report, lambda places: bring_to_origin(places, site))
     scene.footprint &= ~find_hanging(scene, floating)
     scene.sheet = find_sheets(scene)
@@ -157,7 +172,7 @@ def _note_lost_area(points, triangles, triangle_surface, surfaces, report):
         report.repair(reason, [surfaces.surface_id[i] for i in np.flatnonzero(lost)])
 
 
-def _lay_ground(scene, parts, ground, terrain, patch_size):
+def _lay_ground(scene, parts, ground, terrain, extent):
     """The scene with its ground, and the footprints that do not touch it.
 
     Parameters
@@ -167,7 +182,8 @@ def _lay_ground(scene, parts, ground, terrain, patch_size):
         As in `find_feet`.
     ground : str
     terrain : Terrain or None
-    patch_size : float or None
+    extent : tuple of float or None [m] and float [building heights]
+        Patch size, and reach of the ground beyond the city.
     """
     chosen, words = choose_terrain(parts[0], ground, terrain)
     scene.report.notes += words
@@ -176,13 +192,13 @@ def _lay_ground(scene, parts, ground, terrain, patch_size):
         check_terrain(moved)
         feet = feet_or_corners(*parts, _height_of_terrain(moved))
         if terrain is not None or reaches_feet(moved, feet):
-            return _stand_on_terrain(scene, feet, parts[1], moved, patch_size), feet.hanging
+            return _stand_on_terrain(scene, feet, parts[1], moved, extent), feet.hanging
         words = f"Terrain of the file left out: no height under any building or within {NEAR:g} m of one."
         scene.report.notes[-1] = words
     known = _height_of_own_ground(scene)
     if ground == "none":
         return scene, find_feet(*parts, known).hanging
-    vertices, triangles, floating = build_ground(*parts, patch_size, ground_height=known)
+    vertices, triangles, floating = build_ground(*parts, extent[0], ground_height=known, reach=extent[1])
     if len(floating):
         names = [scene.surfaces.surface_id[i] for i in floating[:5]]
         scene.report.notes.append(
@@ -227,10 +243,10 @@ def _height_of_terrain(terrain):
     return ground_height
 
 
-def _stand_on_terrain(scene, feet, points, terrain, patch_size):
+def _stand_on_terrain(scene, feet, points, terrain, extent):
     """The scene on measured ground; the report says what was done at the feet of walls."""
     names = scene.surfaces.surface_id
-    ground = build_terrain(feet, points, terrain, patch_size)
+    ground = build_terrain(feet, points, terrain, *extent)
     for reason, polygons in (
         ("ends above the terrain, extended down to it", ground.raised),
         ("continues below the terrain, cut off at it", ground.below_ground),

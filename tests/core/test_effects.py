@@ -5,6 +5,7 @@ import pandas as pd
 import pvlib
 import pytest
 from scenes import scene_of_triangles
+from small_city import write_small_city
 from test_tracing import SUNS, three_houses
 from transfers import unshaded_transfer
 from weathers import ERA5, HOUR
@@ -19,6 +20,7 @@ from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.results.effect_shares import shares_of_effects
+from citypv.core.study import prepare_study, read_scene, read_year
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.transfer.prepare_scene import prepare_scene
 from citypv.core.weather.read_weather import read_weather
@@ -111,6 +113,18 @@ def test_the_edge_of_the_near_ground():
         strings = (np.hypot(reach, 1) - reach) / (2 * np.hypot(reach, 1))  # of the sky of a point: (1 - cos β)/2
         assert edge_error(pilot, reach, None, 0.0) == pytest.approx(share * strings, rel=1e-5)
     assert edge_error(pilot, 3.0, None, 0.0) < edge_error(pilot, 1.0, None, 0.0)
+
+
+@pytest.mark.parametrize("albedo", [0.1, 0.25, 0.6, 1.0])
+def test_the_edge_costs_less_than_a_thousandth_at_any_albedo(tmp_path, albedo):
+    """Three houses on open land under a clear sky, where the edge costs most."""
+    path = tmp_path / "small.gml"
+    write_small_city(path)
+    request = Request(ground_albedo=albedo, suns="typical-days:12", weather="clear-sky", threads=1)
+    scene = read_scene([path], request)
+    effect = prepare_study(scene, read_year(scene.site, request), request).plan["far-ground"]
+    assert effect.setting == pytest.approx(max(3.0, 8 * np.sqrt(albedo)), rel=0.05)
+    assert 0 < effect.bound < 0.001
 
 
 def wall():
