@@ -174,7 +174,8 @@ def test_inspect_and_effects(city, capsys):
     assert found["kinds"]["facade"]["count"] == 12
     assert main(["effects", str(city), "--json"]) == 0
     effects = {effect["key"]: effect for effect in json.loads(capsys.readouterr().out)}
-    assert effects["reflections"]["seconds"] > 0
+    assert effects["perez"]["on"]
+    assert all(effects[key]["seconds"] > 0 for key in ("sky-rays", "shadow-rays", "reflections", "perez"))
     assert 0 < effects["reflections"]["share"] < 0.5
     assert all(effects[key]["share"] for key in ("aoi", "spectrum", "temperature", "far-ground"))
     assert 0 < effects["reflections"]["bound"] < 0.01
