@@ -1,4 +1,4 @@
-"""Floors on or below the ground: they face the earth and receive nothing."""
+"""Footprints, and floors on or below the ground: they face the earth and receive nothing."""
 
 import numpy as np
 
@@ -11,11 +11,11 @@ ROUNDING = 8 * np.finfo(np.float32).eps  # of coordinates, relative
 
 
 def find_resting_floors(scene, ground=None):
-    """Triangles that face downwards at or below the ground, or rest on another surface.
+    """Footprints, and triangles that face downwards at or below the ground or rest on another surface.
 
-    The ground has no thickness, so a ray that starts under it would hit nothing. Triangles under it are found by
-    vertical rays down to the ground from above each triangle's middle. Where there is no ground, footprints are floors.
-    Triangles that rest on anything facing up, such as a roof or ground that is not classified as such, are found by
+    A footprint counts as a back from both sides: nothing can pass light to it, so it receives none. The ground has no
+    thickness, so a ray that starts under it would hit nothing. Triangles under it are found by vertical rays down to
+    the ground from above each triangle's middle. Triangles that rest on anything facing up, such as a roof or ground that is not classified as such, are found by
     rays down from the middle itself.
 
     Parameters
@@ -34,7 +34,7 @@ def find_resting_floors(scene, ground=None):
     normal = np.cross(edges[:, 0], edges[:, 1])
     upright = UPRIGHT * np.linalg.norm(normal, axis=1)  # walls, which rounding may tilt slightly either way
     downward = np.flatnonzero((normal[:, 2] < -upright) & (scene.triangle_surface >= 0))
-    buried = np.zeros(len(scene.triangles), bool)
+    buried = scene.footprint.copy()
     if not len(downward):
         return buried
     middle = corners[downward].mean(axis=1)
@@ -42,7 +42,7 @@ def find_resting_floors(scene, ground=None):
     if ground.any():
         highest = np.full(len(middle), scene.vertices[:, 2].max() + 1)
         height = height_below(scene.vertices, scene.triangles[ground], middle, highest)
-        buried[downward] = np.where(height > -np.inf, middle[:, 2] <= height + CONTACT, scene.footprint[downward])
+        buried[downward] |= middle[:, 2] <= height + CONTACT
     # Start above the middle, which rounding may have put below the face that it rests on.
     slack = ROUNDING * np.abs(corners[downward]).max(axis=(1, 2))
     carries = normal[:, 2] > upright

@@ -5,7 +5,7 @@ import copy
 import numpy as np
 
 from ..city.check_geometry import check_city, check_extent, check_terrain
-from ..city.measure_polygons import measure_polygons
+from ..city.measure_polygons import measure_polygons, polygon_bounds
 from ..city.triangulate import triangulate
 from ..errors import InputError
 from ..ground.build_ground import build_ground, choose_reach, feet_or_corners
@@ -197,7 +197,7 @@ def _lay_ground(scene, parts, ground, terrain, extent):
         scene.report.notes[-1] = words
     known = _height_of_own_ground(scene)
     if ground == "none":
-        return scene, find_feet(*parts, known).hanging
+        return scene, np.union1d(find_feet(*parts, known).hanging, _above_own_ground(*parts, known))
     vertices, triangles, floating = build_ground(*parts, extent[0], ground_height=known, reach=extent[1])
     if len(floating):
         names = [scene.surfaces.surface_id[i] for i in floating[:5]]
@@ -221,6 +221,12 @@ def _height_of_own_ground(scene):
         return np.where(height > -np.inf, height, np.nan)
 
     return ground_height
+
+
+def _above_own_ground(city, points, _surfaces, footprint, known):
+    """Footprints all of whose corners lie over the model's own ground, (h,) int; no other ground is laid under them."""
+    over = np.isfinite(known(points, np.zeros(len(points), bool))).astype(float)
+    return np.flatnonzero(footprint & (polygon_bounds(over, city.ring_start, city.polygon_start)[0] > 0))
 
 
 def _note_sheets(scene):
