@@ -8,6 +8,7 @@ from ..threads import map_in_order
 
 ROWS_PER_TASK = 1 << 13
 COVER_STEPS = 512  # finer than cover is known: walls that are covered by exactly one half are told from larger ones
+TIE = 1e-4  # of a step: what lies halfway between two is rounded down, whatever the rounding of areas adds to it
 
 
 def area_means(triangle_surface, area, count):
@@ -32,7 +33,7 @@ def cover_of_surfaces(merge, covered_share):
     -------
     (n,) float64
     """
-    return np.rint(COVER_STEPS * (merge @ covered_share)) / COVER_STEPS
+    return np.floor(COVER_STEPS * (merge @ covered_share) + 0.5 - TIE) / COVER_STEPS
 
 
 def average_surfaces(merge, values, threads, out=None):
