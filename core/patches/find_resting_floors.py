@@ -15,8 +15,8 @@ def find_resting_floors(scene, ground=None):
 
     A footprint counts as a back from both sides: nothing can pass light to it, so it receives none. The ground has no
     thickness, so a ray that starts under it would hit nothing. Triangles under it are found by vertical rays down to
-    the ground from above each triangle's middle. Triangles that rest on anything facing up, such as a roof or ground that is not classified as such, are found by
-    rays down from the middle itself.
+    the ground from above each triangle's middle. Triangles that rest on anything facing up, such as a roof or ground
+    that is not classified as such, are found by rays down from the middle itself.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ class Patches:
     facing: np.ndarray  # (p, 4) float32, normal and 2 for footprints (visible only from under a building), else 0
     ground: np.ndarray  # (p,) bool, ground: points below it are in the earth
     other_side: np.ndarray  # (p,) int32, the patch on the other side of a sheet; -1 if not a sheet
-    receives: np.ndarray  # (p,) bool, false if a patch closes a building, lies on the ground or has no area
+    receives: np.ndarray  # (p,) bool, false for footprints, closures, floors at rest and no area
 
     def __len__(self):
         return len(self.corner)

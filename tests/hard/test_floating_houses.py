@@ -51,6 +51,9 @@ def test_gather_is_forward_below_a_house_that_floats(ground, floor):
     under = np.flatnonzero(scene.surfaces.kind == "downward")
     steps = np.abs(gather - forward) / np.maximum(np.hypot(stated, error), 1e-3)
     print(ground, floor, gather[:, under].ravel(), forward[:, under].ravel(), "largest", steps.max())
+    area = scene.surfaces.area[: under[0] - 1] / scene.surfaces.area[: under[0] - 1].sum()
+    whole = (gather - forward)[:, : under[0] - 1] @ area
+    assert (np.abs(whole) < 0.004 * (forward[:, : under[0] - 1] @ area)).all()
     assert (forward[:, under] > 0.02).all()
     assert steps[:, under].max() < 4.5 and steps[:, under[0] + 1 :].max() < 4.5
     if ground == "plain":

@@ -1,0 +1,62 @@
+"""Stated errors of full load hours, the choice of suns included, against every hour's sun and many more samples."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from towns import city_of_polygons, draw_town
+from weathers import ERA5
+
+from citypv.core.energy.standard_errors import sun_sampling_share
+from citypv.core.request import Request
+from citypv.core.scene.build_scene import build_scene
+from citypv.core.study import compute_energy, measure_sun_sampling, read_year, trace_scene
+
+pytestmark = [pytest.mark.slow, pytest.mark.once]
+
+SEEDS = 8
+RUN = Request(weather=str(ERA5), threads=1)
+REFERENCE = replace(RUN, suns="hourly", seed=100, samples=1024, shadow_samples=64)
+
+
+@pytest.fixture(scope="module")
+def town():
+    """16 houses on a plain: scene, weather, and full load hours of eligible surfaces with stated errors [h]."""
+    scene = build_scene(city_of_polygons(*draw_town(across=4, tiles=4)), 52.5, 13.4, ground="none", patch_size=10.0)
+    weather = read_year(scene.site, RUN)
+    return scene, weather, hours_of(scene, weather, REFERENCE)[:2]
+
+
+def hours_of(scene, weather, request):
+    """Full load hours, stated errors and the part of sun sampling in them: three (e,) float64 [h]."""
+    transfer = trace_scene(scene, weather, request)
+    sampling = measure_sun_sampling(scene, weather, transfer, request)
+    transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
+    energy = compute_energy(transfer, weather, request)
+    surfaces = scene.surfaces
+    chosen = np.flatnonzero(surfaces.eligible)
+    names = [(surfaces.kind[k], surfaces.orientation[k]) for k in chosen]
+    rms = np.array([sun_sampling_share(transfer.record, name, "rms") for name in names])
+    hours = energy.full_load_hours[chosen]
+    return hours, energy.full_load_hours_standard_error[chosen], rms * hours
+
+
+@pytest.mark.parametrize(("suns", "least"), [("days:24", 0.8), ("days:4", 0.5)])
+def test_the_stated_error_is_as_large_as_the_error(town, suns, least):
+    """Over all surfaces and seeds.
+
+    With four days sun sampling is most of it, and stated too large: it is measured on single patches, and the mean of
+    a surface of several patches is better known than each of them.
+    """
+    scene, weather, (true, rest) = town
+    runs = np.array([hours_of(scene, weather, replace(RUN, suns=suns, seed=seed)) for seed in range(SEEDS)])
+    error, stated = np.abs(runs[:, 0] - true), np.hypot(runs[:, 1], rest)
+    ratio = np.sqrt((error**2).mean() / (stated**2).mean())
+    without = np.sqrt((error**2).mean() / (stated**2 - runs[:, 2] ** 2).mean())
+    inside, bias = (error < 2 * stated).mean(), (runs[:, 0] - true).mean() / true.mean()
+    print(suns, "rms", np.sqrt((error**2).mean()), "ratio", ratio, "without suns", without, "inside", inside, bias)
+    assert least < ratio < 1.25
+    assert inside > 0.85  # 0.95 of errors that are known exactly, fewer of those from four replicates
+    assert abs(bias) < 0.003
+    if suns == "days:4":
+        assert without > 2 * ratio
