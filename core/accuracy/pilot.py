@@ -16,8 +16,8 @@ import numpy as np
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
+from ..photons.trace_hybrid import trace_hybrid
 from ..progress import silent
-from ..radiosity.trace_gather import trace_gather
 from ..sky.choose_sky import choose_sky
 from ..sun.choose_suns import choose_suns
 from ..sun.spread_suns import spread_suns
@@ -132,7 +132,7 @@ def trace_part(inputs, part, setting):
     request = replace(request, samples=samples, shadow_samples=shadow_samples, estimator="gather")
     patches = replace(prepared.patches, receives=prepared.patches.receives & part)
     plan = with_bounces(prepared.plan, bounces)
-    transfer = trace_gather(scene, suns, request, silent, prepared=replace(prepared, patches=patches, plan=plan))
+    transfer = trace_hybrid(scene, suns, request, silent, prepared=replace(prepared, patches=patches, plan=plan))
     started = time.perf_counter()
     energy = compute_energy(
         transfer, weather, build_system(request), request.threads, sky=choose_sky(request, transfer)

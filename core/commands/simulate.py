@@ -204,7 +204,7 @@ def write_results(work, transfer, weather, request, log, *, scene=None, draw=Non
         log.write("Blender")
         draw(work, scene, transfer, energy, weather.label)
         log.clock.lap("Blender")
-    shares = shares_of_effects(transfer, weather, build_system(request), request.threads)
+    shares = shares_of_effects(transfer, weather, build_system(request), request.threads, sky=energy.sky)
     if shares:
         log.write(f"  of the full load hours: {', '.join(f'{key} {share:+.1%}' for key, share in shares.items())}")
     log.clock.lap("shares of effects")

@@ -12,7 +12,7 @@ from ..transfer.transfer import Transfer
 MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
 
 
-def shares_of_effects(transfer, weather, system, threads=None):
+def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic"):
     """Share of full load hours that each effect of the modules adds, or takes if negative.
 
     Parameters
@@ -22,6 +22,8 @@ def shares_of_effects(transfer, weather, system, threads=None):
     weather : Weather
     system : PvSystem
     threads : int, optional
+    sky : str
+        Model of the diffuse sky, as of `compute_energy`.
 
     Returns
     -------
@@ -34,7 +36,7 @@ def shares_of_effects(transfer, weather, system, threads=None):
         return {}
 
     def hours(**switched):
-        energy = compute_energy(few, weather, replace(system, **switched), threads)
+        energy = compute_energy(few, weather, replace(system, **switched), threads, sky=sky)
         return float(weight @ np.nan_to_num(energy.full_load_hours))
 
     as_set, found = hours(), {}
@@ -83,7 +85,7 @@ def draw_surfaces(surfaces):
 
 
 def take_rows(transfer, rows):
-    """Some surfaces of a Transfer."""
+    """Some surfaces of a Transfer, in each of its states."""
     surfaces = transfer.surfaces
     values = {one.name: getattr(surfaces, one.name) for one in fields(surfaces)}
     few = {
@@ -105,6 +107,7 @@ def take_rows(transfer, rows):
         material=None,
         error_parts=None,
         outlines=None,
+        bare=transfer.bare and take_rows(transfer.bare, rows),
     )
 
 

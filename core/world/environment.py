@@ -52,9 +52,11 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     Raises
     ------
     InputError
-        If the Transfer was traced for other suns, was interrupted, or has no eligible surfaces.
+        If the Transfer was traced for other suns, was interrupted, has no eligible surfaces, or holds at its own place
+        only.
     """
     check_sky_grid(source, transfer)
+    check_portable(source, transfer)
     check_transfer(transfer)
     if sky_model != "isotropic" and transfer.horizon is None:
         problem = f"was traced without the light of the horizon, which --sky {sky_model} needs"
@@ -96,3 +98,13 @@ def check_sky_grid(source, transfer):
     if way != f"sky-grid:{len(transfer.suns)}":
         problem = f"holds {len(transfer.suns)} directions of {way}: its run was interrupted"
         raise InputError(source, problem, "trace it again to the end")
+
+
+def check_portable(source, transfer):
+    """Refuse a Transfer with what belongs to one place: distant terrain, or months in leaf."""
+    if transfer.terrain is not None:
+        problem = "was traced with --horizon: distant terrain belongs to one place"
+        raise InputError(source, problem, "trace it again without --horizon")
+    if transfer.bare is not None:
+        problem = "has trees that are in leaf in some months only, which differ from place to place"
+        raise InputError(source, problem, "trace it again with --leaf-months all, or none")

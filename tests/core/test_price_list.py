@@ -61,3 +61,13 @@ def test_costs_are_found_from_runs_that_follow_the_formula():
 def test_a_picture_of_no_known_kind_is_refused(city, capfd):
     assert main(["accuracy", str(city), "--plot", "curve.txt"]) == 2
     assert "--plot" in capfd.readouterr().err
+
+
+def test_a_city_with_mirrors_has_a_price_list(city, tmp_path, capfd):
+    """Its pilot follows mirrors as a run does."""
+    finish = tmp_path / "finish.csv"
+    finish.write_text("surface,albedo,material\nfacade,0.6,mirror\n")
+    options = ["--weather", "clear-sky", "--threads", "1", "--suns", "days:4", "--albedo-file", str(finish), "--json"]
+    assert main(["accuracy", str(city), *options]) == 0
+    first = json.loads(capfd.readouterr().out)["prices"][0]
+    assert first["name"] == "draft" and first["error_at_95"] > 0

@@ -9,11 +9,13 @@ from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 from test_closed_forms import direct_relative
 from weathers import BERLIN, plain_table, write_table, year_of
 
+from citypv.core.energy.pv_system import build_system
 from citypv.core.errors import InputError
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request, check_request
+from citypv.core.results.effect_shares import shares_of_effects
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
 from citypv.core.study import compute_energy, read_year, trace_scene
@@ -198,7 +200,17 @@ def test_each_month_has_the_light_of_its_state(tmp_path):
     assert (bare.full_load_hours[walls] > 1.1 * in_leaf.full_load_hours[walls]).any()
     assert (energy.poa_global_annual > 0.999 * in_leaf.poa_global_annual).all()
     assert (energy.poa_global_annual < 1.001 * bare.poa_global_annual).all()
+    # What single effects make of the hours is looked at in both states, under the same sky.
+    off = compute_energy(seasonal, weather, Request(effects={"aoi": False}, **settings))
+    whole, without = (surfaces_mean(scene.surfaces, one) for one in (energy, off))
+    shares = shares_of_effects(seasonal, weather, build_system(request), 1, sky=energy.sky)
+    assert energy.sky == "perez" and shares["aoi"] == pytest.approx((whole - without) / whole, abs=1e-6)
     write_transfer(tmp_path / "transfer.nc", seasonal)
     again = compute_energy(read_transfer(tmp_path / "transfer.nc"), weather, request)
     np.testing.assert_allclose(again.full_load_hours, energy.full_load_hours, rtol=1e-6, equal_nan=True)
     assert (energy.full_load_hours_standard_error[walls] > 0).all()
+
+
+def surfaces_mean(surfaces, energy):
+    """Mean full load hours of the eligible surfaces by area."""
+    return np.average(energy.full_load_hours[surfaces.eligible], weights=surfaces.area[surfaces.eligible])

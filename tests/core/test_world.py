@@ -12,6 +12,7 @@ from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
 from citypv.core.errors import InputError
+from citypv.core.horizon.horizon import STEPS, TerrainHorizon
 from citypv.core.request import Request
 from citypv.core.results.write_groups import place_periods
 from citypv.core.results.write_groups import sum_periods as sum_rows
@@ -265,6 +266,11 @@ def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run(system):
         build_environment("town", "transfer.nc", Horizons(9).transfer(replace(part, way="sky-grid:100")), system)
     with pytest.raises(InputError, match="--sky isotropic"):
         build_environment("town", "transfer.nc", Horizons(9).transfer(sky_grid_suns(16)), system, "perez")
+    whole = Horizons(9).transfer(sky_grid_suns(16))
+    with pytest.raises(InputError, match="again without --horizon"):
+        build_environment("town", "transfer.nc", replace(whole, terrain=TerrainHorizon(np.full(STEPS, 5.0))), system)
+    with pytest.raises(InputError, match="--leaf-months all"):
+        build_environment("town", "transfer.nc", replace(whole, bare=whole, leaf_months=(5, 6)), system)
     flat = Horizons(9).transfer(sky_grid_suns(16))
     flat.surfaces.eligible[:] = False
     with pytest.raises(InputError, match="no eligible"):
