@@ -19,6 +19,7 @@ METHODS = {
         "hidden_walls": "count",
         "overhangs": "count",
         "usable": {},
+        "effects": {"trees": False},
     },
 }
 

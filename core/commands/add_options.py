@@ -157,7 +157,10 @@ def request_of_options(options):
             given[name] = tuple(value)
         elif known[name].kind == "texts":
             given[name] = one_of(value)
-    request = Request(**{**implied_settings(given), **given})  # also settings without an option of this command
+    implied = implied_settings(given)
+    if "effects" in implied and "effects" in given:
+        given["effects"] = {**implied["effects"], **given["effects"]}
+    request = Request(**{**implied, **given})  # also settings without an option of this command
     check_request(request)
     check_effects(request)
     return request

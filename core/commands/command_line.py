@@ -130,7 +130,7 @@ def build_parser():
     effects.set_defaults(run=run_effects, parser=effects)
     accuracy = commands.add_parser("accuracy", help="predict seconds and errors of every setting from a short pilot")
     add_city(accuracy)
-    add_options(accuracy, "weather", "electricity", "light", "run")
+    add_options(accuracy, "weather", "electricity", "light", "sky", "effects", "run")
     accuracy.add_argument("--json", action="store_true", help="print as JSON")
     accuracy.add_argument("--plot", metavar="FILE", help="write the curve of error against time as a picture")
     accuracy.set_defaults(run=run_accuracy, parser=accuracy)

@@ -8,6 +8,7 @@ from ..effects.plan_effects import describe_plan
 from ..energy.pv_system import ELECTRIC, build_system
 from ..errors import InputError
 from ..interruption import Interruption
+from ..methods import METHODS
 from ..progress import CancelledError, Clock, TerminalProgress, silent
 from ..racks.lay_racks import city_with_racks
 from ..results.effect_shares import shares_of_effects, state_outcome
@@ -169,8 +170,9 @@ def recompute(transfer_path, folder, request, *, overwrite=False, stream=None):
     """
     log = RunLog(stream)
     check_settings(request)
+    implied = METHODS.get(request.method, {}).get("effects", {})  # as other settings of light, without effect here
     for key in request.effects:
-        if key not in ELECTRIC:
+        if key not in (*ELECTRIC, *implied):
             raise InputError("--effects", f"{key} was decided when the city was traced", f"use {', '.join(ELECTRIC)}")
     with whole_folder(folder, overwrite) as work:
         transfer = read_transfer(transfer_path)

@@ -260,6 +260,10 @@ def test_the_paper_in_a_word(traced, tmp_path):
         assert run_yield(traced, tmp_path / str(number), *options) == 0
         found = settings_in(tmp_path / str(number))
         assert found["hidden_walls"] == "leave-out" and found["overhangs"] == "count"
+    # The paper has no vegetation, whatever other effects are asked for.
+    assert run_yield(traced, tmp_path / "aoi", "--method", "paper", "--effects", "aoi=off") == 0
+    assert settings_in(tmp_path / "aoi")["effects"] == {"trees": False, "aoi": False}
+    assert run_yield(traced, tmp_path / "late", "--effects", "trees=off") == 2  # was decided when traced
     assert settings_in(traced / "out")["hidden_walls"] == "leave-out"
     assert Request(**settings_of_method("paper", losses=5.0)).losses == 5.0
     assert Request(**settings_of_method(None)) == Request()

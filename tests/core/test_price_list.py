@@ -70,4 +70,4 @@ def test_a_city_with_mirrors_has_a_price_list(city, tmp_path, capfd):
     options = ["--weather", "clear-sky", "--threads", "1", "--suns", "days:4", "--albedo-file", str(finish), "--json"]
     assert main(["accuracy", str(city), *options]) == 0
     first = json.loads(capfd.readouterr().out)["prices"][0]
-    assert first["name"] == "draft" and first["error_at_95"] > 0
+    assert first["name"] == "draft" and first["error"] > 0
