@@ -106,6 +106,15 @@ def budget_surfaces(errors):
     return {**found, "all": of(())}
 
 
+CURES = {  # of SOURCES -> the option that lowers it
+    "shadows": "more --shadow-samples",
+    "rays": "more --samples",
+    "passed_on": "more --samples",
+    "discretisation": "a smaller --patch-size",
+    "suns": "--suns with more days",
+}
+
+
 def suggest_more(transfer, weather, energy):
     """One sentence on what would halve the error, or ""."""
     errors = split_errors(transfer, weather, energy)
@@ -116,10 +125,5 @@ def suggest_more(transfer, weather, energy):
     needed = rounds_needed(errors, errors.at_share() / 2)
     if np.isfinite(needed) and largest in SAMPLED:
         seconds = sum(transfer.record.seconds.values()) * (needed - 1)
-        return f"{start}{seconds:.0f} s more would halve it: {SOURCES[largest]} are the largest part.".replace(
-            "reflect are", "reflect is"
-        )
-    cure = {"suns": "--suns with more days", "discretisation": "a smaller --patch-size"}.get(
-        largest, "more rays, then more"
-    )
-    return f"{start}{SOURCES[largest]} is the largest part: {cure} would lower it."
+        return f"{start}{seconds:.0f} s more would halve it: most of it is due to {SOURCES[largest]}."
+    return f"{start}most of it is due to {SOURCES[largest]}: {CURES[largest]} would lower it."

@@ -21,6 +21,7 @@ CELLS = 16  # shadow points from which patches are resolved into as many element
 MOST_ROUNDS = 10_000
 CLOSE = 1.1  # where a target cannot be reached: error, over what no round can lower, at which to stop
 SECONDS_PER_LINE = 2.0
+NOTHING_COUNTS = "no surface is eligible, so there is no error that rounds could lower"
 
 
 @dataclass
@@ -81,9 +82,11 @@ def decide_stop(errors, goal, lasted):
     lasted : float
         Time of the last round [s].
     """
+    if np.isnan(errors.at_share()):
+        return NOTHING_COUNTS
     if goal.target is not None:
         now = errors.at_share()
-        if not now > goal.target:  # also if no surface counts
+        if now <= goal.target:
             return "target reached"
         least = errors.at_share(without=SAMPLED)
         if least >= goal.target and now < CLOSE * least:
@@ -114,8 +117,10 @@ def describe_round(errors, goal, lasted, record, stop):
     """Rounds, rays per second, error and what remains, as a line of text."""
     rays = (record.hemisphere_rays or 0) + (record.shadow_rays or 0) + (record.rays or 0)
     speed = rays / max(sum(record.seconds.values()), 1e-9)
-    line = f"round {errors.rounds}: {errors.at_share():.2f} % on 95 % of the eligible area"
-    line += f", {speed / 1e6:.1f} Mrays/s, {sum(record.seconds.values()):.0f} s"
+    line = f"round {errors.rounds}: "
+    if not np.isnan(errors.at_share()):
+        line += f"{errors.at_share():.2f} % on 95 % of the eligible area, "
+    line += f"{speed / 1e6:.1f} Mrays/s, {sum(record.seconds.values()):.0f} s"
     if stop:
         return f"{line}; {stop}"
     if goal.target is not None:

@@ -74,7 +74,7 @@ def test_a_source_alone_is_no_larger_than_all(run):
 def test_the_last_sentence_names_the_largest_part(run):
     transfer, weather, energy = run
     many = replace(transfer, record=replace(transfer.record, sun_sampling={"rms": 50.0}))
-    assert "the choice of suns is the largest part: --suns" in suggest_more(many, weather, energy)
+    assert "most of it is due to the choice of suns: --suns" in suggest_more(many, weather, energy)
     nothing = np.zeros(len(transfer.surfaces))
     parts = replace(transfer.error_parts, diffuse_discretisation=nothing, direct_discretisation=nothing)
     alone = replace(transfer, error_parts=parts, record=replace(transfer.record, sun_sampling=None))

@@ -10,7 +10,7 @@ import pytest
 from small_city import write_small_city
 
 from citypv.__main__ import main
-from citypv.core.accuracy.refine import Goal, decide_stop, rounds_needed, unreachable
+from citypv.core.accuracy.refine import Goal, decide_stop, describe_round, rounds_needed, unreachable
 from citypv.core.accuracy.yield_errors import YieldErrors
 from citypv.core.commands import refine_run
 from citypv.core.commands.add_options import imply_settings, request_of_options
@@ -22,6 +22,7 @@ from citypv.core.results.read_transfer import read_transfer
 from citypv.core.study import read_scene, read_year, trace_round, trace_scene
 from citypv.core.transfer.merge_transfers import merge_transfers
 from citypv.core.transfer.prepare_scene import prepare_scene
+from citypv.core.transfer.trace_record import TraceRecord
 
 COARSE = ["--weather", "clear-sky", "--samples", "64", "--shadow-samples", "16", "--suns", "days:24", "--threads", "1"]
 
@@ -70,7 +71,14 @@ def test_it_stops_at_the_target_and_in_time():
     assert decide_stop(made_errors(shadows=0.01, suns=1.0), Goal(0.5, None), 1.0) == "further rounds would not help"
     assert not decide_stop(made_errors(shadows=1.0, suns=1.0), Goal(0.5, None), 1.0)
     nothing = YieldErrors({"rays": np.zeros(0)}, np.zeros(0), np.zeros(0), 1)
-    assert decide_stop(nothing, Goal(0.5, None), 1.0)  # no eligible surface: there is nothing to wait for
+    for goal in (Goal(0.5, None), Goal(None, now + 50)):
+        assert "no surface is eligible" in decide_stop(nothing, goal, 1.0)
+
+
+def test_a_round_without_eligible_surfaces_names_no_error():
+    nothing = YieldErrors({"rays": np.zeros(0)}, np.zeros(0), np.zeros(0), 1)
+    record = TraceRecord({}, [], 0, 0.0, 1, 1, {"suns": 2.0}, 2.0, 0.0, 0.0, shadow_rays=4_000_000)
+    assert describe_round(nothing, Goal(0.5, None), 1.0, record, "done") == "round 1: 2.0 Mrays/s, 2 s; done"
 
 
 @pytest.fixture(scope="module")
