@@ -47,6 +47,10 @@ def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic
     return found
 
 
+SWITCHED_ON = {"extent": "simulated", "reason": "switched on", "bound": 0.0}
+SWITCHED_OFF = {"extent": "left out", "reason": "switched off", "bound": None}
+
+
 def state_outcome(summary, shares, request):
     """Write the measured shares into the effects of a summary; without a plan (a file of long ago) there are none.
 
@@ -62,6 +66,8 @@ def state_outcome(summary, shares, request):
     for effect in summary["traced"].get("effects") or ():
         if effect["key"] in shares:
             share, on = shares[effect["key"]], request.effects.get(effect["key"], True)
+            if on != effect.get("on", on):  # decided anew by `citypv yield`
+                effect.update(SWITCHED_ON if on else SWITCHED_OFF)
             left_out = 0.0 if on else abs(share)
             bound = left_out if effect.get("bound") is None else effect["bound"]
             effect |= {"on": on, "share": share, "outcome": {"left_out": left_out, "holds": left_out <= bound}}

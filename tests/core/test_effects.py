@@ -19,7 +19,7 @@ from citypv.core.energy.pv_system import build_system
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.results.effect_shares import shares_of_effects
+from citypv.core.results.effect_shares import shares_of_effects, state_outcome
 from citypv.core.study import prepare_study, read_scene, read_year
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.transfer.prepare_scene import prepare_scene
@@ -276,3 +276,16 @@ def annual(transfer):
     far = np.outer(transfer.far_ground_view_factor, np.maximum(transfer.suns.direction[:, 2], 0))
     light = transfer.visible_share * cosine + transfer.direct_reflected + transfer.ground_albedo * far
     return light @ transfer.suns.weight
+
+
+def test_an_effect_that_yield_switches_has_a_reason_and_no_bound():
+    """Losses at the glass that were simulated when the city was traced, and are left out of this year's electricity."""
+    was = {"key": "aoi", "on": True, "extent": "by the module's own law", "reason": "light is lost", "bound": 0.0}
+    summary = {"traced": {"effects": [was]}}
+    state_outcome(summary, {"aoi": -0.02}, Request(effects={"aoi": False}))
+    (off,) = summary["traced"]["effects"]
+    assert (off["on"], off["reason"], off["bound"]) == (False, "switched off", None)
+    assert off["outcome"] == {"left_out": 0.02, "holds": True}
+    state_outcome(summary, {"aoi": -0.02}, Request(effects={"aoi": True}))
+    (on,) = summary["traced"]["effects"]
+    assert (on["on"], on["reason"], on["outcome"]) == (True, "switched on", {"left_out": 0.0, "holds": True})
