@@ -138,10 +138,17 @@ def describe_prices(listed):
     for one in listed.prices:
         source = {"passed_on": "reflected", "discretisation": "patch size"}.get(one.largest, one.largest or "none")
         lines.append(
-            f"{one.name:24} {one.seconds:8.1f} {one.tracing:8.1f} {one.median:8.2f} {one.error:8.2f} "
-            f"{source:14} {one.bounces_left:11.2f}"
+            f"{one.name:24} {one.seconds:8.1f} {one.tracing:8.1f} {write_percent(one.median):>8} "
+            f"{write_percent(one.error):>8} {source:14} {one.bounces_left:11.2f}"
         )
+    if not any(np.isfinite(one.error) for one in listed.prices):
+        lines.append("No surface is eligible for photovoltaics, so there are no errors of full load hours to predict.")
     return lines
+
+
+def write_percent(value):
+    """A percentage with two decimals, or a dash where it is not known."""
+    return f"{value:.2f}" if np.isfinite(value) else "–"
 
 
 def price_as_dict(listed):

@@ -166,7 +166,9 @@ def _refuse_empty(contents, wanted, report):
     path = contents[0].path if len(contents) == 1 else f"{len(contents)} files, {contents[0].path} …"
     trees = sum(len(content.trees) for content in contents)
     if trees and not report.building_count:
-        raise InputError(path, f"contains no buildings, only {trees:,} trees", "give the file with the buildings too")
+        raise InputError(
+            path, f"contains no buildings, only vegetation ({trees:,})", "give the file with the buildings too"
+        )
     if not report.building_count:
         raise InputError(path, "no buildings in it", "give a file that holds buildings")
     met = ", ".join(report.lods_met) or "none"

@@ -50,5 +50,5 @@ def refine_run(transfer, inputs, log, progress, *, folder):
     target = request.target_error
     why = None if target is None else unreachable(judge(transfer), target, request.shadow_samples)
     if why:
-        log.write(f"{target:g} % cannot be reached: {why[0]}; {why[1]}")
+        log.write(f"{target:g} % can hardly be reached: {why[0]}; {why[1]}")
     return refine_transfer(transfer, judge, Goal(target, deadline), trace, log.write)

@@ -7,6 +7,7 @@ from ..sun.solar_position import sun_direction
 from .effect import Effect
 
 KEY = "perez"
+LIT = ("facade", "roof", "steep", "rack")  # kinds that have full load hours and may be inclined
 LEVEL = 1.0  # [°] of tilt up to which both skies give the same
 MOST_HOURS = 1 << 22  # of the planes at a time, to limit memory
 
@@ -14,7 +15,7 @@ MOST_HOURS = 1 << 22  # of the planes at a time, to limit memory
 def decide(inputs):
     """The sky of Perez where inclined surfaces count; every weather has the direct and diffuse light that it needs."""
     sky, asked, surfaces = inputs.request.sky, inputs.asked(KEY), inputs.scene.surfaces
-    counted = np.asarray(surfaces.eligible, bool) & (np.asarray(surfaces.surface_tilt) > LEVEL)
+    counted = surfaces_that_count(surfaces)
     area = float(np.asarray(surfaces.area)[counted].sum())
     change = np.zeros(0)
     if inputs.weather is not None and counted.any():
@@ -26,6 +27,13 @@ def decide(inputs):
     reason = "no inclined surface counts" if sky == "auto" and asked is None else "as asked"
     bound = bound_change(inputs.weather, change) if len(change) else 0.0 if area == 0 else None
     return Effect(KEY, False, "isotropic sky", reason + words, bound, setting="isotropic")
+
+
+def surfaces_that_count(surfaces):
+    """Inclined surfaces that are eligible or, where none is, all that light of the sky reaches: (n,) bool."""
+    eligible = np.asarray(surfaces.eligible, bool)
+    wanted = eligible if eligible.any() else np.isin(surfaces.kind, LIT)
+    return wanted & (np.asarray(surfaces.surface_tilt) > LEVEL)
 
 
 def bound_change(weather, change):

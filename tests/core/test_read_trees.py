@@ -165,5 +165,5 @@ def test_trees_of_cityjson_by_template_by_solid_and_by_numbers(tmp_path):
 
 def test_trees_alone_are_refused(tmp_path):
     objects = {"yew": {"type": "SolitaryVegetationObject", "geometry": [solid()]}}
-    with pytest.raises(InputError, match="contains no buildings, only 1 trees; give the file with the buildings too"):
+    with pytest.raises(InputError, match=r"no buildings, only vegetation \(1\); give the file with the buildings too"):
         read(tmp_path, model(objects))

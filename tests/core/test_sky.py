@@ -1,6 +1,7 @@
 """The Perez sky: against pvlib on open planes, the horizon against closed forms, gather against forward."""
 
 import gzip
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -9,6 +10,7 @@ import pytest
 from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 from weathers import BARROW, DATA
 
+from citypv.core.effects.perez import surfaces_that_count
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
@@ -214,3 +216,17 @@ def test_stated_errors_of_the_horizon_hold():
     found = np.array([mean_of(trace(scene, seed=seed, max_bounces=1, far_ground=False), wall) for seed in range(12)])
     spread, stated = found[:, 0].std(ddof=1), np.sqrt((found[:, 1] ** 2).mean())
     assert 0.5 < spread / stated < 1.7
+
+
+@pytest.mark.parametrize(
+    ("eligible", "counted"),
+    [([False] * 4, [True, False, False, False]), ([False, True, True, False], [False, False, True, False])],
+    ids=["none eligible", "some eligible"],
+)
+def test_surfaces_for_which_the_sky_is_chosen(eligible, counted):
+    """Facades that may carry no modules count where nothing else does; flat ones and ground never ask for Perez."""
+    kind, tilt = np.array(["facade", "flat", "roof", "ground"]), np.array([90.0, 0.0, 30.0, 5.0])
+    kind[2] = "roof" if any(eligible) else "flat"
+    tilt[2] = 30.0 if any(eligible) else 1.0
+    surfaces = SimpleNamespace(eligible=eligible, kind=kind, surface_tilt=tilt)
+    assert surfaces_that_count(surfaces).tolist() == counted
