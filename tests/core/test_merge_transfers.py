@@ -22,7 +22,7 @@ from citypv.core.transfer.prepare_scene import build_tree, prepare_scene, reseed
 pytestmark = pytest.mark.once
 
 REQUEST = Request(samples=64, shadow_samples=4, max_bounces=2, threads=1)
-ROUNDS, RUNS = 4, 6
+ROUNDS, RUNS = 4, 12
 
 
 @cache

@@ -49,7 +49,7 @@ def scene_and_suns(name):
 def traced(seed, samples, shadow_samples, bounces, name=ANYWHERE):
     """Of diffuse and annual direct light: (2, n) values and (2, n) standard errors."""
     scene, suns = scene_and_suns(name)
-    request = Request(samples=samples, shadow_samples=shadow_samples, max_bounces=bounces, seed=seed)
+    request = Request(samples=samples, shadow_samples=shadow_samples, max_bounces=bounces, seed=seed, report="all")
     transfer = trace_gather(scene, suns, request, silent)
     annual = direct_relative(transfer) @ suns.weight
     values = np.stack([transfer.diffuse_relative, annual])

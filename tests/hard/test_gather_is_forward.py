@@ -27,7 +27,7 @@ from citypv.core.scene.build_scene import build_scene
 ROOT = Path(__file__).parents[2]
 PLACE = {"latitude": 40.757, "longitude": -73.97}
 CITIES = {  # file, its place, half the side of the square that is cut out [m], photons per patch of the whole city
-    "Berlin": ("examples/berlin/berlin_3910_5817.gml", {}, 220.0, 32),
+    "Berlin": ("examples/berlin/berlin_3910_5817.gml", {}, 220.0, 40),
     "Manhattan": ("tests/data/obj/nyc_midtown_citicorp_1km.obj.gz", PLACE, 110.0, 12),
 }
 WHOLE = os.environ.get("CITYPV_WHOLE_CITIES") == "1"
@@ -145,7 +145,10 @@ def group_means(scene, groups, estimator, seed, samples):
     found = []
     for bounces in (0, 3):
         transfer = trace(
-            scene, SUNS, Request(max_bounces=bounces, seed=seed, samples=samples, estimator=estimator), silent
+            scene,
+            SUNS,
+            Request(max_bounces=bounces, seed=seed, samples=samples, estimator=estimator, report="all"),
+            silent,
         )
         light = np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight], axis=1)
         area = scene.surfaces.area

@@ -51,7 +51,10 @@ def random_parts(seed, apart=False):
 def trace(scene, directions=SUNS, **options):
     """Gather with all surfaces sampled alike: which are eligible depends on size and orientation."""
     return trace_gather(
-        scene, suns_towards(directions), Request(**{"samples": 64, "threads": 1, "report": "all"} | options), silent
+        scene,
+        suns_towards(directions),
+        Request(**{"samples": 64, "threads": 1, "report": "all", "max_bounces": 3} | options),
+        silent,
     )
 
 

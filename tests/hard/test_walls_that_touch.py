@@ -101,7 +101,7 @@ def reflections_by_gather(scene, members):
     found = np.zeros((3, SEEDS, 2))
     for seed in range(SEEDS):
         for row, bounces in enumerate((0, 1, BOUNCES)):
-            transfer = trace_gather(scene, SUNS, Request(max_bounces=bounces, seed=seed), silent)
+            transfer = trace_gather(scene, SUNS, Request(max_bounces=bounces, seed=seed, report="all"), silent)
             light = np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight], axis=1)
             found[row, seed] = np.average(light[members], axis=0, weights=scene.surfaces.area[members])
     return found[2] - found[0], found[2] - found[1]
