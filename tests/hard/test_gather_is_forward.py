@@ -27,7 +27,7 @@ from citypv.core.scene.build_scene import build_scene
 ROOT = Path(__file__).parents[2]
 PLACE = {"latitude": 40.757, "longitude": -73.97}
 CITIES = {  # file, its place, half the side of the square that is cut out [m], photons per patch of the whole city
-    "Berlin": ("examples/berlin/berlin_3910_5817.gml", {}, 220.0, 40),
+    "Berlin": ("examples/berlin/berlin_3910_5817.gml", {}, 220.0, 32),
     "Manhattan": ("tests/data/obj/nyc_midtown_citicorp_1km.obj.gz", PLACE, 110.0, 12),
 }
 WHOLE = os.environ.get("CITYPV_WHOLE_CITIES") == "1"
@@ -201,7 +201,7 @@ def test_gather_is_forward(name):
     scene = build_scene(city if WHOLE else middle_of(city, half), **place)
     groups = groups_of(scene.surfaces, lies_alone(scene))
     samples = 64 if WHOLE and len(scene.triangles) > 3e5 else 256
-    found = compare_estimators(scene, groups, (samples, 2), (photons if WHOLE else 48, 6))
+    found = compare_estimators(scene, groups, (samples, 2), (photons if WHOLE else 56, 6))
     print(f"\n{name}, {len(scene.triangles)} patches\n{found.table()}")
     bias = np.where(["roof" in group for group in groups], BIAS_ON_ROOFS, BIAS)
     allowed = ERRORS * found.error
