@@ -28,3 +28,9 @@ def settings_of_preset(preset, **given):
         For `Request(**settings)`.
     """
     return {**PRESETS[preset], **given, "preset": preset}
+
+
+ESTIMATORS = {
+    "gather": "Rays from the surfaces: fast; photons only for mirrors, glossy surfaces and glass",
+    "forward": "Photons from sun, sky and far ground for all light: slow, without discretisation error",
+}

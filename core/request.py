@@ -9,14 +9,9 @@ from dataclasses import asdict, dataclass, fields
 
 from .city_settings import CitySettings
 from .errors import InputError
-from .presets import PRESET_WORDS
+from .presets import ESTIMATORS, PRESET_WORDS
 from .settings import check_number, check_place, setting
 from .system_settings import SystemSettings
-
-ESTIMATORS = {
-    "gather": "Rays from the surfaces: fast; photons only for mirrors, glossy surfaces and glass",
-    "forward": "Photons from sun, sky and far ground for everything: slow",
-}
 
 
 SKIES = {

@@ -165,3 +165,19 @@ def mark_enclosed(covered, contacts, enclosed):
                 for other in range(covered.shape[1]):
                     alone |= contacts[cell, other] and not covered[patch, other]
                 enclosed[patch, cell] = not alone
+
+
+def cells_near_cover(covered, within):
+    """Cells that are covered or touch a covered one: (c, cells) bool.
+
+    In these, whether a ray starts in the open is decided ray by ray: it does if it does not hit a back.
+
+    Parameters
+    ----------
+    covered : (c, cells) bool
+    within : (w,) int
+        Patches that have such cells.
+    """
+    near_cover = np.zeros(covered.shape, bool)
+    near_cover[within] = ~enclosed_cells(~covered[within])  # all but open cells surrounded by open ones
+    return near_cover

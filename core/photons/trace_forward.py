@@ -31,7 +31,7 @@ from ..transfer.trace_record import TraceRecord, note_interruption
 from ..transfer.transfer import Horizon, Transfer
 from .emit_photons import box_of_scene, far_ground_source, horizon_source, sky_source, sun_source, terrain_source
 from .follow_photons import Tally, Target
-from .trace_sources import PHOTON_REPLICATES, Run, no_light, trace_sources
+from .trace_sources import PHOTON_REPLICATES, Run, no_light, standard_error, trace_sources
 
 WHOLE = 1 - 1e-6  # covered share from which a surface counts as completely covered
 
@@ -282,24 +282,3 @@ def add_sun(run, suns, index, light, merge_and_beyond, *, found):
     found.last = max(found.last, light.last)
     found.ray_count += light.ray_count
     found.tally.add(light.tally)
-
-
-def standard_error(replicates, photons, unreachable):
-    """Standard error of the mean of independent replicates.
-
-    With few or no photons their variance is not reliable. The contribution of one more photon is added, which gives
-    √(k + 1) instead of √k for k photons.
-
-    Parameters
-    ----------
-    replicates : (PHOTON_REPLICATES, n) float64
-    photons : (n,) float64
-        Square of the contribution of one photon.
-    unreachable : (n,) bool
-        Surfaces that no photon can reach.
-
-    Returns
-    -------
-    (n,) float64
-    """
-    return np.sqrt(replicates.var(axis=0, ddof=1) / len(replicates) + np.where(unreachable, 0, photons))

@@ -121,3 +121,24 @@ def add_deposits(run, source, found, max_bounces):
     light.reflected *= per_photon
     light.photon = per_photon / PHOTON_REPLICATES
     return light
+
+
+def standard_error(replicates, photons, unreachable):
+    """Standard error of the mean of independent replicates.
+
+    With few or no photons their variance is not reliable. The contribution of one more photon is added, which gives
+    √(k + 1) instead of √k for k photons.
+
+    Parameters
+    ----------
+    replicates : (PHOTON_REPLICATES, n) float64
+    photons : (n,) float64
+        Square of the contribution of one photon.
+    unreachable : (n,) bool
+        Surfaces that no photon can reach.
+
+    Returns
+    -------
+    (n,) float64
+    """
+    return np.sqrt(replicates.var(axis=0, ddof=1) / len(replicates) + np.where(unreachable, 0, photons))

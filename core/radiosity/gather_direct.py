@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..effects.receivers import fewer_points, fewer_rays
-from ..form_factors.form_factor_products import multiply_elements, multiply_visible
+from ..form_factors.form_factor_products import multiply_elements
 from ..patches.patches import take_patches
 from ..progress import CancelledError
-from ..threads import work_in_slices
 from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.surface_means import average_surfaces
 from .add_specular import Specular, add_specular_suns
@@ -17,7 +16,7 @@ from .light_errors import LightError, ReflectedError, errors_of_surfaces
 from .patch_size_errors import estimate_discretisation_error, steps_of_cells
 from .replicates import propagate_deviations
 from .shadow_points import count_elements, points_above
-from .solve_radiosity import covariance_of_replicates, iterate_bounces, variance_of_replicates
+from .solve_radiosity import covariance_of_replicates, reflect_block, variance_of_replicates
 from .sun_blocks import SunProgress, block_of_suns, count_kept, cut_into_blocks
 from .sun_visibility import sun_visibility
 
@@ -293,55 +292,3 @@ def by_number_of_points(context, annual):
     for rows, (copies, rays) in zip((np.flatnonzero(~others), np.flatnonzero(others)), numbers, strict=True):
         chosen = annual.representative_points
         yield rows, annual.by_point[rows, ::copies], None if chosen is None else chosen[rows] // copies, rays
-
-
-def reflect_block(context, hemisphere, light, suns, report):
-    """Reflections of one block of suns, without the first bounce off the far ground.
-
-    Parameters
-    ----------
-    light : SunLight
-        Of the b suns of the block.
-    suns : SunBlock
-    report : callable
-        Called with the number of bounces done.
-
-    Returns
-    -------
-    reflected : (p, b) float32
-    propagated : (p,) float32
-        As in `iterate_bounces`, with the suns' weights.
-    last : float
-    """
-    directions, weights = suns
-    form_factors, threads = hemisphere.form_factors, context.threads
-    far_first = None
-    if context.plan.far_ground:
-        lit_ground = np.maximum(directions[:, 2], 0) * np.float32(context.request.ground_albedo)
-        far_first = np.outer(hemisphere.far_ground.mean(axis=1), lit_ground)
-    visible = directions, light.visible_elements
-    arriving = multiply_visible(form_factors, context.patches.albedo, context.patches.normal, visible, threads)
-    reflected, propagated, last = iterate_bounces(
-        form_factors,
-        hemisphere.factor,
-        arriving,
-        context.plan.max_bounces,
-        far_first=far_first,
-        first_light=light.by_point.mean(axis=1).sum(dtype=float),
-        weight=weights,
-        threads=threads,
-        progress=report,
-    )
-    if far_first is not None:
-        subtract_far_ground(reflected, far_first, threads)
-    return reflected, propagated, last
-
-
-def subtract_far_ground(reflected, far_first, threads):
-    """Subtract the first bounce off the far ground from all reflected light, (p, s), in place."""
-
-    def subtract(rows):
-        reflected[rows] -= far_first[rows]
-        np.maximum(reflected[rows], 0, out=reflected[rows])
-
-    work_in_slices(subtract, len(reflected), threads)

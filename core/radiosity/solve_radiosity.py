@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from ..check_arrays import check_array
-from ..form_factors.form_factor_products import multiply, multiply_starts, propagate
+from ..form_factors.form_factor_products import multiply, multiply_starts, multiply_visible, propagate
 from ..form_factors.form_factors import check_form_factors
 from ..threads import work_in_slices
 
@@ -231,3 +231,55 @@ def covariance_of_replicates(one, other):
     count = one.shape[1]
     one, other = (light - light.mean(axis=1, keepdims=True, dtype=float) for light in (one, other))
     return (one * other).sum(axis=1) / ((count - 1) * count)
+
+
+def reflect_block(context, hemisphere, light, suns, report):
+    """Reflections of one block of suns, without the first bounce off the far ground.
+
+    Parameters
+    ----------
+    light : SunLight
+        Of the b suns of the block.
+    suns : SunBlock
+    report : callable
+        Called with the number of bounces done.
+
+    Returns
+    -------
+    reflected : (p, b) float32
+    propagated : (p,) float32
+        As in `iterate_bounces`, with the suns' weights.
+    last : float
+    """
+    directions, weights = suns
+    form_factors, threads = hemisphere.form_factors, context.threads
+    far_first = None
+    if context.plan.far_ground:
+        lit_ground = np.maximum(directions[:, 2], 0) * np.float32(context.request.ground_albedo)
+        far_first = np.outer(hemisphere.far_ground.mean(axis=1), lit_ground)
+    visible = directions, light.visible_elements
+    arriving = multiply_visible(form_factors, context.patches.albedo, context.patches.normal, visible, threads)
+    reflected, propagated, last = iterate_bounces(
+        form_factors,
+        hemisphere.factor,
+        arriving,
+        context.plan.max_bounces,
+        far_first=far_first,
+        first_light=light.by_point.mean(axis=1).sum(dtype=float),
+        weight=weights,
+        threads=threads,
+        progress=report,
+    )
+    if far_first is not None:
+        subtract_far_ground(reflected, far_first, threads)
+    return reflected, propagated, last
+
+
+def subtract_far_ground(reflected, far_first, threads):
+    """Subtract the first bounce off the far ground from all reflected light, (p, s), in place."""
+
+    def subtract(rows):
+        reflected[rows] -= far_first[rows]
+        np.maximum(reflected[rows], 0, out=reflected[rows])
+
+    work_in_slices(subtract, len(reflected), threads)

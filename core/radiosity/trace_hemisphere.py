@@ -17,6 +17,7 @@ from ..patches.find_covered import (
     COVERED,
     OPEN,
     UNKNOWN,
+    cells_near_cover,
     enclosed_cells,
     find_covered_cells,
     lie_in_earth,
@@ -170,22 +171,6 @@ def stop_at_leaves(ray_scene, patches, rays, places, fate):
     places = tuple(part.reshape(shape) for part in places)
     stopped = stop_in_crowns(ray_scene, patches, rays, places, fate.reshape(shape) <= FRONT)
     fate[stopped.reshape(fate.shape)] = LEAVES
-
-
-def cells_near_cover(covered, within):
-    """Cells that are covered or touch a covered one: (c, cells) bool.
-
-    In these, whether a ray starts in the open is decided ray by ray: it does if it does not hit a back.
-
-    Parameters
-    ----------
-    covered : (c, cells) bool
-    within : (w,) int
-        Patches that have such cells.
-    """
-    near_cover = np.zeros(covered.shape, bool)
-    near_cover[within] = ~enclosed_cells(~covered[within])  # all but open cells surrounded by open ones
-    return near_cover
 
 
 @njit(nogil=True, cache=True)
