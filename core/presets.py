@@ -1,5 +1,9 @@
-"""Settings for a purpose by name: points on the curve of error against time (docs/accuracy.md)."""
+"""What some settings may be: the estimators, and presets, points on the curve of error against time (docs/accuracy.md)."""
 
+ESTIMATORS = {
+    "gather": "Rays from the surfaces: fast; photons only for mirrors, glossy surfaces and glass",
+    "forward": "Photons from sun, sky and far ground for all light: slow, without discretisation error",
+}
 PRESET_WORDS = {
     "draft": "A first look: a quarter of the rays, half of the days",
     "standard": "The defaults of all options",
@@ -28,9 +32,3 @@ def settings_of_preset(preset, **given):
         For `Request(**settings)`.
     """
     return {**PRESETS[preset], **given, "preset": preset}
-
-
-ESTIMATORS = {
-    "gather": "Rays from the surfaces: fast; photons only for mirrors, glossy surfaces and glass",
-    "forward": "Photons from sun, sky and far ground for all light: slow, without discretisation error",
-}

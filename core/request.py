@@ -13,7 +13,6 @@ from .presets import ESTIMATORS, PRESET_WORDS
 from .settings import check_number, check_place, setting
 from .system_settings import SystemSettings
 
-
 SKIES = {
     "auto": "Perez where inclined surfaces count, else isotropic",
     "perez": "Brighter around the sun and at the horizon (Perez et al. 1990)",
