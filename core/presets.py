@@ -1,4 +1,4 @@
-"""What some settings may be: the estimators, and presets, points on the curve of error against time (docs/accuracy.md)."""
+"""The estimators, and presets: points on the curve of error against time (docs/accuracy.md)."""
 
 ESTIMATORS = {
     "gather": "Rays from the surfaces: fast; photons only for mirrors, glossy surfaces and glass",
