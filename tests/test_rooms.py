@@ -123,7 +123,8 @@ def test_versions_agree():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text("utf-8"))
     stated = re.search(r'^__version__ = "(.+)"$', (ROOT / "core" / "version.py").read_text("utf-8"), re.MULTILINE)
-    assert project["version"] == manifest["version"] == stated[1]
+    changes = re.search(r"^## (.+)$", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
+    assert project["version"] == manifest["version"] == stated[1] == changes[1]
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: str(path.relative_to(ROOT)))
