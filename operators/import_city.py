@@ -8,6 +8,7 @@ import bpy
 
 from .attributes import PREFIX
 from .build_meshes import build_meshes, remove_city, show_objects
+from .city_files import CityFiles
 from .keep_report import FILES, keep_report
 from .read_settings import read_city_path, read_settings
 from .run_step import Step
@@ -19,7 +20,7 @@ from .switch_city import show_objects_of
 SUFFIXES = (".gml", ".xml", ".citygml", ".json", ".jsonl", ".obj", ".gz")  # the file browser shows these
 
 
-class ImportCity(Step, bpy.types.Operator):
+class ImportCity(CityFiles, Step, bpy.types.Operator):
     """Read the buildings of a file or folder (CityGML, CityJSON, OBJ) and show them.
 
     The same files again take the place of their earlier import; other cities are kept, hidden"""
@@ -28,23 +29,7 @@ class ImportCity(Step, bpy.types.Operator):
     bl_label = "Import city"
     bl_options = {"REGISTER", "UNDO"}
 
-    filepath: bpy.props.StringProperty(
-        name="File",
-        description="File or folder; empty: as in the panel",
-        subtype="FILE_PATH",
-        options={"SKIP_SAVE"},
-    )
-    files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
-    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
-
     stages = {"reading files": 3, "joining polygons": 1, "triangulating": 1}
-
-    def invoke(self, context, event):
-        """Start in the background; without a file, open the file browser."""
-        if not (self.filepath or self.files or context.scene.citypv.city_path) and not bpy.app.background:
-            bpy.ops.citypv.choose_city("INVOKE_DEFAULT")
-            return {"CANCELLED"}
-        return super().invoke(context, event)
 
     def prepare(self, context):
         """Read the paths and options."""

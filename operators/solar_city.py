@@ -4,6 +4,7 @@ import bpy
 
 from ..core.errors import InputError
 from ..core.progress import silent
+from .city_files import CityFiles
 from .classify_city import ClassifyCity, check_place
 from .compute_energy import WeighEnergy
 from .import_city import ImportCity, show_import
@@ -12,28 +13,14 @@ from .session import Session, find_city, find_session
 from .trace_city import TraceCity
 
 
-class SolarCity(Step, bpy.types.Operator):
+class SolarCity(CityFiles, Step, bpy.types.Operator):
     """Import the city, classify its surfaces, trace the light and compute full load hours, as set below"""
 
     bl_idname = "citypv.solar_city"
     bl_label = "Solar city"
     bl_options = {"REGISTER", "UNDO"}
 
-    filepath: bpy.props.StringProperty(
-        name="File",
-        description="File or folder; empty: as in the panel",
-        subtype="FILE_PATH",
-        options={"SKIP_SAVE"},
-    )
-    files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
-    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
-
-    def invoke(self, context, event):
-        """Start in the background; without a file, open the file browser."""
-        if not (self.filepath or self.files or context.scene.citypv.city_path) and not bpy.app.background:
-            bpy.ops.citypv.choose_city("INVOKE_DEFAULT", whole=True)
-            return {"CANCELLED"}
-        return super().invoke(context, event)
+    whole = True
 
     def prepare(self, context):
         """Read paths and settings."""
