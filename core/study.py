@@ -13,12 +13,14 @@ from dataclasses import replace
 import numpy as np
 
 from .accuracy.sun_sampling import measure_ways
-from .effects.table import check_effects
+from .effects.table import check_effects, check_needs
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
 from .errors import InputError
 from .files.read_city import read_city
 from .files.read_terrain import read_terrain
+from .horizon.read_horizon import check_horizon
+from .materials.read_albedo import check_materials
 from .photons.trace_forward import trace_forward
 from .photons.trace_hybrid import trace_hybrid
 from .progress import silent
@@ -56,6 +58,20 @@ def check_settings(request):
     parse_months(request.leaf_months)
     build_system(request)
     check_sources(request.weather)
+
+
+def check_tracing(request):
+    """The same, and what tracing needs beside a city: effects, materials, horizon.
+
+    Raises
+    ------
+    InputError
+    """
+    check_settings(request)
+    check_needs(request)
+    check_materials(request)
+    if request.horizon is not None:
+        check_horizon(request.horizon)
 
 
 def read_scene(paths, request, progress=silent):

@@ -61,10 +61,10 @@ class TraceCity(Step, bpy.types.Operator):
         """Trace; the weather only provides the hours."""
         from ..core.materials.read_albedo import describe_albedo
         from ..core.results.list_findings import list_findings
-        from ..core.study import check_settings, read_year, trace_scene
+        from ..core.study import check_tracing, read_year, trace_scene
 
         session, request, unread = task
-        check_settings(request)
+        check_tracing(request)
         albedos = describe_albedo(session.scene, request)
         compile_loops(progress)
         progress("reading weather", 0, 1, "years")

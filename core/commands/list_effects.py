@@ -2,7 +2,7 @@
 
 from ..energy.pv_system import build_system
 from ..results.effect_shares import shares_of_effects, unshaded_transfer
-from ..study import check_settings, prepare_study, read_scene, read_year
+from ..study import check_tracing, prepare_study, read_scene, read_year
 from .predict_seconds import predict_seconds
 
 
@@ -23,7 +23,7 @@ def list_effects(paths, request, progress):
     ------
     InputError
     """
-    check_settings(request)
+    check_tracing(request)
     scene = read_scene(paths, request, progress)
     weather = read_year(scene.site, request)
     prepared = prepare_study(scene, weather, request)

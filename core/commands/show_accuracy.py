@@ -7,7 +7,7 @@ from ..accuracy.price_list import describe_prices, list_prices, price_as_dict
 from ..errors import InputError
 from ..progress import TerminalProgress
 from ..results.write_summary import finite
-from ..study import check_settings, read_scene, read_year
+from ..study import check_tracing, read_scene, read_year
 
 PICTURES = (".png", ".svg", ".pdf")
 
@@ -35,7 +35,7 @@ def show_accuracy(paths, request, *, plot=None, as_json=False):
     """
     if plot and not str(plot).endswith(PICTURES):
         raise InputError("--plot", f"{plot} is not a picture", f"give a name that ends in {', '.join(PICTURES)}")
-    check_settings(request)
+    check_tracing(request)
     started, progress = time.perf_counter(), TerminalProgress(lasting=False)
     scene = read_scene(paths, request, progress)
     weather = read_year(scene.site, request)

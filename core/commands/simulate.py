@@ -25,6 +25,7 @@ from ..scene.grid_cells import split_into_cells
 from ..scene.outline_surfaces import outline_surfaces
 from ..study import (
     check_settings,
+    check_tracing,
     compute_energy,
     find_surfaces,
     measure_sun_sampling,
@@ -90,7 +91,7 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
         Ctrl-C at any other time: nothing is written.
     """
     log = RunLog(stream)
-    check_settings(request)
+    check_tracing(request)
     with whole_folder(folder, overwrite) as work:
         log.write(f"Reading {', '.join(str(path) for path in paths)}")
         city = read_buildings(paths, request, log.progress)

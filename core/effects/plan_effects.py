@@ -7,7 +7,7 @@ import numpy as np
 from ..patches.facing_scene import FacingScene
 from .effect import Effect, Inputs
 from .pilot import Pilot
-from .table import TABLE, check_effects, decide_effect
+from .table import TABLE, check_effects, check_needs, decide_effect
 
 
 @dataclass
@@ -94,9 +94,11 @@ def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=No
     Raises
     ------
     InputError
-        If `request.effects` names an effect that does not exist, or an array of the scene cannot be used.
+        If `request.effects` names an effect that does not exist or that lacks what it needs, or an array of the scene
+        cannot be used.
     """
     check_effects(request)
+    check_needs(request)
     inputs = Inputs(scene, patches, materials, request, weather, suns, measure)
     for key in TABLE:
         inputs.decided[key] = decide_effect(key, inputs)

@@ -9,7 +9,7 @@ import numpy as np
 
 from .effect import Effect
 from .sky_rays import KEY as SKY_RAYS
-from .sky_rays import decide_forward, reason_of, unobstructed_patches
+from .sky_rays import photons_fall_anywhere, reason_of, unobstructed_patches
 
 KEY = "shadow-rays"
 
@@ -26,7 +26,7 @@ def decide(inputs):
     """On where something can stand in the way; `setting` is a `ShadowRays`."""
     count = len(inputs.patches)
     if inputs.request.estimator == "forward":
-        return decide_forward(inputs, KEY, ShadowRays(np.zeros(count, bool), behind=False))
+        return photons_fall_anywhere(KEY, ShadowRays(np.zeros(count, bool), behind=False))
     if inputs.asked(KEY):
         every = ShadowRays(np.zeros(count, bool), behind=True)
         return Effect(KEY, True, f"rays from all {count:,} patches to all suns", "switched on", 0.0, every)

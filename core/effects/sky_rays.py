@@ -5,7 +5,6 @@ Patches with nothing in front of their plane send no hemisphere rays: what they 
 
 import numpy as np
 
-from ..errors import InputError
 from .closed_form import find_unobstructed
 from .effect import Effect
 
@@ -17,7 +16,7 @@ def decide(inputs):
     """On where something can stand in the way; `setting` is the mask of unobstructed patches, (p,) bool."""
     count = len(inputs.patches)
     if inputs.request.estimator == "forward":
-        return decide_forward(inputs, KEY, np.zeros(count, bool))
+        return photons_fall_anywhere(KEY, np.zeros(count, bool))
     if inputs.asked(KEY):
         return Effect(KEY, True, f"rays from all {count:,} patches", "switched on", 0.0, np.zeros(count, bool))
     if inputs.asked(KEY) is False:
@@ -42,14 +41,6 @@ def reason_of(unobstructed):
     return "nothing stands in front of the others" if unobstructed.any() else "something stands in front of all of them"
 
 
-def decide_forward(inputs, key, setting):
-    """Photons fall wherever they fall.
-
-    Raises
-    ------
-    InputError
-        If the effect is switched off.
-    """
-    if inputs.asked(key) is False:
-        raise InputError("--effects", f"{key}=off is for gather only", "leave it out or use --estimator gather")
+def photons_fall_anywhere(key, setting):
+    """Decision for the forward estimator: Effect."""
     return Effect(key, True, "photons on all patches", FORWARD, 0.0, setting)

@@ -24,6 +24,7 @@ TABLE = {  # key -> estimators for which it may be switched on
     "spectrum": BOTH,
     "temperature": BOTH,
 }
+RAYS = ("sky-rays", "shadow-rays")  # photons need none of them, so that forward cannot leave them out
 
 
 def check_effects(request):
@@ -40,6 +41,21 @@ def check_effects(request):
         if on and request.estimator not in TABLE[key]:
             name = TABLE[key][0]
             raise InputError("--effects", f"{key} is for {name} only", f"leave it out or use --estimator {name}")
+
+
+def check_needs(request):
+    """Refuse effects that lack what they need for tracing.
+
+    Raises
+    ------
+    InputError
+        Rays are switched off for photons, or there is no horizon to be switched on.
+    """
+    for key in RAYS:
+        if request.estimator == "forward" and request.effects.get(key) is False:
+            raise InputError("--effects", f"{key}=off is for gather only", "leave it out or use --estimator gather")
+    if request.effects.get("terrain-horizon") and request.horizon is None:
+        raise InputError("--effects", "terrain-horizon needs a horizon", "give --horizon FILE")
 
 
 def decide_effect(key, inputs):

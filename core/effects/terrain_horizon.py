@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..errors import InputError
 from ..horizon.horizon_share import bound_between, bound_of_horizon, hidden_shares, suns_of_year
 from ..horizon.read_horizon import read_horizon
 from ..sun.solar_position import MINIMUM_ELEVATION
@@ -16,8 +15,6 @@ def decide(inputs):
     """Called for when the horizon rises above the 2° below which no direct light is traced."""
     path, site = inputs.request.horizon, inputs.scene.site
     if path is None:
-        if inputs.asked(KEY):
-            raise InputError("--effects", f"{KEY} needs a horizon", "give --horizon FILE")
         return Effect(KEY, False, "none", "no --horizon is given: the horizon is level", None)
     horizon, corners = read_horizon(path, inputs.scene)
     suns = suns_of_year(site.latitude, site.longitude)

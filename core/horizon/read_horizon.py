@@ -4,14 +4,45 @@ from pathlib import Path
 
 import numpy as np
 
+from ..errors import InputError
 from ..files.open_input import open_input
 from ..files.read_heights import read_heights
-from ..files.read_terrain import RASTERS
+from ..files.read_terrain import RASTERS, RELIEFS
 from .horizon import STEPS
 from .horizon_of_terrain import GEODESIC, horizon_of_terrain
 from .read_horizon_table import read_horizon_table
 
 REACH = 50_000.0  # [m] terrain further away is left out: a peak of 2,000 m rises by less than 2.1° beyond it
+
+
+MESHES = (*RELIEFS, ".obj")
+
+
+def check_horizon(path):
+    """Refuse a file that is neither a raster nor a list of angles.
+
+    Raises
+    ------
+    InputError
+    """
+    if not is_raster(path):
+        read_horizon_table(path)
+
+
+def is_raster(path):
+    """Whether a file that can be opened is a raster of heights, by its suffix.
+
+    Raises
+    ------
+    InputError
+        It cannot be opened, or it is a mesh.
+    """
+    open_input(path).close()
+    suffix = next((suffix.lower() for suffix in reversed(Path(path).suffixes) if suffix.lower() != ".gz"), "")
+    if suffix in MESHES:
+        cure = f"give heights around the city as {', '.join(RASTERS)}, or lines of azimuth,elevation in degrees"
+        raise InputError(path, "is a mesh or a city, from which no horizon is read", f"{cure}; --terrain takes meshes")
+    return suffix in RASTERS
 
 
 def read_horizon(path, scene):
@@ -34,9 +65,7 @@ def read_horizon(path, scene):
     InputError
         The file cannot be used, or does not reach the site.
     """
-    open_input(path).close()
-    suffixes = [suffix.lower() for suffix in Path(path).suffixes if suffix.lower() != ".gz"]
-    if not suffixes or suffixes[-1] not in RASTERS:
+    if not is_raster(path):
         return read_horizon_table(path), []
     low, high = box_of_buildings(scene)
     middle, (west, south), (east, north) = (low + high) / 2, low, high

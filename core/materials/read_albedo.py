@@ -119,13 +119,37 @@ def brdfs_of_materials(scene, request):
             raise InputError("--materials", "the files of this city have no materials", "omit it, or use --albedo-file")
         specs = {name: named_material(name, colour) for name, colour in scene.colours.items()}
     for name, spec in (specs | request.materials).items():
-        if spec is None:
-            continue
-        try:
-            found[name] = Found(MATERIALS, name, name, spec.brdf())
-        except InputError as error:
-            raise InputError(f"Material {name!r}", f"{error.source}: {error.problem}", error.cure) from error
+        brdf = brdf_of_named(name, spec)
+        if brdf is not None:
+            found[name] = Found(MATERIALS, name, name, brdf)
     return found
+
+
+def check_materials(request):
+    """Refuse an albedo file, or a material of the request, that cannot be used with any city.
+
+    Raises
+    ------
+    InputError
+    """
+    if request.albedo_file:
+        read_albedo(request.albedo_file)
+    for name, spec in request.materials.items():
+        brdf_of_named(name, spec)
+
+
+def brdf_of_named(name, spec):
+    """BRDF of a material of the city; None without a specification.
+
+    Raises
+    ------
+    InputError
+        Names the material.
+    """
+    try:
+        return None if spec is None else spec.brdf()
+    except InputError as error:
+        raise InputError(f"Material {name!r}", f"{error.source}: {error.problem}", error.cure) from error
 
 
 def check_keys(of_key, names, kinds, request):

@@ -24,3 +24,31 @@ def test_a_bad_weather_file_is_refused_before_the_city_is_read(tmp_path, capsys,
     assert told.startswith(f"citypv: error: {path}: {problem}")
     assert "nowhere.gml" not in told
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("command", ["simulate", "effects", "accuracy"])
+@pytest.mark.parametrize(
+    ("settings", "problem"),
+    [
+        (["--estimator", "forward", "--effects", "sky-rays=off"], "--effects: sky-rays=off is for gather only"),
+        (["--estimator", "forward", "--effects", "shadow-rays=off"], "--effects: shadow-rays=off is for gather only"),
+        (["--effects", "terrain-horizon=on"], "--effects: terrain-horizon needs a horizon; give --horizon FILE"),
+        (["--albedo-file", "albedo.csv"], "albedo.csv: line 2: mirror needs an albedo; give one"),
+        (["--horizon", "nowhere.tif"], "nowhere.tif: no such file"),
+        (["--horizon", "albedo.csv"], "albedo.csv: has neither two columns nor one"),
+        (["--horizon", "mesh.obj"], "mesh.obj: is a mesh or a city, from which no horizon is read; give heights"),
+        (["--horizon", "city.gml"], "city.gml: is a mesh or a city, from which no horizon is read; give heights"),
+    ],
+)
+def test_what_tracing_lacks_is_told_before_the_city_is_read(tmp_path, capsys, monkeypatch, command, settings, problem):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "albedo.csv").write_text("surface,material\nroof,mirror\n", encoding="utf-8")
+    for name in ("mesh.obj", "city.gml"):
+        (tmp_path / name).write_text("v 0 0 0\n", encoding="utf-8")
+    given = [command, "nowhere.gml", *settings, *(["--out", "out"] if command == "simulate" else [])]
+    assert main(given) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"citypv: error: {problem}")
+    assert "nowhere.gml" not in told
+    assert len(told.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
