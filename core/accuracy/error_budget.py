@@ -44,7 +44,7 @@ def budget_groups(transfer, weather, energy, bounces):
     far_ground = next(
         (one for one in (transfer.record.effects if transfer.record else ()) if one["key"] == "far-ground"), None
     )
-    found = {}
+    found, sky_model = {}, shares_of_sky_model(weather, energy.groups)
     for name in energy.groups:
         members = np.array([one == name for one in names]) & energy.eligible & np.isfinite(own)
         weight = area[members] / max(energy.counted_area[members].sum(), 1e-12)
@@ -55,7 +55,7 @@ def budget_groups(transfer, weather, energy, bounces):
             "cut_reflections": None if bounces is None else bounces / 100,
             "patch_size": weight @ discretisation[members] / hours if hours > 0 else None,
             "far_ground": None if far_ground is None else far_ground["bound"],
-            "sky_model": share_of_sky_model(weather, name),
+            "sky_model": sky_model[name],
         }
         found[" ".join(name)] = {
             source: {"hours": None if part is None else part * hours, "percent": None if part is None else 100 * part}
@@ -64,31 +64,41 @@ def budget_groups(transfer, weather, energy, bounces):
     return found
 
 
-def share_of_sky_model(weather, name):
-    """Yearly irradiance of an unshaded plane of a kind and orientation by Perez et al. over isotropic, less 1.
+def shares_of_sky_model(weather, names):
+    """Yearly irradiance of unshaded planes of some kinds and orientations by Perez et al. over isotropic, less 1.
 
-    None for orientations that stand for no plane.
+    Returns
+    -------
+    dict
+        Of `names`; None for orientations that stand for no plane.
 
     References
     ----------
     R. Perez et al. (1990), doi:10.1016/0038-092X(90)90055-H, as in `pvlib.irradiance.perez`.
     """
-    kind, orientation = name
-    if kind not in TILTS or orientation not in AZIMUTHS:
-        return None
     data = weather.data
     position = pvlib.solarposition.get_solarposition(
         data.index + weather.interval / 2, weather.latitude, weather.longitude
     ).set_index(data.index)
-    extra = pvlib.irradiance.get_extra_radiation(data.index)
-    airmass = pvlib.atmosphere.get_relative_airmass(position["apparent_zenith"].clip(upper=89.9))
+    light = {
+        "dni_extra": pvlib.irradiance.get_extra_radiation(data.index),
+        "airmass": pvlib.atmosphere.get_relative_airmass(position["apparent_zenith"].clip(upper=89.9)),
+    }
+    return {name: share_of_sky_model(data, position, light, name) for name in names}
+
+
+def share_of_sky_model(data, position, light, name):
+    """That of one kind and orientation: float or None."""
+    kind, orientation = name
+    if kind not in TILTS or orientation not in AZIMUTHS:
+        return None
     sums = {}
     for model in ("perez", "isotropic"):
-        light = pvlib.irradiance.get_total_irradiance(
+        plane = pvlib.irradiance.get_total_irradiance(
             TILTS[kind], AZIMUTHS[orientation], position["apparent_zenith"], position["azimuth"],
-            data["dni"], data["ghi"], data["dhi"], dni_extra=extra, airmass=airmass, model=model,
+            data["dni"], data["ghi"], data["dhi"], model=model, **light,
         )  # fmt: skip
-        sums[model] = float(pd.Series(light["poa_global"]).fillna(0).sum())
+        sums[model] = float(pd.Series(plane["poa_global"]).fillna(0).sum())
     return sums["perez"] / sums["isotropic"] - 1 if sums["isotropic"] > 0 else None
 
 

@@ -1,6 +1,7 @@
 """What a choice of suns does to full load hours, measured on patches of the scene itself against every hour's sun."""
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
@@ -8,6 +9,7 @@ from ..progress import silent
 from ..radiosity.sun_sampling_error import trace_sun_samples
 from ..sky.choose_sky import choose_sky
 from ..sun.choose_suns import choose_suns
+from ..threads import map_in_order, usable_threads
 
 
 def measure_ways(inputs, ways, progress=silent, *, prepared=None):
@@ -33,13 +35,18 @@ def measure_ways(inputs, ways, progress=silent, *, prepared=None):
     hourly = choose_suns("hourly", *year, request.seed, position=weather.data)
     *clustered, exact = trace_sun_samples(scene, transfer, [*ways, hourly], request, progress, prepared=prepared)
     system, sky = build_system(request), choose_sky(request, transfer)
-    true = compute_energy(exact, weather, system, request.threads, sky=sky).full_load_hours
+    threads = usable_threads(request.threads)
+
+    def hours_of(one):
+        return compute_energy(one, weather, system, threads, sky=sky).full_load_hours
+
+    with threadpool_limits(1, "blas"):  # its number is one of the process, so that no thread may set it alone
+        true, *hours_of_ways = map_in_order(hours_of, [exact, *clustered], threads)
     surfaces = transfer.surfaces
     names = name_groups(exact.surfaces)
     weight, whole = weigh_groups(names, surfaces), np.ones(len(names))
     found = []
-    for one in clustered:
-        hours = compute_energy(one, weather, system, request.threads, sky=sky).full_load_hours
+    for hours in hours_of_ways:
         parts = {
             str(name): compare_hours(hours[names == name], true[names == name], whole[names == name])
             for name in np.unique(names)

@@ -4,6 +4,7 @@ import numpy as np
 import shapely
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay
+from threadpoolctl import threadpool_limits
 
 from ..city.check_geometry import check_parts, check_patch_size
 from .find_feet import COINCIDENT, FOOTPRINT_STEP, find_feet
@@ -79,7 +80,8 @@ def build_ground(city, points, surfaces, footprint, patch_size=None, *, ground_h
     foot_points, edges = cut_feet(feet, 0.5 * patch_size)
     height = _interpolate_heights(foot_points, low[:2] - reach, high[:2] + reach)
     free = spread_points(foot_points[:, :2], feet.footprints, low[:2] - reach, high[:2] + reach, patch_size)
-    free = np.column_stack([free, height(free)])
+    with threadpool_limits(1, "blas"):  # a system of two equations for each triangle: waking threads would take longer
+        free = np.column_stack([free, height(free)])
     vertices, triangles = _triangulate(feet, foot_points, edges, free)
     triangles = triangles[~under_buildings(vertices, triangles, feet.footprints)]
     used, corners = np.unique(triangles, return_inverse=True)

@@ -97,7 +97,7 @@ def sun_visibility(
     found.by_point[free] = (aoi_projection @ suns[1].astype(np.float32))[:, None]
 
     rows = np.flatnonzero(traced)
-    step = max(1, POINTS_PER_TASK // point_count)
+    step = max(1, min(POINTS_PER_TASK // point_count, -(-len(rows) // threads)))
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
 
     def trace_rows(chosen):

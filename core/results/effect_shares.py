@@ -3,10 +3,12 @@
 from dataclasses import fields, replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC
 from ..scene.scene import Surfaces
+from ..threads import map_in_order, usable_threads
 from ..transfer.transfer import Transfer
 
 MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
@@ -35,13 +37,15 @@ def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic
     if not len(rows):
         return {}
 
-    def hours(**switched):
+    def hours(switched):
         energy = compute_energy(few, weather, replace(system, **switched), threads, sky=sky)
         return float(weight @ np.nan_to_num(energy.full_load_hours))
 
-    as_set, found = hours(), {}
-    for key in ELECTRIC:
-        other = hours(**{key: not getattr(system, key)})
+    states = [{}, *({key: not getattr(system, key)} for key in ELECTRIC)]
+    with threadpool_limits(1, "blas"):  # its number is one of the process, so that no thread may set it alone
+        as_set, *others = map_in_order(hours, states, usable_threads(threads))
+    found = {}
+    for key, other in zip(ELECTRIC, others, strict=True):
         on, off = (as_set, other) if getattr(system, key) else (other, as_set)
         found[key] = (on - off) / on if on > 0 else 0.0
     return found

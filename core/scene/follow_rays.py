@@ -7,6 +7,7 @@ import numpy as np
 from ..rays.ray_scene import RayScene
 from ..sampling.random_numbers import GOLDEN, mix, uniform
 from ..sampling.sample_points import additive_recurrence, barycentric_of_square, cosine_direction
+from ..threads import map_in_order, usable_threads
 
 HOPS = 8  # largest number of faces that a ray is followed to
 SPACINGS = 16  # of float32: distance of ray origins from their face
@@ -71,31 +72,42 @@ def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None):
         Share that reaches the sky, directly or after hops.
     """
     backs, sky = np.zeros((2, len(rows)))
-    first = additive_recurrence(count, 4)
-    step = max(1, RAYS_PER_TASK // count)
-    for begin in range(0, len(rows), step):
-        some = rows[begin : begin + step]
-        u, v, w, x = (np.tile(first[:, k], len(some)) for k in range(4))
-        weights, owner = barycentric_of_square(u, v), np.repeat(np.arange(len(some)), count)
-        rays, met, sides = np.tile(np.arange(count), len(some)), some[owner], np.full(len(owner), float(side))
-        local = cosine_direction(w, x)
-        for hop in range(hops):
-            origins, directions = leave_faces(faces, met, weights, sides, local)
-            hit, *weights = faces.ray_scene.trace_places(origins, directions)
-            along = np.einsum("mx,mx->m", directions, faces.frame[hit, 2])
-            if hop == 0:
-                back = (hit >= 0) & ((along > 0) | faces.footprint[hit])
-                back &= True if sheet is None else ~sheet[hit]
-                backs[begin : begin + step] = np.bincount(owner, back, len(some)) / count
-            risen = (hit < 0) & (directions[:, 2] > 0)
-            sky[begin : begin + step] += np.bincount(owner, risen, len(some)) / count
-            going = hit >= 0
-            owner, rays, met, sides = owner[going], rays[going], hit[going], -np.sign(along[going])
-            weights = [weight[going] for weight in weights]
-            if not len(met):
-                break
-            words = mix((rays + 1).astype(np.uint64) * GOLDEN + np.uint64(hop))
-            local = cosine_direction(*uniform(words, 2).T)
+    first, threads = additive_recurrence(count, 4), usable_threads()
+    step = max(1, min(RAYS_PER_TASK // count, -(-len(rows) // threads)))
+
+    def follow(begin):
+        some = slice(begin, begin + step)
+        backs[some], sky[some] = follow_some(faces, rows[some], side, first, hops=hops, sheet=sheet)
+
+    for _ in map_in_order(follow, range(0, len(rows), step), threads):
+        pass
+    return backs, sky
+
+
+def follow_some(faces, some, side, first, *, hops, sheet):
+    """What `follow_rays` returns, of some triangles; `first` are the random numbers of their rays, (count, 4)."""
+    count, sky = len(first), np.zeros(len(some))
+    u, v, w, x = (np.tile(first[:, k], len(some)) for k in range(4))
+    weights, owner = barycentric_of_square(u, v), np.repeat(np.arange(len(some)), count)
+    rays, met, sides = np.tile(np.arange(count), len(some)), some[owner], np.full(len(owner), float(side))
+    local = cosine_direction(w, x)
+    for hop in range(hops):
+        origins, directions = leave_faces(faces, met, weights, sides, local)
+        hit, *weights = faces.ray_scene.trace_places(origins, directions)
+        along = np.einsum("mx,mx->m", directions, faces.frame[hit, 2])
+        if hop == 0:
+            back = (hit >= 0) & ((along > 0) | faces.footprint[hit])
+            back &= True if sheet is None else ~sheet[hit]
+            backs = np.bincount(owner, back, len(some)) / count
+        risen = (hit < 0) & (directions[:, 2] > 0)
+        sky += np.bincount(owner, risen, len(some)) / count
+        going = hit >= 0
+        owner, rays, met, sides = owner[going], rays[going], hit[going], -np.sign(along[going])
+        weights = [weight[going] for weight in weights]
+        if not len(met):
+            break
+        words = mix((rays + 1).astype(np.uint64) * GOLDEN + np.uint64(hop))
+        local = cosine_direction(*uniform(words, 2).T)
     return backs, sky
 
 
