@@ -26,6 +26,16 @@ def test_a_bad_weather_file_is_refused_before_the_city_is_read(tmp_path, capsys,
     assert not (tmp_path / "out").exists()
 
 
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The current folder, with files that mean nothing as a horizon."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "albedo.csv").write_text("surface,material\nroof,mirror\n", encoding="utf-8")
+    for name in ("mesh.obj", "city.gml"):
+        (tmp_path / name).write_text("v 0 0 0\n", encoding="utf-8")
+    return tmp_path
+
+
 @pytest.mark.parametrize("command", ["simulate", "effects", "accuracy"])
 @pytest.mark.parametrize(
     ("settings", "problem"),
@@ -40,15 +50,11 @@ def test_a_bad_weather_file_is_refused_before_the_city_is_read(tmp_path, capsys,
         (["--horizon", "city.gml"], "city.gml: is a mesh or a city, from which no horizon is read; give heights"),
     ],
 )
-def test_what_tracing_lacks_is_told_before_the_city_is_read(tmp_path, capsys, monkeypatch, command, settings, problem):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "albedo.csv").write_text("surface,material\nroof,mirror\n", encoding="utf-8")
-    for name in ("mesh.obj", "city.gml"):
-        (tmp_path / name).write_text("v 0 0 0\n", encoding="utf-8")
+def test_what_tracing_lacks_is_told_before_the_city_is_read(folder, capsys, command, settings, problem):
     given = [command, "nowhere.gml", *settings, *(["--out", "out"] if command == "simulate" else [])]
     assert main(given) == 2
     told = capsys.readouterr().err
     assert told.startswith(f"citypv: error: {problem}")
     assert "nowhere.gml" not in told
     assert len(told.splitlines()) == 1
-    assert not (tmp_path / "out").exists()
+    assert not (folder / "out").exists()
