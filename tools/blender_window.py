@@ -52,7 +52,7 @@ def listen():
         draft = reply.with_suffix(".part")
         draft.write_text(json.dumps(told))
         draft.rename(reply)
-    return 0.05
+    return 0.01
 bpy.app.timers.register(listen, persistent=True)
 """
 
@@ -206,7 +206,7 @@ class Window:
         while not reply.exists():
             if self.blender.poll() is not None or time.monotonic() > end:
                 raise RuntimeError(f"Blender does not answer:\n{self.read_log()}")
-            time.sleep(0.05)
+            time.sleep(0.01)
         told = json.loads(reply.read_text())
         reply.unlink()
         if "error" in told:

@@ -44,7 +44,7 @@ def window(city_file, tmp_path_factory):
     shutil.copy(city_file, root / tool.EXCHANGE / NAME)
     pictures = Path(os.environ.get("CITYPV_PICTURES") or tmp_path_factory.mktemp("window"))
     with tool.Window(root) as opened:
-        opened.pictures = pictures
+        opened.pictures, opened.places = pictures, {}
         opened.ask(PREPARE + "area.spaces.active.show_region_ui = True")
         opened.wait_for(
             "any(r.type == 'UI' and r.width > 100 for a in bpy.data.screens['Layout'].areas for r in a.regions)"
@@ -62,22 +62,38 @@ def window(city_file, tmp_path_factory):
 def find_button(window, operator):
     """Find where an operator's button is: over it, Ctrl+C copies its command. Scrolls from the top down to it.
 
-    An operator with several buttons is given with its arguments, as Blender writes them.
+    An operator with several buttons is given with its arguments, as Blender writes them. Where it was found last is
+    tried first.
     """
     call = operator if "(" in operator else f"{operator}("
     left, bottom, width, height = window.ask(PREPARE + "answer = (sidebar.x, sidebar.y, sidebar.width, sidebar.height)")
     top, place = window.size[1] - bottom - height, left + width // 4  # where short buttons are as well
-    window.point("mousemove", place, top + height // 2, *["click", 4] * 40)
-    for _ in range(4):
-        time.sleep(0.5)
-        for row in range(top + 40, top + height - 8, 14):
+    pages, rows = range(4), range(top + 40, top + height - 8, 14)
+    known = window.places.get(call)
+    for page, row in [*([known] if known else []), *((page, row) for page in pages for row in rows)]:
+        if row == rows[0] or (page, row) == known:
+            window.point("mousemove", place, top + height // 2, *["click", 4] * 40, *["click", 5] * 8 * page)
+            time.sleep(0.5)
             window.ask("bpy.context.window_manager.clipboard = ''")
-            window.point("mousemove", place, row, "sleep", 0.03, "mousemove", place + 2, row, "sleep", 0.05)
-            window.point("key", "ctrl+c")
-            if f"bpy.ops.{call}" in window.ask("answer = bpy.context.window_manager.clipboard"):
-                return place, row
-        window.point("mousemove", place, top + height // 2, *["click", 5] * 8)
+        if call_below(window, place, row, call) and is_at(window, place, row, call):
+            window.places[call] = page, row
+            return place, row
     raise AssertionError(f"no button of {operator}")
+
+
+def call_below(window, place, row, call):
+    """Whether the clipboard holds a call after Ctrl+C over a place."""
+    window.point("mousemove", place, row, "sleep", 0.03, "mousemove", place + 2, row, "sleep", 0.05, "key", "ctrl+c")
+    return f"bpy.ops.{call}" in window.ask("answer = bpy.context.window_manager.clipboard")
+
+
+def is_at(window, place, row, call):
+    """Whether the call came from this place, and not late from the one before."""
+    time.sleep(0.1)
+    window.ask("bpy.context.window_manager.clipboard = ''")
+    call_below(window, place, row, call)
+    time.sleep(0.1)
+    return f"bpy.ops.{call}" in window.ask("answer = bpy.context.window_manager.clipboard")
 
 
 def press(window, operator):
