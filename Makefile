@@ -44,7 +44,7 @@ test:
 	  if [ -x $$python ]; then \
 	    echo "[test] $$($$python -VV), Blender $$($$python -m pip show bpy | sed -n 's/^Version: //p')"; \
 	    if [ -z "$$once" ]; then export CITYPV_BLENDER=$$($$python tools/blender_window.py find); else unset CITYPV_BLENDER; fi; \
-	    $$python -m pytest --numprocesses 2 --dist loadfile --durations 25 $$once || failed=1; \
+	    $$python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder --durations 25 $$once || failed=1; \
 	    once="-m not(once)"; \
 	  fi; \
 	done; exit $$failed

@@ -47,6 +47,7 @@ def test_a_city_is_the_same_by_either(monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_the_town_is_the_same_by_either():
     """Of a million rays of each kind at most one in 100,000 is answered differently."""
     town = np.load(TOWN)

@@ -77,6 +77,7 @@ def test_street_canyon(bounces):
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_street_canyon_after_three_reflections():
     """Small enough to tell two from three: 0.0014."""
     check_canyon(3, 400_000, 3.4e-4)

@@ -34,6 +34,7 @@ NUMBERS += ("diffuse_relative_standard_error", "full_load_hours_standard_error",
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_both_estimators_give_the_same_year(city, tmp_path):
     """Full load hours of three houses, within the errors that both state."""
     assert simulate(city, tmp_path / "one") == 0

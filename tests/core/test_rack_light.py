@@ -151,6 +151,7 @@ def read_rows(path):
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_the_demo_with_racks_and_without(tmp_path):
     plain_out, plain = run_berlin(tmp_path, "plain")
     out, racked = run_berlin(tmp_path, "racked", "--racks", "tilt=10", "--cityjson")

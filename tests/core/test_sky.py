@@ -77,6 +77,7 @@ def open_plane(tilt, azimuth):
 
 
 @pytest.mark.slow
+@pytest.mark.once
 @pytest.mark.parametrize("station", STATIONS)
 def test_a_year_on_open_planes(station):
     """Annual sums of the program's own chain under both skies: pvlib's to rounding in the same weather; in pvlib's own
@@ -168,6 +169,7 @@ def test_the_horizon_over_a_court():
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_the_horizon_with_reflections_is_that_of_photons():
     scene, wall, ground = street(4)
     settings = {"sky": "perez", "max_bounces": 3, "far_ground": False}

@@ -36,6 +36,7 @@ WORSE = 3  # [W/m²] than pvlib's own Perez
 
 
 @pytest.mark.slow
+@pytest.mark.once
 @pytest.mark.parametrize("period", NORTH)
 def test_measured_walls(period):
     """Hourly global irradiance of four walls, as measured: bounds from pvlib's own numbers."""
@@ -49,6 +50,7 @@ def test_measured_walls(period):
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_hours_of_iso_52010():
     """No worse than pvlib's Perez; and with the norm's clearness, by the sun's altitude, the norm's own numbers."""
     found = BENCHMARK["compare_norm"]()

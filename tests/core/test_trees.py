@@ -107,6 +107,7 @@ def test_the_sky_through_a_roof_of_leaves():
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_gather_and_forward_agree_behind_a_tree():
     """Both attenuate every segment: sky, sun, and light between wall and floor."""
     scene = wall_and_tree()

@@ -33,6 +33,7 @@ def over_a_bowl(floor):
 
 
 @pytest.mark.slow
+@pytest.mark.once
 @pytest.mark.parametrize("floor", [1.0, 2.0])
 def test_below_a_house_that_floats_it_is_as_light_as_paths_say(floor):
     """The ground under it, its floor and its south wall, for the isotropic sky."""
@@ -42,6 +43,7 @@ def test_below_a_house_that_floats_it_is_as_light_as_paths_say(floor):
 
 
 @pytest.mark.slow
+@pytest.mark.once
 @pytest.mark.parametrize("ground", ["plain", "bowl"])
 @pytest.mark.parametrize("floor", [1.0, 2.0])
 def test_gather_is_forward_below_a_house_that_floats(ground, floor):
@@ -61,6 +63,7 @@ def test_gather_is_forward_below_a_house_that_floats(ground, floor):
 
 
 @pytest.mark.slow
+@pytest.mark.once
 @pytest.mark.parametrize("floor", [0.0, 0.1, 0.4])
 def test_what_stands_is_dark_below_for_both(floor):
     """Up to half a metre is how inaccurately houses are drawn on the ground: nothing passes below them."""

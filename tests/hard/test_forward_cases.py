@@ -177,6 +177,7 @@ def test_the_inside_of_a_closed_room_far_away_is_dark():
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_ten_million_photons_lose_nothing():
     """Sums are exact: all that was emitted is found again to the last photon, and an unshaded face gets its 1."""
     scene = scene_of_triangles([[0, 0, 5], [3, 0, 5], [0, 2, 5]], [[0, 1, 2]])

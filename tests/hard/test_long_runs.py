@@ -100,6 +100,7 @@ def test_twenty_runs_do_not_grow():
 
 @POSIX
 @pytest.mark.slow
+@pytest.mark.once
 @pytest.mark.parametrize("word", ["Tracing", "Electricity"])
 def test_killed_in_the_middle(tmp_path, word):
     """No signal handler can help against SIGKILL: the wanted folder is not there, and the same run goes well then."""
@@ -119,6 +120,7 @@ def test_killed_in_the_middle(tmp_path, word):
 
 @POSIX
 @pytest.mark.slow
+@pytest.mark.once
 @pytest.mark.parametrize("limit", [0, 20_000])
 def test_out_of_disk_while_writing(tmp_path, limit):
     """The system refuses to write on (here: files may not grow beyond a size): one line, status 1, nothing left."""
@@ -137,6 +139,7 @@ def test_out_of_disk_while_writing(tmp_path, limit):
 
 @POSIX
 @pytest.mark.slow
+@pytest.mark.once
 def test_killed_while_results_are_replaced(tmp_path):
     """With --overwrite the summary goes first and comes last: where it stands, what is beside it belongs to it."""
     city, out = write_small_city(tmp_path / "city.gml"), tmp_path / "out"

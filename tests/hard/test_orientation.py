@@ -262,6 +262,7 @@ def simulate(folder, path, *options):
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_facades_in_a_valley_keep_their_light_end_to_end(tmp_path):
     """A house in a V-shaped valley with sides of 10 %: all rows as with --orient as-drawn, and a sheet turned down,
     as the volume would have it, takes light from the facades."""
@@ -305,6 +306,7 @@ def turned_by_volume(name):
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_no_lit_face_of_manhattan_is_turned_to_the_dark():
     """By another caster: what the volumes propose turns 51 triangles away from the sky, 1,180 m²; the rays turn none,
     and keep two thirds of those that are rightly turned."""

@@ -115,6 +115,7 @@ def radiosity_below(size, height, albedo, bounces, *, step=0.5, reach=30.0):
 
 
 @pytest.mark.slow
+@pytest.mark.once
 @pytest.mark.parametrize("size", [10, 20, 40])
 @pytest.mark.parametrize("stands", [False, True], ids=["hangs", "stands on posts"])
 def test_a_canopy_is_lit_from_below(size, stands):
@@ -130,6 +131,7 @@ def test_a_canopy_is_lit_from_below(size, stands):
 
 
 @pytest.mark.slow
+@pytest.mark.once
 @pytest.mark.parametrize("size", [10, 20])
 def test_the_underside_of_a_slab_converges_to_its_radiosity(size):
     """Numeric radiosity in squares of half a metre; patches of 2 to 10 m."""
@@ -175,6 +177,7 @@ UNDER = {  # objects, surfaces to look at (0 is the plain; a box is roof, floor,
 
 
 @pytest.mark.slow
+@pytest.mark.once
 @pytest.mark.parametrize("name", UNDER)
 def test_gather_is_forward_is_single_paths(name):
     objects, surfaces, sheets = UNDER[name]
@@ -185,6 +188,7 @@ def test_gather_is_forward_is_single_paths(name):
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_a_parapet_that_is_a_closed_body():
     """Its own object, 0.2 m wide on a roof of 8 m."""
     scene = scene_of(HOUSE, box((-5, 0, 8), (5, 0.2, 9)))
@@ -332,6 +336,7 @@ def test_footprints_and_sheets_of_real_files():
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_berlin_has_no_sheet():
     city = read_city([ROOT / "examples/berlin/berlin_3910_5817.gml"])
     scene = build_scene(city, patch_size=None)

@@ -153,6 +153,7 @@ def test_no_samples_are_refused(setting):
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_ten_million_equal_hits_lose_nothing():
     """Every ray of an unshaded triangle reaches the sky, every shadow ray the sun: exactly 1, not 0.9999."""
     transfer = trace(
@@ -168,6 +169,7 @@ def test_ten_million_equal_hits_lose_nothing():
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_a_million_rays_into_a_closed_room_lose_nothing():
     irradiance, _ = furnace(1.0, 3, samples=1 << 20)
     assert irradiance == pytest.approx(4, rel=1e-6)
@@ -207,6 +209,7 @@ def test_a_surface_whose_triangles_are_all_gone():
 
 
 @pytest.mark.slow
+@pytest.mark.once
 def test_a_million_triangles():
     """A plain of 707² squares with a few rays each: all of it sees the whole sky."""
     across = 707
