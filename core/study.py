@@ -35,7 +35,7 @@ from .sun.choose_suns import choose_suns, parse_way
 from .sun.keep_suns import weigh_by_year
 from .sun.spread_suns import spread_suns
 from .transfer.merge_transfers import seed_of_round
-from .transfer.prepare_scene import prepare_scene, reseed
+from .transfer.prepare_scene import continue_sampling, prepare_scene, reseed
 from .transfer.trace_seasons import trace_seasons
 from .transfer.transfer import scale_direct
 from .trees.foliage import parse_months
@@ -187,8 +187,11 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
     return weigh_kept_suns(transfer, year) if transfer.record.interrupted else transfer
 
 
-def trace_round(scene, suns, request, index, *, progress=silent, folder=None, prepared):
-    """A further round of a run: the same scene and suns with random numbers of its own.
+def trace_round(scene, suns, request, before, part, *, progress=silent, folder=None, prepared):
+    """A further round of a run: the same scene and suns at the next points of its sequences.
+
+    With gather every patch goes on in its own sequence (`transfer.prepare_scene.continue_sampling`); rounds of forward
+    have random numbers of their own.
 
     Parameters
     ----------
@@ -196,21 +199,30 @@ def trace_round(scene, suns, request, index, *, progress=silent, folder=None, pr
     suns : Suns
     request : Request
         Of the run.
-    index : int
-        Number of the rounds before this one.
+    before : int
+        Samples of all rounds before, in units of those of the first.
+    part : Round
+        Its size, a power of two of which `before` is a multiple, and the surfaces that it is for.
     progress, folder
         As in `trace_scene`.
     prepared : PreparedScene
+        Of the first round, with `round`.
 
     Returns
     -------
     Transfer
-        To be merged by `transfer.merge_transfers`.
+        To be merged by `accuracy.refine.add_round`.
     """
-    seed = seed_of_round(request.seed, index)
-    trace, prepared = ESTIMATORS[request.estimator], reseed(prepared, seed)
-    request = replace(request, seed=seed)
-    return trace_seasons(trace, scene, suns, request, progress=progress, folder=folder, prepared=prepared)
+    seed = seed_of_round(request.seed, before)
+    if request.estimator == "gather":
+        prepared = continue_sampling(prepared, request, before, part, seed)
+    else:
+        prepared = reseed(prepared, seed)
+    samples, points = part.size * request.samples, part.size * request.shadow_samples
+    request = replace(request, seed=seed, samples=samples, shadow_samples=points)
+    trace = ESTIMATORS[request.estimator]
+    transfer = trace_seasons(trace, scene, suns, request, progress=progress, folder=folder, prepared=prepared)
+    return replace(transfer, record=replace(transfer.record, rounds=part.size))
 
 
 def weigh_kept_suns(transfer, year):

@@ -4,24 +4,29 @@
                   ▲                        │ no
                   └── merge ◄── round k ◄──┘
 
-Every round is a complete trace with random numbers of its own, so results after k rounds are the same however it was
-decided to stop there.
+Rounds double: 1, 1, 2, 4 … times the samples of the first, up to `largest_round`, so that what every round costs beside
+its rays counts little. Each goes on where the one before it stopped in the sequences of random points.
 """
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..progress import CancelledError
-from ..transfer.merge_transfers import add_round
+from ..radiosity.continue_rounds import add_continued
+from ..transfer import merge_transfers
+from ..transfer.patch_light import Round
 from .yield_errors import SAMPLED, SOURCES
 
 CELLS = 16  # shadow points from which patches are resolved into as many elements
+MOST_RAYS, MOST_POINTS = 1024, 64  # in one round of more than the first one's: the memory grows with them
 MOST_ROUNDS = 10_000
 CLOSE = 1.1  # where a target cannot be reached: error, over what no round can lower, at which to stop
 SECONDS_PER_LINE = 2.0
 NOTHING_COUNTS = "no surface is eligible, so there is no error that rounds could lower"
+NO_TIME = "no time for another round"
 
 
 @dataclass
@@ -30,6 +35,14 @@ class Goal:
 
     target: float | None  # [%] of full load hours, on 95 % of the eligible area
     deadline: float | None  # `time.monotonic()` at which tracing must end [s]
+    largest: int = 1  # round, in units of the first
+    choose: Callable = lambda errors, before: None  # surfaces of the next round, from errors and those of the last
+
+
+def largest_round(request):
+    """Size of the largest round of a run, in units of the first: int, a power of two."""
+    times = min(MOST_RAYS // request.samples, MOST_POINTS // request.shadow_samples)
+    return 1 << max(times, 1).bit_length() - 1
 
 
 def refine_transfer(transfer, errors, goal, trace_round, tell):
@@ -43,7 +56,7 @@ def refine_transfer(transfer, errors, goal, trace_round, tell):
         `errors(transfer)` gives its YieldErrors.
     goal : Goal
     trace_round : callable
-        `trace_round(index)` gives the Transfer of a further round, index from 1.
+        `trace_round(before, part)` gives the Transfer of a further round.
     tell : callable
         Called with a line of text after each round.
 
@@ -52,35 +65,64 @@ def refine_transfer(transfer, errors, goal, trace_round, tell):
     Transfer
         Of all rounds that were finished. Matrices of the given one are overwritten.
     """
-    found, lasted, told = errors(transfer), sum(transfer.record.seconds.values()), -SECONDS_PER_LINE
+    found, told, counted = errors(transfer), -SECONDS_PER_LINE, None
+    each = sum(transfer.record.seconds.values())  # [s] of a round of size 1
     while True:
-        stop = decide_stop(found, goal, lasted)
+        size = size_of_round(found, goal, each)
+        stop = decide_stop(found, goal) or ("" if size else NO_TIME)
         started = time.monotonic()
         if stop or started - told >= SECONDS_PER_LINE:
-            tell(describe_round(found, goal, lasted, transfer.record, stop))
+            tell(describe_round(found, goal, each, transfer.record, stop))
             told = started
         if stop:
             return transfer
+        counted = goal.choose(found, counted)
         try:
-            more = trace_round(transfer.record.rounds)
+            more = trace_round(found.rounds, Round(size, counted))
         except CancelledError:
             return transfer
         if more.record.interrupted:  # by some suns only: not a whole round
             return transfer
         transfer = add_round(transfer, more)
         found = errors(transfer)
-        lasted = time.monotonic() - started
+        each = (time.monotonic() - started) / size
 
 
-def decide_stop(errors, goal, lasted):
+def add_round(total, other):
+    """Merge a round into a Transfer, whose matrices are overwritten: one that continues it, or an independent one."""
+    continued = total.patch_light is not None and other.patch_light is not None
+    return (add_continued if continued else merge_transfers.add_round)(total, other)
+
+
+def size_of_round(errors, goal, each):
+    """Size of the next round: the samples so far are a multiple of it; 0 if the time does not allow one.
+
+    Parameters
+    ----------
+    errors : YieldErrors
+    goal : Goal
+    each : float
+        Time of a round of size 1 [s], as of the last one.
+    """
+    size = min(errors.rounds & -errors.rounds, goal.largest)
+    if goal.target is not None:
+        wanted = errors.rounds * (rounds_needed(errors, goal.target) - 1)
+        while size > 1 and size / 2 >= wanted:
+            size //= 2
+    if goal.deadline is not None:
+        left = goal.deadline - time.monotonic()
+        while size and size * each > left:
+            size //= 2
+    return size
+
+
+def decide_stop(errors, goal):
     """Why to stop before the next round, or "".
 
     Parameters
     ----------
     errors : YieldErrors
     goal : Goal
-    lasted : float
-        Time of the last round [s].
     """
     if np.isnan(errors.at_share()):
         return NOTHING_COUNTS
@@ -91,15 +133,13 @@ def decide_stop(errors, goal, lasted):
         least = errors.at_share(without=SAMPLED)
         if least >= goal.target and now < CLOSE * least:
             return "further rounds would not help"
-    if goal.deadline is not None and time.monotonic() + lasted > goal.deadline:
-        return "no time for another round"
     if errors.rounds >= MOST_ROUNDS:
-        return f"{MOST_ROUNDS:,} rounds"
+        return f"{MOST_ROUNDS:,} times the samples of the first round"
     return ""
 
 
 def rounds_needed(errors, target):
-    """How many times the rounds so far are needed for a target [%]: float, inf if it cannot be reached."""
+    """How many times the samples so far are needed for a target [%]: float, inf if it cannot be reached."""
     if not errors.at_share() > target:
         return 1.0
     if errors.at_share(without=SAMPLED) >= target:
@@ -113,11 +153,11 @@ def rounds_needed(errors, target):
     return most
 
 
-def describe_round(errors, goal, lasted, record, stop):
-    """Rounds, rays per second, error and what remains, as a line of text."""
+def describe_round(errors, goal, each, record, stop):
+    """Samples, rays per second, error and what remains, as a line of text."""
     rays = (record.hemisphere_rays or 0) + (record.shadow_rays or 0) + (record.rays or 0)
     speed = rays / max(sum(record.seconds.values()), 1e-9)
-    line = f"round {errors.rounds}: "
+    line = f"samples × {errors.rounds}: "
     if not np.isnan(errors.at_share()):
         line += f"{errors.at_share():.2f} % on 95 % of the eligible area, "
     line += f"{speed / 1e6:.1f} Mrays/s, {sum(record.seconds.values()):.0f} s"
@@ -126,8 +166,8 @@ def describe_round(errors, goal, lasted, record, stop):
     if goal.target is not None:
         needed = rounds_needed(errors, goal.target)
         if np.isfinite(needed):
-            more = int(np.ceil(errors.rounds * (needed - 1) - 1e-9))
-            line += f"; about {more:,} more for {goal.target:g} %, {more * lasted:.0f} s"
+            more = errors.rounds * (needed - 1)
+            line += f"; about {max(more * each, each):.0f} s more for {goal.target:g} %"
     if goal.deadline is not None:
         line += f"; {max(goal.deadline - time.monotonic(), 0):.0f} s left"
     return line

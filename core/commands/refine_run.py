@@ -2,7 +2,8 @@
 
 import time
 
-from ..accuracy.refine import Goal, refine_transfer, unreachable
+from ..accuracy.choose_counted import choose_counted
+from ..accuracy.refine import Goal, largest_round, refine_transfer, unreachable
 from ..accuracy.yield_errors import split_errors
 from ..progress import TerminalProgress, silent
 from ..study import compute_energy, trace_round
@@ -42,8 +43,10 @@ def refine_run(transfer, inputs, log, progress, *, folder):
     def judge(one):
         return split_errors(one, weather, energy)
 
-    def trace(index):
-        return trace_round(scene, transfer.suns, request, index, progress=progress, folder=folder, prepared=prepared)
+    def trace(before, part):
+        return trace_round(
+            scene, transfer.suns, request, before, part, progress=progress, folder=folder, prepared=prepared
+        )
 
     # The stages of every round would be many lines.
     progress.progress = TerminalProgress(log.stream, lasting=False) if log.stream else silent
@@ -51,4 +54,9 @@ def refine_run(transfer, inputs, log, progress, *, folder):
     why = None if target is None else unreachable(judge(transfer), target, request.shadow_samples)
     if why:
         log.write(f"{target:g} % can hardly be reached: {why[0]}; {why[1]}")
-    return refine_transfer(transfer, judge, Goal(target, deadline), trace, log.write)
+
+    def choose(errors, before):
+        return choose_counted(errors, request, transfer.surfaces, before)
+
+    goal = Goal(target, deadline, largest_round(request), choose)
+    return refine_transfer(transfer, judge, goal, trace, log.write)

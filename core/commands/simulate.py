@@ -37,6 +37,7 @@ from ..study import (
 )
 from ..sun.check_distance import describe_distance
 from ..transfer.kept_matrix import is_on_disk
+from ..transfer.patch_light import Round
 from ..transfer.prepare_scene import build_tree
 from .refine_run import refine_run, wants_rounds
 
@@ -145,7 +146,7 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     KeyboardInterrupt, CancelledError
         Before any usable set of suns was traced, or after a second Ctrl-C.
     """
-    prepared = build_tree(prepared, request) if wants_rounds(request) else prepared
+    prepared = replace(build_tree(prepared, request), round=Round()) if wants_rounds(request) else prepared
     with Interruption(log.progress, log.stream) as heard:
         transfer = trace_scene(scene, weather, request, heard, folder, prepared=prepared)
         # This takes seconds: after an interruption it is the only estimate of the error from missing suns.
@@ -271,7 +272,7 @@ def describe_interruption(record):
     if record.interrupted is None:
         return ""
     line = "Interrupted: kept {suns_traced:,} of {of:,} suns".format(**record.interrupted)
-    line += f" and {record.rounds:,} rounds" if record.rounds > 1 else ""
+    line += f" and {record.rounds:,} times the samples of the first round" if record.rounds > 1 else ""
     if record.sun_sampling:
         line += "; this changes full load hours by {bias:+.2f} %, those of single surfaces by {rms:.2f} % (rms)".format(
             **record.sun_sampling

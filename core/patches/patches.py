@@ -27,6 +27,8 @@ class Patches:
     area: np.ndarray  # (p,) float64 [m²]
     offset: np.ndarray  # (p,) float32 [m], distance of ray origins from the face
     key: np.ndarray  # (p,) uint64, key of the random numbers
+    rays_before: np.ndarray  # (p,) uint32, points of the sequence that each replicate of its rays took before
+    points_before: np.ndarray  # (p,) uint32, the same of its shadow points
     place_key: np.ndarray  # (p,) uint64, the same for every seed: what is covered is geometry, not chance
     albedo: np.ndarray  # (p,) float32
     facing: np.ndarray  # (p, 4) float32, normal and 2 for footprints (visible only from under a building), else 0
@@ -77,6 +79,8 @@ def patches_of_scene(scene, albedo, seed):
         area=length / 2,
         offset=offset.astype(np.float32),
         key=keys_of_triangles(scene, seed),
+        rays_before=np.zeros(len(edges), np.uint32),
+        points_before=np.zeros(len(edges), np.uint32),
         place_key=keys_of_triangles(scene, 0),
         albedo=albedo.astype(np.float32),
         facing=np.column_stack([normal, 2 * scene.footprint]).astype(np.float32),

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..effects.closed_form import sky_view_of_tilt
 from ..patches.find_covered import enclosed_cells
+from ..patches.patches import take_patches
 from ..sampling.random_numbers import mix
 from ..sampling.sample_points import (
     DIGITS,
@@ -57,7 +58,7 @@ def variance_of_shadow_points(by_point, covered, patches, suns, sky):
     partly = np.flatnonzero(covered.any(axis=1) & ~covered.all(axis=1))
     if len(partly) and by_point.shape[1] > 1:
         cells, normal = covered[partly], patches.normal[partly]
-        filled, light = fill_covered(by_point[partly], cells, patches.key[partly])
+        filled, light = fill_covered(by_point[partly], cells, take_patches(patches, partly))
         dark = light == 0
         open_share = 1 - cells[dark].mean(axis=1)
         visible = share_of_sky(normal[dark], sky[0][partly[dark]], sky[1], open_share)
@@ -68,15 +69,15 @@ def variance_of_shadow_points(by_point, covered, patches, suns, sky):
     return variance
 
 
-def fill_covered(by_point, covered, keys):
+def fill_covered(by_point, covered, patches):
     """Replace dark points in or beside covered cells by the nearest of the other points of their patch.
 
     Parameters
     ----------
     by_point : (k, m) float32
     covered : (k, cells) bool
-    keys : (k,) uint64
-        Of the patches' random numbers.
+    patches : Patches
+        These k.
 
     Returns
     -------
@@ -85,7 +86,7 @@ def fill_covered(by_point, covered, keys):
         Root mean square of the light that replaces the dark points, which is that beside the covered part; of all
         points where none was replaced.
     """
-    places = places_of_points(keys, by_point.shape[1])
+    places = places_of_points(patches.key, patches.points_before, by_point.shape[1])
     near_cover = ~enclosed_cells(~covered)
     cell = cell_of_point(*places, round(np.sqrt(covered.shape[1]))).astype(np.intp)
     hidden = (by_point == 0) & np.take_along_axis(near_cover, cell, axis=1)

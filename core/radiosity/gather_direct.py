@@ -8,6 +8,7 @@ from ..effects.receivers import fewer_points, fewer_rays
 from ..form_factors.form_factor_products import multiply_elements
 from ..patches.patches import take_patches
 from ..progress import CancelledError
+from ..sampling.random_numbers import mix
 from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.surface_means import average_surfaces
 from .add_specular import Specular, add_specular_suns
@@ -17,8 +18,21 @@ from .patch_size_errors import estimate_discretisation_error, steps_of_cells
 from .replicates import propagate_deviations
 from .shadow_points import count_elements, points_above
 from .solve_radiosity import covariance_of_replicates, reflect_block, variance_of_replicates
-from .sun_blocks import SunProgress, block_of_suns, count_kept, cut_into_blocks
+from .sun_blocks import SunBlock, SunProgress, block_of_suns, count_kept, cut_into_blocks
 from .sun_visibility import sun_visibility
+
+
+@dataclass
+class Annual:
+    """Weighted sums over the suns."""
+
+    by_point: np.ndarray  # (p, m) float32, light at each point without reflections
+    propagated: np.ndarray  # (p,) float32, as in `iterate_bounces`
+    specular: Specular | None = None
+    lit_ground: float = 0.0  # radiosity of the far ground
+    by_replicate: np.ndarray | None = None  # (p, HEMISPHERE_REPLICATES) float32, what is reflected
+    suns: SunBlock | None = None  # all that are in the sums
+    representative_points: np.ndarray | None = None  # (p, cells) uint, the same for every sun; None before the first
 
 
 @dataclass
@@ -34,17 +48,7 @@ class Direct:
     ray_count: int
     kept: int  # number of suns; fewer than all after an interruption
     discretisation_error: float = 0.0  # of `estimate_discretisation_error`
-
-
-@dataclass
-class Annual:
-    """Weighted sums over the suns."""
-
-    by_point: np.ndarray  # (p, m) float32, light at each point without reflections
-    propagated: np.ndarray  # (p,) float32, as in `iterate_bounces`
-    specular: Specular | None = None
-    lit_ground: float = 0.0  # radiosity of the far ground
-    representative_points: np.ndarray | None = None  # (p, cells) uint, the same for every sun; None before the first
+    annual: Annual | None = None
 
 
 def gather_direct(context, hemisphere, suns, by_replicate, folder=None, *, specular=None):
@@ -105,13 +109,14 @@ def gather_direct(context, hemisphere, suns, by_replicate, folder=None, *, specu
             keep_columns(matrix, found.kept) for matrix in (found.visible_share, found.reflected)
         )
     last = done[-1].stop if done else 0
-    traced = block_of_suns(suns, slice(last))
-    errors = error_of_direct(context, hemisphere, annual, traced, by_replicate)
+    annual.suns = block_of_suns(suns, slice(last))
+    errors = error_of_direct(context, hemisphere, annual, annual.suns, by_replicate)
+    found.annual = annual
     found.error, found.covariance, found.points, found.discretisation_error = errors
     if annual.specular and done:
         found.error.own = found.error.own + variance_of_replicates(annual.specular.by_replicate.T)
     if found.kept < len(suns):
-        whole = traced.weights.sum() or np.nan  # the sums contain only these suns
+        whole = annual.suns.weights.sum() or np.nan  # the sums contain only these suns
         found.error, found.covariance = found.error.scaled(1 / whole), found.covariance / whole
         found.points = found.points / whole**2
     return found
@@ -195,6 +200,7 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
     by_replicate = multiply_elements(hemisphere.form_factors, annual.propagated, hemisphere.factor, threads)
     by_replicate += multiply_elements(hemisphere.form_factors, patches.albedo, element_annual, threads)
     by_replicate += annual.lit_ground * hemisphere.far_ground
+    annual.by_replicate = by_replicate.copy()
     steps = steps_of_cells(context, hemisphere, element_annual)
     share = estimate_discretisation_error(context, steps, by_replicate)
     covariance = merge.power(2) @ covariance_of_replicates(by_replicate, diffuse)
@@ -203,7 +209,7 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
     spread = np.empty(element_annual.shape, np.float32)
     for rows, by_point, representative_points, _ in by_number_of_points(context, annual):
         spread[rows] = spread_of_elements(by_point, representative_points, hemisphere.covered[rows])
-    points = deviations_of_spread(spread, patches.key)
+    points = deviations_of_spread(spread, patches.key ^ mix(patches.points_before.astype(np.uint64)))
     passed_on = propagate_deviations(context, hemisphere, points, by_replicate)
     errors = errors_of_surfaces(merge, noise, ReflectedError(light, passed_on, steps))
     return errors, covariance, from_points, share

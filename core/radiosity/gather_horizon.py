@@ -8,8 +8,8 @@ from ..form_factors.form_factor_products import multiply_elements
 from ..form_factors.form_factors import FEWEST_RAYS
 from ..horizon.horizon import mark_hidden
 from ..patches.find_covered import enclosed_cells, lie_in_earth
-from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches
-from ..sampling.random_numbers import mix, uniform
+from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches, shift_replicates
+from ..sampling.random_numbers import mix
 from ..sampling.sample_points import (
     DIGITS,
     HEMISPHERE_REPLICATES,
@@ -21,6 +21,7 @@ from ..sampling.sample_points import (
 from ..sky.horizon_band import horizon_directions, horizon_of_tilt
 from ..sky.seen_band import seen_band
 from ..threads import map_in_order
+from ..transfer.prepare_scene import HORIZON_SHARE
 from ..transfer.transfer import Horizon
 from .light_errors import ReflectedError, errors_of_surfaces
 from .patch_size_errors import steps_of_cells
@@ -39,7 +40,7 @@ from .trace_hemisphere import (
     tally_rays,
 )
 
-SHARE = 4  # hemisphere rays for each ray towards the horizon, which is a small part of the light
+SHARE = HORIZON_SHARE  # hemisphere rays for each ray towards the horizon, which is a small part of the light
 HORIZON = np.uint64(0x4071)  # sets the random numbers apart from those of the hemisphere rays
 LEVEL = 1e-6  # sine of the tilt up to which a patch does not face the horizon
 
@@ -179,8 +180,7 @@ def horizon_rays(patches, chosen, sequence):
         Of CELL_DIVISIONS², in which each ray starts.
     """
     keys = mix(patches.key[chosen] ^ HORIZON)
-    shift = (uniform(keys, 4 * HEMISPHERE_REPLICATES) * (1 << DIGITS)).astype(np.uint32)
-    digits = sequence[None, None] ^ shift.reshape(len(chosen), HEMISPHERE_REPLICATES, 1, 4)
+    digits = sequence[None, None] ^ shift_replicates(keys, patches.rays_before[chosen] // SHARE)[:, :, None]
     numbers = (digits.reshape(len(chosen), -1, 4) * np.float32(2.0**-DIGITS)).astype(np.float32)
     b1, b2 = barycentric_of_square(numbers[..., 0], numbers[..., 1])
     directions = horizon_directions(patches.normal[chosen], numbers[..., 2], numbers[..., 3])

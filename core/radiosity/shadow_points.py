@@ -6,7 +6,15 @@ from numba import njit
 from ..patches.find_covered import enclosed_cells
 from ..sampling.hemisphere_rays import HALF, fraction
 from ..sampling.random_numbers import mix, uniform
-from ..sampling.sample_points import DIGITS, cell_corners, cell_of_point, cells_inside, grid_of, points_of_grid
+from ..sampling.sample_points import (
+    DIGITS,
+    cell_corners,
+    cell_of_point,
+    cells_inside,
+    grid_of,
+    points_of_grid,
+    sobol_points,
+)
 
 MOST_ELEMENTS = 16  # cells of a patch: one bit each in the mask of those that see a sun
 
@@ -44,7 +52,7 @@ def shadow_points(patches, chosen, covered, point_count, elements=None):
     """
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     position = np.empty((len(chosen), point_count, 3), np.float32)
-    places = places_of_points(patches.key[chosen], point_count)
+    places = places_of_points(patches.key[chosen], patches.points_before[chosen], point_count)
     lay_points(places, start, patches.edges[chosen], position)
     cell = cell_of_point(*places, round(np.sqrt(covered.shape[1])))
     dark, in_covered = (
@@ -58,12 +66,26 @@ def shadow_points(patches, chosen, covered, point_count, elements=None):
     return position, ~dark, representative_points
 
 
-def places_of_points(keys, point_count):
-    """Barycentric weights of the shadow points of patches with these keys: (2, c, m) float32."""
-    shift = (uniform(mix(keys ^ np.uint64(0x5EED)), 2) * (1 << DIGITS)).astype(np.uint32)
+def places_of_points(keys, before, point_count):
+    """Barycentric weights of the shadow points of patches: (2, c, m) float32.
+
+    Parameters
+    ----------
+    keys : (c,) uint64
+    before : (c,) int
+        Points of the sequence that each patch took before: a multiple of `point_count`.
+    point_count : int
+        A power of two.
+    """
     places = np.empty((2, len(keys), point_count), np.float32)
-    place_points(shift, (points_of_grid(point_count), grid_of(point_count)), places)
+    place_points(shift_points(keys, before), (points_of_grid(point_count), grid_of(point_count)), places)
     return places
+
+
+def shift_points(keys, before):
+    """Digital shifts (XOR masks) of the shadow points of patches: (c, 2) uint32. Parameters as above."""
+    shift = (uniform(mix(keys ^ np.uint64(0x5EED)), 2) * (1 << DIGITS)).astype(np.uint32)
+    return shift ^ sobol_points(before)[:, :2]
 
 
 def find_covered_elements(covered, cells):

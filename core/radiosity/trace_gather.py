@@ -17,6 +17,7 @@ from ..transfer.surface_means import cover_of_surfaces
 from ..transfer.trace_record import TraceRecord, note_interruption
 from ..transfer.transfer import ErrorParts, Transfer
 from .add_specular import add_specular_sky
+from .continue_rounds import keep_patches, with_noise
 from .gather_context import prepare_gather
 from .gather_diffuse import gather_diffuse
 from .gather_direct import gather_direct
@@ -88,7 +89,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     weighed = without_hidden(suns, plan.terrain)
     direct = gather_direct(context, hemisphere, weighed, diffuse.by_replicate, folder, specular=light)
     clock.lap("suns")
-    return Transfer(
+    transfer = Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
         suns=suns if direct.kept == len(suns) else keep_suns(suns, direct.kept),
@@ -136,6 +137,11 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
             standard_error_unknown=ONE_POINT if np.isnan(direct.error.own).any() else None,
         ),
         **materials_of_surfaces(scene, prepared.materials),
+    )
+    if prepared.round is None or transfer.record.interrupted:
+        return transfer
+    return with_noise(
+        transfer, keep_patches(context, hemisphere, (diffuse.by_replicate, direct.annual), prepared.round)
     )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from .random_numbers import uniform
-from .sample_points import DIGITS, HEMISPHERE_REPLICATES
+from .sample_points import DIGITS, HEMISPHERE_REPLICATES, sobol_points
 
 CELL_DIVISIONS = 8  # each patch is divided into 64 cells, tested for being inside or under something
 HALF, ONE, TURN, UNIT = np.float32(0.5), np.float32(1), np.float32(2 * np.pi), np.float32(2.0**-DIGITS)
@@ -16,7 +16,7 @@ def hemisphere_rays(patches, chosen, sequence):
     """Origins, directions and cells of the hemisphere rays of patches.
 
     Position and direction come from one four-dimensional Sobol sequence with a random digital shift for each patch and
-    replicate; pairs from two-dimensional sequences would be correlated.
+    replicate; pairs from two-dimensional sequences would be correlated. Patches that sent rays before go on from there.
 
     Parameters
     ----------
@@ -33,15 +33,33 @@ def hemisphere_rays(patches, chosen, sequence):
         Index of the patch cell, of CELL_DIVISIONS², in which each ray starts.
     """
     count, rays = len(chosen), len(sequence) * HEMISPHERE_REPLICATES
-    shift = (uniform(patches.key[chosen], 4 * HEMISPHERE_REPLICATES) * (1 << DIGITS)).astype(np.uint32)
+    shift = shift_replicates(patches.key[chosen], patches.rays_before[chosen])
     origins, directions = np.empty((2, 3, count, rays), np.float32)
     cells = np.empty((count, rays), np.uint8)
     made = origins, directions, cells
     frames = np.concatenate([patches.tangents[chosen], patches.normal[chosen, None]], axis=1)
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     digits = np.ascontiguousarray(sequence.T)
-    make_rays((start, patches.edges[chosen], frames), shift.reshape(count, HEMISPHERE_REPLICATES, 4), digits, made)
+    make_rays((start, patches.edges[chosen], frames), shift, digits, made)
     return np.moveaxis(origins, 0, -1), np.moveaxis(directions, 0, -1), cells
+
+
+def shift_replicates(keys, before):
+    """Digital shifts (XOR masks) of the rays of patches.
+
+    Parameters
+    ----------
+    keys : (c,) uint64
+    before : (c,) int
+        Points of the sequence that each replicate took before: a multiple of the smallest power of two not below the
+        number to take now.
+
+    Returns
+    -------
+    (c, HEMISPHERE_REPLICATES, 4) uint32
+    """
+    shift = (uniform(keys, 4 * HEMISPHERE_REPLICATES) * (1 << DIGITS)).astype(np.uint32)
+    return shift.reshape(len(keys), HEMISPHERE_REPLICATES, 4) ^ sobol_points(before)[:, None]
 
 
 @njit(nogil=True, cache=True)

@@ -47,12 +47,21 @@ def sobol_digits(count):
     I. M. Sobol (1967), doi:10.1016/0041-5553(67)90144-9. Direction numbers: S. Joe and F. Y. Kuo (2008),
     doi:10.1137/070709359. The same points come from `scipy.stats.qmc`, whose import takes longer than a draft's rays.
     """
+    return sobol_points(np.arange(count))
+
+
+def sobol_points(index):
+    """Points of the same sequence by their numbers, from 0: (n, 4) uint32 of (n,) int.
+
+    Points k 2^m to (k + 1) 2^m - 1, for any k, are the first 2^m moved by the digital shift that is the first of them.
+    So rounds that take such parts one after the other continue one net.
+    """
     directions = np.array([sobol_directions(dimension) for dimension in range(4)], np.uint32).T  # (DIGITS, 4)
-    gray = np.arange(count, dtype=np.uint32)
-    gray ^= gray >> 1
-    points = np.zeros((count, 4), np.uint32)
+    gray = np.asarray(index, np.uint32)
+    gray = gray ^ (gray >> np.uint32(1))
+    points = np.zeros((len(gray), 4), np.uint32)
     for digit, direction in enumerate(directions):
-        points ^= ((gray[:, None] >> digit) & 1) * direction
+        points ^= ((gray[:, None] >> np.uint32(digit)) & np.uint32(1)) * direction
     return points
 
 

@@ -29,7 +29,7 @@ class TraceRecord:
     photons: dict | None = None  # forward: where the light of each source went
     interrupted: dict | None = None  # suns_traced, of: if fewer suns were kept than requested
     sun_sampling: dict | None = None  # bias, rms [% of full load hours], patches; the same by groups
-    rounds: int = 1  # independent traces that were merged
+    rounds: int = 1  # samples of all rounds that were merged, in units of those of the first
     standard_error_unknown: str | None = None  # which standard error, and why
 
     def as_dict(self):

@@ -8,6 +8,7 @@ from ..horizon.horizon import TerrainHorizon
 from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
 from ..sun.suns import Suns
+from .patch_light import PatchLight
 from .trace_record import TraceRecord
 
 
@@ -76,4 +77,5 @@ class Transfer:
     outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown
     bare: "Transfer | None" = None  # the same with deciduous trees without leaves; None: one state all year
     leaf_months: tuple = ()  # 1 to 12, in which this state holds if there is a bare one
+    patch_light: PatchLight | None = None  # for further rounds of the same run; not kept in files
     terrain: TerrainHorizon | None = None  # hides suns, hour by hour; `visible_share` is without it; None: level

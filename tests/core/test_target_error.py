@@ -8,20 +8,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from small_city import write_small_city
+from test_tracing import three_houses
 
 from citypv.__main__ import main
-from citypv.core.accuracy.refine import Goal, decide_stop, describe_round, rounds_needed, unreachable
-from citypv.core.accuracy.yield_errors import YieldErrors
+from citypv.core.accuracy.choose_counted import choose_counted
+from citypv.core.accuracy.refine import (
+    Goal,
+    decide_stop,
+    describe_round,
+    largest_round,
+    rounds_needed,
+    size_of_round,
+    unreachable,
+)
+from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors
 from citypv.core.commands import refine_run
 from citypv.core.commands.add_options import imply_settings, request_of_options
 from citypv.core.commands.command_line import build_parser
 from citypv.core.presets import PRESETS, settings_of_preset
-from citypv.core.progress import silent
 from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
-from citypv.core.study import read_scene, read_year, trace_round, trace_scene
-from citypv.core.transfer.merge_transfers import merge_transfers
-from citypv.core.transfer.prepare_scene import prepare_scene
 from citypv.core.transfer.trace_record import TraceRecord
 
 COARSE = ["--weather", "clear-sky", "--samples", "64", "--shadow-samples", "16", "--suns", "days:24", "--threads", "1"]
@@ -35,11 +41,14 @@ def made_errors(rounds=1, **variance):
     )
 
 
-def test_sampled_errors_fall_with_the_square_root_of_the_rounds():
+def test_sampled_errors_fall_as_those_of_nets_do():
     errors = made_errors(shadows=3.0, rays=1.0)
     assert errors.at_share() == pytest.approx(2.0)
-    assert rounds_needed(errors, 0.5) == pytest.approx(16.0, rel=1e-6)
-    assert rounds_needed(made_errors(shadows=4.0, suns=0.16), 0.5) == pytest.approx(4 / 0.09, rel=1e-6)
+    independent = replace(errors, power=dict.fromkeys(SAMPLED, 1.0))
+    assert rounds_needed(independent, 0.5) == pytest.approx(16.0, rel=1e-6)
+    needed = rounds_needed(errors, 0.5)
+    assert 3 * needed**-1.6 + needed**-1.3 == pytest.approx(0.25, rel=1e-6)
+    assert rounds_needed(made_errors(shadows=4.0, suns=0.16), 0.5) == pytest.approx((4 / 0.09) ** (1 / 1.6), rel=1e-6)
     assert rounds_needed(errors, 3.0) == 1.0
     assert rounds_needed(made_errors(shadows=4.0, suns=0.25), 0.5) == np.inf
     assert errors.largest() == "shadows"
@@ -63,22 +72,57 @@ def test_a_target_out_of_reach_names_the_option_that_would_help():
 
 def test_it_stops_at_the_target_and_in_time():
     errors = made_errors(shadows=1.0)
-    assert decide_stop(errors, Goal(1.5, None), 1.0) == "target reached"
-    assert not decide_stop(errors, Goal(0.5, None), 1.0)
+    assert decide_stop(errors, Goal(1.5, None)) == "target reached"
+    assert not decide_stop(errors, Goal(0.5, None))
+    assert decide_stop(made_errors(shadows=0.01, suns=1.0), Goal(0.5, None)) == "further rounds would not help"
+    assert not decide_stop(made_errors(shadows=1.0, suns=1.0), Goal(0.5, None))
     now = time.monotonic()
-    assert decide_stop(errors, Goal(None, now + 5), 6.0) == "no time for another round"
-    assert not decide_stop(errors, Goal(None, now + 50), 6.0)
-    assert decide_stop(made_errors(shadows=0.01, suns=1.0), Goal(0.5, None), 1.0) == "further rounds would not help"
-    assert not decide_stop(made_errors(shadows=1.0, suns=1.0), Goal(0.5, None), 1.0)
+    assert size_of_round(errors, Goal(None, now + 5), 6.0) == 0
+    assert size_of_round(errors, Goal(None, now + 50), 6.0) == 1
     nothing = YieldErrors({"rays": np.zeros(0)}, np.zeros(0), np.zeros(0), 1)
     for goal in (Goal(0.5, None), Goal(None, now + 50)):
-        assert "no surface is eligible" in decide_stop(nothing, goal, 1.0)
+        assert "no surface is eligible" in decide_stop(nothing, goal)
+
+
+def test_rounds_double_but_no_more_than_is_needed_and_fits():
+    """A round of size s takes points k s to (k + 1) s, so the samples before it are a multiple of s."""
+    goal, sizes, total = Goal(0.001, None, largest=4), [], 1
+    for _ in range(6):
+        sizes.append(size_of_round(made_errors(total, shadows=1.0), goal, 1.0))
+        total += sizes[-1]
+    assert sizes == [1, 2, 4, 4, 4, 4]
+    much = Goal(None, time.monotonic() + 100, largest=64)
+    assert size_of_round(made_errors(12, shadows=1.0), much, 1.0) == 4
+    assert size_of_round(made_errors(16, shadows=1.0), much, 20.0) == 4
+    assert size_of_round(made_errors(16, shadows=1.0), Goal(0.97, None, largest=64), 1.0) == 1
+    assert [largest_round(Request(samples=s, shadow_samples=p)) for s, p in ((64, 4), (256, 16), (100, 4), (4096, 4))] == [
+        16, 4, 8, 1
+    ]  # fmt: skip
+
+
+def test_surfaces_that_are_known_get_no_more_samples():
+    """Not after few samples, and never again; the others are those whose error is above a share of the target."""
+    surfaces = three_houses().surfaces
+    count = len(surfaces)
+    some = np.arange(count)[np.asarray(surfaces.eligible)][:4]
+    request = Request(samples=64, shadow_samples=4, target_error=1.0)
+    errors = replace(made_errors(1, shadows=1.0), rows=some)
+    errors.variance["shadows"] = np.array([0.01, 0.1, 1.0, 4.0])
+    assert choose_counted(errors, request, surfaces) is None
+    errors.rounds = 4
+    assert choose_counted(errors, replace(request, target_error=None), surfaces) is None
+    counted = choose_counted(errors, request, surfaces)
+    assert np.flatnonzero(counted).tolist() == some[2:].tolist()
+    errors.variance["shadows"] = np.array([4.0, 0.1, 0.1, 4.0])
+    assert np.flatnonzero(choose_counted(errors, request, surfaces, counted)).tolist() == [some[3]]
+    everything = choose_counted(errors, replace(request, report="all"), surfaces)
+    assert everything[~np.asarray(surfaces.eligible)].all()
 
 
 def test_a_round_without_eligible_surfaces_names_no_error():
     nothing = YieldErrors({"rays": np.zeros(0)}, np.zeros(0), np.zeros(0), 1)
     record = TraceRecord({}, [], 0, 0.0, 1, 1, {"suns": 2.0}, 2.0, 0.0, 0.0, shadow_rays=4_000_000)
-    assert describe_round(nothing, Goal(0.5, None), 1.0, record, "done") == "round 1: 2.0 Mrays/s, 2 s; done"
+    assert describe_round(nothing, Goal(0.5, None), 1.0, record, "done") == "samples × 1: 2.0 Mrays/s, 2 s; done"
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +135,7 @@ def summary_of(folder):
 
 
 @pytest.mark.once
-def test_a_target_is_met_and_its_rounds_are_those_of_any_run(city, tmp_path, capfd):
+def test_a_target_is_met_twice_with_the_same_bits(city, tmp_path, capfd):
     assert main(["simulate", str(city), "--out", str(tmp_path / "a"), *COARSE, "--target-error", "0.45"]) == 0
     told = capfd.readouterr().err
     assert "target reached" in told
@@ -100,15 +144,8 @@ def test_a_target_is_met_and_its_rounds_are_those_of_any_run(city, tmp_path, cap
     rounds = summary["traced"]["rounds"]
     assert 1 < rounds < 100
     assert summary["error_budget"]["sampling_95"] <= 0.45
-    options = build_parser().parse_args(["simulate", str(city), "--out", "x", *COARSE])
-    request = request_of_options(options)
-    scene = read_scene([city], request)
-    weather = read_year(scene.site, request)
-    prepared = prepare_scene(scene, request, weather=weather)
-    traced = [trace_scene(scene, weather, request, prepared=prepared)]
-    for index in range(1, rounds):
-        traced.append(trace_round(scene, traced[0].suns, request, index, progress=silent, prepared=prepared))
-    again, written = merge_transfers(traced), read_transfer(tmp_path / "a" / "transfer.nc")
+    assert main(["simulate", str(city), "--out", str(tmp_path / "again"), *COARSE, "--target-error", "0.45"]) == 0
+    again, written = (read_transfer(tmp_path / name / "transfer.nc") for name in ("again", "a"))
     for name in ("visible_share", "direct_reflected", "diffuse_relative", "direct_annual_standard_error"):
         assert np.array_equal(getattr(again, name), getattr(written, name))
     assert written.record.rounds == rounds
@@ -119,10 +156,10 @@ def test_ctrl_c_keeps_the_finished_rounds(city, tmp_path, monkeypatch, capfd):
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     trace = refine_run.trace_round
 
-    def interrupted_in_the_third(scene, suns, request, index, **more):
-        if index == 2:
+    def interrupted_in_the_third(scene, suns, request, before, part, **more):
+        if before == 2:
             signal.raise_signal(signal.SIGINT)
-        return trace(scene, suns, request, index, **more)
+        return trace(scene, suns, request, before, part, **more)
 
     monkeypatch.setattr(refine_run, "trace_round", interrupted_in_the_third)
     try:
@@ -130,7 +167,7 @@ def test_ctrl_c_keeps_the_finished_rounds(city, tmp_path, monkeypatch, capfd):
     finally:
         signal.signal(signal.SIGINT, before)
     assert status == 130
-    assert "and 2 rounds" in capfd.readouterr().err
+    assert "and 2 times the samples" in capfd.readouterr().err
     assert summary_of(tmp_path / "b")["traced"]["rounds"] == 2
 
 

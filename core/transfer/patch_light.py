@@ -1,0 +1,59 @@
+"""Light of patches whose random points go on from round to round: what the noise of several rounds is told from."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from ..patches.patches import Patches
+
+
+class Round(NamedTuple):
+    """Which part of a run is traced."""
+
+    size: int = 1  # samples, in units of those of the first round
+    counted: np.ndarray | None = None  # (n,) bool, surfaces that the round is for; None: all
+
+
+class Net(NamedTuple):
+    """Annual light without reflections at the points of a digital net on each of k patches."""
+
+    before: int  # points of the sequence before it
+    light: np.ndarray  # (k, m) float32, in the order of `points_of_grid`
+
+
+class OwnNoise(NamedTuple):
+    """Variance of n surfaces' light from their own rays and points."""
+
+    diffuse: np.ndarray  # (n,)
+    direct: np.ndarray  # (n,) of the annual mean
+    covariance: np.ndarray  # (n,) of both
+    points: np.ndarray  # (n,) part of `direct`
+
+
+@dataclass
+class PatchFacts:
+    """What does not change from round to round on k patches."""
+
+    patches: Patches
+    covered: np.ndarray  # (k, cells) bool, cells that lie inside or under something
+    sky: np.ndarray  # (k,) float32, visible share
+    rays: int  # by which it was found
+    sent: np.ndarray  # (k,) bool, whether the patch sends shadow rays
+    squares: sparse.csr_matrix  # (n, k), squares of the weights in the means of surfaces
+    suns: tuple  # SunBlock: directions and weights
+
+
+@dataclass
+class PatchLight:
+    """Light of k patches by one or several rounds."""
+
+    rows: np.ndarray  # (k,) int, patches, ascending
+    round: Round
+    facts: PatchFacts
+    diffuse: np.ndarray  # (k, r) float32, all light of the sky by each replicate of the rays
+    reflected: np.ndarray  # (k, r) float32, annual reflected light of the suns likewise
+    nets: list  # of Net
+    own: OwnNoise  # of these patches
+    rest: OwnNoise  # of all others, and of light by way of mirrors

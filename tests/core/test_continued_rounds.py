@@ -1,0 +1,124 @@
+"""Rounds that continue one net of points are one run with all their samples, and state their error as it does."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy import stats
+from test_merge_transfers import REQUEST, light_of, prepared_houses
+
+from citypv.core.accuracy.refine import add_round
+from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.sampling.merge_nets import merge_nets
+from citypv.core.sampling.sample_points import sobol_digits, sobol_points
+from citypv.core.study import trace_round
+from citypv.core.transfer.merge_transfers import own_matrices
+from citypv.core.transfer.patch_light import Round
+from citypv.core.transfer.prepare_scene import reseed
+
+pytestmark = pytest.mark.once
+
+DOUBLING, RUNS = (1, 2), 10  # rounds after the first: four times its samples
+
+
+def prepared_as(seed):
+    scene, suns, prepared = prepared_houses()
+    return scene, suns, replace(reseed(prepared, seed), round=Round())
+
+
+@cache
+def whole_run(seed, times):
+    scene, suns, prepared = prepared_as(seed)
+    request = replace(REQUEST, seed=seed, samples=times * 64, shadow_samples=times * 4)
+    return trace_gather(scene, suns, request, silent, prepared=prepared)
+
+
+def in_rounds(seed, sizes, counted=None):
+    scene, suns, prepared = prepared_as(seed)
+    request, total, before = replace(REQUEST, seed=seed), own_matrices(whole_run(seed, 1)), 1
+    for size in sizes:
+        part = Round(size, counted)
+        total = add_round(total, trace_round(scene, suns, request, before, part, prepared=prepared))
+        before += size
+    return total
+
+
+def full_patches():
+    """Surfaces of patches that send all rays: (n,) bool."""
+    scene, _, prepared = prepared_houses()
+    full = np.zeros(len(scene.surfaces), bool)
+    full[scene.triangle_surface[prepared.plan.receivers]] = True
+    return full
+
+
+def test_parts_of_the_sequence_are_the_first_points_moved_by_a_digital_shift():
+    whole = sobol_digits(64)
+    for size in (1, 4, 16, 32):
+        for first in range(0, 64, size):
+            assert np.array_equal(whole[first : first + size], whole[:size] ^ sobol_points([first]))
+
+
+def test_two_halves_of_a_net_make_the_whole():
+    """Each value lands in the rectangle of the finer grid in which its point lies, each in one of its own."""
+    shift = np.random.default_rng(2).integers(0, 1 << 24, (5, 2), dtype=np.uint32)
+    for points in (1, 2, 8, 16):
+        shifts = shift, shift ^ sobol_points([points])[:, :2]
+        values = np.arange(10.0 * points, dtype=np.float32).reshape(2, 5, points)
+        assert np.array_equal(np.sort(merge_nets(shifts, values), axis=1), np.sort(np.hstack(values), axis=1))
+
+
+@pytest.mark.parametrize("sizes", [(1, 2), (1, 1, 1)])
+def test_points_and_sky_rays_are_those_of_one_run(sizes):
+    full, one, rounds = full_patches(), whole_run(3, 4), in_rounds(3, sizes)
+    assert full.sum() > 100
+    for name in ("sky_view_factor", "visible_share", "far_ground_view_factor"):
+        assert getattr(rounds, name)[full] == pytest.approx(getattr(one, name)[full], abs=1e-6)
+    assert np.array_equal(rounds.patch_light.nets[0].light, one.patch_light.nets[0].light) or sizes != (1, 2)
+    assert rounds.patch_light.nets[0].light == pytest.approx(one.patch_light.nets[0].light, rel=1e-5, abs=1e-7)
+    assert rounds.record.rounds == 4
+    assert rounds.record.hemisphere_rays >= one.record.hemisphere_rays
+
+
+def test_their_error_is_that_of_one_run_and_is_stated():
+    """Scatter of ten runs on some thousand surfaces, in light of the sky and of the suns."""
+    first, rounds, one = (
+        [light_of(found(seed)) for seed in range(RUNS)]
+        for found in (lambda s: whole_run(s, 1), lambda s: in_rounds(s, DOUBLING), lambda s: whole_run(s, 4))
+    )
+    for part in (0, 1):
+        scatter = [
+            np.array([light[part] for light, _ in runs]).var(axis=0, ddof=1).mean() for runs in (first, rounds, one)
+        ]
+        assert scatter[1] < 1.05 * scatter[2] < 0.3 * scatter[0]
+        stated = np.mean([errors[part] ** 2 for _, errors in rounds])
+        assert 0.9 < stated / scatter[1] < 1.2
+
+
+def test_surfaces_that_a_round_is_not_for_stay_as_they_are():
+    """And the others are as right as if all were sampled: replicates stay independent of each other."""
+    full = full_patches()
+    counted = full & (np.arange(len(full)) % 2 == 0)
+    before, after = whole_run(0, 1), in_rounds(0, DOUBLING, counted)
+    still = full & ~counted
+    for name in ("visible_share", "diffuse_relative", "direct_reflected"):
+        assert np.array_equal(getattr(before, name)[still], getattr(after, name)[still])
+    for name in ("diffuse_relative_standard_error", "direct_annual_standard_error"):
+        assert getattr(after, name)[still] == pytest.approx(getattr(before, name)[still], rel=1e-5, abs=1e-9)
+    runs = [light_of(in_rounds(seed, DOUBLING, counted)) for seed in range(RUNS)]
+    for part in (0, 1):
+        scatter = np.array([light[part] for light, _ in runs]).var(axis=0, ddof=1)
+        stated = np.mean([errors[part] ** 2 for _, errors in runs], axis=0)
+        for members in (counted, still):
+            assert 0.85 < stated[members].mean() / scatter[members].mean() < 1.25
+        assert scatter[counted].mean() < 0.4 * scatter[still].mean()
+
+
+def test_a_stated_band_holds_the_truth_as_often_as_students_t_says():
+    """Three degrees of freedom, since replicates go on."""
+    known = np.mean([light_of(in_rounds(seed, DOUBLING))[0] for seed in range(1, RUNS + 1)], axis=0)
+    light, error = light_of(in_rounds(0, DOUBLING))
+    noisy = error > 1e-6
+    band = stats.t.ppf(0.975, 3) * error * np.sqrt(1 + 1 / RUNS)
+    assert 0.9 <= (np.abs(light - known)[noisy] <= band[noisy]).mean() <= 0.99
