@@ -96,6 +96,8 @@ def trace_blocked(tree, origins, direction, blocked):
 def trace_shadow_rays(tree, position, wanted, directions, free):
     """Which points of each patch see each requested sun.
 
+    Where a patch has fewer points than a packet has rays, neighbouring patches share packets.
+
     Parameters
     ----------
     position : (c, m, 3) float32
@@ -108,16 +110,15 @@ def trace_shadow_rays(tree, position, wanted, directions, free):
     packet, valid = aligned(ROWS * width), aligned(width).view(np.int32)
     packet.view(np.int32)[MASK * width : (MASK + 1) * width] = -1
     point_count = position.shape[1]
-    for patch in range(len(position)):
-        for first in range(0, point_count, width):
+    lanes = min(width, point_count)  # of one patch
+    together = width // lanes  # patches in a packet
+    for patch in range(0, len(position), together):
+        members = min(together, len(position) - patch)
+        for first in range(0, point_count, lanes):
             # The origins stay in the packet; only the direction changes from sun to sun.
-            lanes = min(width, point_count - first)
-            for lane in range(width):
-                valid[lane] = -1 if lane < lanes else 0
-                for axis in range(3):
-                    packet[(ORIGIN + axis) * width + lane] = position[patch, first + min(lane, lanes - 1), axis]
+            load_origins(packet, width, position[patch : patch + members, first : first + lanes])
             for sun in range(len(directions)):
-                if not wanted[patch, sun]:
+                if not choose_lanes(valid, wanted[patch : patch + members, sun], min(lanes, point_count - first)):
                     continue
                 for lane in range(width):
                     packet[DIRECTION * width + lane] = directions[sun, 0]
@@ -125,5 +126,37 @@ def trace_shadow_rays(tree, position, wanted, directions, free):
                     packet[(DIRECTION + 2) * width + lane] = directions[sun, 2]
                     packet[FAR * width + lane] = np.inf
                 call_embree(function, valid.ctypes.data, scene, packet.ctypes.data, arguments)
-                for lane in range(lanes):
-                    free[patch, sun, first + lane] = packet[FAR * width + lane] > 0
+                read_free(packet, width, valid, free[patch : patch + members, sun, first : first + lanes])
+
+
+@njit(nogil=True, cache=True)
+def load_origins(packet, width, position):
+    """Write the points of some patches, (members, lanes, 3), into a packet; rays beyond them repeat the last one."""
+    members, lanes = position.shape[:2]
+    for lane in range(width):
+        used = min(lane, members * lanes - 1)
+        member = used // lanes
+        for axis in range(3):
+            packet[(ORIGIN + axis) * width + lane] = position[member, used - member * lanes, axis]
+
+
+@njit(nogil=True, cache=True)
+def choose_lanes(valid, wanted, lanes):
+    """Write which rays of a packet are traced, those of the members that are `wanted`; return whether any is."""
+    valid[:] = 0
+    some = False
+    for member in range(len(wanted)):
+        if wanted[member]:
+            some = True
+            valid[member * lanes : (member + 1) * lanes] = -1
+    return some
+
+
+@njit(nogil=True, cache=True)
+def read_free(packet, width, valid, free):
+    """Write which of the rays that were traced are free: (members, lanes) bool."""
+    members, lanes = free.shape
+    for member in range(members):
+        if valid[member * lanes]:
+            for lane in range(lanes):
+                free[member, lane] = packet[FAR * width + member * lanes + lane] > 0
