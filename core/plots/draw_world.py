@@ -1,7 +1,6 @@
 """The pictures of a world (paper, Fig. 6 to 9), from world.nc."""
 
-import xarray
-
+from ..files.open_netcdf import open_netcdf
 from .draw_world_day import draw_world_day
 from .draw_world_gain import draw_world_gain
 from .draw_world_map import draw_world_map
@@ -30,7 +29,7 @@ def draw_world(path, folder):
     list of str
         Names of the files written.
     """
-    with xarray.open_dataset(path, engine="netcdf4") as dataset:
+    with open_netcdf(path) as dataset:
         dataset.load()
     written = []
     if "latitude" not in dataset.dims:

@@ -4,7 +4,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-import netCDF4
+import h5netcdf
 import numpy as np
 import pandas as pd
 
@@ -134,17 +134,22 @@ def read_times(path):
     """Time axis of timeseries.nc, its interval, and the sum over time of each group's capacity factors."""
     check_file(path)
     try:
-        with netCDF4.Dataset(path) as file:
+        with h5netcdf.File(path) as file:
             bounds = np.asarray(file["time_bounds"][:], np.int64)  # (T, 2) [s] since 1970
-            factors = np.ma.filled(file["capacity_factor"][:].astype(float), np.nan)  # (T, g)
-            names = [str(name) for name in file["group"][:]]
-    except (OSError, IndexError, ValueError) as error:
+            factors = np.asarray(file["capacity_factor"][:], float)  # (T, g)
+            names = read_texts(file["group"])
+    except (OSError, KeyError, IndexError, ValueError) as error:
         raise InputError(path, f"cannot be read as a time series of CityPV ({error})", CURE) from error
     if len(bounds) == 0:
         raise InputError(path, "holds no times", CURE)
     times = pd.to_datetime(bounds[:, 0], unit="s", utc=True)
     interval = pd.Timedelta(seconds=int(bounds[0, 1] - bounds[0, 0]))
     return times, interval, pd.Series(factors.sum(axis=0), index=names)
+
+
+def read_texts(variable):
+    """Texts of an open NetCDF file: list of str."""
+    return [text.decode() if isinstance(text, bytes) else str(text) for text in variable[:]]
 
 
 def compare_hours(path, groups, hours, summary):
@@ -177,13 +182,13 @@ def read_shapes(path, surface_id):
     if not path.exists():
         return None, None
     try:
-        with netCDF4.Dataset(path) as file:
-            if getattr(file, "title", None) != FORMAT:
+        with h5netcdf.File(path) as file:
+            if file.attrs.get("title") != FORMAT:
                 raise InputError(path, f"is no file of the format {FORMAT!r}", CURE)
-            suns, names = np.asarray(file["direction"][:], float), [str(name) for name in file["surface_id"][:]]
+            suns, names = np.asarray(file["direction"][:], float), read_texts(file["surface_id"])
             known = set(OUTLINES) <= set(file.variables)
             outlines = Outlines(*(np.asarray(file[name][:]) for name in OUTLINES)) if known else None
-    except (OSError, IndexError, ValueError) as error:
+    except (OSError, KeyError, IndexError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(path, f"cannot be read as a Transfer ({error})", CURE) from error

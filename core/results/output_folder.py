@@ -1,6 +1,5 @@
 """Write results to a folder atomically: completely or not at all."""
 
-import errno
 import os
 import shutil
 import sys
@@ -141,14 +140,3 @@ def move_results(work, folder):
         else:
             (folder / name).unlink(missing_ok=True)
     work.rmdir()
-
-
-@contextmanager
-def netcdf_errors(path):
-    """Convert errors of the NetCDF library on writing into an OSError that names the file."""
-    try:
-        yield
-    except RuntimeError as error:
-        if not str(error).startswith("NetCDF:"):
-            raise
-        raise OSError(errno.EIO, f"cannot be written ({error}): is the disk full?", str(path)) from error

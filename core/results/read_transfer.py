@@ -5,9 +5,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import xarray
 
 from ..errors import InputError
+from ..files.open_netcdf import open_netcdf
 from ..horizon.horizon import TerrainHorizon
 from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
@@ -52,8 +52,10 @@ def read_transfer(path):
     if not Path(path).is_file():
         raise InputError(path, "there is no such file", CURE)
     try:
-        dataset = xarray.load_dataset(path, engine="netcdf4")
-        bare = xarray.load_dataset(path, engine="netcdf4", group=BARE) if "leaf_months" in dataset.attrs else None
+        dataset = load_dataset(path)
+        bare = load_dataset(path, group=BARE) if "leaf_months" in dataset.attrs else None
+    except InputError:
+        raise
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(path, f"cannot be read as NetCDF ({error})", CURE) from error
     if dataset.attrs.get("title") != FORMAT:
@@ -68,6 +70,12 @@ def read_transfer(path):
         return replace(transfer, bare=transfer_of_dataset(bare), leaf_months=months)
     except (KeyError, TypeError, json.JSONDecodeError) as error:
         raise InputError(path, f"lacks or garbles {error}", CURE) from error
+
+
+def load_dataset(path, **options):
+    """Dataset of a file, or of a group in it, in memory."""
+    with open_netcdf(path, **options) as dataset:
+        return dataset.load()
 
 
 def check_dimensions(path, dataset):

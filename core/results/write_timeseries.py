@@ -4,7 +4,8 @@ import numpy as np
 import pandas as pd
 import xarray
 
-from .output_folder import netcdf_errors
+from ..files.open_netcdf import ENGINE
+from .netcdf_file import netcdf_file
 
 
 def write_timeseries(path, energy, weather):
@@ -65,10 +66,10 @@ def write_timeseries(path, energy, weather):
             },
         )
     time = {"units": "seconds since 1970-01-01 00:00:00", "calendar": "proleptic_gregorian", "dtype": "int64"}
-    with netcdf_errors(path):
+    with netcdf_file(path) as stream:
         dataset.to_netcdf(
-            path,
-            engine="netcdf4",
+            stream,
+            engine=ENGINE,
             encoding={
                 "time": time,
                 "time_bounds": time,

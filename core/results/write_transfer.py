@@ -2,13 +2,13 @@
 
 import json
 
-import netCDF4
+import h5netcdf
+import h5py
 import numpy as np
-import xarray
 
 from ..progress import silent
 from ..transfer.kept_matrix import row_blocks
-from .output_folder import netcdf_errors
+from .netcdf_file import netcdf_file
 from .transfer_fields import (
     ALBEDO,
     BARE,
@@ -28,6 +28,8 @@ from .transfer_fields import (
 from .write_summary import finite
 
 STAGE = "writing transfer.nc"
+TEXT = h5py.string_dtype()
+CHUNK = 1 << 20  # bytes that are packed together: whole rows
 
 
 def write_transfer(path, transfer, progress=silent):
@@ -44,20 +46,44 @@ def write_transfer(path, transfer, progress=silent):
     total, done = 0, 0
     for state in states.values():
         total += sum(4 * getattr(state, name).size for name in PER_SURFACE_AND_SUN)
-    with netcdf_errors(path):
-        for group, state in states.items():
-            describe_state(state).to_netcdf(path, engine="netcdf4", group=group, mode="a" if group else "w")
+    with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         progress(STAGE, 0, total, "B")
-        with netCDF4.Dataset(path, "a") as file:
-            for group, state in states.items():
-                for name in PER_SURFACE_AND_SUN:
-                    for size in append_matrix(file[group] if group else file, name, getattr(state, name)):
-                        done += size
-                        progress(STAGE, done, total, "B")
+        for group, state in states.items():
+            place = file.create_group(group) if group else file
+            write_state(place, state)
+            for name in PER_SURFACE_AND_SUN:
+                for size in append_matrix(place, name, getattr(state, name)):
+                    done += size
+                    progress(STAGE, done, total, "B")
+
+
+def write_state(file, state):
+    """Write all of a Transfer but the matrices of surfaces × suns to a file or a group of it."""
+    variables, attributes = describe_state(state)
+    file.attrs.update(attributes)
+    sizes = {"surface": len(state.surfaces), "sun": len(state.suns.direction)}
+    for dimensions, values, *_ in variables.values():
+        sizes |= dict(zip([dimensions] if isinstance(dimensions, str) else dimensions, np.shape(values), strict=True))
+    file.dimensions = sizes
+    for name, (dimensions, values, *more) in variables.items():
+        array = np.asarray(values)
+        details, packing = more[0] if more else {}, more[1] if len(more) > 1 and array.size else {}
+        kind = TEXT if array.dtype.kind in "OU" else array.dtype
+        axes = (dimensions,) if isinstance(dimensions, str) else tuple(dimensions)
+        variable = file.create_variable(name, axes, kind, **packing)
+        variable[...] = array
+        variable.attrs.update(details)
 
 
 def describe_state(transfer):
-    """All of a Transfer but the matrices of surfaces × suns: xarray.Dataset."""
+    """All of a Transfer but the matrices of surfaces × suns.
+
+    Returns
+    -------
+    variables : dict of str to tuple
+        Dimensions, values, and where there are any attributes and options of packing.
+    attributes : dict
+    """
     surfaces, suns, site = transfer.surfaces, transfer.suns, transfer.site
     variables = {"normal": (("surface", "axis"), surfaces.normal), "direction": (("sun", "axis"), suns.direction)}
     for name in TEXTS:
@@ -88,13 +114,13 @@ def describe_state(transfer):
     if transfer.outlines is not None:
         values = transfer.outlines.points, transfer.outlines.ring_start, transfer.outlines.surface_start
         for (name, (dimensions, details)), array in zip(OUTLINES.items(), values, strict=True):
-            variables[name] = (dimensions, array, details, {"zlib": True})
+            variables[name] = (dimensions, array, details, {"compression": "gzip", "shuffle": True})
     if transfer.bare is not None:
         attributes["leaf_months"] = json.dumps(transfer.leaf_months)
     if transfer.terrain is not None:
         variables[TERRAIN] = ("azimuth", transfer.terrain.elevation, TERRAIN_DETAILS)
         attributes["terrain_source"] = transfer.terrain.source
-    return xarray.Dataset(variables, attrs=attributes)
+    return variables, attributes
 
 
 def horizon_variables(horizon):
@@ -109,8 +135,10 @@ def horizon_variables(horizon):
 
 def append_matrix(file, name, matrix):
     """Add a matrix of surfaces × suns, block by block, and yield the bytes of each."""
-    variable = file.createVariable(name, "f4", ("surface", "sun"), compression="zlib", complevel=1)
-    variable.setncatts({"units": "1", "long_name": PER_SURFACE_AND_SUN[name]})
+    chunk = max(1, min(len(matrix), CHUNK // (4 * max(matrix.shape[1], 1)))), max(matrix.shape[1], 1)
+    packed = {"chunks": chunk, "compression": "gzip", "compression_opts": 1, "shuffle": True} if matrix.size else {}
+    variable = file.create_variable(name, ("surface", "sun"), "f4", **packed)
+    variable.attrs.update({"units": "1", "long_name": PER_SURFACE_AND_SUN[name]})
     for rows, values in row_blocks(matrix):
         variable[rows] = values
         yield values.nbytes

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 from scipy.io import netcdf_file
 
 from ..errors import InputError
+from ..files.open_netcdf import open_netcdf
 from .grid_point import interpolate_point
 from .record import Record
 
@@ -192,7 +192,9 @@ def open_file(path, file, stack):
     """
     try:
         check_length(file)
-        dataset = stack.enter_context(xr.open_dataset(file, engine="netcdf4", drop_variables=["number"]))
+        dataset = stack.enter_context(open_netcdf(file, drop_variables=["number"]))
+    except InputError as error:
+        raise InputError(path, error.problem, error.cure) from error
     except (OSError, ValueError, KeyError, TypeError) as error:
         words = " ".join(str(error).split())[:160]
         raise InputError(

@@ -3,7 +3,8 @@
 import numpy as np
 import xarray
 
-from ..results.output_folder import netcdf_errors
+from ..files.open_netcdf import ENGINE
+from ..results.netcdf_file import netcdf_file
 from ..version import __version__
 from .place_hours import HOURS, MONTHS
 from .sources import MEANINGS
@@ -116,5 +117,5 @@ def write_world(path, world):
     """
     dataset = dataset_of_world(world)
     encoding = {name: FILL for name, values in dataset.data_vars.items() if values.dtype == np.float32}
-    with netcdf_errors(path):
-        dataset.to_netcdf(path, engine="netcdf4", encoding=encoding)
+    with netcdf_file(path) as stream:
+        dataset.to_netcdf(stream, engine=ENGINE, encoding=encoding)

@@ -1,6 +1,7 @@
 """What is written can be read again, by others too."""
 
 import csv
+import json
 
 import netCDF4
 import numpy as np
@@ -12,6 +13,7 @@ from weathers import ERA5, PVGIS
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.errors import InputError
+from citypv.core.files import open_netcdf
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_faces import write_faces
 from citypv.core.results.write_groups import write_groups
@@ -168,3 +170,49 @@ def test_files_that_are_no_transfer(weighed, tmp_path):
             read_transfer(path)
             pytest.fail(f"{path} was read")
         assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_what_hdf5_cannot_unpack_is_named_with_a_cure(tmp_path, monkeypatch):
+    path = tmp_path / "packed.nc"
+    with netCDF4.Dataset(path, "w") as file:
+        file.createDimension("x", 1000)
+        file.createVariable("ssrd", "f4", ("x",), compression="zstd")[:] = 1
+    monkeypatch.setattr(open_netcdf.importlib.util, "find_spec", lambda name: None)
+    # The NetCDF library, which the tests use, tells HDF5 where its own methods lie.
+    monkeypatch.setattr(open_netcdf.h5py.h5z, "filter_avail", lambda code: code < 256)
+    with pytest.raises(InputError, match=r"packed\.nc: is compressed by .*zstd.*; type: pip install hdf5plugin"):
+        open_netcdf.open_netcdf(path)
+    with netCDF4.Dataset(tmp_path / "five.nc", "w", format="NETCDF3_64BIT_DATA") as file:
+        file.createDimension("x", 1)
+    with pytest.raises(InputError, match=r"five\.nc: is NetCDF in the format CDF-5.*; type: nccopy -k nc4"):
+        open_netcdf.open_netcdf(tmp_path / "five.nc")
+
+
+@pytest.mark.parametrize("form", ["NETCDF4", "NETCDF4_CLASSIC", "NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET"])
+def test_the_formats_of_netcdf_are_read_alike(form, tmp_path):
+    """As packed by the NetCDF library: whole numbers with a scale, a gap and a time axis."""
+    path = tmp_path / "one.nc"
+    with netCDF4.Dataset(path, "w", format=form) as file:
+        file.createDimension("time", 4)
+        values = file.createVariable("ssrd", "i2", ("time",), fill_value=-1, zlib=form.startswith("NETCDF4"))
+        values.scale_factor, values.add_offset = 0.5, 100.0
+        values[:] = np.ma.masked_array([100.0, 101.5, 0.0, 90.0], [False, False, True, False])
+        file.createVariable("time", "i4", ("time",))[:] = np.arange(4)
+        file["time"].units = "hours since 2017-01-01"
+    with open_netcdf.open_netcdf(path) as dataset:
+        np.testing.assert_array_equal(dataset["ssrd"], [100.0, 101.5, np.nan, 90.0])
+        assert (dataset["time"].to_numpy() == np.arange("2017-01-01", "2017-01-01T04", dtype="M8[h]")).all()
+
+
+def test_others_read_the_transfer(weighed, tmp_path):
+    """The NetCDF library sees the same numbers as were written, packed by deflate in whole rows."""
+    transfer, _, _ = weighed
+    write_transfer(tmp_path / "transfer.nc", transfer)
+    with netCDF4.Dataset(tmp_path / "transfer.nc") as raw:
+        assert raw.data_model == "NETCDF4"
+        assert raw["surface_id"][:].tolist() == transfer.surfaces.surface_id
+        for name in ("visible_share", "direct_reflected"):
+            np.testing.assert_array_equal(raw[name][:], getattr(transfer, name))
+            assert raw[name].filters()["zlib"] and raw[name].filters()["shuffle"]
+            assert raw[name].chunking()[1] == len(transfer.suns.direction)
+        assert json.loads(raw.site)["latitude"] == transfer.site.latitude
