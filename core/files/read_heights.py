@@ -7,7 +7,9 @@ import pyproj
 
 from ..city.bring_places import bring_places, plane_of
 from ..errors import InputError
-from .read_raster import HIGHEST, height_factor, open_raster, window_between
+from .open_raster import open_raster
+from .raster import average_window
+from .read_raster import HIGHEST, height_factor, window_between
 
 NEAR = 4000.0  # [m] around the place the raster is read at full resolution, if that is finer than further out
 MOST_POSTS = 4000  # per side; a finer raster is averaged down to that many
@@ -52,18 +54,18 @@ def read_heights(path, place, reach):
     InputError
         Not a raster, one without reference system, or one that does not reach the place.
     """
-    with open_raster(path) as dataset:
-        if dataset.crs is None:
+    with open_raster(path) as raster:
+        if raster.crs is None:
             cure = "give a GeoTIFF with its reference system, or a horizon file (azimuth,elevation)"
             raise InputError(path, "names no coordinate reference system, so nothing tells where it lies", cure)
-        crs = dataset.crs.to_wkt()
+        crs = raster.crs
         grids = []
         for distance in (NEAR, reach):
             corners = rectangle_around(place, distance, crs, path)
-            window = window_between(dataset, corners)
+            window = window_between(raster, corners)
             if window is None:
                 continue
-            grids.append(_read_grid(dataset, window, crs, path))
+            grids.append(_read_grid(raster, window, crs, path))
             if grids[-1].heights.shape == (window[3], window[2]) and distance == reach:
                 grids = grids[-1:]  # nothing was averaged: the far grid is as fine as the near one
     if not grids:
@@ -82,28 +84,17 @@ def rectangle_around(place, distance, crs, path):
     return points.min(axis=0), points.max(axis=0)
 
 
-def _read_grid(dataset, window, crs, path):
-    from rasterio.enums import Resampling
-    from rasterio.windows import Window
-
+def _read_grid(raster, window, crs, path):
     column, row, width, height = (int(value) for value in window)
     shape = (min(height, MOST_POSTS), min(width, MOST_POSTS))
-    heights = dataset.read(
-        1, window=Window(column, row, width, height), out_shape=shape, masked=True, resampling=Resampling.average
-    )
-    heights = heights.astype(float).filled(np.nan) * dataset.scales[0] + dataset.offsets[0]
-    heights *= height_factor(dataset, crs, 1.0)
+    heights = average_window(raster, window, shape) * height_factor(raster, crs, 1.0)
     with np.errstate(invalid="ignore"):
         heights[~(np.abs(heights) <= HIGHEST)] = np.nan
     # Whole numbers stand for posts, which lie in the middle of cells.
-    a, b, c, d, e, f = dataset.transform[:6]
     wide, high = width / shape[1], height / shape[0]
     first = column + wide / 2, row + high / 2
-    rows = [
-        [a * wide, b * high, a * first[0] + b * first[1] + c],
-        [d * wide, e * high, d * first[0] + e * first[1] + f],
-    ]
-    matrix = np.array(rows)
+    turn = raster.matrix[:, :2]
+    matrix = np.column_stack([turn * (wide, high), turn @ first + raster.matrix[:, 2]])
     return HeightGrid(heights, matrix, crs, _smaller_step(matrix, shape, crs, path), str(path))
 
 

@@ -1,8 +1,5 @@
 """Read a height raster, GeoTIFF or ASC: fine around the city, coarse out to the horizon."""
 
-import warnings
-from contextlib import contextmanager
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -10,12 +7,11 @@ import numpy as np
 from ..city.bring_places import bring_places, plane_of
 from ..errors import InputError
 from ..ground.terrain import Layer
-from .open_input import open_input
+from .open_raster import open_raster
+from .raster import average_window
 
-TIFF_STARTS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 NEAR = 300.0  # [m] around the city the raster is read at full resolution
 NEAR_POSTS, FAR_POSTS = 700, 250  # per side; a finer raster is resampled to that many
-LARGEST_BLOCK = 2**28  # bytes of one decompressed block of the raster
 MOST_POSTS = 400_000_000  # that are read
 HIGHEST = 12_000.0  # [m] values further from sea level mark gaps
 UNIT_WORDS = {"ft": 0.3048, "foot": 0.3048, "feet": 0.3048, "us survey foot": 1200 / 3937, "us-ft": 1200 / 3937}
@@ -51,66 +47,15 @@ def read_raster(wanted, notes):
     InputError
         Not a raster, a damaged one, or one that does not cover the city.
     """
-    with open_raster(wanted.path) as dataset:
-        return _read_layers(dataset, wanted, notes)
+    with open_raster(wanted.path) as raster:
+        return _read_layers(raster, wanted, notes)
 
 
-@contextmanager
-def open_raster(path):
-    """Open a raster, plain or gzip-compressed.
-
-    Yields
-    ------
-    rasterio.DatasetReader
-
-    Raises
-    ------
-    InputError
-        Not a raster, or a damaged one, also while it is read.
-    """
-    import rasterio  # imported late, so that a library that fails to load affects only runs that need it
-
-    open_input(path).close()
-    try:
-        with _open(rasterio, path) as dataset:
-            yield dataset
-    except rasterio.errors.RasterioError as error:
-        words = " ".join(str(error).replace(str(path), "it").split())[:160]
-        raise InputError(path, f"is not a readable raster ({words})", "give a GeoTIFF or an ASC grid") from error
-
-
-@contextmanager
-def _open(rasterio, path):
-    """Open a raster file; rasterio's errors are raised as they are."""
-    with Path(path).open("rb") as stream:
-        packed = stream.read(2) == b"\x1f\x8b"
-    with open_input(path) as stream:
-        driver = "GTiff" if stream.read(4) in TIFF_STARTS else "AAIGrid"
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)  # raised below as an error
-        if packed:
-            with (
-                open_input(path) as stream,
-                rasterio.MemoryFile(stream.read()) as memory,
-                memory.open(driver=driver) as dataset,
-            ):
-                yield dataset
-        else:
-            with rasterio.open(path, driver=driver) as dataset:
-                yield dataset
-
-
-def _read_layers(dataset, wanted, notes):
+def _read_layers(raster, wanted, notes):
     path = wanted.path
-    if dataset.transform.is_identity and dataset.crs is None:
+    if raster.crs is None and (raster.matrix == np.eye(2, 3)).all():
         raise InputError(path, "is not georeferenced", "give a raster with position and cell size")
-    if dataset.driver == "AAIGrid" and 2 * dataset.width * dataset.height > _size(path) + 1:
-        problem = f"its header announces {dataset.width:,} x {dataset.height:,} heights, but the file is too short"
-        raise InputError(path, problem, "the file is truncated or damaged: download or export it again")
-    block = max((rows * columns for rows, columns in dataset.block_shapes), default=0)
-    if block * np.dtype(dataset.dtypes[0]).itemsize > LARGEST_BLOCK:
-        raise InputError(path, "has blocks of more than 256 MiB", "rewrite it as a tiled GeoTIFF")
-    source = dataset.crs.to_wkt() if dataset.crs else None
+    source = raster.crs
     if source is None or wanted.crs is None:
         notes.append(
             f"{path} has no coordinate reference system; the city's is assumed."
@@ -119,19 +64,13 @@ def _read_layers(dataset, wanted, notes):
         )
     layers = []
     for reach, posts in ((NEAR, NEAR_POSTS), (wanted.horizon, FAR_POSTS)):
-        window = window_between(dataset, _rectangle(reach, source, wanted))
+        window = window_between(raster, _rectangle(reach, source, wanted))
         if window is not None and window[2] * window[3] > MOST_POSTS:
             problem = f"has {window[2]:,} x {window[3]:,} posts around the city"
             raise InputError(path, problem, f"resample it to at most {MOST_POSTS:,}")
         if window is not None:
-            layers.append(_read_layer(dataset, window, posts, notes if not layers else [], wanted))
+            layers.append(_read_layer(raster, window, posts, notes if not layers else [], wanted))
     return [layer for layer in layers if len(layer.triangles)]
-
-
-def _size(path):
-    """Decompressed size of a file in bytes."""
-    with open_input(path) as stream:
-        return sum(len(piece) for piece in iter(lambda: stream.read(2**20), b""))
 
 
 def _rectangle(reach, source, wanted):
@@ -160,44 +99,32 @@ def _metres_per_unit(source, path):
     return plane.axis_info[0].unit_conversion_factor
 
 
-def window_between(dataset, corners):
+def window_between(raster, corners):
     """First column, first row, columns and rows of the raster inside a rectangle of its system, or None."""
     (west, south), (east, north) = corners
     corners = np.array([(west, south), (west, north), (east, south), (east, north)])
-    places = _apply(~dataset.transform, *corners.T)
+    places = np.linalg.solve(raster.matrix[:, :2], corners.T - raster.matrix[:, 2:]).T
     first = np.maximum(np.floor(places.min(axis=0)).astype(np.int64) - 1, 0)
-    last = np.minimum(np.ceil(places.max(axis=0)).astype(np.int64) + 1, (dataset.width, dataset.height))
+    last = np.minimum(np.ceil(places.max(axis=0)).astype(np.int64) + 1, (raster.width, raster.height))
     return (*first, *(last - first)) if (last - first > 1).all() else None
 
 
-def _apply(affine, x, y):
-    """Points (k, 2) transformed by an affine map."""
-    return np.column_stack([affine.a * x + affine.b * y + affine.c, affine.d * x + affine.e * y + affine.f])
-
-
-def _read_layer(dataset, window, posts, notes, wanted):
-    from rasterio.enums import Resampling
-    from rasterio.windows import Window
-
+def _read_layer(raster, window, posts, notes, wanted):
     column, row, width, height = (int(value) for value in window)
     shape = (min(height, posts), min(width, posts))
-    thinned = shape != (height, width)
-    resampling = Resampling.average if thinned else Resampling.nearest
-    heights = dataset.read(1, window=Window(column, row, width, height), out_shape=shape, masked=True,
-                           resampling=resampling)  # fmt: skip
-    heights = heights.astype(float).filled(np.nan) * dataset.scales[0] + dataset.offsets[0]
-    source, path = dataset.crs.to_wkt() if dataset.crs else None, wanted.path
-    factor = height_factor(dataset, source, wanted.unit)
+    heights = average_window(raster, window, shape)
+    source, path = raster.crs, wanted.path
+    factor = height_factor(raster, source, wanted.unit)
     with np.errstate(invalid="ignore"):
         odd = np.abs(heights * factor) > HIGHEST
     if odd.any():
         notes.append(f"{int(odd.sum())} heights of {path} beyond ±{HIGHEST:,.0f} m treated as gaps.")
     heights[odd | ~np.isfinite(heights)] = np.nan
-    if thinned:
+    if shape != (height, width):
         notes.append(f"{path}: {width} x {height} posts resampled to {shape[1]} x {shape[0]}.")
     y, x = np.mgrid[: shape[0], : shape[1]]
     pixels = column + (x.ravel() + 0.5) * width / shape[1], row + (y.ravel() + 0.5) * height / shape[0]
-    places = _apply(dataset.transform, *pixels)
+    places = np.column_stack([*pixels, np.ones(len(pixels[0]))]) @ raster.matrix.T
     if source is None:
         places = places * wanted.unit
     elif wanted.crs is None:
@@ -207,9 +134,9 @@ def _read_layer(dataset, window, posts, notes, wanted):
     return _triangulate(places, heights * factor)
 
 
-def height_factor(dataset, source, unit):
+def height_factor(raster, source, unit):
     """Metres per unit of the heights: as given by the band, else by the coordinate reference system."""
-    word = (dataset.units[0] or "").strip().lower()
+    word = raster.unit.strip().lower()
     if word in UNIT_WORDS:
         return UNIT_WORDS[word]
     if source is None:
