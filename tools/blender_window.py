@@ -24,9 +24,9 @@ SUITE, PYTHON = "sid", "3.14"
 TOOLS = ["debootstrap", "xvfb", "xdotool", "x11-utils", "imagemagick"]
 PACKAGES = ["blender", "python3-numpy", "python3-requests", "python3-zstandard", "python3-cattr"]
 PACKAGES += ["libegl1", "libgl1", "libgl1-mesa-dri", "libglx-mesa0", "libegl-mesa0"]
-NEEDED = """affine attrs cattrs certifi cftime charset-normalizer click cloudpickle embreex h5py idna joblib
-    llvmlite lxml mapbox-earcut narwhals netcdf4 numba packaging pandas pvlib pyparsing pyproj python-dateutil pytz
-    rasterio requests scikit-learn scipy shapely threadpoolctl tqdm tsam typing-extensions tzdata urllib3 xarray"""
+NEEDED = """certifi cftime charset-normalizer cloudpickle embreex h5netcdf h5py idna joblib llvmlite lxml mapbox-earcut
+    narwhals numba packaging pandas pvlib pyproj python-dateutil pytz requests scikit-learn scipy shapely threadpoolctl
+    tifffile tqdm tsam typing-extensions tzdata urllib3 xarray"""
 BUILT_FROM = " ".join([SUITE, PYTHON, *PACKAGES, *NEEDED.split()])
 SIZE = (1600, 1000)
 EXCHANGE = "exchange"  # folder of ROOT that both sides see; inside it is /exchange

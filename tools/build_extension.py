@@ -1,15 +1,16 @@
-"""Build the Blender extension: one zip per platform, with all packages of core as unmodified wheels.
+"""Build the Blender extension: a zip for each platform and Python, with all packages of core as unmodified wheels.
 
     .venv/bin/python tools/build_extension.py [--platform linux-x64 …] [--python 3.11 …] [--no-wheels] [--out dist]
 
-One zip serves both of Blender's Pythons: Blender installs the wheels that fit its own. NumPy is not among them, for it
-would shadow Blender's.
+NumPy is not among the wheels, for it would shadow Blender's.
 """
 
 import argparse
 import shutil
 import subprocess
 import sys
+import tempfile
+import tomllib
 from importlib import metadata, util
 from pathlib import Path
 
@@ -22,10 +23,15 @@ LEFT_OUT = {"numpy", "pyomo", "highspy"}  # Blender's own; the last two serve ts
 MANYLINUX = [f"manylinux_2_{minor}_x86_64" for minor in range(28, 4, -1)]
 MANYLINUX += ["manylinux2014_x86_64", "manylinux2010_x86_64", "manylinux1_x86_64"]
 TARGETS = {  # Blender's platform: (pip's platforms, Pythons that Blender has there, environment of the requirements)
-    "linux-x64": (MANYLINUX, ("3.11", "3.13"), ("posix", "linux", "Linux", "x86_64")),
+    "linux-x64": (MANYLINUX, ("3.11", "3.13", "3.14"), ("posix", "linux", "Linux", "x86_64")),
     "windows-x64": (["win_amd64"], ("3.11", "3.13"), ("nt", "win32", "Windows", "AMD64")),
     "macos-arm64": (["macosx_14_0_arm64"], ("3.11", "3.13"), ("posix", "darwin", "Darwin", "arm64")),
     "macos-x64": (["macosx_14_0_x86_64"], ("3.11",), ("posix", "darwin", "Darwin", "x86_64")),
+}
+LINES = {  # Python: (end of the zip's name, first Blender, first Blender that it is not for)
+    "3.11": ("blender_4.5", "4.5.0", "5.1.0"),
+    "3.13": ("blender_5.2", "5.1.0", None),
+    "3.14": ("blender_5.2_python_3.14", "5.1.0", None),  # Debian's own Blender
 }
 
 
@@ -33,24 +39,38 @@ def main():
     """Download the wheels, assemble the extension's folder, and validate and zip it with Blender's own tool."""
     parser = argparse.ArgumentParser(description="build the extension for Blender")
     parser.add_argument("--platform", action="append", choices=TARGETS, help="default: all")
-    parser.add_argument("--python", action="append", choices=("3.11", "3.13"), help="default: all")
+    parser.add_argument("--python", action="append", choices=LINES, help="default: all")
     parser.add_argument("--no-wheels", action="store_true", help="for a Blender that already has the packages")
     parser.add_argument("--out", type=Path, default=ROOT / "dist")
     parser.add_argument("--folder", type=Path, default=ROOT / "build/extension", help="build folder")
     options = parser.parse_args()
-    platforms = options.platform or list(TARGETS)
-    wheels = set()
-    for platform in () if options.no_wheels else platforms:
+    options.out.mkdir(parents=True, exist_ok=True)
+    for platform in options.platform or TARGETS:
+        if options.no_wheels:
+            report(build_zip(options, platform, None, []))
+            continue
         for python in TARGETS[platform][1]:
             if not options.python or python in options.python:
-                wheels.update(fetch_wheels(platform, python))
-    lay_out(options.folder, platforms, sorted(wheels))
-    options.out.mkdir(parents=True, exist_ok=True)
-    split = ["--split-platforms"] if len(platforms) > 1 or not options.no_wheels else []
+                wheels = fetch_wheels(platform, python)
+                report(build_zip(options, platform, python, wheels), wheels)
+
+
+def build_zip(options, platform, python, wheels):
+    """Build the extension for one platform and Python: path of the zip."""
+    lay_out(options.folder, platform, python, wheels)
     run_blender_tool("validate", options.folder)
-    run_blender_tool("build", "--source-dir", options.folder, "--output-dir", options.out, *split)
-    for path in sorted(options.out.glob("*.zip")):
-        print(f"[extension] {path.name}: {path.stat().st_size / 1e6:.0f} MB", flush=True)
+    with tempfile.TemporaryDirectory(dir=options.out) as folder:
+        run_blender_tool("build", "--source-dir", options.folder, "--output-dir", folder, "--split-platforms")
+        built = next(Path(folder).glob("*.zip"))
+        name = f"{built.stem}-{LINES[python][0]}.zip" if python else built.name
+        return built.replace(options.out / name)
+
+
+def report(path, wheels=()):
+    """Say how large a zip is, and its largest parts."""
+    largest = sorted(wheels, key=lambda wheel: -wheel.stat().st_size)[:6]
+    parts = [f"{parse_wheel_filename(wheel.name)[0]} {wheel.stat().st_size / 1e6:.1f}" for wheel in largest]
+    print(f"[extension] {path.name}: {path.stat().st_size / 1e6:.0f} MB  {', '.join(parts)}", flush=True)
 
 
 def fetch_wheels(platform, python):
@@ -94,7 +114,8 @@ def read_versions(environment):
 def collect_packages(environment):
     """Return the names of all packages that core needs in an environment, with indirect dependencies."""
     installed = {canonicalize_name(package.metadata["Name"]) for package in metadata.distributions()}
-    waiting, names = [Requirement(text) for text in metadata.requires("citypv")], set()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    waiting, names = [Requirement(text) for text in project["dependencies"]], set()
     while waiting:
         requirement = waiting.pop()
         name = canonicalize_name(requirement.name)
@@ -108,7 +129,7 @@ def collect_packages(environment):
     return sorted(names)
 
 
-def lay_out(folder, platforms, wheels):
+def lay_out(folder, platform, python, wheels):
     """Copy the packages and the wheels to an empty folder, with a manifest that lists them."""
     shutil.rmtree(folder, ignore_errors=True)
     (folder / "wheels").mkdir(parents=True)
@@ -118,16 +139,20 @@ def lay_out(folder, platforms, wheels):
             shutil.copytree(source, folder / name, ignore=shutil.ignore_patterns("__pycache__", "ruff.toml"))
         else:
             shutil.copy(source, folder)
-    # A wheel may serve both Pythons; Blender requires each to be listed once.
-    names = {wheel.name: wheel for wheel in wheels}
-    for wheel in names.values():
+    for wheel in wheels:
         shutil.copy(wheel, folder / "wheels")
-    manifest = (ROOT / "blender_manifest.toml").read_text("utf-8").splitlines()
-    place = next(number for number, line in enumerate(manifest) if line.startswith("platforms = "))
-    quoted = ", ".join(f'"{platform}"' for platform in platforms)
-    listed = ["wheels = [", *(f'  "./wheels/{name}",' for name in sorted(names)), "]"] if names else []
-    manifest[place : place + 1] = [f"platforms = [{quoted}]", *listed]
-    (folder / "blender_manifest.toml").write_text("\n".join(manifest) + "\n", "utf-8")
+    _, first, beyond = LINES[python] if python else (None, None, None)
+    changed = {"platforms": f'platforms = ["{platform}"]'}
+    if first:
+        changed["blender_version_min"] = f'blender_version_min = "{first}"'
+    if beyond:
+        changed["blender_version_min"] += f'\nblender_version_max = "{beyond}"'
+    if wheels:
+        names = "".join(f'  "./wheels/{wheel.name}",\n' for wheel in wheels)
+        changed["platforms"] += f"\nwheels = [\n{names}]"
+    lines = (ROOT / "blender_manifest.toml").read_text("utf-8").splitlines()
+    lines = [changed.get(line.partition(" = ")[0], line) for line in lines]
+    (folder / "blender_manifest.toml").write_text("\n".join(lines) + "\n", "utf-8")
 
 
 def run_blender_tool(*arguments):
