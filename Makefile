@@ -56,7 +56,7 @@ extension:
 versions:
 	@python3 tools/set_up.py one
 	.venv/bin/python -m pip install --quiet uv
-	.venv/bin/uv pip compile pyproject.toml --extra blender --extra test --universal --python-version 3.11 --upgrade \
+	.venv/bin/uv pip compile pyproject.toml --extra blender --extra cluster --extra test --universal --python-version 3.11 --upgrade \
 	  --no-annotate --custom-compile-command "make versions" --quiet --output-file tools/versions.txt
 
 clean:

@@ -54,6 +54,7 @@ LAYERS = (
         "world",
         "plots",
         "study",
+        "cluster",
         "commands",
     ),
 )

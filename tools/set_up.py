@@ -160,7 +160,7 @@ def make_environment(version, python):
     started = time.monotonic()
     say(f"Python {version}: installing Blender and the packages into {folder.name} (1.4 GB, about a minute)")
     run([python, "-m", "venv", "--clear", folder])
-    pip_install(folder / "bin/python", "-e", ".[blender,test]", "-c", "tools/versions.txt")
+    pip_install(folder / "bin/python", "-e", ".[blender,cluster,test]", "-c", "tools/versions.txt")
     run([folder / "bin/python", "-m", "pip", "check"])
     stamp.write_text(wanted)
     say(f"Python {version}: ready after {time.monotonic() - started:.0f} s")

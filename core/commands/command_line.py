@@ -15,6 +15,7 @@ from functools import partial
 from ..errors import InputError
 from ..progress import CancelledError, TerminalProgress
 from ..version import __version__
+from .add_cluster import add_cluster, cluster_of_options
 from .add_options import add_options, imply_settings, request_of_options
 
 EPILOGUE = "Every option and every file written is described in docs/command_line.md."
@@ -99,6 +100,7 @@ def build_parser():
     add_city(simulate)
     add_output(simulate)
     add_options(simulate, "weather", "electricity", "light", "sky", "effects", "run")
+    add_cluster(simulate, tiles=True)
     simulate.add_argument("--blend", action="store_true", help="write city.blend (needs bpy)")
     simulate.add_argument("--preview", action="store_true", help="write preview.png (needs bpy)")
     simulate.add_argument("--transfer", action="store_true", help="write transfer.nc even if it takes gigabytes")
@@ -118,6 +120,7 @@ def build_parser():
     add_world(world)
     add_output(world)
     add_options(world, "weather", "electricity", "sky", "run")
+    add_cluster(world)
     world.set_defaults(run=run_world, parser=world)
     inspect = commands.add_parser("inspect", help="describe what was read, and its place on Earth")
     add_city(inspect)
@@ -193,6 +196,7 @@ def run_simulate(options):
         stream=output_stream(options),
         draw=partial(options.draw, pictures=pictures) if pictures else None,
         exports=[name for name in EXPORTS if getattr(options, name)],
+        cluster=cluster_of_options(options),
     )
     if not interrupted:
         return 0
@@ -236,6 +240,7 @@ def run_world(options):
         settings,
         overwrite=options.overwrite,
         stream=output_stream(options),
+        cluster=cluster_of_options(options),
     )
 
 

@@ -40,6 +40,7 @@ from ..transfer.kept_matrix import is_on_disk
 from ..transfer.patch_light import Round
 from ..transfer.prepare_scene import build_tree
 from .refine_run import refine_run, wants_rounds
+from .simulate_tiles import add_bound, check_cluster_settings, drop_kept, kept_beside, trace_in_tiles
 
 
 class RunLog:
@@ -59,7 +60,7 @@ class RunLog:
 EXPORTS = ("transfer", "cityjson", "gltf")
 
 
-def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None, exports=()):
+def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None, exports=(), cluster=None):
     """Trace a city and write its full load hours.
 
     Parameters
@@ -78,6 +79,8 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
     exports : collection of str
         Of `EXPORTS`: additional formats for other programs. "transfer" writes transfer.nc even if its matrices do not
         fit into memory; by default it is skipped then.
+    cluster : ClusterSettings, optional
+        Trace in tiles.
 
     Returns
     -------
@@ -93,6 +96,7 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
     """
     log = RunLog(stream)
     check_tracing(request)
+    check_cluster_settings(cluster, request)
     with whole_folder(folder, overwrite) as work:
         log.write(f"Reading {', '.join(str(path) for path in paths)}")
         city = read_buildings(paths, request, log.progress)
@@ -109,16 +113,20 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
         for line in describe_plan(prepared.plan):
             log.write(f"  {line}")
         log.write("Tracing" if is_compiled() else "Tracing; compiling first, which this machine needs once")
-        transfer = trace_until_interrupted(scene, weather, request, log, work.parent, prepared=prepared)
+        tiles = None
+        if cluster:
+            transfer, tiles = trace_in_tiles(prepared, weather, request, cluster, log, folder=kept_beside(folder))
+        else:
+            transfer = trace_until_interrupted(scene, weather, request, log, work.parent, prepared=prepared)
         log.clock.lap("trace")
         city = draw_city(city, scene, request)
         outlines = outline_surfaces(city, scene.surfaces, scene.site)
         transfer = replace(transfer, outlines=outlines)
-        large = is_on_disk(transfer.visible_share)
-        keep = not large or "transfer" in exports
-        energy = write_results(work, transfer, weather, request, log, scene=scene, draw=draw, keep=keep)
+        keep = not is_on_disk(transfer.visible_share) or "transfer" in exports
+        energy = write_results(work, transfer, weather, request, log, scene=scene, draw=draw, keep=keep, tiles=tiles)
         if exports:
             write_exports(work, (city, scene, transfer, energy, weather), request, exports, log.progress)
+    drop_kept(folder, cluster)
     report_outcome(log, folder, energy)
     log.write(suggest_more(transfer, weather, energy))
     return describe_interruption(transfer.record)
@@ -187,7 +195,7 @@ def recompute(transfer_path, folder, request, *, overwrite=False, stream=None):
     report_outcome(log, folder, energy)
 
 
-def write_results(work, transfer, weather, request, log, *, scene=None, draw=None, keep=True):
+def write_results(work, transfer, weather, request, log, *, scene=None, draw=None, keep=True, tiles=None):
     """Compute the energy of a Transfer and write all files into a folder, transfer.nc only if `keep`.
 
     Returns
@@ -214,6 +222,8 @@ def write_results(work, transfer, weather, request, log, *, scene=None, draw=Non
     log.clock.lap("shares of effects")
     summary = summarise(transfer, energy, weather, request, scene=scene, seconds=log.clock.seconds)
     state_outcome(summary, shares, request)
+    if tiles:
+        log.write(f"  {add_bound(summary, tiles, transfer, energy, weather)}")
     write_summary(work / "summary.json", summary)
     return energy
 

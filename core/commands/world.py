@@ -3,31 +3,27 @@
 import importlib.util
 from contextlib import ExitStack
 from dataclasses import dataclass
-from pathlib import Path
 
+from ..cluster.keep_results import drop_kept, kept_beside
+from ..cluster.run_tasks import check_cluster
 from ..energy.pv_system import build_system
 from ..errors import InputError
 from ..request import declared_settings, option_of
 from ..results.output_folder import whole_folder
 from ..results.write_summary import peak_memory, versions, write_summary
 from ..study import check_settings
-from ..weather.read_weather import read_weather, recognise_weather
 from ..world.compute_world import compute_world
 from ..world.merge_surfaces import merge_surfaces
 from ..world.mix import add_mix, parse_mix
-from ..world.places import grid_places, regular_axes, thin_axis
 from ..world.read_environments import read_environments
-from ..world.read_era5_grid import open_era5_grid
-from ..world.sources import grid_source, model_source, station_source
 from ..world.write_world import write_world
+from .find_source import MODELS, STATIONS_ONLY, find_source
 from .simulate import RunLog
+from .world_tasks import compute_in_tasks
 
-MODELS = ("climate", "clear-sky")
 FEWEST = 50  # merged surfaces of an environment
-STEP = 3.0  # [°] of the models' grid
 # Settings of the same option groups that mean nothing here, or nothing for grids.
 NEVER = ("series", "monthly", "losses", "inverter", "allow_distance", "weather_point")
-STATIONS_ONLY = ("time_shift", "weather_place", "weather_without")
 
 
 @dataclass
@@ -45,7 +41,7 @@ class WorldSettings:
     pictures: bool = True
 
 
-def make_world(texts, folder, request, settings, *, overwrite=False, stream=None):
+def make_world(texts, folder, request, settings, *, overwrite=False, stream=None, cluster=None):
     """Compute a world and write world.nc, summary.json and pictures.
 
     Parameters
@@ -59,6 +55,8 @@ def make_world(texts, folder, request, settings, *, overwrite=False, stream=None
     overwrite : bool
         Replace results in a folder that is not empty.
     stream : text stream, optional
+    cluster : ClusterSettings, optional
+        Compute in tasks.
 
     Raises
     ------
@@ -68,6 +66,8 @@ def make_world(texts, folder, request, settings, *, overwrite=False, stream=None
     log = RunLog(stream)
     check_settings(request)
     check_world_settings(request, settings)
+    if cluster:
+        check_cluster(cluster.cluster)
     system = build_system(request)
     with whole_folder(folder, overwrite) as work, ExitStack() as stack:
         environments, sky = read_environments(texts, system, request.sky)
@@ -79,9 +79,13 @@ def make_world(texts, folder, request, settings, *, overwrite=False, stream=None
         for line in describe_world(environments, source, sky):
             log.write(line)
         log.clock.lap("open weather")
-        world = compute_world(
-            environments, source, system, settings.way, sky=sky, threads=request.threads, progress=log.progress
-        )
+        if cluster:
+            beside = kept_beside(folder)
+            world = compute_in_tasks(environments, source, request, settings, cluster, sky=sky, folder=beside, log=log)
+        else:
+            world = compute_world(
+                environments, source, system, settings.way, sky=sky, threads=request.threads, progress=log.progress
+            )
         if not world.weather.any():
             raise InputError("--weather", "has no values at any of the places", "give other places or weather")
         world = add_mix(world, weights) if weights else world
@@ -90,6 +94,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, stream=None
         draw_pictures(work, settings, log)
         log.clock.lap("write")
         write_summary(work / "summary.json", summarise_world(world, environments, request, settings, log.clock.seconds))
+    drop_kept(folder, cluster)
     log.write(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")
 
 
@@ -107,50 +112,6 @@ def check_world_settings(request, settings):
         raise InputError("--years", f"--weather {request.weather} has one typical year", "give --year Y")
     if request.weather == "pvgis":
         raise InputError("--weather", "pvgis is for single places", "give climate, clear-sky or files")
-
-
-def find_source(request, settings, stack):
-    """Source of weather that the settings ask for; open files are closed with the stack."""
-    if request.weather in MODELS:
-        axes = regular_axes(settings.step or STEP, settings.latitudes, settings.longitudes)
-        return model_source(grid_places(*axes), request.weather, request, settings.off_land)
-    paths = [Path(one) for one in (request.weather if isinstance(request.weather, list) else [request.weather])]
-    kinds = {recognise_weather(path) for path in paths}
-    if kinds == {"era5"}:
-        for name in STATIONS_ONLY:
-            if getattr(request, name) != next(default for one, default, _ in declared_settings() if one == name):
-                raise InputError(option_of(name), "means nothing for gridded weather", "leave it out")
-        grid = open_era5_grid(paths)
-        stack.callback(grid.stack.close)
-        picked = (
-            thin_axis(grid.latitude, settings.step, settings.latitudes),
-            thin_axis(grid.longitude, settings.step, settings.longitudes),
-        )
-        places = grid_places(grid.latitude[picked[0]], grid.longitude[picked[1]])
-        if not len(places):
-            raise InputError(grid.source, "has no point in these latitudes and longitudes", "give a wider range")
-        return grid_source(grid, places, picked, request, settings.years)
-    if "era5" in kinds:
-        raise InputError("--weather", "grids and stations are mixed", "give one or the other")
-    return read_stations(paths, request)
-
-
-def read_stations(paths, request):
-    """Stations from files; several files of one place are its years."""
-    settings = {
-        "time_shift": request.time_shift,
-        "place": request.weather_place,
-        "without": request.weather_without,
-        "horizon_cut": request.horizon_cut,
-    }
-    place = request.weather_place or (0.0, 0.0)
-    single = {path: read_weather(path, *place, **settings) for path in paths}
-    stations = {}
-    for path, weather in single.items():
-        stations.setdefault((round(weather.latitude, 2), round(weather.longitude, 2)), []).append(path)
-    weathers = [single[own[0]] if len(own) == 1 else read_weather(own, *place, **settings) for own in stations.values()]
-    names = [own[0].name.split(".gz")[0].rsplit(".", 1)[0] for own in stations.values()]
-    return station_source(weathers, names)
 
 
 def describe_world(environments, source, sky):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..scene.scene import OWN
 from .effect import Effect
 from .pilot import SKIES
 
@@ -46,7 +47,8 @@ def find_receivers(scene, patches):
     """Patches of eligible surfaces, flat roofs and racks: (p,) bool."""
     surfaces = scene.surfaces
     wanted = surfaces.eligible | np.isin(surfaces.kind, FULL_KINDS)
-    return np.append(wanted, False)[scene.triangle_surface] & patches.receives
+    full = np.append(wanted, False)[scene.triangle_surface] & patches.receives
+    return full if scene.halo is None else full & (scene.halo == OWN)
 
 
 def noise_passed_on(pilot, full, rays):

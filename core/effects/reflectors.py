@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..scene.scene import FAR
 from .effect import Effect
 
 KEY = "reflectors"
@@ -15,12 +16,18 @@ def decide(inputs):
         return Effect(KEY, False, "none", "nothing is reflected", 0.0, setting=False)
     if not inputs.asked(KEY, inputs.request.report == "eligible"):
         return Effect(KEY, False, "all patches", "switched off", 0.0, setting=False)
-    own = inputs.scene.triangle_surface >= 0
-    ground = int((~own & inputs.patches.receives).sum())
+    only = find_optional(inputs.scene)
+    ground = int((only & inputs.patches.receives).sum())
     if not ground:
         return Effect(KEY, False, "all patches", "the ground is not generated", 0.0, setting=False)
-    rays = inputs.request.samples * int((own & inputs.patches.receives).sum())
+    rays = inputs.request.samples * int((~only & inputs.patches.receives).sum())
     # A patch with view factor f is missed by all rays with (1 - f)^rays; f (1 - f)^rays is at most 1/(e rays).
     bound = float(inputs.patches.albedo.max(initial=0) * ground / (np.e * max(rays, 1)))
     words = f"those of {ground:,} patches of ground that a ray from the city meets"
-    return Effect(KEY, True, words, "ground that no surface sees reflects onto none", bound, setting=True)
+    return Effect(KEY, True, words, "ground that no surface sees reflects onto none", bound, setting=only)
+
+
+def find_optional(scene):
+    """Patches that count only where a ray meets them: generated ground, and what lies far from a tile: (p,) bool."""
+    ground = scene.triangle_surface < 0
+    return ground if scene.halo is None else ground | (scene.halo == FAR)

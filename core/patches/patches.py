@@ -158,9 +158,15 @@ def tangent_frame(edge, normal):
 def keys_of_triangles(scene, seed):
     """One random key per triangle, from the name of its surface and its index among the surface's triangles."""
     names = key_of_names([*scene.surfaces.surface_id, "\x00ground"], seed)
-    surface = scene.triangle_surface  # the ground's -1 takes the last name
+    number = number_triangles(scene.triangle_surface) if scene.number is None else scene.number
+    # The ground's -1 takes the last name.
+    return mix(names[scene.triangle_surface] ^ mix(number.astype(np.uint64) + np.uint64(1)))
+
+
+def number_triangles(surface):
+    """Index of each triangle among those of its surface, (t,) int64, from their surfaces, (t,) int."""
     order = np.argsort(surface, kind="stable")
     first = np.searchsorted(surface[order], surface[order])
-    place = np.empty(len(surface), np.uint64)
-    place[order] = np.arange(len(surface)) - first
-    return mix(names[surface] ^ mix(place + np.uint64(1)))
+    number = np.empty(len(surface), np.int64)
+    number[order] = np.arange(len(surface)) - first
+    return number

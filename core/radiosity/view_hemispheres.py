@@ -49,7 +49,7 @@ def trace_in_turn(context, tallies):
     )
     traced = ~plan.unobstructed & patches.receives
     full = traced if plan.receivers is None else traced & plan.receivers
-    ground = context.owner < 0 if plan.reflectors else np.zeros(len(patches), bool)
+    ground = plan["reflectors"].setting if plan.reflectors else np.zeros(len(patches), bool)
 
     # Ground that turns out to be unseen is counted as if it were traced.
     most = every * int((full & ~ground).sum()) + fewer * int((traced & ~(full & ~ground)).sum())

@@ -59,3 +59,8 @@ class Scene:
     rack_of_back: np.ndarray | None = None  # (t,) int32: surface of the rack whose underside or edge it is, else -1
     back_albedo: float = 0.0  # of those undersides and edges
     trees: Crowns | None = None  # None: the model has no vegetation
+    number: np.ndarray | None = None  # (t,) int64 among the triangles of its surface; None: counted here
+    halo: np.ndarray | None = None  # (t,) int8, of a tile: its OWN, NEAR and FAR surroundings; None: not a tile
+
+
+OWN, NEAR, FAR = 0, 1, 2  # surroundings have no results; FAR ones pass light on only where a ray meets them

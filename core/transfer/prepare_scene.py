@@ -39,7 +39,7 @@ class PreparedScene:
         return trees.setting.canopy(self.bare) if trees.on else None
 
 
-def prepare_scene(scene, request, *, weather=None, suns=None, measure=False):
+def prepare_scene(scene, request, *, weather=None, suns=None, measure=False, materials=None):
     """Materials, patches and plan of a scene.
 
     Parameters
@@ -51,6 +51,8 @@ def prepare_scene(scene, request, *, weather=None, suns=None, measure=False):
         Where they are known already, for effects that depend on them.
     measure : bool
         As of `plan_effects`.
+    materials : list, optional
+        As of `PreparedScene`, where they are known already.
 
     Returns
     -------
@@ -62,7 +64,7 @@ def prepare_scene(scene, request, *, weather=None, suns=None, measure=False):
         The scene, the albedo file, a material or an effect cannot be used.
     """
     check_scene(scene)
-    materials = name_brdfs(scene, request)
+    materials = name_brdfs(scene, request) if materials is None else materials
     scene = add_backs(scene)
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request, materials), request.seed)
     plan = plan_effects(scene, patches, request, materials=materials, weather=weather, suns=suns, measure=measure)

@@ -67,9 +67,20 @@ def compute_world(environments, source, system, way="exact", *, sky="isotropic",
     World
         NaN at places without weather, and for groups that an environment lacks.
     """
+    world = empty_world(environments, source, way, sky)
+    total, done = len(source.places), 0
+    progress("world", 0.0, float(total), "places")
+    for chunk, results in compute_chunks(environments, source, system, (way, sky), usable_threads(threads)):
+        fill_places(world, environments, chunk, results)
+        done += len(chunk)
+        progress("world", float(done), float(total), "places")
+    return world
+
+
+def empty_world(environments, source, way, sky):
+    """World without any values yet; parameters as of `compute_world`."""
     groups = sorted({pair for one in environments for pair in one.groups}, key=rank_group)
     shape = len(source.places), len(environments), len(groups)
-    model = tabulate_power(system)
     world = World(
         source.places,
         [one.name for one in environments],
@@ -85,25 +96,40 @@ def compute_world(environments, source, system, way="exact", *, sky="isotropic",
         sky,
         1.0,
     )
-    columns = [[groups.index(pair) for pair in one.groups] for one in environments]
-    for number, (one, own) in enumerate(zip(environments, columns, strict=True)):
+    for number, one in enumerate(environments):
+        own = [groups.index(pair) for pair in one.groups]
         world.group_count[number, own], world.group_area[number, own] = one.group_count, one.group_area
+    return world
+
+
+def compute_chunks(environments, source, system, ways, threads):
+    """Yield each chunk of a source's places with the results of `compute_place`.
+
+    Parameters
+    ----------
+    environments, source, system
+        As of `compute_world`.
+    ways : tuple of str
+        Way and sky.
+    threads : int
+    """
+    model = tabulate_power(system)
 
     def run(chunk):
-        return chunk, [compute_place(environments, *found, system, model, (way, sky)) for found in source.read(chunk)]
+        return chunk, [compute_place(environments, *found, system, model, ways) for found in source.read(chunk)]
 
-    done = 0
-    progress("world", 0.0, float(shape[0]), "places")
-    for chunk, results in map_in_order(run, source.chunks, usable_threads(threads)):
-        for place, (code, years, hours) in zip(chunk, results, strict=True):
-            world.weather[place] = code
-            world.years = years or world.years
-            for number, (values, own) in enumerate(zip(hours, columns, strict=False)):
-                world.full_load_hours[place, number, own] = values[:, : len(own)].T
-                world.without_reflections[place, number, own] = values[:PLAIN_PERIODS, len(own) :].T
-        done += len(chunk)
-        progress("world", float(done), float(shape[0]), "places")
-    return world
+    return map_in_order(run, source.chunks, threads)
+
+
+def fill_places(world, environments, chunk, results, first=0):
+    """Write the results of some places; `first` is the number of the first of these environments in the world."""
+    columns = [[world.groups.index(pair) for pair in one.groups] for one in environments]
+    for place, (code, years, hours) in zip(chunk, results, strict=True):
+        world.weather[place] = code
+        world.years = years or world.years
+        for number, (values, own) in enumerate(zip(hours, columns, strict=False), start=first):
+            world.full_load_hours[place, number, own] = values[:, : len(own)].T
+            world.without_reflections[place, number, own] = values[:PLAIN_PERIODS, len(own) :].T
 
 
 def compute_place(environments, weather, code, system, model, ways):  # noqa: PLR0917

@@ -1,0 +1,99 @@
+"""What a tile's surroundings leave out at most, measured by rays from its own surfaces.
+
+Direct sunlight is exact, since no sun below 2° is traced. A ray from an eligible surface that leaves the surroundings
+less than 2° above the level may have met something that was left out: skylight is lost. One that leaves downwards, or
+that meets the far surroundings, finds light that may be wrong in either way, by no more than it can be.
+"""
+
+import numpy as np
+
+from ..effects.pilot import draw_starts, random_points
+from ..sampling.hemisphere_rays import rays_from_patches
+from ..sampling.sample_points import cosine_direction
+from ..scene.scene import FAR
+from ..sky.horizon_band import HEIGHT
+from ..sky.sky_models import split_sky
+from .tiles import RISE
+
+STREAM = 0x7E1E
+WHOLE_HORIZON = np.pi / (2 * HEIGHT)  # light of the horizon that goes with a share of the sky close above the level
+
+
+def measure_halo(prepared, seed, inner, city):
+    """Shares of the hemispheres of a tile's eligible surfaces that may be wrong.
+
+    Parameters
+    ----------
+    prepared : PreparedScene
+        With its tree.
+    seed : int
+    inner : tuple of two (2,) float64 [m]
+        Bounds in plan of the tile with its near surroundings.
+    city : tuple of two (2,) float64 [m]
+        Bounds in plan of the whole scene: beyond them there is nothing to be left out.
+
+    Returns
+    -------
+    dict
+        `sky`, of the sky lower than 2°; `reflected`, of what reflects; cosine-weighted means over the eligible area.
+        Empty without an eligible surface.
+    """
+    patches, scene = prepared.patches, prepared.scene
+    start, weight, _, _ = draw_starts(patches, scene.triangle_surface, scene.surfaces, seed)
+    if not scene.surfaces.eligible.any() or not len(start):
+        return {}
+    generator = np.random.default_rng([seed, STREAM])
+    b1, b2 = random_points(generator, len(start))
+    local = cosine_direction(*generator.random((2, len(start), 1), np.float32))
+    origins, directions = rays_from_patches(patches, start, b1[:, None], b2[:, None], local)
+    origins, directions = origins[:, 0], directions[:, 0]
+    hit = prepared.plan.ray_scene.trace_places(origins, directions)[0]
+    beyond = leaves_inside(origins, directions, inner, city) & (hit < 0)
+    slope = directions[:, 2] / np.maximum(np.hypot(directions[:, 0], directions[:, 1]), 1e-12)
+    far = (hit >= 0) & (scene.halo[hit] == FAR)
+    return {
+        "sky": float(weight @ (beyond & (slope > 0) & (slope <= RISE))),
+        "reflected": float(weight @ (far | (beyond & (slope <= 0)))),
+    }
+
+
+def leaves_inside(origins, directions, inner, city):
+    """Whether rays are still above the city where they leave a box around their origins: (m,) bool."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        edges = np.where(directions[:, :2] > 0, inner[1], inner[0])
+        steps = (edges - origins[:, :2]) / directions[:, :2]
+    steps = np.where(np.isfinite(steps), steps, np.inf).min(axis=1)
+    with np.errstate(invalid="ignore"):
+        places = origins[:, :2] + steps[:, None] * directions[:, :2]
+    return ((places > city[0]) & (places < city[1])).all(axis=1)
+
+
+def bound_hours(shares, albedo, weather, sky, irradiation):
+    """What the surroundings leave out, in percent of the irradiation of the eligible surfaces.
+
+    Reflected light is at most that of a face turned to the sun, DNI + DHI, after all reflections, times its albedo.
+
+    Parameters
+    ----------
+    shares : dict
+        Of `measure_halo`.
+    albedo : float
+        The brightest.
+    weather : Weather
+    sky : str
+        Model of the sky.
+    irradiation : float
+        Mean of the eligible surfaces over all intervals [Wm⁻²].
+
+    Returns
+    -------
+    float or None
+        None where no bound exists: a face that reflects all light.
+    """
+    if albedo >= 1 or not irradiation > 0:
+        return None
+    parts, data = split_sky(weather, sky), weather.data
+    dome, horizon = float(np.mean(parts.dome)), float(np.mean(parts.horizon))
+    brightest = albedo / (1 - albedo) * float((data["dni"] + data["dhi"]).mean())
+    lost = shares["sky"] * (dome + WHOLE_HORIZON * max(horizon, 0.0)) / (1 - albedo)
+    return 100 * (lost + shares["reflected"] * brightest) / irradiation

@@ -1,0 +1,207 @@
+"""Join the Transfers of tiles into that of the whole city, in the order of its surfaces."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+from ..effects.judge_effects import judge
+from ..materials.read_albedo import materials_of_surfaces
+from ..transfer.kept_matrix import keep_matrix
+from ..transfer.transfer import ErrorParts, Horizon, Transfer
+
+COLUMNS = (
+    "covered_share",
+    "sky_view_factor",
+    "far_ground_view_factor",
+    "diffuse_relative",
+    "diffuse_relative_standard_error",
+    "direct_annual_standard_error",
+)
+MATRICES = ("visible_share", "direct_reflected")
+SUMS = ("patches", "hemisphere_rays", "horizon_rays", "shadow_rays", "embree_thread_seconds")
+STAGES = ("seconds", "processor_seconds")
+LARGEST = ("max_bounces", "brightest_albedo", "threads", "last_bounce_share_diffuse", "last_bounce_share_direct")
+
+
+def join_tiles(parts, prepared, request, folder=None):
+    """The Transfer of a city from those of its tiles.
+
+    Parameters
+    ----------
+    parts : iterable of ((m,) int, Transfer)
+        Rows that a tile reports, and its Transfer of these; each row once. Read one after the other.
+    prepared : PreparedScene
+        Of the whole.
+    request : Request
+    folder : path-like, optional
+        As of `keep_matrix`.
+
+    Returns
+    -------
+    Transfer
+        Without what its record says of all tiles: see `join_records`.
+    """
+    scene, count = prepared.scene, len(prepared.scene.surfaces)
+    whole, seen = None, np.zeros(count, np.int64)
+    for rows, part in parts:
+        if whole is None:
+            whole = empty_like(part, scene, count, folder)
+        if part.bare is not None and whole.bare is None:
+            whole = replace(whole, bare=copy_state(whole, folder), leaf_months=part.leaf_months)
+        fill_rows(whole, rows, part)
+        if whole.bare is not None:
+            fill_rows(whole.bare, rows, part.bare or part)
+        seen[rows] += 1
+    if (seen != 1).any():
+        raise ValueError(f"{int((seen != 1).sum())} surfaces are not in exactly one tile")
+    return replace(whole, **materials_of_surfaces(scene, prepared.materials))
+
+
+def empty_like(part, scene, count, folder):
+    """A Transfer with room for all surfaces."""
+    parts, horizon = part.error_parts, part.horizon
+    return Transfer(
+        surfaces=scene.surfaces,
+        site=scene.site,
+        suns=part.suns,
+        ground_albedo=part.ground_albedo,
+        **{name: np.zeros(count) for name in COLUMNS},
+        **{name: keep_matrix((count, len(part.suns)), folder) for name in MATRICES},
+        error_parts=parts and ErrorParts(**room_for(parts, count)),
+        horizon=horizon and Horizon(**room_for(horizon, count)),
+        terrain=part.terrain,
+    )
+
+
+def room_for(columns, count):
+    """Zeros for each array of a dataclass: dict."""
+    arrays = {one.name: getattr(columns, one.name) for one in fields(columns)}
+    return {name: np.zeros((count, *array.shape[1:]), array.dtype) for name, array in arrays.items()}
+
+
+def copy_state(whole, folder):
+    """The same with arrays of its own, for bare trees: earlier tiles have no trees that lose their leaves."""
+    copies = {name: keep_matrix(getattr(whole, name).shape, folder) for name in MATRICES}
+    for name, copy in copies.items():
+        copy[:] = getattr(whole, name)
+    return replace(
+        whole,
+        **copies,
+        **{name: getattr(whole, name).copy() for name in COLUMNS},
+        error_parts=whole.error_parts and copy_columns(whole.error_parts),
+        horizon=whole.horizon and copy_columns(whole.horizon),
+    )
+
+
+def copy_columns(columns):
+    """A dataclass of arrays with arrays of its own."""
+    return replace(columns, **{one.name: getattr(columns, one.name).copy() for one in fields(columns)})
+
+
+def fill_rows(whole, rows, part):
+    """Write the rows of a tile."""
+    for name in (*COLUMNS, *MATRICES):
+        getattr(whole, name)[rows] = getattr(part, name)
+    for name in ("error_parts", "horizon"):
+        columns = getattr(whole, name)
+        for one in fields(columns) if columns is not None else ():
+            getattr(columns, one.name)[rows] = getattr(getattr(part, name), one.name)
+
+
+def join_records(records, plan, request, figures):
+    """TraceRecord of a city from those of its tiles.
+
+    Parameters
+    ----------
+    records : list of TraceRecord
+    plan : EffectPlan
+        Of the whole.
+    request : Request
+        As the user gave it.
+    figures : list of dict
+        Of `trace_part`.
+
+    Returns
+    -------
+    TraceRecord
+        Rays and seconds are summed over the tiles, of shares of light the largest is taken, and discretisation errors
+        are averaged over the eligible area.
+    """
+    area = np.array([sum(one["areas"].values()) for one in figures])
+    found = {name: add_up([getattr(one, name) for one in records]) for name in SUMS}
+    found |= {name: add_dicts([getattr(one, name) for one in records]) for name in STAGES}
+    found |= {name: max(getattr(one, name) for one in records) for name in LARGEST}
+    return replace(
+        records[0],
+        **found,
+        request=request.as_dict(),
+        effects=join_effects(plan, [one.effects for one in records]),
+        discretisation_error=mean_dicts([one.discretisation_error for one in records], area),
+        sun_sampling=join_sampling(figures),
+        standard_error_unknown=next(
+            (one.standard_error_unknown for one in records if one.standard_error_unknown), None
+        ),
+    )
+
+
+def add_up(values):
+    """Sum of what is not None; None of nothing else."""
+    known = [value for value in values if value is not None]
+    return sum(known) if known else None
+
+
+def add_dicts(dicts):
+    """Sums by key; None of None."""
+    known = [one for one in dicts if one is not None]
+    keys = dict.fromkeys(key for one in known for key in one)
+    return {key: sum(one.get(key, 0.0) for one in known) for key in keys} if known else None
+
+
+def mean_dicts(dicts, weight):
+    """Weighted means by key; None of None."""
+    if any(one is None for one in dicts):
+        return None
+    weight = weight if weight.any() else np.ones(len(weight))
+    return {key: float(np.average([one[key] or 0.0 for one in dicts], weights=weight)) for key in dicts[0]}
+
+
+def join_effects(plan, effects):
+    """Decisions for the whole, with the worst outcome of any tile: list of dict."""
+    found = []
+    for effect in plan.effects:
+        left = [
+            one["outcome"]["left_out"]
+            for tile in effects
+            for one in tile
+            if one["key"] == effect.key and one["outcome"]
+        ]
+        left = [value for value in left if value is not None]
+        found.append(effect.as_dict() | {"outcome": judge(max(left), effect.bound) if left else None})
+    return found
+
+
+def join_sampling(figures):
+    """Error of sun sampling from the tiles in which it was measured, weighted by eligible area: dict or None."""
+    measured = [(one["sun_sampling"], one["areas"]) for one in figures if one["sun_sampling"]]
+    measured = [(sampling, areas) for sampling, areas in measured if sampling["patches"]]
+    if not measured:
+        return next((one["sun_sampling"] for one in figures if one["sun_sampling"]), None)
+    names = dict.fromkeys(name for sampling, _ in measured for name in sampling.get("groups", {}))
+    groups = {
+        name: average_sampling([(one["groups"][name], areas[name]) for one, areas in measured if name in one["groups"]])
+        for name in names
+    }
+    return average_sampling([(one, sum(areas.values())) for one, areas in measured]) | {"groups": groups}
+
+
+def average_sampling(members):
+    """Weighted mean of biases, root mean square of deviations: dict."""
+    weight = np.array([area for _, area in members])
+    share = weight / weight.sum()
+    values = {name: np.array([one[name] for one, _ in members]) for name in ("bias", "bias_standard_error", "rms")}
+    return {
+        "bias": float(share @ values["bias"]),
+        "bias_standard_error": float(np.sqrt((share**2) @ values["bias_standard_error"] ** 2)),
+        "rms": float(np.sqrt(share @ values["rms"] ** 2)),
+        "patches": int(sum(one["patches"] for one, _ in members)),
+    }

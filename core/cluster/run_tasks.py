@@ -1,0 +1,208 @@
+"""Run tasks: in this process one after the other, or by the workers of a Dask cluster.
+
+Tasks read from disk and write to disk, so that only their names pass through the scheduler. A worker that ends in the
+middle of a task is replaced, and the task given to another one.
+"""
+
+import importlib.util
+import logging
+import re
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import InputError
+from ..version import __version__
+
+SERIAL = "serial"
+CURE = f"give local:N, tcp://HOST:PORT or {SERIAL}"
+PATIENCE = 10  # [s] for a cluster to answer
+MOST_WORKERS = 1024
+DEATHS = 3  # of workers under one task, after which it is given up
+
+
+@dataclass
+class Workers:
+    """Who runs the tasks: `client` is None for this process."""
+
+    client: Any
+    words: str  # for the user
+    count: int
+
+
+def parse_cluster(word):
+    """Number of local workers, or an address: ("local", 2), ("address", "tcp://host:8786") or ("serial", 1).
+
+    Raises
+    ------
+    InputError
+    """
+    if word == SERIAL:
+        return SERIAL, 1
+    local = re.fullmatch(r"local:(\d{1,9})", word)
+    if local and 1 <= int(local[1]) <= MOST_WORKERS:
+        return "local", int(local[1])
+    if local:
+        raise InputError("--cluster", f"{word!r} asks for {local[1]} workers", f"give 1 to {MOST_WORKERS}")
+    if re.fullmatch(r"(tcp|tls)://(\[[0-9a-fA-F:]+\]|[^\s/:]+):\d{1,5}", word):
+        return "address", word
+    raise InputError("--cluster", f"{word!r} is not known", CURE)
+
+
+def check_cluster(word):
+    """Refuse what names no cluster, or a cluster without Dask, before anything long begins.
+
+    Raises
+    ------
+    InputError
+    """
+    if parse_cluster(word)[0] == SERIAL:
+        return
+    if any(importlib.util.find_spec(name) is None for name in ("dask", "distributed")):
+        raise InputError(f"--cluster {word}", "needs Dask", "pip install 'citypv[cluster]'")
+
+
+@contextmanager
+def open_workers(word, dashboard=":0"):
+    """Workers by the word of `--cluster`, closed at the end of the block.
+
+    Parameters
+    ----------
+    word : str
+    dashboard : str or None
+        Address of the page that shows the workers of a local cluster, by default at any free port; None: no page.
+
+    Yields
+    ------
+    Workers
+
+    Raises
+    ------
+    InputError
+        The cluster does not answer, or its workers have another CityPV.
+    """
+    check_cluster(word)
+    kind, value = parse_cluster(word)
+    if kind == SERIAL:
+        yield Workers(None, "This process", 1)
+        return
+    import dask
+    import distributed  # noqa: F401  (brings its settings, which are to be here still when the block has ended)
+
+    settings = {
+        "distributed.scheduler.allowed-failures": DEATHS,
+        "distributed.worker.multiprocessing-method": "spawn",
+        "distributed.logging.distributed": "error",
+    }
+    with dask.config.set(settings), quiet_loggers():
+        opened = open_local(value, dashboard) if kind == "local" else open_remote(value)
+        with opened as client:
+            yield Workers(client, describe_client(client), len(client.nthreads()))
+
+
+@contextmanager
+def quiet_loggers():
+    """Lets Dask report nothing but errors: a worker that is replaced is told by our own lines."""
+    loggers = [
+        logging.getLogger(name) for name in ("distributed", "distributed.nanny", "distributed.worker", "tornado")
+    ]
+    before = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, before, strict=True):
+            logger.setLevel(level)
+
+
+@contextmanager
+def open_local(count, dashboard):
+    """Client of some processes on this machine, with one thread each."""
+    from distributed import Client, LocalCluster
+
+    with (
+        LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=dashboard,
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+        Client(cluster, timeout=PATIENCE) as client,
+    ):
+        yield client
+
+
+@contextmanager
+def open_remote(address):
+    """Client of a scheduler that runs already."""
+    from distributed import Client
+
+    cure = "start `dask scheduler` there, and `dask worker` on each machine, or give local:N"
+    try:
+        client = Client(address, timeout=PATIENCE)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise InputError(f"--cluster {address}", f"does not answer within {PATIENCE} s", cure) from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError as error:
+            raise InputError(f"--cluster {address}", "has no workers", cure) from error
+        found = client.run(version_of_worker, on_error="return")
+        for worker, version in found.items():
+            if version != __version__:
+                problem = f"worker {worker} has {f'CityPV {version}' if isinstance(version, str) else 'no CityPV'}"
+                raise InputError(f"--cluster {address}", problem, f"install CityPV {__version__} on it")
+        yield client
+
+
+def version_of_worker():
+    """Version of CityPV where this runs."""
+    return __version__
+
+
+def describe_client(client):
+    """Workers and the address of the dashboard as one line of text."""
+    count = len(client.nthreads())
+    page = f"; dashboard at {client.dashboard_link}" if client.dashboard_link else ""
+    return f"{count} worker{'s' if count != 1 else ''}{page}"
+
+
+def run_tasks(workers, function, tasks):
+    """Results of tasks in the order in which they end.
+
+    Parameters
+    ----------
+    workers : Workers
+    function : callable
+        Of a module, so that it can be found by its name.
+    tasks : iterable of tuple
+        Arguments, made one after the other while the first tasks run.
+
+    Yields
+    ------
+    object
+
+    Raises
+    ------
+    InputError
+        A task has ended several workers.
+    """
+    if workers.client is None:
+        for task in tasks:
+            yield function(*task)
+        return
+    from distributed import KilledWorker, as_completed
+
+    waiting = as_completed()
+    for task in tasks:
+        waiting.add(workers.client.submit(function, *task, pure=False))
+    for future in waiting:
+        try:
+            result = future.result()
+        except KilledWorker as error:
+            problem = f"a task has ended {DEATHS + 1} workers, probably for lack of memory"
+            raise InputError("--cluster", problem, "give a smaller --tile or fewer workers") from error
+        future.release()
+        yield result

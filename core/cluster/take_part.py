@@ -1,0 +1,110 @@
+"""The part of a scene that a tile needs."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+from ..city.city import ImportReport
+from ..patches.patches import number_triangles
+from ..scene.add_backs import add_backs
+from ..trees.crowns import Crowns
+from .tiles import LEFT_OUT
+
+
+def prepare_whole(scene):
+    """The scene with what its parts inherit from it: backs of sheets, and the numbers of its triangles."""
+    scene = add_backs(scene)
+    return replace(scene, number=number_triangles(scene.triangle_surface))
+
+
+def take_part(scene, pieces, tile):
+    """Scene of a tile and its surroundings, with the origin, the axes and the random numbers of the whole.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of `prepare_whole`.
+    pieces : Pieces
+    tile : Tile
+
+    Returns
+    -------
+    scene : Scene
+    rows : (k,) int
+        Its surfaces in the whole.
+    """
+    around = tile.around[pieces.of_triangle]
+    kept = np.flatnonzero(around > LEFT_OUT)
+    count = len(scene.surfaces)
+    rows = np.flatnonzero(tile.around[:count] > LEFT_OUT)
+    place = np.full(count + 1, -1, np.int32)  # the generated ground's -1 takes the last
+    place[rows] = np.arange(len(rows), dtype=np.int32)
+    used, triangles = np.unique(scene.triangles[kept], return_inverse=True)
+    part = replace(
+        scene,
+        vertices=scene.vertices[used],
+        triangles=triangles.reshape(-1, 3).astype(np.int32),
+        triangle_surface=place[scene.triangle_surface[kept]],
+        footprint=scene.footprint[kept],
+        closure=scene.closure[kept],
+        surfaces=take_surfaces(scene.surfaces, rows, tile.rows),
+        report=ImportReport(),
+        number=scene.number[kept],
+        halo=around[kept],
+        trees=take_crowns(scene.trees, tile.around[pieces.first_crown :] > LEFT_OUT),
+    )
+    return replace(part, **take_optional(scene, kept, place, rows)), rows
+
+
+def take_surfaces(surfaces, rows, own):
+    """Some rows of the Surfaces, of which only a tile's own are eligible."""
+    taken = {}
+    for one in fields(surfaces):
+        values = getattr(surfaces, one.name)
+        taken[one.name] = take_rows(values, rows)
+    taken["eligible"] = taken["eligible"] & np.isin(rows, own)
+    return type(surfaces)(**taken)
+
+
+def take_rows(values, rows):
+    """Some rows of an array or a list; None of None."""
+    if values is None or isinstance(values, np.ndarray):
+        return None if values is None else values[rows]
+    return [values[row] for row in rows.tolist()]
+
+
+def take_optional(scene, kept, place, rows):
+    """Fields that not every scene has: sheets with their backs, and racks."""
+    found = {}
+    if scene.sheet is not None:
+        found["sheet"] = scene.sheet[kept]
+    if scene.back_of is not None:
+        triangle = np.full(len(scene.triangles) + 1, -1, np.int32)
+        triangle[kept] = np.arange(len(kept), dtype=np.int32)
+        found["back_of"] = triangle[scene.back_of[kept]]
+    if scene.rack_of_back is not None:
+        found["rack_of_back"] = place[scene.rack_of_back[kept]]
+    if scene.racks is not None:
+        first = len(scene.surfaces) - len(scene.racks)
+        found["racks"] = scene.racks[rows[rows >= first] - first]
+    return found
+
+
+def take_crowns(crowns, chosen):
+    """Some trees: Crowns, or None without any."""
+    if crowns is None or not chosen.any():
+        return None
+    kept = np.flatnonzero(chosen[crowns.tree])
+    place = np.cumsum(chosen) - 1
+    used, triangles = np.unique(crowns.triangles[kept], return_inverse=True)
+    trees = np.flatnonzero(chosen)
+    return Crowns(
+        crowns.vertices[used],
+        triangles.reshape(-1, 3).astype(crowns.triangles.dtype),
+        place[crowns.tree[kept]].astype(crowns.tree.dtype),
+        crowns.trunk[kept],
+        [crowns.names[tree] for tree in trees.tolist()],
+        crowns.height[trees],
+        crowns.evergreen[trees],
+        crowns.area_density[trees],
+    )

@@ -1,0 +1,200 @@
+"""Tiles of a city: which surfaces each reports, and what around it shades these or reflects onto them.
+
+                    │<─ reach ─>│                    A square tile reports the surfaces whose centres lie in it. Its
+  far      far      ┌───────────┐     far            near surroundings, some building heights wide, are traced with
+   ▲        ┊       │   near    │      ┊             it. Of all that lies further out, what rises by less than 2°
+   █  ┄ ┄ ┄ ┊ ┄ ┄ ┄ │  ┌─────┐  │      ┊             above the lowest point there is left out: no sun that is
+   █        ▄       │  │tile │  │      ▄             traced stands so low. The rest shades, and reflects light
+───█────────█───────┴──┴─────┴──┴──────█─── ground   where a ray from within meets it.
+ kept    left out                   left out
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import InputError
+from ..ground.build_ground import SHORTEST_REACH, choose_reach
+from ..scene.add_backs import surface_of_triangles
+from ..scene.scene import FAR, NEAR, OWN
+from ..sun.solar_position import MINIMUM_ELEVATION
+
+SMALLEST = 20.0  # [m] tiles: twice the patches
+DEFAULT = 500.0  # [m]
+RISE = np.tan(np.radians(MINIMUM_ELEVATION))
+LEFT_OUT = np.int8(-1)
+
+
+@dataclass
+class Pieces:
+    """What is kept or left out together: n surfaces, then each triangle of the ground, then each tree's crown."""
+
+    low: np.ndarray  # (k, 3) float64 [m]
+    high: np.ndarray  # (k, 3) float64 [m]
+    of_triangle: np.ndarray  # (t,) int into pieces
+    first_crown: int  # pieces from here on are crowns
+
+
+@dataclass
+class Tile:
+    """A tile and its surroundings."""
+
+    name: str
+    rows: np.ndarray  # (m,) int, surfaces that it reports, ascending
+    box: tuple  # bounds of the tile with its near surroundings, two (3,) float64 [m]
+    around: np.ndarray  # (k,) int8 of pieces: OWN, NEAR, FAR or LEFT_OUT
+    reach: float  # [m] width of the near surroundings
+    farthest: float  # [m] from the near surroundings to the farthest piece that is kept
+
+
+def check_tile_size(size):
+    """Refuse tiles that are no tiles.
+
+    Raises
+    ------
+    InputError
+    """
+    if not (np.isfinite(size) and size >= SMALLEST):
+        raise InputError("--tile", f"{size:g} m is too small", f"give {SMALLEST:g} m or more, such as {DEFAULT:g}")
+
+
+def box_pieces(scene):
+    """Bounding boxes of a scene's pieces: Pieces."""
+    owner, count = surface_of_triangles(scene), len(scene.surfaces)
+    ground = owner < 0
+    piece = owner.astype(np.int64)
+    piece[ground] = count + np.arange(ground.sum())
+    corners = np.asarray(scene.vertices, float)[scene.triangles]
+    low, high = box_members(corners, piece, count + int(ground.sum()))
+    first_crown = len(low)
+    if scene.trees is not None:
+        crowns = scene.trees
+        box = box_members(np.asarray(crowns.vertices, float)[crowns.triangles], crowns.tree, len(crowns))
+        low, high = np.concatenate([low, box[0]]), np.concatenate([high, box[1]])
+    return Pieces(low, high, piece, first_crown)
+
+
+def box_members(corners, member, count):
+    """Lowest and highest corner of some sets of triangles: two (count, 3) float64; infinite where a set is empty."""
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, member, corners.min(axis=1))
+    np.maximum.at(high, member, corners.max(axis=1))
+    return low, high
+
+
+def find_centres(scene):
+    """Centres of the surfaces in plan, weighted by area: (n, 2) float64 [m].
+
+    A surface without triangles takes that of the one before it.
+    """
+    own = scene.triangle_surface >= 0
+    corners = np.asarray(scene.vertices, float)[scene.triangles[own]]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    surface, count = scene.triangle_surface[own], len(scene.surfaces)
+    whole = np.bincount(surface, area, count)
+    sums = [np.bincount(surface, area * corners[:, :, axis].mean(axis=1), count) for axis in (0, 1)]
+    known = np.flatnonzero(whole > 0)
+    if not len(known):
+        return np.zeros((count, 2))
+    before = known[np.maximum(np.searchsorted(known, np.arange(count), side="right") - 1, 0)]
+    return (np.stack(sums, axis=1)[before]) / whole[before][:, None]
+
+
+def assign_tiles(scene, size):
+    """Surfaces of each square that has any; every surface is in exactly one.
+
+    Parameters
+    ----------
+    scene : Scene
+    size : float
+        [m] Side of a square.
+
+    Returns
+    -------
+    list of (str, (m,) int)
+        Name, of column and row from the south-west, and rows of surfaces, ascending.
+    """
+    check_tile_size(size)
+    centres = find_centres(scene)
+    place = np.floor((centres - centres.min(axis=0)) / size).astype(np.int64)
+    squares, member = np.unique(place[:, ::-1], axis=0, return_inverse=True)
+    order = np.argsort(member.ravel(), kind="stable")
+    ends = np.cumsum(np.bincount(member.ravel(), minlength=len(squares)))
+    names = [f"{x:03d}_{y:03d}" for y, x in squares.tolist()]
+    return list(zip(names, np.split(order, ends[:-1]), strict=True))
+
+
+def bin_pieces(pieces, size):
+    """Pieces sorted into squares, so that most of a large city is passed over at once.
+
+    Returns
+    -------
+    order : (k,) int
+        Pieces, square by square.
+    first : (b + 1,) int
+        Where each square begins in it.
+    low, high : (b, 3) float64 [m]
+    """
+    finite = np.flatnonzero(np.isfinite(pieces.low[:, 0]))
+    middle = (pieces.low[finite, :2] + pieces.high[finite, :2]) / 2
+    place = np.floor(middle / size).astype(np.int64)
+    _, member = np.unique(place, axis=0, return_inverse=True)
+    member = member.ravel()
+    order = np.argsort(member, kind="stable")
+    first = np.concatenate([[0], np.cumsum(np.bincount(member))])
+    order = finite[order]
+    low = np.minimum.reduceat(pieces.low[order], first[:-1])
+    high = np.maximum.reduceat(pieces.high[order], first[:-1])
+    return order, first, low, high
+
+
+def surround(name, rows, pieces, bins, ground_albedo):
+    """A tile with what lies around it.
+
+    Parameters
+    ----------
+    name : str
+    rows : (m,) int
+    pieces : Pieces
+    bins : tuple
+        Of `bin_pieces`.
+    ground_albedo : float
+        The brighter the ground, the wider the near surroundings: by `ground.build_ground.choose_reach`, in heights of
+        the tile's own surfaces, from the lowest to the highest point.
+
+    Returns
+    -------
+    Tile
+    """
+    around = np.full(len(pieces.low), LEFT_OUT)
+    real = rows[np.isfinite(pieces.low[rows, 0])]
+    if not len(real):  # nothing but surfaces without triangles
+        around[rows] = OWN
+        return Tile(name, rows, (np.zeros(3), np.zeros(3)), around, 0.0, 0.0)
+    low, high = pieces.low[real].min(axis=0), pieces.high[real].max(axis=0)
+    reach = max(choose_reach(ground_albedo) * float(high[2] - low[2]), SHORTEST_REACH)
+    near = select(bins, pieces, lambda lows, highs: gap(lows, highs, low, high) <= reach)
+    lowest = min(float(pieces.low[near, 2].min()), float(low[2]))
+    box = low - reach, high + reach
+
+    def rises(lows, highs):
+        return highs[:, 2] - lowest > RISE * gap(lows, highs, *box)
+
+    far = select(bins, pieces, rises)
+    around[far], around[near], around[rows] = FAR, NEAR, OWN
+    kept = gap(pieces.low[far], pieces.high[far], *box)
+    return Tile(name, rows, box, around, reach, float(kept.max(initial=0.0)))
+
+
+def select(bins, pieces, test):
+    """Pieces of which `test(low, high)` holds; a square is passed over if it does not hold of its bounds."""
+    order, first, low, high = bins
+    candidates = [order[first[b] : first[b + 1]] for b in np.flatnonzero(test(low, high))]
+    members = np.concatenate(candidates) if candidates else np.zeros(0, np.int64)
+    return np.sort(members[test(pieces.low[members], pieces.high[members])])
+
+
+def gap(low, high, other_low, other_high):
+    """Distance in plan between boxes and another box: (k,) float64 [m]."""
+    apart = np.maximum(low[:, :2] - other_high[:2], other_low[:2] - high[:, :2])
+    return np.hypot(*np.maximum(apart, 0).T)

@@ -1,0 +1,58 @@
+"""The source of weather of a world, by its settings."""
+
+from pathlib import Path
+
+from ..errors import InputError
+from ..request import declared_settings, option_of
+from ..weather.read_weather import read_weather, recognise_weather
+from ..world.places import grid_places, regular_axes, thin_axis
+from ..world.read_era5_grid import open_era5_grid
+from ..world.sources import grid_source, model_source, station_source
+
+MODELS = ("climate", "clear-sky")
+STEP = 3.0  # [°] of the models' grid
+STATIONS_ONLY = ("time_shift", "weather_place", "weather_without")  # settings that mean nothing for grids
+
+
+def find_source(request, settings, stack):
+    """Source of weather that the settings ask for; open files are closed with the stack."""
+    if request.weather in MODELS:
+        axes = regular_axes(settings.step or STEP, settings.latitudes, settings.longitudes)
+        return model_source(grid_places(*axes), request.weather, request, settings.off_land)
+    paths = [Path(one) for one in (request.weather if isinstance(request.weather, list) else [request.weather])]
+    kinds = {recognise_weather(path) for path in paths}
+    if kinds == {"era5"}:
+        for name in STATIONS_ONLY:
+            if getattr(request, name) != next(default for one, default, _ in declared_settings() if one == name):
+                raise InputError(option_of(name), "means nothing for gridded weather", "leave it out")
+        grid = open_era5_grid(paths)
+        stack.callback(grid.stack.close)
+        picked = (
+            thin_axis(grid.latitude, settings.step, settings.latitudes),
+            thin_axis(grid.longitude, settings.step, settings.longitudes),
+        )
+        places = grid_places(grid.latitude[picked[0]], grid.longitude[picked[1]])
+        if not len(places):
+            raise InputError(grid.source, "has no point in these latitudes and longitudes", "give a wider range")
+        return grid_source(grid, places, picked, request, settings.years)
+    if "era5" in kinds:
+        raise InputError("--weather", "grids and stations are mixed", "give one or the other")
+    return read_stations(paths, request)
+
+
+def read_stations(paths, request):
+    """Stations from files; several files of one place are its years."""
+    settings = {
+        "time_shift": request.time_shift,
+        "place": request.weather_place,
+        "without": request.weather_without,
+        "horizon_cut": request.horizon_cut,
+    }
+    place = request.weather_place or (0.0, 0.0)
+    single = {path: read_weather(path, *place, **settings) for path in paths}
+    stations = {}
+    for path, weather in single.items():
+        stations.setdefault((round(weather.latitude, 2), round(weather.longitude, 2)), []).append(path)
+    weathers = [single[own[0]] if len(own) == 1 else read_weather(own, *place, **settings) for own in stations.values()]
+    names = [own[0].name.split(".gz")[0].rsplit(".", 1)[0] for own in stations.values()]
+    return station_source(weathers, names)

@@ -1,0 +1,148 @@
+"""A world in tasks: bands of places times environments, computed by the workers of a cluster.
+
+    bands of places × environments ─► compute_band (a worker) ─► band.npz, on disk ─► World
+
+A task opens the weather itself. Every place, hour and surface is computed as without tasks, so that the world is the
+same bit by bit.
+"""
+
+import hashlib
+import json
+import pickle
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ..cluster.keep_results import keeping
+from ..cluster.run_tasks import SERIAL, open_workers, run_tasks
+from ..cluster.trace_part import write_whole
+from ..energy.pv_system import build_system
+from ..threads import usable_threads
+from ..version import __version__
+from ..world.compute_world import compute_chunks, empty_world, fill_places
+from .find_source import find_source
+
+PLACES = 256  # of a band, at least
+STAGE = "world"
+
+
+def compute_in_tasks(environments, source, request, settings, cluster, *, sky, folder, log):
+    """World of some environments, computed in tasks.
+
+    Parameters
+    ----------
+    environments : list of Environment
+    source : Source
+        Of `find_source` with the same request and settings.
+    request : Request
+    settings : WorldSettings
+    cluster : ClusterSettings
+    sky : str
+    folder : Path
+        Where finished tasks are kept until all are done.
+    log : RunLog
+
+    Returns
+    -------
+    World
+    """
+    world, bands = empty_world(environments, source, settings.way, sky), cut_bands(source.chunks)
+    with keeping(folder, log.write), open_workers(cluster.cluster, cluster.dashboard) as workers:
+        log.write(f"  {len(bands) * len(environments):,} tasks; {workers.words}")
+        threads = request.threads if cluster.cluster == SERIAL else 1
+        results = {}
+        tasks = list(
+            list_tasks(environments, bands, (request, settings, sky), folder, results=results, threads=threads)
+        )
+        log.progress(STAGE, 0, len(results), "tasks")
+        for done, _ in enumerate(run_tasks(workers, compute_band, tasks), start=1):
+            log.progress(STAGE, len(results) - len(tasks) + done, len(results), "tasks")
+        for path, (number, band) in results.items():
+            read_band(world, environments, number, path, [source.chunks[one] for one in band])
+    return world
+
+
+def cut_bands(chunks):
+    """Runs of chunks of PLACES places or more: list of list of int."""
+    bands, count = [[]], 0
+    for number, chunk in enumerate(chunks):
+        if count >= PLACES:
+            bands.append([])
+            count = 0
+        bands[-1].append(number)
+        count += len(chunk)
+    return bands
+
+
+def list_tasks(environments, bands, inputs, folder, *, results, threads):
+    """Write what tasks read, and yield those that no earlier run has finished.
+
+    `results` is filled with the file of each task: its environment's number and its band.
+    """
+    request, settings, sky = inputs
+    common = replace(request, weather=absolute_weather(request.weather), threads=None), replace(settings, mix=None), sky
+    for number, environment in enumerate(environments):
+        data = pickle.dumps((environment, *common), protocol=5)
+        key = hashlib.sha256(__version__.encode() + data).hexdigest()[:24]
+        path = folder / f"{key}.environment"
+        path.write_bytes(data)
+        for first, band in enumerate(bands):
+            result = folder / f"{key}_{first:05d}.npz"
+            results[result] = number, band
+            if not result.with_suffix(".json").exists():
+                yield str(path), band, str(result), threads
+
+
+def absolute_weather(weather):
+    """The same files for a worker that runs in another folder."""
+    if isinstance(weather, list):
+        return [absolute_weather(one) for one in weather]
+    return str(Path(weather).absolute()) if Path(weather).exists() else weather
+
+
+def compute_band(path, band, result, threads):
+    """Compute some chunks of a source's places for one environment, and write them to disk.
+
+    Parameters
+    ----------
+    path : str
+        Pickled Environment, Request, WorldSettings and sky.
+    band : list of int
+        Numbers of the chunks.
+    result : str
+        File to write.
+    threads : int or None
+    """
+    environment, request, settings, sky = pickle.loads(Path(path).read_bytes())
+    with ExitStack() as stack:
+        source = find_source(request, settings, stack)
+        chosen = replace(source, chunks=[source.chunks[one] for one in band])
+        ways = settings.way, sky
+        system = build_system(request)
+        found = list(compute_chunks([environment], chosen, system, ways, usable_threads(threads)))
+    places = [place for _, results in found for place in results]
+    values = {str(number): hours[0] for number, (_, _, hours) in enumerate(places) if hours}
+    codes = np.array([code for code, _, _ in places])
+    years = np.array([np.nan if one is None else one for _, one, _ in places], float)
+
+    def write(unfinished):
+        with unfinished.open("wb") as file:
+            np.savez(file, codes=codes, years=years, **values)
+
+    write_whole(Path(result), write)
+    count = json.dumps({"places": len(places)})
+    write_whole(Path(result).with_suffix(".json"), lambda file: file.write_text(count, encoding="utf-8"))
+    return result
+
+
+def read_band(world, environments, number, path, chunks):
+    """Write the results of a task into the world."""
+    with np.load(path) as stored:
+        codes, years = stored["codes"].tolist(), stored["years"].tolist()
+        results = [
+            (code, None if np.isnan(year) else year, [stored[str(row)]] if str(row) in stored else [])
+            for row, (code, year) in enumerate(zip(codes, years, strict=True))
+        ]
+    fill_places(world, [environments[number]], np.concatenate(chunks), results, first=number)
