@@ -170,6 +170,7 @@ class ColourPanel(_Step, bpy.types.Panel):
     def draw(self, context):
         """Show the settings of the step."""
         column, settings = self.start(context)
+        column.prop(settings, "show_colours")
         column.prop(settings, "attribute")
         column.prop(settings, "colour_map")
         column.prop(settings, "auto_range")
@@ -178,6 +179,7 @@ class ColourPanel(_Step, bpy.types.Panel):
             column.prop(settings, "high")
         column.prop(settings, "show_legend")
         draw_missing(column, context)
+        draw_lines(self.layout, context, "citypv_stand_ins")
         column.operator("citypv.colour", icon="COLOR")
         column.operator_menu_enum("citypv.render", "view", icon="RENDER_STILL")
 

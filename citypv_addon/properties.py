@@ -6,7 +6,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 from ..operators.attributes import TITLES
 from ..operators.build_properties import build_properties
 from ..operators.read_materials import MATERIALS
-from ..operators.show_result import follow_choice
+from ..operators.show_result import follow_choice, follow_switch
 
 LODS = [
     ("BEST", "Best of 2.x", "The highest 2.x of each building, else 3, else 1"),
@@ -124,6 +124,12 @@ class Settings(bpy.types.PropertyGroup):
         description="Value of the highest colour, in the unit of the legend",
         default=1,
         update=follow_choice,
+    )
+    show_colours: BoolProperty(
+        name="Colours",
+        description="Show the result as colours; off: the materials and the shading that you had before",
+        default=True,
+        update=follow_switch,
     )
     show_legend: BoolProperty(name="Legend", description="Draw the legend in the 3D view", default=True)
 

@@ -5,6 +5,7 @@ import bpy
 from ..core.errors import InputError
 from .build_meshes import build_meshes, remove_city, show_objects
 from .compile_loops import COMPILING, compile_loops
+from .in_place import inherit_taken, is_in_place, put_in_place, write_sources
 from .keep_report import keep_report
 from .read_materials import remember_materials
 from .read_settings import read_settings
@@ -13,6 +14,8 @@ from .select_faces import leave_edit_mode
 from .session import Session, find_city, find_own_city, find_session, open_session
 from .show_result import show_result
 from .step_state import remember_step
+from .watch_edits import inherit_shape, remember_shape
+from .wear_colours import take_off_colours
 from .write_attributes import write_classes
 
 
@@ -59,12 +62,22 @@ class ClassifyCity(Step, bpy.types.Operator):
         old, old_ground = find_own_city(context.scene, before)
         item, ground = build_meshes(scene)
         remember_step(item, "classify", context.scene.citypv, old)
+        taken = is_in_place(old)
+        if taken:
+            take_off_colours(old)
+            inherit_taken(item, old)
+        inherit_shape(item, old)
         remove_city(old, old_ground)
         for new, name in ((item, "City"), (ground, "Ground")):
             if new is not None:
                 new.name = new.data.name = name
         write_classes(item, ground, scene.surfaces)
         show_objects(context.scene, item, ground)
+        if taken:
+            put_in_place(item, scene.site)
+            write_sources(item, scene.surfaces.surface_id)
+        else:
+            remember_shape(item)
         open_session(item, Session(city=before.city, scene=scene, ground_material=before.ground_material))
         keep_report(item, scene, findings)
         show_result(context, item, ground, "kind")

@@ -5,6 +5,7 @@ import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
 
+from .in_place import is_seen
 from .select_faces import HIGHLIGHT, read_selection
 from .session import find_city
 
@@ -18,7 +19,7 @@ def draw_highlight():
     """Draw the highlight of the city in the current 3D view, if it has one."""
     scene = bpy.context.scene
     city, _ = find_city(scene)
-    if city is None or not city.get(HIGHLIGHT) or city.mode != "OBJECT" or not city.visible_get():
+    if city is None or not city.get(HIGHLIGHT) or city.mode != "OBJECT" or not is_seen(city):
         return
     points = lift_faces(city.data)
     if not len(points):

@@ -9,7 +9,9 @@ from .attributes import PREFIX, RESULTS
 from .colour_faces import read_scale
 from .colour_scale import format_tick
 from .draw_highlight import draw_highlight
+from .in_place import is_in_place
 from .session import find_city
+from .wear_colours import wears_colours
 
 PAPER = (0.95, 0.95, 0.94, 0.94)  # background of the legend; all colours here are sRGB with alpha
 ENERGY = {name for name, quantity in RESULTS.items() if quantity.owner == "energy"}  # depend on the weather
@@ -37,7 +39,7 @@ def draw_legend():
     if settings is None or not settings.show_legend or not context.space_data.overlay.show_overlays:
         return
     city, _ = find_city(context.scene)
-    scale = read_scale(city) if city is not None and city.visible_get() else None
+    scale = read_scale(city) if city is not None and is_coloured(city) else None
     if scale is None:
         return
     pixel = context.preferences.system.ui_scale
@@ -50,6 +52,11 @@ def draw_legend():
     draw = _draw_classes if scale.classes else _draw_bar
     for place, text in draw(scale, left, bottom, width, height):
         write_text(text, place, bottom - 18 * pixel, 12 * pixel, centred=True)
+
+
+def is_coloured(city):
+    """Whether the colours of a city are to be seen, on its own faces or on the objects it was taken from."""
+    return wears_colours(city) if is_in_place(city) else city.visible_get()
 
 
 def _draw_bar(scale, left, bottom, width, height):

@@ -6,6 +6,7 @@ from bpy.app.handlers import persistent
 from .keep_transfer import keep_transfers
 from .session import close_sessions
 from .show_city import match_view
+from .watch_edits import follow_edits
 
 
 def start_following():
@@ -31,6 +32,12 @@ def follow_undo(scene, *_):
 
 
 @persistent
+def follow_update(scene, graph):
+    """Mark the results of meshes that were edited."""
+    follow_edits(scene, graph)
+
+
+@persistent
 def follow_save(path, *_):
     """Keep the traced light beside the file."""
     if path:
@@ -46,6 +53,7 @@ def follow_load(*_):
 HANDLERS = (
     ("undo_post", follow_undo),
     ("redo_post", follow_undo),
+    ("depsgraph_update_post", follow_update),
     ("save_pre", follow_save),
     ("load_pre", follow_load),
 )

@@ -9,6 +9,7 @@ import bpy
 from .attributes import PREFIX
 from .build_meshes import build_meshes, remove_city, show_objects
 from .city_files import CityFiles
+from .in_place import list_taken
 from .keep_report import FILES, keep_report
 from .read_settings import read_city_path, read_settings
 from .run_step import Step
@@ -16,6 +17,8 @@ from .session import Session, list_cities, open_session
 from .show_city import show_city
 from .step_state import remember_step
 from .switch_city import show_objects_of
+from .watch_edits import remember_shape
+from .wear_colours import take_off_colours
 
 SUFFIXES = (".gml", ".xml", ".citygml", ".json", ".jsonl", ".obj", ".gz")  # the file browser shows these
 
@@ -98,24 +101,38 @@ def triangulate_import(city, request, progress):
     return city, scene, list_findings(scene, covered_share=[0.0] * len(scene.surfaces))
 
 
-def show_import(context, city, scene, findings):
-    """Show a city; the same files' earlier one is replaced, others are hidden. Return the message for the user."""
-    kept = put_aside(context.scene, [str(path) for path in scene.report.files])
+def show_import(context, city, scene, findings, taken=()):
+    """Show a city; the same files' earlier one is replaced, others are hidden. Return the message for the user.
+
+    Parameters
+    ----------
+    context : bpy.types.Context
+    city : core.city.city.City
+    scene : core.scene.scene.Scene
+    findings : list of core.list_findings.Finding
+    taken : list of bpy.types.Object, optional
+        The user's objects that are the city; the view then stays where it is.
+    """
+    kept = put_aside(context.scene, [str(path) for path in scene.report.files], taken)
     item, ground = build_meshes(scene)
     show_objects(context.scene, item, ground)
     open_session(item, Session(city=city))
     remember_step(item, "import", context.scene.citypv)
-    show_city(scene.vertices, shaded=True)
+    remember_shape(item)
+    if not taken:
+        show_city(scene.vertices, shaded=True)
     return keep_report(item, scene, findings) + (f"; kept, hidden: {', '.join(kept)}" if kept else "")
 
 
-def put_aside(stage, files):
+def put_aside(stage, files, taken=()):
     """Remove cities of the same files from a Blender scene, and hide the others.
 
     Parameters
     ----------
     stage : bpy.types.Scene
     files : list of str
+    taken : list of bpy.types.Object, optional
+        The user's objects that it is taken from: then the same objects count, whatever they are called.
 
     Returns
     -------
@@ -123,7 +140,9 @@ def put_aside(stage, files):
         Names of the cities that are hidden now.
     """
     for item in list_cities(stage):
-        if list(item.get(FILES, ())) == files:
+        same = {own for _, own, _ in list_taken(item)} == set(taken) and (taken or list(item.get(FILES, ())) == files)
+        if same:
+            take_off_colours(item)
             remove_city(item, item.get(PREFIX + "ground"))
     kept = list_cities(stage)
     for item in kept:

@@ -3,15 +3,18 @@
 import bpy
 import numpy as np
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
+from mathutils.bvhtree import BVHTree
 
 from ..core.errors import InputError
 from .attributes import PREFIX
+from .in_place import STAND_IN, is_in_place, list_taken
 from .run_step import redraw_panels
-from .select_faces import leave_edit_mode, read_selection, select_faces
+from .select_faces import gather_selection, leave_edit_mode, read_selection, select_faces
 from .session import find_city, find_session
 from .write_attributes import read_face_attribute
 
 PROBE = PREFIX + "probe"
+NEAR = 0.1  # [m] from where an object of the user is hit to the city's own face
 MONTHS = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"]
 
 
@@ -60,9 +63,9 @@ class ProbeFaces(bpy.types.Operator):
     def execute(self, context):
         """Select the surfaces, and store what they yield on the city."""
         city, _ = find_city(context.scene)
-        leave_edit_mode(context)
+        selected = gather_selection(context, city)
         try:
-            rows = find_surfaces(city, self.face, whole=self.whole)
+            rows = find_surfaces(city, self.face, whole=self.whole, selected=selected)
             city[PROBE] = describe_surfaces(find_session(city), rows)
             select_faces(context, city, np.isin(read_face_attribute(city.data, "surface"), rows))
         except InputError as error:
@@ -89,11 +92,19 @@ def hit_face(context, origin, direction):
     """Face of the city that a ray hits first, -1 if it hits something else or nothing."""
     city, _ = find_city(context.scene)
     graph = context.evaluated_depsgraph_get()
-    hit, _, _, face, item, _ = context.scene.ray_cast(graph, origin, direction)
-    return face if hit and item.original == city else -1
+    hit, place, _, face, item, _ = context.scene.ray_cast(graph, origin, direction)
+    if not hit or not is_in_place(city):
+        return face if hit and item.original == city else -1
+    # The city itself is hidden: what is hit is an object that it was taken from, or the one that stands in.
+    if item.original not in {city.get(STAND_IN), *(own for _, own, _ in list_taken(city))}:
+        return -1
+    tree = BVHTree.FromPolygons([v.co for v in city.data.vertices], [p.vertices for p in city.data.polygons])
+    inward = city.matrix_world.inverted()
+    _, _, nearest, distance = tree.find_nearest(inward @ place)
+    return nearest if nearest is not None and distance < NEAR else -1
 
 
-def find_surfaces(city, face, *, whole=False):
+def find_surfaces(city, face, *, whole=False, selected=None):
     """Surfaces to probe: (k,) int.
 
     Parameters
@@ -103,6 +114,8 @@ def find_surfaces(city, face, *, whole=False):
         -1: those of the selected faces.
     whole : bool
         All surfaces of their buildings.
+    selected : (f,) bool, optional
+        By default the faces selected on the city itself.
 
     Raises
     ------
@@ -112,7 +125,8 @@ def find_surfaces(city, face, *, whole=False):
     surface, building = read_face_attribute(city.data, "surface"), read_face_attribute(city.data, "building")
     if face >= len(surface):
         raise InputError(city.name, f"it has no face {face}", f"give 0 to {len(surface) - 1}")
-    chosen = read_selection(city.data) if face < 0 else np.arange(len(surface)) == face
+    selected = read_selection(city.data) if selected is None else selected
+    chosen = selected if face < 0 else np.arange(len(surface)) == face
     if not chosen.any():
         raise InputError(city.name, "no faces are selected", "select faces, or click on one")
     if whole:

@@ -8,6 +8,7 @@ from ..core.city.polygon import FileContent, Polygon
 from ..core.city.tree import Tree
 from ..core.errors import InputError
 from .attributes import PREFIX
+from .in_place import has_own_faces
 from .read_materials import name_face_materials
 
 LARGEST_COORDINATE = 1e8  # [m] larger than any coordinate on Earth
@@ -31,7 +32,7 @@ def find_items(context):
     return name, [item for item in items if not item.get(PREFIX + "part")]
 
 
-def read_meshes(name, items, context):
+def read_meshes(name, items, context, taken=None):
     """Read objects as buildings: a mesh (after its modifiers) is a building, a face of it a surface.
 
     Instances that an object makes (of a collection, by geometry nodes) are buildings as well. World axes are taken as
@@ -44,6 +45,8 @@ def read_meshes(name, items, context):
     items : list of bpy.types.Object
     context : bpy.types.Context
         For modifiers, instances and the scene's unit.
+    taken : list, optional
+        It gets what was read: (object, name of its building), the name "" where the faces are not those of its mesh.
 
     Returns
     -------
@@ -55,7 +58,7 @@ def read_meshes(name, items, context):
         There is no face.
     """
     metres, chosen, met, drawn = context.scene.unit_settings.scale_length, set(items), set(), set()
-    content, names = FileContent(name), Counter()
+    content, names, own = FileContent(name), Counter(), {}
     for instance in context.evaluated_depsgraph_get().object_instances:
         item = instance.object.original
         owner = instance.parent.original if instance.is_instance else item
@@ -73,7 +76,11 @@ def read_meshes(name, items, context):
         if names[building] > 1:
             building += f"~{names[building]}"
         _add_building(content, building, instance.object, np.array(instance.matrix_world), metres)
+        single = not instance.is_instance and has_own_faces(item, instance.object.data)
+        own[owner] = building if single and owner not in own else ""
     _tell_left_out(content, chosen - drawn, met)
+    if taken is not None:
+        taken += sorted(own.items(), key=lambda pair: pair[0].name)
     if not content.polygons:
         raise InputError(name, "they have no faces", "select meshes with faces, or a collection of such meshes")
     return content

@@ -6,7 +6,7 @@ import numpy as np
 from ..core.errors import InputError
 from .keep_report import BUILDINGS, NAMES_SHOWN, describe_row, find_faces, find_row, read_rows
 from .run_step import redraw_panels
-from .select_faces import deselect_faces, leave_edit_mode, read_selection, select_faces
+from .select_faces import deselect_faces, gather_selection, leave_edit_mode, select_faces
 from .session import find_city
 from .write_attributes import read_face_attribute
 
@@ -87,9 +87,9 @@ class SelectBuildings(OfCity, bpy.types.Operator):
     def execute(self, context):
         """Select, and name the buildings."""
         city, _ = find_city(context.scene)
-        leave_edit_mode(context)
+        selected = gather_selection(context, city)
         building = read_face_attribute(city.data, "building")
-        wanted = np.unique(building[read_selection(city.data)]) if building is not None else ()
+        wanted = np.unique(building[selected]) if building is not None else ()
         try:
             if not len(wanted):
                 raise InputError(city.name, "no faces are selected", "select faces in edit mode")

@@ -6,6 +6,7 @@ from typing import Any
 
 from ..core.errors import InputError
 from .attributes import PREFIX
+from .in_place import is_seen
 
 KEY = PREFIX + "session"
 _sessions = {}
@@ -55,7 +56,7 @@ def find_city(scene):
     cities = list_cities(scene)
     if not cities:
         return None, None
-    chosen = [item for item in cities if item.select_get()] or [item for item in cities if item.visible_get()]
+    chosen = [item for item in cities if item.select_get()] or [item for item in cities if is_seen(item)]
     city = (chosen or cities)[0]
     return city, city.get(PREFIX + "ground")
 

@@ -4,9 +4,13 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
+from .attributes import PREFIX
 from .colour_faces import COLOUR_ATTRIBUTE
 from .place_camera import AZIMUTH, ELEVATION, camera_axes
 from .session import find_city
+
+SHADING, TRANSFORM = PREFIX + "shading_before", PREFIX + "transform_before"  # properties of the scene
+KEPT = ("type", "light", "color_type", "show_cavity", "show_object_outline")
 
 
 def show_city(points=None, shaded=False, screens=None):
@@ -24,7 +28,7 @@ def show_city(points=None, shaded=False, screens=None):
         By default those that are to be seen, one in each window.
     """
     for screen in seen_screens() if screens is None else screens:
-        for space in (area.spaces.active for area in screen.areas if area.type == "VIEW_3D"):
+        for space in _spaces_of(screen):
             shading = space.shading
             shading.type = "SOLID"
             shading.light, shading.color_type = ("STUDIO", "MATERIAL") if shaded else ("FLAT", "VERTEX")
@@ -36,15 +40,45 @@ def show_city(points=None, shaded=False, screens=None):
 
 
 def match_view(stage):
-    """Show colours where the scene's city has them, else its shape in a studio light."""
+    """Show colours where the scene's city has them and they are switched on, else its shape in a studio light."""
     city, _ = find_city(stage)
     if city is not None:
-        show_city(shaded=COLOUR_ATTRIBUTE not in city.data.color_attributes)
+        show_city(shaded=COLOUR_ATTRIBUTE not in city.data.color_attributes or not stage.citypv.show_colours)
+
+
+def keep_shading(stage):
+    """Store how the 3D view is shaded, if it is not by CityPV, and the scene's view transform."""
+    spaces = _seen_spaces()
+    shading = spaces[0].shading if spaces else None
+    if shading is None or (shading.light, shading.color_type) == ("FLAT", "VERTEX"):
+        return
+    stage[SHADING] = {name: getattr(shading, name) for name in KEPT}
+    stage[TRANSFORM] = stage.view_settings.view_transform
+
+
+def give_back_shading(stage):
+    """Shade the 3D views as `keep_shading` found them."""
+    kept = stage.get(SHADING)
+    for space in _seen_spaces() if kept else ():
+        for name in KEPT:
+            setattr(space.shading, name, kept[name])
+    if kept:
+        stage.view_settings.view_transform = stage[TRANSFORM]
+    else:
+        match_view(stage)
 
 
 def seen_screens():
     """Screens that are to be seen, one in each window: list of bpy.types.Screen."""
     return [window.screen for window in bpy.context.window_manager.windows]
+
+
+def _seen_spaces():
+    return [space for screen in seen_screens() for space in _spaces_of(screen)]
+
+
+def _spaces_of(screen):
+    return [area.spaces.active for area in screen.areas if area.type == "VIEW_3D"]
 
 
 def _look_at(space, points):

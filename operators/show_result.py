@@ -5,10 +5,14 @@ from contextlib import contextmanager
 from ..core.errors import InputError
 from .attributes import PREFIX
 from .colour_faces import colour_faces, show_exact_colours
+from .in_place import is_in_place
 from .read_materials import remember_materials
 from .select_faces import leave_edit_mode
 from .session import find_city, find_session
-from .show_city import show_city
+from .show_city import give_back_shading, keep_shading, show_city
+from .wear_colours import describe_stand_ins, take_off_colours, wear_colours
+
+STAND_INS = PREFIX + "stand_ins"  # what the panel says of objects that have no faces of their own
 
 _state = {"quiet": False}
 
@@ -43,9 +47,31 @@ def show_result(context, city, ground, attribute):
         settings.attribute = attribute
         if not own and not scale.classes:
             settings.low, settings.high = scale.low, scale.high
-    show_exact_colours(context.scene)
-    show_city()
+    show_colours(context, city)
     return scale
+
+
+def show_colours(context, city):
+    """Show the colours of a city, or the shape and the user's own materials where *Colours* is off."""
+    wanted = context.scene.citypv.show_colours
+    if is_in_place(city):
+        hidden = wear_colours(city) if wanted else take_off_colours(city)
+        city[STAND_INS] = describe_stand_ins(hidden)
+    if wanted:
+        keep_shading(context.scene)
+        show_exact_colours(context.scene)
+        show_city()
+    else:
+        give_back_shading(context.scene)
+
+
+def follow_switch(settings, context):
+    """Show or take off the colours when the switch *Colours* changes."""
+    city, _ = find_city(context.scene)
+    if _state["quiet"] or city is None or city.get(PREFIX + "colour_attribute") is None:
+        return
+    leave_edit_mode(context)
+    show_colours(context, city)
 
 
 def follow_choice(settings, context):

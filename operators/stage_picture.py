@@ -9,6 +9,7 @@ from .attributes import PREFIX
 from .build_legend import build_legend
 from .build_meshes import read_vertices
 from .colour_faces import read_scale, show_exact_colours
+from .in_place import is_in_place
 from .place_camera import SENSOR_WIDTH, find_camera, place_camera, set_background
 from .render_preview import prepare_render
 from .session import find_city
@@ -43,14 +44,23 @@ def stage_picture(context, view="overview"):
     stage = bpy.data.scenes.get(SCENE) or bpy.data.scenes.new(SCENE)
     for item in list(stage.collection.objects):
         stage.collection.objects.unlink(item)
+        if item.get(PREFIX + "part") == "picture":
+            bpy.data.objects.remove(item)
     for item in filter(None, (city, ground)):
-        stage.collection.objects.link(item)
+        stage.collection.objects.link(_copy_hidden(item) if is_in_place(city) else item)
     camera = _aim(context, stage, view, city)
     build_legend(stage, camera, read_scale(city), city.get(PREFIX + "weather", ""))
     set_background(stage)
     show_exact_colours(stage)
     prepare_render(stage)
     return stage
+
+
+def _copy_hidden(item):
+    # A city that was taken from objects of the user is hidden itself; the picture shows a copy with the same mesh.
+    copy = item.copy()
+    copy[PREFIX + "part"], copy.hide_render = "picture", False
+    return copy
 
 
 def _aim(context, stage, view, city):

@@ -3,6 +3,8 @@
 from ..core.errors import InputError
 from .attributes import PREFIX
 from .build_properties import settings_of_panel
+from .in_place import is_in_place
+from .watch_edits import is_edited
 
 STEPS = {  # step -> settings of the panel that are not declared by core
     "import": ("city_path", "lod"),
@@ -42,7 +44,9 @@ def state_of_step(city, step, settings):
     for name in STEPS:
         kept = city.get(_key(name)) if city is not None else None
         state = "stale" if kept else "next"
-        if kept == describe_settings(name, settings):
+        # A city of the user's own meshes depends on them, not on the settings of a file.
+        same = kept == describe_settings(name, settings) or (name == "import" and kept and is_in_place(city))
+        if same and not (name == "import" and is_edited(city)):
             state = "done"
         if name == step:
             return state

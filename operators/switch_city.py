@@ -4,10 +4,13 @@ import bpy
 
 from ..core.errors import InputError
 from .attributes import PREFIX
+from .colour_faces import read_scale
+from .in_place import SEEN, is_in_place
 from .run_step import redraw_panels
 from .select_faces import leave_edit_mode
 from .session import find_city, list_cities
 from .show_city import match_view
+from .wear_colours import take_off_colours, wear_colours
 
 
 class SwitchCity(bpy.types.Operator):
@@ -56,7 +59,18 @@ def find_by_name(cities, name):
 
 
 def show_objects_of(city, *, visible):
-    """Show or hide a city and its ground in viewport and pictures; what is hidden is not selected either."""
+    """Show or hide a city and its ground in viewport and pictures; what is hidden is not selected either.
+
+    The objects of the user that a city was taken from stay; only its colours on them come and go.
+    """
+    if is_in_place(city):
+        city[SEEN] = visible
+        wanted = visible and read_scale(city) is not None and bpy.context.scene.citypv.show_colours
+        (wear_colours if wanted else take_off_colours)(city)
+        ground = city.get(PREFIX + "ground")
+        if ground is not None:
+            ground.hide_set(not visible)
+        return
     for item in filter(None, (city, city.get(PREFIX + "ground"))):
         if not visible:
             item.select_set(False)

@@ -3,10 +3,13 @@
 import bpy
 
 from .import_city import show_import, triangulate_import
+from .in_place import mark_taken, write_sources
 from .read_mesh import find_items, join_meshes, read_meshes
 from .read_settings import read_settings
 from .run_step import Step
 from .select_faces import leave_edit_mode
+from .session import find_city
+from .watch_edits import remember_shape
 
 
 class TakeMeshes(Step, bpy.types.Operator):
@@ -25,14 +28,22 @@ class TakeMeshes(Step, bpy.types.Operator):
     def prepare(self, context):
         """Read the meshes in Blender's thread."""
         leave_edit_mode(context)
-        return read_meshes(*find_items(context), context), read_settings(context.scene.citypv)
+        taken = []
+        content = read_meshes(*find_items(context), context, taken)
+        return content, taken, read_settings(context.scene.citypv)
 
     @staticmethod
     def work(task, progress):
         """Repair them like files."""
-        content, request = task
-        return triangulate_import(join_meshes(content, request.orient), request, progress)
+        content, taken, request = task
+        return taken, triangulate_import(join_meshes(content, request.orient), request, progress)
 
     def finish(self, context, result):
-        """Show the buildings."""
-        return show_import(context, *result)
+        """Remember what was taken; the objects stay as they are."""
+        taken, (city, scene, findings) = result
+        text = show_import(context, city, scene, findings, taken=[item for item, _ in taken])
+        item, _ = find_city(context.scene)
+        mark_taken(item, taken, scene.site, context.scene.unit_settings.scale_length)
+        write_sources(item, scene.surfaces.surface_id)
+        remember_shape(item)
+        return text

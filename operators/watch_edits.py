@@ -1,0 +1,77 @@
+"""Notice that a mesh was edited after a city was made of it: its results are stale then."""
+
+import hashlib
+
+import bpy
+import numpy as np
+
+from .attributes import PREFIX
+from .in_place import is_in_place, list_taken
+from .session import list_cities
+
+SHAPE, EDITED = PREFIX + "shape", PREFIX + "edited"  # properties of the city
+PLAIN = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")
+
+
+def remember_shape(city):
+    """Store on a city the shape of the meshes that it is made of."""
+    city[SHAPE], city[EDITED] = describe_shape(city), False
+
+
+def inherit_shape(city, earlier):
+    """Let a city have the shape of the one that it replaces."""
+    city[SHAPE], city[EDITED] = earlier.get(SHAPE, ""), earlier.get(EDITED, False)
+
+
+def is_edited(city):
+    """Whether the meshes of a city were edited since it was made."""
+    return city is not None and bool(city.get(EDITED))
+
+
+def describe_shape(city):
+    """Digest of vertices, faces, places and modifiers of a city's mesh, or of the objects that it was taken from."""
+    digest = hashlib.sha256()
+    if not is_in_place(city):
+        _add_mesh(digest, city.data)
+        return digest.hexdigest()
+    for _, item, _ in list_taken(city):
+        digest.update(np.array(item.matrix_world).tobytes())
+        if item.type == "MESH":
+            _add_mesh(digest, item.data)
+        for modifier in item.modifiers:
+            plain = [p.identifier for p in modifier.bl_rna.properties if p.type in PLAIN and not p.is_readonly]
+            kept = [name for name in plain if name not in ("show_expanded", "is_active")]
+            digest.update(repr([str(getattr(modifier, name)) for name in kept]).encode())
+    return digest.hexdigest()
+
+
+def follow_edits(scene, graph):
+    """Mark the cities whose meshes were edited, and unmark those whose edit was undone."""
+    touched = {
+        update.id.original for update in graph.updates if update.is_updated_geometry or update.is_updated_transform
+    }
+    for city in list_cities(scene) if touched else ():
+        own = [city] if not is_in_place(city) else [item for _, item, _ in list_taken(city)]
+        if SHAPE not in city or not touched & {part for item in own for part in (item, item.data)}:
+            continue
+        if any(item.mode == "EDIT" for item in own):
+            continue
+        edited = describe_shape(city) != city[SHAPE]
+        if edited != is_edited(city):
+            city[EDITED] = edited
+            _redraw()
+
+
+def _add_mesh(digest, mesh):
+    points, corners = np.empty(3 * len(mesh.vertices), np.float32), np.empty(len(mesh.loops), np.int32)
+    mesh.vertices.foreach_get("co", points)
+    mesh.loops.foreach_get("vertex_index", corners)
+    digest.update(points.tobytes())
+    digest.update(corners.tobytes())
+
+
+def _redraw():
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()

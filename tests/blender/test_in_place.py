@@ -1,0 +1,200 @@
+"""Objects that were taken show the results in place, keep their materials, and are as before without colours."""
+
+import bpy
+import numpy as np
+import pytest
+
+from citypv.operators.build_meshes import read_vertices
+from citypv.operators.follow_file import follow_undo
+from citypv.operators.in_place import is_seen, list_taken
+from citypv.operators.probe_faces import hit_face
+from citypv.operators.session import find_city, find_session, list_cities
+from citypv.operators.step_state import state_of_step
+from citypv.operators.write_attributes import read_face_attribute
+
+
+def add_box(name, location, material=None):
+    bpy.ops.mesh.primitive_cube_add(size=2, location=location, scale=(5, 4, 3))
+    box = bpy.context.object
+    box.name = name
+    if material is not None:
+        box.data.materials.append(material)
+    return box
+
+
+@pytest.fixture
+def town(addon):
+    """Five boxes: two alone, of which one moved and turned, two that share a mesh, one with a modifier."""
+    brick, white = bpy.data.materials.new("Brick"), bpy.data.materials.new("White")
+    house, turned = add_box("House", (100, 0, 3), brick), add_box("Turned", (130, 10, 3), white)
+    turned.rotation_euler[2] = 0.5
+    one = add_box("One", (100, 40, 3), brick)
+    two = one.copy()
+    two.name, two.location.x = "Two", 140
+    bpy.context.scene.collection.objects.link(two)
+    row = add_box("Row", (100, 80, 3), white)
+    row.modifiers.new("Array", "ARRAY").count = 2
+    bpy.ops.object.select_all(action="SELECT")
+    addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
+    addon.suns, addon.typical_days, addon.samples, addon.shadow_samples = "typical-days", 1, 16, 2
+    return {item.name: item for item in (house, turned, one, two, row)}
+
+
+def run(*steps):
+    for step in steps:
+        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    return find_city(bpy.context.scene)[0]
+
+
+def colours_of(mesh):
+    attribute = mesh.color_attributes["citypv_colour"]
+    values = np.empty(4 * len(mesh.loops), np.float32)
+    attribute.data.foreach_get("color_srgb", values)
+    return values.reshape(-1, 4)[:, :3]
+
+
+def check_probe(city, session, town):
+    """A ray finds the face of an object and of a stand-in; selected objects are probed together."""
+    bpy.context.view_layer.update()
+    for above, building in (((100, 0, 50), "House"), ((140, 40, 50), "Two"), ((110, 80, 50), "Row")):
+        face = hit_face(bpy.context, above, (0, 0, -1))
+        row = read_face_attribute(city.data, "surface")[face]
+        assert session.scene.surfaces.building_id[row] == building
+        assert session.scene.surfaces.surface_tilt[row] == pytest.approx(0, abs=1e-3)
+    assert hit_face(bpy.context, (300, 300, 50), (0, 0, -1)) == -1
+    bpy.ops.citypv.probe(face=hit_face(bpy.context, (100, 0, 50), (0, 0, -1)), whole=True)
+    told = dict(line.split("|") for line in city["citypv_probe"])
+    assert (told["Building"], told["Surfaces"]) == ("House", "6")
+    assert bpy.context.view_layer.objects.active == town["House"]
+    bpy.ops.citypv.deselect()
+    bpy.ops.object.select_all(action="DESELECT")
+    town["Turned"].select_set(True)
+    bpy.ops.citypv.probe()
+    assert "Building|Turned" in list(city["citypv_probe"])
+
+
+def test_each_face_shows_the_result_of_its_surface(addon, town):
+    city = run("take_meshes", "classify", "trace", "energy")
+    session = find_session(city)
+    for name in ("House", "Turned"):
+        mesh = town[name].data
+        shown = read_face_attribute(mesh, "full_load_hours")
+        rows = [session.scene.surfaces.surface_id.index(f"{name}/{face}") for face in range(6)]
+        np.testing.assert_allclose(shown, session.energy.full_load_hours[rows], rtol=1e-6)
+        # The direction of each face is the azimuth and tilt of the surface that it got its hours from.
+        normals = np.array([town[name].matrix_world.to_3x3() @ face.normal for face in mesh.polygons])
+        tilt = np.degrees(np.arccos(np.clip(normals[:, 2], -1, 1)))
+        np.testing.assert_allclose(session.transfer.surfaces.surface_tilt[rows], tilt, atol=1e-3)
+        walls = abs(normals[:, 2]) < 0.1
+        azimuth = np.degrees(np.arctan2(normals[:, 0], normals[:, 1])) % 360
+        np.testing.assert_allclose(session.transfer.surfaces.surface_azimuth[rows][walls], azimuth[walls], atol=1e-3)
+        assert mesh.color_attributes.active_color.name == "citypv_colour"
+        assert len(np.unique(colours_of(mesh).round(3), axis=0)) > 2
+    check_probe(city, session, town)
+
+
+def test_own_materials_stay_and_all_comes_back_without_colours(addon, town):
+    town["House"].data.color_attributes.new("mine", "BYTE_COLOR", "CORNER")
+    before = {name: [slot.material for slot in item.material_slots] for name, item in town.items()}
+    city = run("take_meshes", "classify")
+    for name, item in town.items():
+        assert [slot.material for slot in item.material_slots] == before[name]
+        assert list(item.data.materials) == before[name]
+        assert item.visible_get() == (name in ("House", "Turned"))
+    assert not city.visible_get() and city.hide_render
+    assert is_seen(city)
+    stand_in = city["citypv_stand_in"]
+    points, own = read_vertices(stand_in), read_vertices(town["Two"])
+    assert points[:, 1].min() == pytest.approx(36, abs=1e-4)
+    assert own[:, 1].min() == pytest.approx(36, abs=1e-4)
+    # Two boxes of one mesh, and the two of the array.
+    assert len(np.unique(read_face_attribute(stand_in.data, "surface"))) == 24
+    addon.show_colours = False
+    assert all(item.visible_get() for item in town.values())
+    assert "citypv_stand_in" not in city
+    assert town["House"].data.color_attributes.active_color_name == "mine"
+    assert "citypv_colour" not in town["House"].data.color_attributes
+    assert town["Turned"].data.color_attributes.active_color_name == ""
+    assert read_face_attribute(town["House"].data, "kind") is not None
+    addon.show_colours = True
+    assert "citypv_colour" in town["House"].data.color_attributes
+    assert not town["Row"].visible_get()
+
+
+def test_a_scene_in_other_units_is_coloured_where_it_is(addon, town):
+    bpy.context.scene.unit_settings.scale_length = 0.5
+    city = run("take_meshes", "classify")
+    points = np.concatenate([read_vertices(town[name]) for name in ("House", "Turned", "One", "Two")])
+    np.testing.assert_allclose(read_vertices(city).min(axis=0), points.min(axis=0), atol=1e-3)
+
+
+def test_a_moved_vertex_or_object_marks_the_results_stale(addon, town):
+    city = run("take_meshes", "classify")
+
+    def states():
+        bpy.context.view_layer.update()
+        return [state_of_step(city, step, addon) for step in ("import", "classify")]
+
+    assert states() == ["done"] * 2
+    town["House"].data.vertices[0].co.x += 1
+    town["House"].data.update()
+    assert states() == ["stale"] * 2
+    town["House"].data.vertices[0].co.x -= 1
+    town["House"].data.update()
+    assert states() == ["done"] * 2
+    town["Turned"].location.x += 1
+    assert states() == ["stale"] * 2
+    town["Turned"].location.x -= 1
+    assert states() == ["done"] * 2
+    town["Row"].modifiers[0].count = 3
+    assert states() == ["stale"] * 2
+
+
+def test_an_edited_city_of_a_file_is_stale_too(addon, city_file):
+    addon.city_path = str(city_file)
+    city = run("import_city", "classify")
+    city.data.vertices[0].co.z += 1
+    city.data.update()
+    bpy.context.view_layer.update()
+    assert state_of_step(city, "classify", addon) == "stale"
+
+
+def test_another_city_leaves_the_objects_alone(addon, town, city_file):
+    first = run("take_meshes", "classify")
+    kinds = read_face_attribute(first.data, "kind")
+    addon.city_path, addon.own_place = str(city_file), False
+    second = run("import_city", "classify")
+    assert set(list_cities(bpy.context.scene)) == {first, second}
+    assert all(item.visible_get() for item in town.values())
+    assert "citypv_colour" not in town["House"].data.color_attributes
+    assert bpy.ops.citypv.switch_city(name=first.name) == {"FINISHED"}
+    assert find_city(bpy.context.scene)[0] == first
+    assert "citypv_colour" in town["House"].data.color_attributes
+    np.testing.assert_array_equal(read_face_attribute(first.data, "kind"), kinds)
+
+
+def test_other_selected_objects_are_another_city_and_the_same_ones_replace_it(addon, town):
+    for item in town.values():
+        item.select_set(item.name == "House")
+    first = run("take_meshes", "classify")
+    for item in town.values():
+        item.select_set(item.name == "Turned")
+    second = run("take_meshes", "classify")
+    assert set(list_cities(bpy.context.scene)) == {first, second}
+    assert [item for _, item, _ in list_taken(first)] == [town["House"]]
+    for item in town.values():
+        item.select_set(item.name == "Turned")
+    third = run("take_meshes")
+    assert set(list_cities(bpy.context.scene)) == {first, third}
+
+
+def test_a_picture_shows_the_city_that_is_hidden_itself(addon, town):
+    from citypv.operators.stage_picture import stage_picture
+
+    city = run("take_meshes", "classify")
+    for _ in range(2):
+        stage = stage_picture(bpy.context)
+        meshes = [item for item in stage.objects if item.data == city.data]
+        assert len(meshes) == 1 and not meshes[0].hide_render
+    assert len(list_cities(bpy.context.scene)) == 1
+    assert follow_undo in bpy.app.handlers.undo_post
