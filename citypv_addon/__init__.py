@@ -4,14 +4,19 @@ import atexit
 
 import bpy
 
+from ..operators.berlin_example import BerlinExample
 from ..operators.cancel_step import CancelStep
+from ..operators.choose_preset import PredictPrices, UsePreset
 from ..operators.classify_city import ClassifyCity
 from ..operators.colour_city import ColourCity, RenderCity
 from ..operators.compute_energy import WeighEnergy
 from ..operators.draw_legend import start_drawing, stop_drawing
+from ..operators.find_module import FindModule
 from ..operators.follow_file import start_following, stop_following
 from ..operators.import_city import ChooseCity, ImportCity
+from ..operators.plan_effects import ExplainEffect, PlanEffects
 from ..operators.probe_faces import ProbeFaces
+from ..operators.read_preferences import find_preferences, use_cache_folder
 from ..operators.select_group import DeselectFaces, SelectBuildings, SelectGroup
 from ..operators.session import close_sessions
 from ..operators.show_report import CopyGroup, ShowReport
@@ -20,7 +25,9 @@ from ..operators.switch_city import SwitchCity
 from ..operators.take_meshes import TakeMeshes
 from ..operators.trace_city import TraceCity
 from .command import register_command, unregister_command
-from .panels import PANELS, MaterialPanel, draw_import_menu
+from .menus import CityMenu, draw_city_menu, draw_import_menu
+from .panels import PANELS, MaterialPanel
+from .preferences import Preferences
 from .properties import Settings, build_material_property
 
 STEPS = (SolarCity, ChooseCity, ImportCity, TakeMeshes, ClassifyCity, TraceCity, WeighEnergy, ColourCity, RenderCity)
@@ -36,8 +43,14 @@ OTHERS = (
     CopyGroup,
     ShowReport,
     SwitchCity,
+    BerlinExample,
+    UsePreset,
+    PlanEffects,
+    ExplainEffect,
+    PredictPrices,
+    FindModule,
 )
-CLASSES = (Settings, *STEPS, *OTHERS, *PANELS, MaterialPanel)
+CLASSES = (Settings, Preferences, *STEPS, *OTHERS, *PANELS, MaterialPanel, CityMenu)
 
 
 def register():
@@ -47,6 +60,8 @@ def register():
     bpy.types.Scene.citypv = bpy.props.PointerProperty(type=Settings)
     bpy.types.Material.citypv_material = build_material_property()
     bpy.types.TOPBAR_MT_file_import.append(draw_import_menu)
+    bpy.types.VIEW3D_MT_editor_menus.append(draw_city_menu)
+    use_cache_folder(find_preferences())
     register_command()
     start_drawing()
     start_following()
@@ -64,6 +79,7 @@ def unregister():
     stop_drawing()
     unregister_command()
     bpy.types.TOPBAR_MT_file_import.remove(draw_import_menu)
+    bpy.types.VIEW3D_MT_editor_menus.remove(draw_city_menu)
     del bpy.types.Scene.citypv, bpy.types.Material.citypv_material
     for item in reversed(CLASSES):
         bpy.utils.unregister_class(item)

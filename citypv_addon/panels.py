@@ -9,6 +9,7 @@ from ..operators.run_step import Step
 from ..operators.session import find_city, list_cities
 from ..operators.show_result import has_result
 from ..operators.step_state import STEPS, state_of_step
+from .draw_light import draw_effects, draw_electric_effects, draw_presets
 from .report import draw_report, draw_rows, draw_sentence
 
 STATES = {"done": "CHECKMARK", "stale": "FILE_REFRESH", "next": "FORWARD"}  # icons
@@ -40,6 +41,8 @@ class MainPanel(_Panel, bpy.types.Panel):
         column.prop(settings, "city_path")
         column.scale_y = 1.2
         draw_step(self.layout, column, "citypv.solar_city", "LIGHT_SUN")
+        if find_city(context.scene)[0] is None:
+            column.operator("citypv.berlin_example", icon="WORLD")
         draw_table(self.layout, context, "citypv_totals", ("Per year", "kWp", "MWh", "h"))
         draw_cities(self.layout, context)
 
@@ -106,6 +109,8 @@ class TracePanel(_Step, bpy.types.Panel):
     def draw(self, context):
         """Show the settings of the step."""
         column, settings = self.start(context)
+        draw_presets(column, context)
+        draw_running(self.layout, "Predict time and error")
         column.prop(settings, "suns")
         if settings.suns == "days":
             column.prop(settings, "days")
@@ -121,6 +126,11 @@ class TracePanel(_Step, bpy.types.Panel):
         head.label(text="Sampling")
         for name in (*settings_of_panel("sampling"), "threads") if sampling else ():
             sampling.prop(settings, name)
+        head, effects = column.panel("citypv_effects", default_closed=True)
+        head.label(text="Effects")
+        if effects:
+            draw_effects(effects, context)
+        draw_running(self.layout, "Plan effects")
         draw_step(self.layout, column, "citypv.trace", "LIGHT_SUN")
         draw_lines(self.layout, context, "citypv_interrupted")
         draw_table(self.layout, context, "citypv_albedos", ("Material", "Albedo", "Surfaces"))
@@ -143,6 +153,11 @@ class EnergyPanel(_Step, bpy.types.Panel):
             column.prop(settings, "year")
         for name in settings_of_panel("energy"):
             column.prop(settings, name)
+        column.operator("citypv.find_module", icon="VIEWZOOM")
+        head, effects = column.panel("citypv_electric_effects", default_closed=True)
+        head.label(text="Effects of the modules")
+        if effects:
+            draw_electric_effects(effects, context)
         draw_step(self.layout, column, "citypv.energy", "OUTLINER_OB_LIGHTPROBE")
         draw_missing_light(self.layout, context)
         draw_table(self.layout, context, "citypv_groups", ("Group", "Count", "Hours"))
@@ -232,7 +247,11 @@ def draw_missing_light(layout, context):
 
 def draw_step(layout, column, operator, icon):
     """Show the button of a step and, while it runs, its progress and a cancel button."""
-    title = column.operator(operator, icon=icon).bl_rna.name
+    draw_running(layout, column.operator(operator, icon=icon).bl_rna.name)
+
+
+def draw_running(layout, title):
+    """Show progress and a cancel button while the step with this title runs."""
     if Step.current is not None and Step.current.title == title:
         row = layout.row(align=True)
         row.progress(factor=Step.current.share, text=f"{100 * Step.current.share:.0f} %")
@@ -261,9 +280,3 @@ def draw_lines(layout, context, key, icon="NONE"):
     city, _ = find_city(context.scene)
     if city is not None and city.get(key):
         draw_sentence(layout.box().column(align=True), city[key], icon)
-
-
-def draw_import_menu(menu, context):
-    """Add the import to the menu File > Import."""
-    menu.layout.operator_context = "INVOKE_DEFAULT"
-    menu.layout.operator("citypv.choose_city", text="City for CityPV (.gml, .json, .obj)")

@@ -5,6 +5,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 
 from ..operators.attributes import TITLES
 from ..operators.build_properties import build_properties
+from ..operators.effect_switches import build_switches
 from ..operators.read_materials import MATERIALS
 from ..operators.show_result import follow_choice, follow_switch
 
@@ -134,4 +135,4 @@ class Settings(bpy.types.PropertyGroup):
     show_legend: BoolProperty(name="Legend", description="Draw the legend in the 3D view", default=True)
 
 
-Settings.__annotations__.update(build_properties())
+Settings.__annotations__.update(build_properties() | build_switches())

@@ -3,7 +3,9 @@
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ..core.request import declared_settings
+from .find_module import suggest_modules
 
+SEARCHES = {"Module": suggest_modules}  # title of a text -> its suggestions
 LARGEST = 2**31 - 1  # Blender keeps whole numbers in 32 bits
 UNSET = -1  # stands for None in whole numbers that may be left to the program, as Blender has no None
 
@@ -33,7 +35,9 @@ def build_property(default, details):
     if details.kind in ("switch", "flag"):
         return BoolProperty(**named, default=default)
     if details.kind == "text":
-        return StringProperty(**named, default=default or "")
+        search = SEARCHES.get(details.title)
+        more = {"search": search, "search_options": {"SUGGESTION"}} if search else {}
+        return StringProperty(**named, default=default or "", **more)
     named |= {"default": default} | ({"min": details.least} if details.least is not None else {})
     named |= {"max": details.most} if details.most is not None else {}
     if left_to_program(details):

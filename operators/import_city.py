@@ -11,6 +11,7 @@ from .build_meshes import build_meshes, remove_city, show_objects
 from .city_files import CityFiles
 from .in_place import list_taken
 from .keep_report import FILES, keep_report
+from .read_preferences import choose_weather, find_preferences
 from .read_settings import read_city_path, read_settings
 from .run_step import Step
 from .session import Session, list_cities, open_session
@@ -37,6 +38,7 @@ class ImportCity(CityFiles, Step, bpy.types.Operator):
     def prepare(self, context):
         """Read the paths and options."""
         settings = context.scene.citypv
+        choose_weather(settings, find_preferences())
         if self.files and self.directory:
             paths = [str(Path(self.directory, file.name)) for file in self.files if file.name]
         else:

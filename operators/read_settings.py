@@ -4,6 +4,8 @@ import bpy
 
 from ..core.errors import InputError
 from .build_properties import read_properties
+from .effect_switches import read_switches
+from .read_preferences import find_preferences, read_threads
 
 
 def read_settings(settings):
@@ -31,7 +33,8 @@ def read_settings(settings):
         weather=read_weather_source(settings),
         suns=read_suns(settings),
         albedo_file=read_albedo_path(settings) if settings.albedo_source == "file" else None,
-        threads=settings.threads or None,
+        threads=read_threads(settings, find_preferences()),
+        effects=read_switches(settings),
     )
 
 

@@ -1,8 +1,10 @@
 """State of the steps: done, stale because a setting was changed since, or still to do."""
 
+from ..core.effects.table import TABLE
 from ..core.errors import InputError
 from .attributes import PREFIX
 from .build_properties import settings_of_panel
+from .effect_switches import ELECTRIC, name_switch
 from .in_place import is_in_place
 from .watch_edits import is_edited
 
@@ -58,6 +60,8 @@ def state_of_step(city, step, settings):
 def describe_settings(step, settings):
     """Settings of a step as text."""
     names = [*STEPS[step], *(name for panel in PANELS[step] for name in settings_of_panel(panel))]
+    if step in ("trace", "energy"):
+        names += [name_switch(key) for key in TABLE if (key in ELECTRIC) == (step == "energy")]
     return repr([getattr(settings, name) for name in names])
 
 

@@ -5,6 +5,7 @@ import bpy
 from ..core.progress import SUN_STAGE
 from .compile_loops import COMPILING, compile_loops
 from .keep_report import keep_report
+from .plan_effects import keep_plan
 from .read_materials import read_finishes, remember_materials
 from .read_settings import read_settings
 from .run_step import Step
@@ -81,6 +82,7 @@ class TraceCity(Step, bpy.types.Operator):
         forget_energy(city)
         keep_report(city, session.scene, findings)
         summarise_albedo(city, *albedos)
+        keep_plan(city, transfer.record.effects if transfer.record else ())
         remember_step(city, "trace", context.scene.citypv)
         session.weather, session.transfer, session.energy = weather, transfer, None
         shown = show_result(context, city, ground, "diffuse_relative")

@@ -149,9 +149,7 @@ def describe_stand_ins(names):
     if not names:
         return ""
     some = ", ".join(names[:FEW]) + (" …" if len(names) > FEW else "")
-    return (
-        f"{some}: hidden behind a coloured copy, as instances, shared meshes or modifiers have no faces of their own"
-    )
+    return f"{some}: hidden behind a coloured copy, as instances, shared meshes or modifiers have no faces of their own"
 
 
 def _wear_colour(source, mesh, triangles, faces, weights):

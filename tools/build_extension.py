@@ -18,7 +18,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name, parse_wheel_filename
 
 ROOT = Path(__file__).resolve().parent.parent
-CONTENTS = ("__init__.py", "__main__.py", "LICENSE", "core", "operators", "citypv_addon")
+CONTENTS = ("__init__.py", "__main__.py", "LICENSE", "core", "operators", "citypv_addon", "examples/berlin")
 LEFT_OUT = {"numpy", "pyomo", "highspy"}  # Blender's own; the last two serve tsam's k-medoids only
 MANYLINUX = [f"manylinux_2_{minor}_x86_64" for minor in range(28, 4, -1)]
 MANYLINUX += ["manylinux2014_x86_64", "manylinux2010_x86_64", "manylinux1_x86_64"]

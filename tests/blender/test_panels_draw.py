@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
+from citypv.citypv_addon.menus import CityMenu, draw_city_menu
 from citypv.citypv_addon.panels import PANELS
 from citypv.operators.run_step import Job, Step
 from citypv.operators.session import find_city
@@ -26,7 +27,7 @@ class Layout:
     def panel(self, name, default_closed=False):
         return Layout(self.texts), Layout(self.texts)
 
-    def prop(self, data, name, **_):
+    def prop(self, data, name, expand=False, **_):
         assert name in data.bl_rna.properties, name
 
     def label(self, text="", icon="NONE"):
@@ -37,12 +38,18 @@ class Layout:
         assert 0 <= factor <= 1
         self.texts.append(text)
 
-    def operator(self, name, text="", icon="NONE"):
+    def operator(self, name, text="", icon="NONE", depress=False):
         assert icon in ICONS, icon
         kind = getattr(bpy.ops.citypv, name.partition(".")[2]).get_rna_type()
         return SimpleNamespace(bl_rna=SimpleNamespace(name=kind.name))
 
-    def operator_menu_enum(self, name, prop, icon):
+    def separator(self):
+        self.texts.append("")
+
+    def menu(self, name):
+        assert hasattr(bpy.types, name), name
+
+    def operator_menu_enum(self, name, prop, icon="NONE"):
         assert prop in getattr(bpy.ops.citypv, name.partition(".")[2]).get_rna_type().properties
         self.operator(name, icon=icon)
 
@@ -56,6 +63,9 @@ def draw_all():
         panel.draw(stand, bpy.context)
         if hasattr(panel, "draw_header_preset"):
             panel.draw_header_preset(stand, bpy.context)
+    menu = SimpleNamespace(layout=Layout(texts))
+    CityMenu.draw(menu, bpy.context)
+    draw_city_menu(menu, bpy.context)
     return texts
 
 

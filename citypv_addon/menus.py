@@ -1,0 +1,46 @@
+"""Menus: CityPV in the header of the 3D view, where F3 finds every operator, and File > Import."""
+
+import bpy
+
+GROUPS = (  # operators of the menu, between separators
+    ("solar_city", "berlin_example", "choose_city", "import_city", "take_meshes"),
+    ("classify", "use_preset", "plan_effects", "predict", "trace", "find_module", "energy"),
+    ("colour", "render", "probe", "select_group", "select_buildings", "deselect"),
+    ("show_report",),
+)
+
+
+class CityMenu(bpy.types.Menu):
+    """All operators of CityPV."""
+
+    bl_idname, bl_label = "VIEW3D_MT_citypv", "CityPV"
+
+    def draw(self, context):
+        """List them."""
+        self.layout.operator_context = "INVOKE_DEFAULT"
+        for number, names in enumerate(GROUPS):
+            if number:
+                self.layout.separator()
+            for name in names:
+                draw_operator(self.layout, f"citypv.{name}")
+
+
+def draw_operator(layout, name):
+    """Show an operator; one with a choice that the user has to make, as a submenu of it."""
+    properties = getattr(bpy.ops.citypv, name.partition(".")[2]).get_rna_type().properties
+    choices = [p.identifier for p in properties if p.type == "ENUM" and p.identifier != "rna_type"]
+    if choices:
+        layout.operator_menu_enum(name, choices[0])
+    else:
+        layout.operator(name)
+
+
+def draw_city_menu(menu, context):
+    """Add the menu to the header of the 3D view."""
+    menu.layout.menu(CityMenu.bl_idname)
+
+
+def draw_import_menu(menu, context):
+    """Add the import to the menu File > Import."""
+    menu.layout.operator_context = "INVOKE_DEFAULT"
+    menu.layout.operator("citypv.choose_city", text="City for CityPV (.gml, .json, .obj)")

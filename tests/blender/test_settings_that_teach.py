@@ -1,0 +1,124 @@
+"""Presets, switches of effects, module search, preferences, menus: each does what the command line does."""
+
+from types import SimpleNamespace
+
+import bpy
+import pytest
+
+from citypv.citypv_addon import CLASSES
+from citypv.citypv_addon.menus import GROUPS
+from citypv.core.commands.command_line import build_parser
+from citypv.core.effects.table import TABLE
+from citypv.core.energy.pv_system import ELECTRIC
+from citypv.operators import effect_switches, read_preferences
+from citypv.operators.choose_preset import find_preset, read_prices
+from citypv.operators.find_module import suggest_modules
+from citypv.operators.plan_effects import read_plan
+from citypv.operators.read_settings import read_settings
+from citypv.operators.session import find_city
+from citypv.operators.step_state import state_of_step
+
+INNER = {"cancel", "copy_group", "drop_weather", "explain_effect", "switch_city"}  # need a row or a running step
+
+
+@pytest.mark.parametrize("preset", ["draft", "standard", "reference"])
+def test_a_preset_is_that_of_the_command_line(addon, preset):
+    addon.samples, addon.days, addon.patch_size = 17, 3, 3.0
+    assert bpy.ops.citypv.use_preset(preset=preset) == {"FINISHED"}
+    assert find_preset(addon) == preset
+    request = read_settings(addon)
+    options = build_parser().parse_args(["simulate", "city.gml", "--out", "out", "--preset", preset])
+    from citypv.core.commands.add_options import imply_settings
+
+    if imply_settings(options):
+        implied = {"draft": (64, 4, "days:12"), "standard": (256, 16, "days:24"), "reference": (1024, 64, "days:52")}
+        assert (request.samples, request.shadow_samples, request.suns) == implied[preset]
+    assert (request.patch_size, request.max_bounces) == ((5.0, 5) if preset == "reference" else (10.0, None))
+    addon.samples += 1
+    assert find_preset(addon) == ""
+
+
+def test_each_line_of_the_table_has_a_switch_with_words(addon):
+    assert effect_switches.ELECTRIC == ELECTRIC
+    for key in TABLE:
+        switch = type(addon).bl_rna.properties[effect_switches.name_switch(key)]
+        assert [item.identifier for item in switch.enum_items] == ["auto", "on", "off"]
+        assert len(switch.description) > 20
+    assert read_settings(addon).effects == {}
+    addon.effect_sky_rays, addon.effect_aoi = "on", "off"
+    assert read_settings(addon).effects == {"sky-rays": True, "aoi": False}
+
+
+def test_plan_and_predictions_of_a_city(addon, city_file):
+    with pytest.raises(RuntimeError, match="Classify the city first"):
+        bpy.ops.citypv.plan_effects()
+    addon.city_path, addon.effect_far_ground = str(city_file), "off"
+    for step in ("import_city", "classify", "plan_effects", "predict"):
+        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    city, _ = find_city(bpy.context.scene)
+    plan = read_plan(city)
+    assert set(plan) == set(TABLE)
+    assert plan["far-ground"][0].startswith("off")
+    assert plan["temperature"][0].startswith("on")
+    assert bpy.ops.citypv.explain_effect(effect="reflections") == {"FINISHED"}
+    with pytest.raises(RuntimeError, match="'wind' is no effect"):
+        bpy.ops.citypv.explain_effect(effect="wind")
+    prices = read_prices(city)
+    assert list(prices) == ["draft", "standard", "reference"]
+    assert prices["draft"][0] < prices["reference"][0]
+    assert prices["draft"][1] > prices["reference"][1] > 0
+    remembered = state_of_step(city, "trace", addon)
+    assert remembered == "next"
+
+
+def test_a_switched_effect_makes_its_step_stale(addon, city_file):
+    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 2, 1
+    assert bpy.ops.citypv.solar_city() == {"FINISHED"}
+    city, _ = find_city(bpy.context.scene)
+    assert set(read_plan(city)) == set(TABLE)
+    addon.effect_temperature = "off"
+    assert [state_of_step(city, step, addon) for step in ("trace", "energy")] == ["done", "stale"]
+    addon.effect_temperature, addon.effect_perez = "auto", "off"
+    assert [state_of_step(city, step, addon) for step in ("trace", "energy")] == ["stale", "stale"]
+
+
+def test_modules_are_found_by_words(addon):
+    assert bpy.ops.citypv.find_module(text="sunpower 300 wht 2007") == {"FINISHED"}
+    assert addon.module == "SunPower_SPR_300_WHT__2007__E__"
+    assert addon.module in suggest_modules(addon, bpy.context, "300 sunpower")
+    with pytest.raises(RuntimeError, match="Module: 'no such thing' is not in pvlib's libraries"):
+        bpy.ops.citypv.find_module(text="no such thing")
+
+
+def test_preferences_are_what_a_new_scene_begins_with(addon, monkeypatch, tmp_path):
+    preferences = SimpleNamespace(weather="clear-sky", weather_file="", threads=3, cache_folder=str(tmp_path))
+    monkeypatch.setattr(read_preferences, "find_preferences", lambda: preferences)
+    read_preferences.choose_weather(addon, preferences)
+    assert addon.weather == "clear-sky"
+    addon.weather = "climate"
+    read_preferences.choose_weather(addon, preferences)
+    assert addon.weather == "climate"
+    assert read_preferences.read_threads(addon, preferences) == 3
+    addon.threads = 1
+    assert read_preferences.read_threads(addon, preferences) == 1
+    assert read_preferences.read_threads(SimpleNamespace(threads=0), None) is None
+    monkeypatch.delitem(read_preferences.sys.modules, "numba", raising=False)
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
+    read_preferences.use_cache_folder(preferences)
+    assert read_preferences.os.environ["NUMBA_CACHE_DIR"] == str(tmp_path)
+
+
+def test_every_operator_is_in_the_menu_that_f3_searches(addon):
+    listed = {name for group in GROUPS for name in group}
+    own = {item for item in CLASSES if issubclass(item, bpy.types.Operator)}
+    assert {item.bl_idname.partition(".")[2] for item in own} == listed | INNER
+    for item in own:
+        kind = getattr(bpy.ops.citypv, item.bl_idname.partition(".")[2]).get_rna_type()
+        assert kind.name and len(kind.description) > 15, item
+
+
+def test_the_berlin_example_is_there(addon):
+    from citypv.operators.berlin_example import CITY, FOLDER, WEATHER
+
+    assert bpy.ops.citypv.berlin_example.poll()
+    assert (FOLDER / CITY).stat().st_size + (FOLDER / WEATHER).stat().st_size < 5e6
