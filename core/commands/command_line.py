@@ -106,6 +106,7 @@ def build_parser():
     simulate.add_argument("--transfer", action="store_true", help="write transfer.nc even if it takes gigabytes")
     simulate.add_argument("--cityjson", action="store_true", help="write city.city.json: the city with its results")
     simulate.add_argument("--gltf", action="store_true", help="write city.glb: the city in colours, for any viewer")
+    simulate.add_argument("--geopackage", action="store_true", help="write city.gpkg: surfaces and buildings, for GIS")
     simulate.set_defaults(run=run_simulate, parser=simulate)
     again = commands.add_parser("yield", help="full load hours of a transfer.nc with other weather or another module")
     again.add_argument("transfer", metavar="TRANSFER", help="transfer.nc of an earlier run")

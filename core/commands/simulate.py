@@ -15,6 +15,7 @@ from ..results.effect_shares import shares_of_effects, state_outcome
 from ..results.output_folder import whole_folder
 from ..results.read_transfer import read_transfer
 from ..results.write_cityjson import write_cityjson
+from ..results.write_geopackage import write_geopackage
 from ..results.write_gltf import write_gltf
 from ..results.write_summary import summarise, write_summary
 from ..results.write_tables import write_tables
@@ -57,7 +58,7 @@ class RunLog:
             print(text, file=self.stream, flush=True)
 
 
-EXPORTS = ("transfer", "cityjson", "gltf")
+EXPORTS = ("transfer", "cityjson", "gltf", "geopackage")
 
 
 def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None, exports=(), cluster=None):
@@ -229,7 +230,7 @@ def write_results(work, transfer, weather, request, log, *, scene=None, draw=Non
 
 
 def write_exports(work, results, request, exports, progress=silent):
-    """Write files for other programs: `city.city.json`, `city.glb`.
+    """Write files for other programs: `city.city.json`, `city.glb`, `city.gpkg`.
 
     Parameters
     ----------
@@ -242,11 +243,10 @@ def write_exports(work, results, request, exports, progress=silent):
         See `core.progress`.
     """
     city, scene, transfer, energy, weather = results
-    if "cityjson" in exports:
+    tables = {"cityjson": ("city.city.json", write_cityjson), "geopackage": ("city.gpkg", write_geopackage)}
+    for name, write in (tables[key] for key in tables if key in exports):
         system = build_system(request)
-        write_cityjson(
-            work / "city.city.json", city, transfer, energy, system=system, label=weather.label, progress=progress
-        )
+        write(work / name, city, transfer, energy, system=system, label=weather.label, progress=progress)
     if "gltf" in exports:
         write_gltf(work / "city.glb", scene, energy, label=weather.label, progress=progress)
 

@@ -22,6 +22,7 @@ NAMES = (
     "world_day.png",
     "city.city.json",
     "city.glb",
+    "city.gpkg",
     "city.blend",
     "preview.png",
     "report.html",

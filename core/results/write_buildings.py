@@ -19,6 +19,19 @@ def write_buildings(path, transfer, energy, system, *, monthly=False):
     monthly : bool
         Whether to add columns with the full load hours of each month.
     """
+    rows = sum_buildings(transfer, energy, system, monthly=monthly)
+    table = pd.DataFrame(rows)
+    for column in table.columns[3:]:
+        values = np.array([np.nan if value is None else np.squeeze(value) for value in table[column]], float)
+        table[column] = [f"{value:.6g}" if np.isfinite(value) else "" for value in values]
+    table.to_csv(path, index=False, lineterminator="\n")
+
+
+def sum_buildings(transfer, energy, system, *, monthly=False):
+    """Sums over the eligible surfaces of each building, in alphabetical order: list of dict.
+
+    Parameters as in `write_buildings`.
+    """
     area = np.asarray(transfer.surfaces.area, float)
     names, building = np.unique(np.array(transfer.surfaces.building_id, dtype=object).astype(str), return_inverse=True)
     order = np.argsort(building, kind="stable")
@@ -34,8 +47,4 @@ def write_buildings(path, transfer, energy, system, *, monthly=False):
             with np.errstate(invalid="ignore"):
                 row |= name_months((hours / energy.counted_area[eligible].sum())[None, :])
         rows.append(row)
-    table = pd.DataFrame(rows)
-    for column in table.columns[3:]:
-        values = np.array([np.nan if value is None else np.squeeze(value) for value in table[column]], float)
-        table[column] = [f"{value:.6g}" if np.isfinite(value) else "" for value in values]
-    table.to_csv(path, index=False, lineterminator="\n")
+    return rows

@@ -1,12 +1,15 @@
 """What other programs are given: the same polygons, ids, areas and hours, by readers that are not the writers."""
 
 import json
+import sqlite3
 import struct
+from contextlib import closing
 
 import numpy as np
 import pandas as pd
 import pyproj
 import pytest
+import shapely
 from small_city import write_small_city
 
 from citypv.core.city.measure_polygons import measure_polygons
@@ -22,7 +25,8 @@ FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", 
 def exported(tmp_path_factory):
     folder = tmp_path_factory.mktemp("exports")
     city = write_small_city(folder / "city.gml")
-    assert main(["simulate", str(city), "--out", str(folder / "out"), "--cityjson", "--gltf", *FAST]) == 0
+    wanted = "--cityjson", "--gltf", "--geopackage"
+    assert main(["simulate", str(city), "--out", str(folder / "out"), *wanted, *FAST]) == 0
     return folder
 
 
@@ -208,3 +212,69 @@ def test_types_of_surfaces_without_a_class(tmp_path):
     types = [surface["type"] for surface, _ in surfaces_of(document)]
     assert types == ["GroundSurface", "RoofSurface", *["WallSurface"] * 4, "OuterCeilingSurface"]
     assert "referenceSystem" not in document["metadata"]
+
+
+def read_layer(path, name):
+    """Rows of a layer of a GeoPackage, with its geometries read by the standard (OGC 12-128r17, clause 2.1.3)."""
+    with closing(sqlite3.connect(path)) as file:
+        table = pd.read_sql_query(f'SELECT * FROM "{name}"', file)
+    shapes = []
+    for blob in table.pop("geom"):
+        magic, version, flags, number = struct.unpack("<2sBBi", blob[:8])
+        assert (magic, version, flags & 1, number) == (b"GP", 0, 1, 25833)
+        length = {0: 0, 1: 32}[flags >> 1 & 7]
+        shape = shapely.from_wkb(blob[8 + length :])
+        if length:
+            low_x, high_x, low_y, high_y = struct.unpack("<4d", blob[8:40])
+            np.testing.assert_allclose(shape.bounds, (low_x, low_y, high_x, high_y))
+        assert shape.is_empty == bool(flags >> 4 & 1)
+        shapes.append(shape)
+    return table, shapes
+
+
+def test_a_geopackage_has_the_tables_that_the_standard_requires(exported):
+    with closing(sqlite3.connect(exported / "out" / "city.gpkg")) as file:
+        assert file.execute("PRAGMA application_id").fetchone()[0] == int.from_bytes(b"GPKG", "big")
+        assert file.execute("PRAGMA user_version").fetchone()[0] >= 10200
+        assert file.execute("PRAGMA integrity_check").fetchone()[0] == "ok"
+        assert not file.execute("PRAGMA foreign_key_check").fetchall()
+        systems = dict(file.execute("SELECT srs_id, definition FROM gpkg_spatial_ref_sys"))
+        assert {-1, 0, 4326, 25833} == set(systems)
+        assert pyproj.CRS.from_wkt(systems[25833]).equals(pyproj.CRS(25833), ignore_axis_order=True)
+        layers = file.execute("SELECT table_name, geometry_type_name, srs_id, z FROM gpkg_geometry_columns").fetchall()
+        assert layers == [("surfaces", "POLYGON", 25833, 1), ("buildings", "MULTIPOLYGON", 25833, 0)]
+        boxes = file.execute("SELECT min_x, min_y, max_x, max_y FROM gpkg_contents").fetchall()
+    points = read_city(exported / "city.gml").points
+    expected = [*points[:, :2].min(axis=0), *points[:, :2].max(axis=0)]
+    for box in boxes:
+        np.testing.assert_allclose(box, expected, atol=1e-6)
+
+
+def test_a_geopackage_has_the_rows_of_the_tables_and_the_shapes_of_the_input(exported):
+    city = read_city(exported / "city.gml")
+    for layer, name, key in (("surfaces", "faces.csv", "surface_id"), ("buildings", "buildings.csv", "building_id")):
+        table, shapes = read_layer(exported / "out" / "city.gpkg", layer)
+        expected = pd.read_csv(exported / "out" / name)
+        assert list(table[key]) == list(expected[key])
+        for column in expected.select_dtypes("number"):
+            np.testing.assert_allclose(table[column].astype(float), expected[column].astype(float), rtol=1e-5)
+        if layer == "surfaces":
+            for polygon, shape in enumerate(shapes):
+                rings = [shape.exterior, *shape.interiors]
+                for ring, points in zip(rings, city.rings(polygon), strict=True):
+                    np.testing.assert_allclose(np.array(ring.coords)[:-1], points)
+        else:
+            ground = read_layer(exported / "out" / "city.gpkg", "surfaces")
+            level = [shape.area for shape, kind in zip(ground[1], ground[0]["kind"], strict=True) if kind == "downward"]
+            assert sum(shape.area for shape in shapes) >= sum(level) - 1e-6 > 0
+
+
+def test_a_geopackage_without_a_reference_system_is_cartesian(tmp_path):
+    from citypv.core.results.write_geopackage import TABLES, write_system
+
+    with closing(sqlite3.connect(tmp_path / "empty.gpkg")) as file:
+        file.executescript(TABLES)
+        assert write_system(file, None) == -1
+    with closing(sqlite3.connect(tmp_path / "compound.gpkg")) as file:
+        file.executescript(TABLES)
+        assert write_system(file, "EPSG:25833+7837") == 25833

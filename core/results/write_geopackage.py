@@ -1,0 +1,186 @@
+"""Write city.gpkg: surfaces and buildings with their results, for geographic information systems.
+
+GeoPackage 1.3 (OGC 12-128r17) is an SQLite file with some tables of its own; geometries are a header and ISO WKB.
+"""
+
+import sqlite3
+import struct
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pyproj
+import shapely
+
+from ..progress import silent
+from .columns import column_values, tabled_columns
+from .write_buildings import sum_buildings
+
+STAGE = "writing city.gpkg"
+APPLICATION_ID, VERSION = 0x47504B47, 10300  # "GPKG", 1.3.0 (requirement 2)
+UNKNOWN, OWN = -1, 100000  # srs_id: Cartesian without a reference; a reference system without an EPSG code
+LITTLE_ENDIAN, BOX = 0b1, 0b10  # flags of a geometry: byte order; an envelope of x and y
+TYPES = {"text": "TEXT", "flag": "BOOLEAN", "number": "DOUBLE"}
+WGS84 = (
+    'GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],'
+    'UNIT["degree",0.0174532925199433]]'
+)
+TABLES = """
+CREATE TABLE gpkg_spatial_ref_sys (srs_name TEXT NOT NULL, srs_id INTEGER PRIMARY KEY, organization TEXT NOT NULL,
+  organization_coordsys_id INTEGER NOT NULL, definition TEXT NOT NULL, description TEXT);
+CREATE TABLE gpkg_contents (table_name TEXT NOT NULL PRIMARY KEY, data_type TEXT NOT NULL, identifier TEXT UNIQUE,
+  description TEXT DEFAULT '', last_change DATETIME NOT NULL, min_x DOUBLE, min_y DOUBLE, max_x DOUBLE, max_y DOUBLE,
+  srs_id INTEGER REFERENCES gpkg_spatial_ref_sys(srs_id));
+CREATE TABLE gpkg_geometry_columns (table_name TEXT NOT NULL, column_name TEXT NOT NULL,
+  geometry_type_name TEXT NOT NULL, srs_id INTEGER NOT NULL, z TINYINT NOT NULL, m TINYINT NOT NULL,
+  PRIMARY KEY (table_name, column_name), UNIQUE (table_name),
+  FOREIGN KEY (table_name) REFERENCES gpkg_contents(table_name),
+  FOREIGN KEY (srs_id) REFERENCES gpkg_spatial_ref_sys(srs_id));
+"""
+
+
+def write_geopackage(path, city, transfer, energy, *, system, label, progress=silent):
+    """Write a city with its results as a GeoPackage with two layers.
+
+    `surfaces` has a 3D polygon for each surface with the columns of faces.csv; `buildings` has the footprints, the
+    union of what is not vertical seen from above, with the columns of buildings.csv.
+
+    Parameters
+    ----------
+    path : path-like
+    city : City
+        Its polygons are the surfaces of the Transfer, in their order.
+    transfer : Transfer
+    energy : Energy
+    system : PvSystem
+    label : str
+        Of the weather.
+    progress : callable, optional
+        See `core.progress`.
+    """
+    Path(path).unlink(missing_ok=True)
+    shapes = draw_polygons(city)
+    tables = {
+        "surfaces": tabulate_surfaces(transfer, energy),
+        "buildings": tabulate_buildings(transfer, energy, system),
+    }
+    drawn = {"surfaces": shapes, "buildings": draw_footprints(city, shapes, tables["buildings"][1]["building_id"])}
+    with closing(sqlite3.connect(path)) as file, file:
+        file.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+        file.execute(f"PRAGMA user_version = {VERSION}")
+        file.executescript(TABLES)
+        number = write_system(file, city.crs)
+        for done, (name, (kinds, columns)) in enumerate(tables.items()):
+            progress(STAGE, done, len(tables), "layers")
+            write_layer(file, (name, number, f"weather: {label}"), kinds, columns, drawn[name])
+        progress(STAGE, len(tables), len(tables), "layers")
+
+
+def draw_polygons(city):
+    """Polygons of a city in three dimensions: (n,) array of shapely.Polygon."""
+    return np.array([shapely.Polygon(rings[0], rings[1:]) for rings in map(city.rings, range(len(city)))], object)
+
+
+def draw_footprints(city, shapes, names):
+    """Footprints of buildings: (b,) array of shapely geometries.
+
+    Parameters
+    ----------
+    city : City
+    shapes : (n,) array of shapely.Polygon
+    names : list of str
+        Of the buildings.
+    """
+    flat = shapely.make_valid(shapely.force_2d(shapes))
+    wide = np.isin(shapely.get_type_id(flat), (3, 6)) & (shapely.area(flat) > 0)  # polygons; walls become lines
+    members = {}
+    for row in np.flatnonzero(wide).tolist():
+        members.setdefault(city.building_id[row], []).append(row)
+    unions = [shapely.union_all(flat[members.get(name, [])]) for name in names]
+    return np.array([shapely.MultiPolygon([p for p in shapely.get_parts(one) if p.area > 0]) for one in unions], object)
+
+
+def tabulate_surfaces(transfer, energy):
+    """Columns of the layer `surfaces`: SQL types and values, two dicts by name."""
+    columns = tabled_columns(energy)
+    return (
+        {column.name: TYPES[column.kind] for column in columns},
+        {column.name: list(column_values(column, transfer, energy)) for column in columns},
+    )
+
+
+def tabulate_buildings(transfer, energy, system):
+    """Columns of the layer `buildings`: SQL types and values, two dicts by name."""
+    rows = sum_buildings(transfer, energy, system)
+    types = dict.fromkeys(rows[0], "DOUBLE") | {"building_id": "TEXT", "surfaces": "INTEGER", "eligible": "INTEGER"}
+    return types, {name: [row[name] for row in rows] for name in types}
+
+
+def write_system(file, crs):
+    """Write the reference systems that every GeoPackage has, and that of the city; return its srs_id."""
+    rows = [
+        ("Undefined Cartesian", -1, "NONE", -1, "undefined", None),
+        ("Undefined geographic", 0, "NONE", 0, "undefined", None),
+        ("WGS 84", 4326, "EPSG", 4326, WGS84, None),
+    ]
+    number = UNKNOWN
+    if crs:
+        system = pyproj.CRS.from_user_input(crs)
+        system = system.sub_crs_list[0] if system.is_compound else system
+        code = system.to_epsg(100)
+        number, organization = (OWN, "NONE") if code is None else (code, "EPSG")
+        if number != 4326:
+            rows.append((system.name, number, organization, number, system.to_wkt("WKT1_GDAL"), None))
+    file.executemany("INSERT INTO gpkg_spatial_ref_sys VALUES (?, ?, ?, ?, ?, ?)", rows)
+    return number
+
+
+def write_layer(file, layer, kinds, columns, shapes):
+    """Write a layer and its entries in the tables of contents.
+
+    Parameters
+    ----------
+    file : sqlite3.Connection
+    layer : tuple
+        Name, srs_id and description.
+    kinds, columns : dict
+        SQL types, and lists of values.
+    shapes : (n,) array of shapely geometries
+    """
+    name, number, description = layer
+    box = shapely.total_bounds(shapes).tolist()
+    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S.000Z")
+    spatial = bool(shapely.has_z(shapes).any())
+    kind = "POLYGON" if spatial else "MULTIPOLYGON"
+    file.execute(
+        "INSERT INTO gpkg_contents VALUES (?, 'features', ?, ?, ?, ?, ?, ?, ?, ?)",
+        (name, name, description, now, *box, number),
+    )
+    declared = "".join(f', "{column}" {sort}' for column, sort in kinds.items())
+    file.execute(f'CREATE TABLE "{name}" (fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom {kind}{declared})')
+    file.execute("INSERT INTO gpkg_geometry_columns VALUES (?, 'geom', ?, ?, ?, 0)", (name, kind, number, int(spatial)))
+    values = [map(plain_value, columns[column]) for column in kinds]
+    marks = ", ".join("?" * (len(kinds) + 1))
+    names = ", ".join(f'"{column}"' for column in ("geom", *kinds))
+    packed = (pack_geometry(shape, number) for shape in shapes)
+    file.executemany(f'INSERT INTO "{name}" ({names}) VALUES ({marks})', zip(packed, *values, strict=True))
+
+
+def pack_geometry(shape, number):
+    """A geometry as GeoPackage stores it: header with the envelope, then ISO WKB (bytes)."""
+    if shape.is_empty:
+        return struct.pack("<2sBBi", b"GP", 0, LITTLE_ENDIAN | 1 << 4, number) + shapely.to_wkb(shape, flavor="iso")
+    low_x, low_y, high_x, high_y = shape.bounds
+    header = struct.pack("<2sBBi4d", b"GP", 0, LITTLE_ENDIAN | BOX, number, low_x, high_x, low_y, high_y)
+    return header + shapely.to_wkb(shape, output_dimension=3, byte_order=1, flavor="iso")
+
+
+def plain_value(value):
+    """A value as SQLite stores it: text, whole number, number, or None where it is not finite."""
+    if value is None or isinstance(value, str):
+        return value
+    value = value.item() if isinstance(value, np.generic | np.ndarray) else value
+    if isinstance(value, bool):
+        return int(value)
+    return value if np.isfinite(value) else None
