@@ -5,6 +5,7 @@ import bpy
 from ..core.errors import InputError
 from .build_properties import read_properties
 from .effect_switches import read_switches
+from .give_way import threads_beside_window
 from .read_preferences import find_preferences, read_threads
 
 
@@ -33,7 +34,7 @@ def read_settings(settings):
         weather=read_weather_source(settings),
         suns=read_suns(settings),
         albedo_file=read_albedo_path(settings) if settings.albedo_source == "file" else None,
-        threads=read_threads(settings, find_preferences()),
+        threads=read_threads(settings, find_preferences()) or threads_beside_window(not bpy.app.background),
         effects=read_switches(settings),
     )
 

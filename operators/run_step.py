@@ -7,10 +7,12 @@ import bpy
 
 from ..core.errors import InputError
 from ..core.progress import CancelledError, silent, with_prefix
+from .give_way import give_way
 from .panel_words import in_panel_words
 from .select_faces import leave_edit_mode
 
 TICK = 0.1  # polling interval [s]
+REDRAW = 0.5  # between two pictures of the progress [s]: drawing them takes time from the work
 EARLIEST, FEWEST = 5.0, 0.1  # seconds and share before which a time left says nothing
 
 
@@ -70,6 +72,7 @@ class Job:
 
     def _run(self, work):
         # Errors are reported in Blender's main thread.
+        give_way()
         try:
             self.result = work(self.progress)
         except BaseException as error:
@@ -119,6 +122,7 @@ class Step:
     """
 
     current = None  # the running job; the panels show it below the button with its title
+    _drawn = 0.0, None  # when progress was drawn last, and whether it was cancelled then
     stages = None  # of `Job`
 
     def prepare(self, context):
@@ -170,11 +174,19 @@ class Step:
             self._job.cancel()
             return {"RUNNING_MODAL"}
         if event.type == "TIMER":
-            context.workspace.status_text_set(f"CityPV   {self._job.text}   (Esc cancels)")
-            redraw_panels(context)
+            self._tell_progress(context)
             if not self._job.running:
                 return self._end(context)
         return {"PASS_THROUGH"}
+
+    def _tell_progress(self, context):
+        # At once when it was cancelled, else only so often.
+        now, cancelled = time.monotonic(), (self._job.cancelled, self._job.dropped)
+        if now - self._drawn[0] < REDRAW and cancelled == self._drawn[1]:
+            return
+        self._drawn = now, cancelled
+        context.workspace.status_text_set(f"CityPV   {self._job.text}   (Esc cancels)")
+        redraw_panels(context)
 
     def cancel(self, context):
         """Cancel the work because Blender quits."""

@@ -1,0 +1,39 @@
+"""Steps in the background give way to the window: on Linux by their threads' priority, elsewhere by their number."""
+
+import os
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from citypv.core.threads import usable_threads
+from citypv.operators.give_way import NICENESS, threads_beside_window
+from citypv.operators.run_step import Job
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="threads have priorities of their own on Linux only")
+def test_a_job_and_its_threads_run_at_a_lower_priority_than_the_window():
+    def niceness():
+        return os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
+
+    def work(progress):
+        with ThreadPoolExecutor(1) as pool:
+            return niceness(), pool.submit(niceness).result()
+
+    before, job = niceness(), Job("Trace light", work)
+    job.start()
+    end = time.monotonic() + 10
+    while job.running and time.monotonic() < end:
+        time.sleep(0.01)
+    assert job.error is None
+    assert job.result == (NICENESS, NICENESS)
+    assert niceness() == before < NICENESS
+
+
+def test_where_threads_have_no_priority_a_core_is_left_to_the_window():
+    fewer = max(1, usable_threads() - 1)
+    assert threads_beside_window(True, "win32") == threads_beside_window(True, "darwin") == fewer
+    assert threads_beside_window(True, "linux") is None
+    assert threads_beside_window(False, "win32") is None
