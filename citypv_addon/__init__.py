@@ -5,12 +5,14 @@ import atexit
 import bpy
 
 from ..operators.berlin_example import BerlinExample
+from ..operators.best_buildings import ShowBuilding
 from ..operators.cancel_step import CancelStep
 from ..operators.choose_preset import PredictPrices, UsePreset
 from ..operators.classify_city import ClassifyCity
 from ..operators.colour_city import ColourCity, RenderCity
 from ..operators.compute_energy import WeighEnergy
 from ..operators.draw_legend import start_drawing, stop_drawing
+from ..operators.export_results import ExportResults
 from ..operators.find_module import FindModule
 from ..operators.follow_file import start_following, stop_following
 from ..operators.import_city import ChooseCity, ImportCity
@@ -49,6 +51,8 @@ OTHERS = (
     ExplainEffect,
     PredictPrices,
     FindModule,
+    ExportResults,
+    ShowBuilding,
 )
 CLASSES = (Settings, Preferences, *STEPS, *OTHERS, *PANELS, MaterialPanel, CityMenu)
 

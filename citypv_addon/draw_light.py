@@ -2,9 +2,8 @@
 
 from math import isfinite
 
-from ..core.effects.table import TABLE
 from ..operators.choose_preset import ITEMS, describe_price, find_preset, read_prices
-from ..operators.effect_switches import ELECTRIC, name_effect, name_switch
+from ..operators.effect_switches import ELECTRIC, OF_LIGHT, name_effect, name_switch
 from ..operators.plan_effects import read_plan
 from ..operators.session import find_city
 
@@ -27,7 +26,7 @@ def draw_presets(layout, context):
 def draw_effects(layout, context):
     """Show a switch for each effect of the light and, once planned, what was decided; its button tells why."""
     settings, plan = context.scene.citypv, read_plan(find_city(context.scene)[0])
-    for key in (key for key in TABLE if key not in ELECTRIC):
+    for key in OF_LIGHT:
         draw_effect(layout, settings, key, plan)
     layout.operator("citypv.plan_effects", icon="PRESET")
 

@@ -10,6 +10,7 @@ from ..operators.session import find_city, list_cities
 from ..operators.show_result import has_result
 from ..operators.step_state import STEPS, state_of_step
 from .draw_light import draw_effects, draw_electric_effects, draw_presets
+from .draw_results import draw_best, draw_probed, draw_table
 from .report import draw_report, draw_rows, draw_sentence
 
 STATES = {"done": "CHECKMARK", "stale": "FILE_REFRESH", "next": "FORWARD"}  # icons
@@ -172,9 +173,23 @@ class ProbePanel(_Step, bpy.types.Panel):
 
     def draw(self, context):
         """Show what the probed surfaces yield."""
-        column, _ = self.start(context)
+        column, settings = self.start(context)
         column.operator("citypv.probe", icon="EYEDROPPER")
-        draw_table(self.layout, context, "citypv_probe", ("Probed", ""))
+        column.prop(settings, "show_charts")
+        draw_probed(self.layout, context)
+
+
+class ResultsPanel(_Step, bpy.types.Panel):
+    """Best buildings and exports."""
+
+    bl_idname, bl_label, bl_order = "CITYPV_PT_results", "Results", 7
+
+    def draw(self, context):
+        """Show the best buildings, and what can be written."""
+        column, _ = self.start(context)
+        draw_best(column, context)
+        column.operator_menu_enum("citypv.export", "format", icon="EXPORT")
+        draw_running(self.layout, "Export")
 
 
 class ColourPanel(_Step, bpy.types.Panel):
@@ -217,7 +232,7 @@ class MaterialPanel(bpy.types.Panel):
         self.layout.label(text=describe_material(context.material))
 
 
-PANELS = (MainPanel, ImportPanel, ClassifyPanel, TracePanel, EnergyPanel, ColourPanel, ProbePanel)
+PANELS = (MainPanel, ImportPanel, ClassifyPanel, TracePanel, EnergyPanel, ColourPanel, ProbePanel, ResultsPanel)
 
 
 def draw_cities(layout, context):
@@ -260,19 +275,6 @@ def draw_running(layout, title):
         lines = layout.column(align=True)
         for text in filter(None, (Step.current.stage, Step.current.rate, Step.current.left)):
             draw_sentence(lines, text)
-
-
-def draw_table(layout, context, key, head):
-    """Show a table that a step stored on the city, with cells separated by bars."""
-    city, _ = find_city(context.scene)
-    if city is None or key not in city:
-        return
-    grid = layout.box().grid_flow(row_major=True, columns=len(head), even_columns=False, align=True)
-    for row in [head, *(line.split("|") for line in city[key])]:
-        for place, cell in enumerate(row):
-            line = grid.row()
-            line.alignment = "RIGHT" if place else "LEFT"
-            line.label(text=cell)
 
 
 def draw_lines(layout, context, key, icon="NONE"):

@@ -133,6 +133,9 @@ class Settings(bpy.types.PropertyGroup):
         update=follow_switch,
     )
     show_legend: BoolProperty(name="Legend", description="Draw the legend in the 3D view", default=True)
+    show_charts: BoolProperty(
+        name="Charts", description="Draw months and day curve of what was probed in the 3D view", default=True
+    )
 
 
 Settings.__annotations__.update(build_properties() | build_switches())

@@ -2,6 +2,7 @@
 
 import bpy
 
+from .best_buildings import keep_best, rank_buildings
 from .keep_transfer import describe_missing, find_kept, has_transfer, read_kept, reopen_session
 from .read_settings import read_settings
 from .run_step import Step
@@ -45,17 +46,19 @@ class WeighEnergy(Step, bpy.types.Operator):
         progress("reading weather", 0, 1, "years")
         weather = read_year(session.transfer.site, request, session.transfer.suns)
         energy = compute_energy(session.transfer, weather, request, progress)
-        totals = sum_totals(session.transfer.surfaces, energy, request)
+        surfaces = session.transfer.surfaces
+        totals = sum_totals(surfaces, energy, request), rank_buildings(surfaces, energy, request)
         return session, weather, energy, request, (describe_distance(weather, session.transfer.site), totals)
 
     def finish(self, context, result):
         """Write the results onto the faces and colour them by full load hours."""
-        session, weather, energy, request, (place, totals) = result
+        session, weather, energy, request, (place, (totals, best)) = result
         city, ground = find_own_city(context.scene, session)
         write_results(city, ground, session.transfer, energy)
         session.weather, session.energy, session.request = weather, energy, request
         text = summarise_energy(city, weather, energy, place)
         summarise_totals(city, totals)
+        keep_best(city, best)
         remember_step(city, "energy", context.scene.citypv)
         show_result(context, city, ground, "full_load_hours")
         return text

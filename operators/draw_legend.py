@@ -22,7 +22,9 @@ _handlers = []
 def start_drawing():
     """Start drawing legend and highlight in all 3D views."""
     if not bpy.app.background:
-        for draw, moment in ((draw_legend, "POST_PIXEL"), (draw_highlight, "POST_VIEW")):
+        from .draw_probe import draw_probe
+
+        for draw, moment in ((draw_legend, "POST_PIXEL"), (draw_probe, "POST_PIXEL"), (draw_highlight, "POST_VIEW")):
             _handlers.append(bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", moment))
 
 

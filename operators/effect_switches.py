@@ -12,7 +12,8 @@ STATES = (
     ("on", "On", "Always"),
     ("off", "Off", "Never"),
 )
-ELECTRIC = ("aoi", "spectrum", "temperature")  # effects of the step Energy; the others are of the step Trace
+ELECTRIC = ("aoi", "spectrum", "temperature")  # effects of the step Energy
+OF_LIGHT = tuple(key for key in TABLE if key not in ELECTRIC)  # of the step Trace
 
 
 def name_switch(key):

@@ -8,6 +8,7 @@ from mathutils.bvhtree import BVHTree
 from ..core.errors import InputError
 from .attributes import PREFIX
 from .in_place import STAND_IN, is_in_place, list_taken
+from .probe_charts import CHARTS, chart_surfaces
 from .run_step import redraw_panels
 from .select_faces import gather_selection, leave_edit_mode, read_selection, select_faces
 from .session import find_city, find_session
@@ -67,6 +68,7 @@ class ProbeFaces(bpy.types.Operator):
         try:
             rows = find_surfaces(city, self.face, whole=self.whole, selected=selected)
             city[PROBE] = describe_surfaces(find_session(city), rows)
+            city[CHARTS] = chart_surfaces(find_session(city), rows).tolist()
             select_faces(context, city, np.isin(read_face_attribute(city.data, "surface"), rows))
         except InputError as error:
             self.report({"ERROR"}, str(error))

@@ -1,10 +1,9 @@
 """State of the steps: done, stale because a setting was changed since, or still to do."""
 
-from ..core.effects.table import TABLE
 from ..core.errors import InputError
 from .attributes import PREFIX
 from .build_properties import settings_of_panel
-from .effect_switches import ELECTRIC, name_switch
+from .effect_switches import ELECTRIC, OF_LIGHT, name_switch
 from .in_place import is_in_place
 from .watch_edits import is_edited
 
@@ -61,7 +60,7 @@ def describe_settings(step, settings):
     """Settings of a step as text."""
     names = [*STEPS[step], *(name for panel in PANELS[step] for name in settings_of_panel(panel))]
     if step in ("trace", "energy"):
-        names += [name_switch(key) for key in TABLE if (key in ELECTRIC) == (step == "energy")]
+        names += [name_switch(key) for key in (OF_LIGHT if step == "trace" else ELECTRIC)]
     return repr([getattr(settings, name) for name in names])
 
 

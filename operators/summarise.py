@@ -93,7 +93,7 @@ def summarise_interruption(item, interrupted):
 
 def forget_energy(item):
     """Remove the tables of an earlier energy step from the object."""
-    for key in (GROUPS, WEATHER, PLACE, TOTALS, PREFIX + "probe"):
+    for key in (GROUPS, WEATHER, PLACE, TOTALS, *(PREFIX + name for name in ("probe", "best", "charts"))):
         if key in item:
             del item[key]
 

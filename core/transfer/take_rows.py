@@ -1,0 +1,37 @@
+"""A part of a Transfer: some of its surfaces."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+
+def take_rows(transfer, rows):
+    """Transfer of some surfaces only; outlines are left out.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    rows : (k,) int
+
+    Returns
+    -------
+    Transfer
+    """
+    parts = {name: getattr(transfer, name) for name in ("surfaces", "error_parts", "horizon")}
+    taken = {name: part and _take_fields(part, rows) for name, part in parts.items()}
+    own = {name: value for name, value in vars(transfer).items() if isinstance(value, np.ndarray)}
+    taken |= {name: np.asarray(value[rows]) for name, value in own.items()}
+    material = transfer.material and [transfer.material[k] for k in rows]
+    bare = transfer.bare and take_rows(transfer.bare, rows)
+    return replace(transfer, **taken, material=material, bare=bare, outlines=None)
+
+
+def _take_fields(part, rows):
+    values = {one.name: getattr(part, one.name) for one in fields(part)}
+    return replace(part, **{name: _take(value, rows) for name, value in values.items()})
+
+
+def _take(value, rows):
+    if value is None:
+        return None
+    return value[rows] if isinstance(value, np.ndarray) else [value[k] for k in rows]

@@ -1,0 +1,80 @@
+"""Exports, best buildings and charts of the probe: the same numbers as in the tables of the command line."""
+
+import json
+import sqlite3
+from contextlib import closing
+
+import bpy
+import numpy as np
+import pandas as pd
+import pytest
+
+from citypv.core.study import compute_energy
+from citypv.core.transfer.take_rows import take_rows
+from citypv.operators.best_buildings import read_best
+from citypv.operators.export_results import FORMATS, NAMES
+from citypv.operators.probe_charts import read_charts
+from citypv.operators.select_faces import read_selection
+from citypv.operators.session import find_city, find_session
+from citypv.operators.write_attributes import read_face_attribute
+
+
+@pytest.fixture
+def city(addon, city_file):
+    """The street with its energy."""
+    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 2, 2
+    assert bpy.ops.citypv.solar_city() == {"FINISHED"}
+    return find_city(bpy.context.scene)[0]
+
+
+def test_exports_best_buildings_and_charts_agree(city, tmp_path):
+    for name, _, _ in FORMATS:
+        path = tmp_path / NAMES[name]
+        assert bpy.ops.citypv.export(format=name, filepath=str(path)) == {"FINISHED"}
+        assert path.stat().st_size > 200, name
+    faces, buildings = pd.read_csv(tmp_path / "faces.csv"), pd.read_csv(tmp_path / "buildings.csv")
+    assert len(json.loads((tmp_path / "city.city.json").read_text("utf-8"))["CityObjects"]) == 3
+    assert (tmp_path / "city.glb").read_bytes()[:4] == b"glTF"
+    with closing(sqlite3.connect(tmp_path / "city.gpkg")) as file:
+        assert file.execute("SELECT count(*) FROM surfaces").fetchone()[0] == len(faces) == 21
+    assert "<svg" in (tmp_path / "report.html").read_text("utf-8") or "data:image" in (
+        tmp_path / "report.html"
+    ).read_text("utf-8")
+
+    # The best buildings are those of buildings.csv, in its order of energy.
+    best, ranked = read_best(city), buildings.sort_values("mwh_per_year", ascending=False)
+    assert [name for name, _, _ in best] == list(ranked["building_id"])
+    assert [float(mwh) for _, _, mwh in best] == pytest.approx(list(ranked["mwh_per_year"]), abs=0.06)
+    assert bpy.ops.citypv.show_building() == {"FINISHED"}
+    shown = read_face_attribute(city.data, "building")[read_selection(city.data)]
+    assert set(shown) == {list(city["citypv_buildings"]).index(best[0][0])}
+    with pytest.raises(RuntimeError, match="no building 'Castle'"):
+        bpy.ops.citypv.show_building(building="Castle")
+
+    # Months and hours of a building sum up to its energy of the year.
+    face = int(np.flatnonzero(read_selection(city.data))[0])
+    assert bpy.ops.citypv.probe(face=face, whole=True) == {"FINISHED"}
+    months, curves = read_charts(city)
+    assert months.sum() == pytest.approx(ranked["mwh_per_year"].iloc[0], rel=1e-4)
+    assert curves[0].sum() * 365 / 1000 == pytest.approx(months.sum(), rel=0.003)
+    assert curves[1].max() > curves[0].max() > curves[2].max() > 0
+    assert curves[:, [0, 1, 23]].max() == 0
+    assert 10 <= curves[0].argmax() <= 13
+
+
+def test_a_part_of_a_transfer_has_the_hours_of_the_whole(city):
+    session, rows = find_session(city), np.array([3, 5, 8, 20])
+    part = compute_energy(take_rows(session.transfer, rows), session.weather, session.request)
+    np.testing.assert_allclose(part.full_load_hours, session.energy.full_load_hours[rows], rtol=1e-4)
+
+
+def test_exports_that_cannot_be_written_say_why(city, tmp_path):
+    with pytest.raises(RuntimeError, match="there is no such folder; choose another"):
+        bpy.ops.citypv.export(format="faces", filepath=str(tmp_path / "none" / "faces.csv"))
+    folder = tmp_path / "faces.csv"
+    folder.mkdir()
+    with pytest.raises(RuntimeError, match="cannot be written"):
+        bpy.ops.citypv.export(format="faces", filepath=str(folder))
+    find_session(city).scene = None
+    with pytest.raises(RuntimeError, match="needs the geometry, which is not in this file; import and trace again"):
+        bpy.ops.citypv.export(format="gltf", filepath=str(tmp_path / "city.glb"))
