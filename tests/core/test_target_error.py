@@ -95,9 +95,8 @@ def test_rounds_double_but_no_more_than_is_needed_and_fits():
     assert size_of_round(made_errors(12, shadows=1.0), much, 1.0) == 4
     assert size_of_round(made_errors(16, shadows=1.0), much, 20.0) == 4
     assert size_of_round(made_errors(16, shadows=1.0), Goal(0.97, None, largest=64), 1.0) == 1
-    assert [largest_round(Request(samples=s, shadow_samples=p)) for s, p in ((64, 4), (256, 16), (100, 4), (4096, 4))] == [
-        16, 4, 8, 1
-    ]  # fmt: skip
+    counts = ((64, 4), (256, 16), (100, 4), (4096, 4))
+    assert [largest_round(Request(samples=rays, shadow_samples=points)) for rays, points in counts] == [16, 4, 8, 1]
 
 
 def test_surfaces_that_are_known_get_no_more_samples():
