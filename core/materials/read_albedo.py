@@ -25,6 +25,13 @@ class Found(NamedTuple):
     brdf: object  # Lambertian, Mirror, Glossy or Glass
 
 
+class TriangleBrdfs(NamedTuple):
+    """Laws of reflection other than Lambert's, and which triangles follow them."""
+
+    brdfs: list  # of Mirror, Glossy and Glass
+    index: np.ndarray  # (t,) int into `brdfs`; -1 for Lambertian triangles
+
+
 HEADERS = (["surface", "albedo"], ["surface", "material"], ["surface", "albedo", "material"])
 
 
@@ -57,9 +64,7 @@ def brdfs_of_triangles(scene, request, found=None):
 
     Returns
     -------
-    brdfs : list
-    brdf_index : (t,) int
-        Into `brdfs`; -1 for Lambertian triangles.
+    TriangleBrdfs
     """
     of_surface = [one.brdf for one in (name_brdfs(scene, request) if found is None else found)]
     brdfs = list(dict.fromkeys(brdf for brdf in of_surface if not isinstance(brdf, Lambertian)))
@@ -67,7 +72,7 @@ def brdfs_of_triangles(scene, request, found=None):
     brdf_index = np.array([place.get(brdf, -1) for brdf in of_surface])[surface_of_triangles(scene)]
     if scene.rack_of_back is not None:
         brdf_index[scene.rack_of_back >= 0] = -1  # undersides and edges of racks are Lambertian
-    return brdfs, brdf_index
+    return TriangleBrdfs(brdfs, brdf_index)
 
 
 def name_brdfs(scene, request):

@@ -42,9 +42,9 @@ class FacingScene(LeafyScene):
         """As of `RayScene`; a hit on the back of a face with a coincident front is assigned to the front."""
         places = super().trace_places(ray_origins, ray_directions)
         if len(self.coincident):
-            turn_to_fronts(self._pairs(), self._kinds, np.asarray(ray_directions, np.float32), places)
+            turn_to_fronts(self._pairs(), self._kinds, np.asarray(ray_directions, np.float32), tuple(places))
         if self._other_side is not None:
-            turn_sheets(self._other_side, self._kinds[0], np.asarray(ray_directions, np.float32), places)
+            turn_sheets(self._other_side, self._kinds[0], np.asarray(ray_directions, np.float32), tuple(places))
         return places
 
     def find_doubles(self, places):
@@ -52,8 +52,8 @@ class FacingScene(LeafyScene):
 
         Parameters
         ----------
-        places : tuple of (m,) int32, (m,) float32 and (m,) float32
-            Face hit, and barycentric weights of its second and third corner.
+        places : Places
+            m, on the faces that were hit.
 
         Returns
         -------
@@ -64,7 +64,7 @@ class FacingScene(LeafyScene):
         """
         if not len(self.coincident):
             return np.zeros(0, np.int64), np.zeros(0, np.int32)
-        return list_doubles(self._pairs(), self._kinds, places)
+        return list_doubles(self._pairs(), self._kinds, tuple(places))
 
     def _pairs(self):
         return self.coincident.start, self.coincident.other, self.coincident.places

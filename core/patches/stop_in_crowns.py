@@ -13,8 +13,8 @@ def stop_in_crowns(ray_scene, patches, rays, places, wanted):
     patches : Patches
     rays : tuple of (c, r, 3) float32 and (c, r, 3) float32
         Origins and unit directions, in rows whose random numbers are evenly spread.
-    places : tuple of three (c, r)
-        Patch hit, -1 for none, and barycentric weights of its second and third corner.
+    places : Places
+        (c, r), what the rays hit.
     wanted : (c, r) bool
         Rays in question.
 
@@ -26,7 +26,7 @@ def stop_in_crowns(ray_scene, patches, rays, places, wanted):
     rows = np.flatnonzero(wanted.any(axis=1))
     if len(rows):
         origins, directions = (part[rows] for part in rays)
-        reach = measure_reach(patches, origins, directions, tuple(part[rows] for part in places))
+        reach = measure_reach(patches, origins, directions, places.take(rows))
         stopped[rows] = ray_scene.canopy.stop_rays(origins, directions, reach) & wanted[rows]
     return stopped
 

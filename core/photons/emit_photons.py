@@ -9,6 +9,7 @@
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -41,25 +42,31 @@ class Source:
         return 2 if self.travel is not None else 4
 
 
+class Box(NamedTuple):
+    """Box through which light enters a scene."""
+
+    low: np.ndarray  # (3,) float64 [m], its lowest corner
+    size: np.ndarray  # (3,) float64 [m]
+
+
 def box_of_scene(scene, canopy=None):
-    """Bounding box of all triangles and crowns, with a small margin: low corner and size, (3,) float64 [m] each."""
+    """Bounding box of all triangles and crowns, with a small margin: Box."""
     if not len(scene.triangles):
-        return np.zeros(3), np.zeros(3)
+        return Box(np.zeros(3), np.zeros(3))
     points = np.asarray(scene.vertices, float)[scene.triangles.ravel()]
     if canopy is not None:
         points = np.concatenate([points, canopy.vertices])
     low, high = points.min(axis=0), points.max(axis=0)
     margin = MARGIN * float(np.abs(points).max())
-    return low - margin, high - low + 2 * margin
+    return Box(low - margin, high - low + 2 * margin)
 
 
-def sky_source(low, size, seed, horizon=None):
+def sky_source(box, seed, horizon=None):
     """The isotropic sky of irradiance 1: all of it enters through the lid, half of it through each side.
 
     Parameters
     ----------
-    low, size : (3,) float64 [m]
-        Of the box.
+    box : Box
     seed : int
     horizon : TerrainHorizon, optional
         Light from below it is left out.
@@ -70,33 +77,33 @@ def sky_source(low, size, seed, horizon=None):
     """
     share = np.array([1, 0, 0.5, 0.5, 0.5, 0.5])
     return Source(
-        "sky", low, size, None, False, share * side_areas(size), key_of_names(["sky"], seed)[0], terrain=horizon
+        "sky", *box, None, False, share * side_areas(box.size), key_of_names(["sky"], seed)[0], terrain=horizon
     )
 
 
-def terrain_source(low, size, seed, horizon):
+def terrain_source(box, seed, horizon):
     """Distant terrain of radiosity 1 between the horizontal and a horizon, isotropic."""
     name = "terrain"
-    return replace(sky_source(low, size, seed, horizon), name=name, key=key_of_names([name], seed)[0], beyond=True)
+    return replace(sky_source(box, seed, horizon), name=name, key=key_of_names([name], seed)[0], beyond=True)
 
 
-def far_ground_source(low, size, seed):
+def far_ground_source(box, seed):
     """Open ground beyond the scene of radiosity 1, isotropic from below the horizon.
 
     A surface receives of it the share of its hemisphere that misses everything below the horizon.
     """
     share = np.array([0, 1, 0.5, 0.5, 0.5, 0.5])
-    return Source("far ground", low, size, None, True, share * side_areas(size), key_of_names(["far ground"], seed)[0])
+    return Source("far ground", *box, None, True, share * side_areas(box.size), key_of_names(["far ground"], seed)[0])
 
 
-def horizon_source(low, size, seed):
+def horizon_source(box, seed):
     """The band at the horizon, that gives an irradiance of 1 to an unshaded wall.
 
     A beam from azimuth φ and elevation e has the normal irradiance dφ de / (2 HEIGHT cos e); `weight_of_band` makes a
     line at the horizon of it.
     """
     share = np.array([-np.pi * np.log(np.cos(HEIGHT)) / HEIGHT, 0, 1, 1, 1, 1])
-    return Source("horizon", low, size, None, False, share * side_areas(size), key_of_names(["horizon"], seed)[0], True)
+    return Source("horizon", *box, None, False, share * side_areas(box.size), key_of_names(["horizon"], seed)[0], True)
 
 
 def sun_source(box, direction, number, seed):
@@ -104,7 +111,7 @@ def sun_source(box, direction, number, seed):
 
     Parameters
     ----------
-    box : tuple of low and size, (3,) float64 [m]
+    box : Box
     direction : (3,) float64
         Towards the sun.
     number : int
@@ -116,7 +123,7 @@ def sun_source(box, direction, number, seed):
     Source
     """
     travel = -np.asarray(direction, float)
-    power = np.maximum(INWARDS @ travel, 0) * side_areas(box[1])
+    power = np.maximum(INWARDS @ travel, 0) * side_areas(box.size)
     return Source(f"sun {number}", *box, travel, False, power, key_of_names([f"sun {number}"], seed)[0])
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 
 from ..horizon.horizon import is_above
+from ..materials.read_albedo import TriangleBrdfs
 from ..patches.facing_scene import FacingScene
 from ..patches.find_covered import meets_back
 from ..patches.patches import Patches
@@ -57,7 +58,7 @@ class Target:
     surface: np.ndarray  # (p,) int, of each patch; `surface_count` if it has none
     surface_count: int
     covered: np.ndarray  # (p, CELL_DIVISIONS²) bool, cells of patches that lie inside or under something
-    brdfs: tuple  # BRDFs other than Lambertian, and (p,) int, index of each patch into them; -1 for Lambertian
+    brdfs: TriangleBrdfs  # of the patches
 
 
 @dataclass
@@ -149,15 +150,15 @@ def meet_fronts(target, photons, tally, source=None):
     Returns
     -------
     Photons
-    places : tuple of (m,) int32, (m,) float32 and (m,) float32
-        Patch, and barycentric coordinates for its second and third vertex.
+    places : Places
+        m, which they hit.
     """
     patches = target.patches
     places = target.ray_scene.trace_places(photons.origins, photons.directions)
     if target.ray_scene.canopy is not None:
         stopped = stop_photons(target, photons, places)
         tally.leaves += float(photons.weight[stopped].sum())
-        photons, places = photons.take(~stopped), tuple(part[~stopped] for part in places)
+        photons, places = photons.take(~stopped), places.take(~stopped)
     hit, b1, b2 = places
     missed = hit < 0
     back = meets_back(patches, hit, photons.directions)
@@ -172,14 +173,14 @@ def meet_fronts(target, photons, tally, source=None):
     for name, chosen in ends:
         setattr(tally, name, getattr(tally, name) + float(photons.weight[chosen].sum()))
     lit = ~(missed | back | closure | covered)
-    return photons.take(lit), tuple(part[lit] for part in places)
+    return photons.take(lit), places.take(lit)
 
 
 def stop_photons(target, photons, places):
     """Photons that end in crowns before they hit something: (m,) bool."""
     rays = photons.origins[:, None], photons.directions[:, None]
     wanted = np.ones((len(photons.number), 1), bool)
-    return stop_in_crowns(target.ray_scene, target.patches, rays, tuple(part[:, None] for part in places), wanted)[:, 0]
+    return stop_in_crowns(target.ray_scene, target.patches, rays, places.take(np.s_[:, None]), wanted)[:, 0]
 
 
 def slip_past_edges(target, places, directions, front):
@@ -191,8 +192,7 @@ def slip_past_edges(target, places, directions, front):
     Parameters
     ----------
     target : Target
-    places : tuple
-        As in `meet_fronts`.
+    places : Places
     directions : (m, 3) float32
     front : (m,) bool
         Photons that hit a front side.
@@ -210,7 +210,7 @@ def slip_past_edges(target, places, directions, front):
     slipped = np.zeros(len(hit), bool)
     if len(near):
         level = np.zeros((3, len(near)))
-        origins, _ = leave_patches(target.patches, tuple(part[near] for part in places), level)
+        origins, _ = leave_patches(target.patches, places.take(near), level)
         slipped[near] = target.ray_scene.trace_closest(origins, -directions[near]) >= 0
     return slipped
 

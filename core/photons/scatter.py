@@ -18,8 +18,7 @@ def leave_patches(patches, places, local):
     Parameters
     ----------
     patches : Patches
-    places : tuple of (m,) int, (m,) float32 and (m,) float32
-        Patch, and barycentric coordinates for its second and third vertex.
+    places : Places
     local : tuple of three (m,) float
         Along the two tangents and the normal.
 
@@ -43,14 +42,13 @@ def scatter(patches, places, directions, draws, brdfs):
     Parameters
     ----------
     patches : Patches
-    places : tuple
-        As in `leave_patches`.
+    places : Places
     directions : (m, 3) float32
         Directions of travel on arrival.
     draws : (m, NUMBERS) float32
         Uniform random numbers.
-    brdfs : tuple of list and (p,) int
-        BRDFs other than Lambertian, and the index of each patch into them; -1 for Lambertian.
+    brdfs : TriangleBrdfs
+        Of the patches.
 
     Returns
     -------

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..patches.find_covered import meets_back
 from ..patches.stop_in_crowns import stop_in_crowns
+from ..rays.places import Places
 from ..sampling.hemisphere_rays import CELL_DIVISIONS
 from ..sampling.sample_points import barycentric_of_square, cell_of_point, cosine_direction
 from .emit_photons import low_discrepancy
@@ -50,8 +51,7 @@ def place_on_faces(faces, power, batch, dimensions):
 
     Returns
     -------
-    places : tuple of (m,) int, (m,) float and (m,) float
-        Patch, and barycentric coordinates for its second and third vertex.
+    places : Places
     numbers : (m, dimensions - 2) float64
         Those not used.
     """
@@ -63,7 +63,7 @@ def place_on_faces(faces, power, batch, dimensions):
     row = lit[np.searchsorted(bounds[lit][:-1], numbers[:, 0], side="right")]
     width = power[row] / power.sum()
     along = np.clip((numbers[:, 0] - (bounds[row] - width)) / width, 0, 1)
-    return (faces[row], *barycentric_of_square(along, numbers[:, 1])), numbers[:, 2:]
+    return Places(faces[row], *barycentric_of_square(along, numbers[:, 1])), numbers[:, 2:]
 
 
 def photons_of_sun(target, faces, power, direction, batch):
@@ -91,11 +91,11 @@ def photons_of_sun(target, faces, power, direction, batch):
     open_place = ~target.covered[places[0], cell_of_point(*places[1:], CELL_DIVISIONS)]
     seen = np.flatnonzero(open_place)
     seen = seen[~target.ray_scene.trace_blocked(origins[seen], np.asarray(direction, np.float32))]
-    beyond = np.full(len(seen), -1), np.zeros(len(seen)), np.zeros(len(seen))
+    beyond = Places(np.full(len(seen), -1), np.zeros(len(seen)), np.zeros(len(seen)))
     towards = np.broadcast_to(np.asarray(direction, np.float32), (len(seen), 3))
     seen = seen[~end_in_crowns(target, origins[seen], towards, beyond)]
     travel = np.broadcast_to(-np.asarray(direction, np.float32), (len(seen), 3))
-    return reflect_first(target, batch, tuple(part[seen] for part in places), travel, seen)
+    return reflect_first(target, batch, places.take(seen), travel, seen)
 
 
 def photons_of_surroundings(target, faces, batch, is_sky):
@@ -120,13 +120,14 @@ def photons_of_surroundings(target, faces, batch, is_sky):
     places, numbers = place_on_faces(faces, patches.area[faces], batch, 4)
     towards = np.stack(cosine_direction(numbers[:, 0], numbers[:, 1]))
     origins, directions = leave_patches(patches, places, towards)
-    met, b1, b2 = target.ray_scene.trace_places(origins, directions)
+    hits = target.ray_scene.trace_places(origins, directions)
+    met = hits.triangle
     origin = np.where(met >= 0, met, np.where(is_sky(directions), SKY, FAR_GROUND))
     origin[(met >= 0) & (meets_back(patches, met, directions) | ~patches.receives[met])] = NOTHING
     origin[target.covered[places[0], cell_of_point(*places[1:], CELL_DIVISIONS)]] = NOTHING
-    origin[end_in_crowns(target, origins, directions, (met, b1, b2))] = NOTHING
+    origin[end_in_crowns(target, origins, directions, hits)] = NOTHING
     some = np.flatnonzero(origin != NOTHING)
-    photons = reflect_first(target, batch, tuple(part[some] for part in places), -directions[some], some)
+    photons = reflect_first(target, batch, places.take(some), -directions[some], some)
     return photons, origin, directions[:, 2]
 
 
@@ -135,7 +136,7 @@ def end_in_crowns(target, origins, directions, places):
     if target.ray_scene.canopy is None:
         return np.zeros(len(origins), bool)
     rays, wanted = (origins[:, None], directions[:, None]), np.ones((len(origins), 1), bool)
-    return stop_in_crowns(target.ray_scene, target.patches, rays, tuple(part[:, None] for part in places), wanted)[:, 0]
+    return stop_in_crowns(target.ray_scene, target.patches, rays, places.take(np.s_[:, None]), wanted)[:, 0]
 
 
 def reflect_first(target, batch, places, travel, chosen):

@@ -94,7 +94,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     clock.lap("plan, tree and cover")
 
     box = box_of_scene(traced, run.target.ray_scene.canopy)
-    (sky,) = trace_sources(run, [sky_source(*box, request.seed, plan.terrain)], plan.max_bounces)
+    (sky,) = trace_sources(run, [sky_source(box, request.seed, plan.terrain)], plan.max_bounces)
     far = trace_far_ground(run, box, plan, request.seed)
     band = trace_band(run, box, plan, request.seed)
     clock.lap("sky and far ground")
@@ -177,9 +177,9 @@ def trace_far_ground(run, box, plan, seed):
     """Light from the far ground, per radiosity; its arrival already counts as the first reflection."""
     if not plan.far_ground:
         return no_light(len(run.area))
-    sources = [far_ground_source(*box, seed)]
+    sources = [far_ground_source(box, seed)]
     if plan.terrain is not None:
-        sources.append(terrain_source(*box, seed, plan.terrain))
+        sources.append(terrain_source(box, seed, plan.terrain))
     light, *others = trace_sources(run, sources, plan.max_bounces - 1)
     for other in others:
         light.add(other)
@@ -190,7 +190,7 @@ def trace_band(run, box, plan, seed):
     """Light from the horizon, per irradiance of an unshaded wall; None where the plan leaves it out."""
     if not plan.horizon:
         return None
-    (light,) = trace_sources(run, [replace(horizon_source(*box, seed), terrain=plan.terrain)], plan.max_bounces)
+    (light,) = trace_sources(run, [replace(horizon_source(box, seed), terrain=plan.terrain)], plan.max_bounces)
     return light
 
 
@@ -209,7 +209,7 @@ def trace_direct(run, lit, far, max_bounces, merge, *, folder):
     Parameters
     ----------
     run : Run
-    lit : tuple of box, Suns and Request
+    lit : tuple of Box, Suns and Request
     far : Light
         Of the far ground, which reflects the suns' light.
     max_bounces : int

@@ -47,7 +47,7 @@ def prepare_gather(prepared, request, progress):
     GatherContext
     """
     scene, patches = prepared.scene, prepared.patches
-    others = brdfs_of_triangles(scene, request, prepared.materials)[1] >= 0  # they reflect, but not by Lambert's law
+    others = brdfs_of_triangles(scene, request, prepared.materials).index >= 0  # they reflect, but not by Lambert's law
     if others.any():
         patches = replace(patches, albedo=np.where(others, np.float32(0), patches.albedo))
     threads = usable_threads(request.threads)

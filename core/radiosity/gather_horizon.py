@@ -149,10 +149,10 @@ def trace_patches(context, chosen, covered, sequence, cells):
     """Share of the horizon that some patches see: of replicates and of cells, and deviations of the replicates."""
     patches, ray_scene = context.patches, context.ray_scene
     origins, directions, start_cells = horizon_rays(patches, chosen, sequence)
-    hit, b1, b2 = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
+    hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
     fate = np.empty(start_cells.shape, np.uint8)
     upwards = np.moveaxis(directions, -1, 0)
-    classify_rays(hit.reshape(fate.shape), upwards, patches.facing, fate, np.zeros(len(chosen), bool))
+    classify_rays(hits.triangle.reshape(fate.shape), upwards, patches.facing, fate, np.zeros(len(chosen), bool))
     fate[fate == FAR_GROUND] = SKY  # at the very horizon
     if context.plan.terrain is not None:
         mark_hidden(fate, upwards, np.sin(np.radians(context.plan.terrain.elevation)), SKY, FAR_GROUND)
@@ -161,7 +161,7 @@ def trace_patches(context, chosen, covered, sequence, cells):
     mark_dark(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))
     fate[within] = np.where(lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within])
     if ray_scene.canopy is not None:
-        stop_at_leaves(ray_scene, patches, (origins, directions), (hit, b1, b2), fate)
+        stop_at_leaves(ray_scene, patches, (origins, directions), hits, fate)
     near_cover, cell_of = cells_near_cover(covered, within), cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
     sky, _, element, _, _ = tally_rays(fate, start_cells, near_cover, cell_of, cells)
     deviation = np.empty((len(chosen), cells, HEMISPHERE_REPLICATES), np.int16)

@@ -24,6 +24,7 @@ from ..patches.find_covered import (
     settled_cells,
 )
 from ..patches.stop_in_crowns import stop_in_crowns
+from ..rays.places import Places
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, cells_inside, sobol_digits
 from ..threads import map_in_order
@@ -129,8 +130,8 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells, terrain=None):  #
         Of `tally_deviations`.
     """
     origins, directions, start_cells = hemisphere_rays(patches, chosen, sequence)
-    hit, b1, b2 = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
-    hit = hit.reshape(start_cells.shape)
+    hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
+    hit = hits.triangle.reshape(start_cells.shape)
     fate = np.empty(hit.shape, np.uint8)
     suspect = np.zeros(len(chosen), bool)
     classify_rays(hit, np.moveaxis(directions, -1, 0), patches.facing, fate, suspect)
@@ -147,7 +148,7 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells, terrain=None):  #
     fate[partly] = np.where(lie_in_earth(ray_scene, patches, origins[partly]), DARK, fate[partly])
 
     if ray_scene.canopy is not None:
-        stop_at_leaves(ray_scene, patches, (origins, directions), (hit, b1, b2), fate)
+        stop_at_leaves(ray_scene, patches, (origins, directions), hits, fate)
     if terrain is not None:
         mark_hidden(fate, np.moveaxis(directions, -1, 0), np.sin(np.radians(terrain.elevation)), SKY, FAR_GROUND)
 
@@ -161,14 +162,14 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells, terrain=None):  #
     resolved = cell_of, fate.shape[1] >= FEWEST_RAYS * cells
     tally_deviations((fate, start_cells, near_cover), resolved, (SKY, BACK), deviation)
     start_of = start_cells, cell_of if starts > 1 else np.zeros_like(cell_of), starts
-    return tally, covered, count_hits(chosen, (hit, fate == FRONT), (b1, b2), cells, start_of), deviation
+    return tally, covered, count_hits(chosen, (hit, fate == FRONT), (hits.b1, hits.b2), cells, start_of), deviation
 
 
 def stop_at_leaves(ray_scene, patches, rays, places, fate):
     """Change the fate of rays that crowns stop to LEAVES. Each replicate has random numbers of its own."""
     shape = len(fate) * HEMISPHERE_REPLICATES, fate.shape[1] // HEMISPHERE_REPLICATES
     rays = tuple(part.reshape(*shape, 3) for part in rays)
-    places = tuple(part.reshape(shape) for part in places)
+    places = Places(*(part.reshape(shape) for part in places))
     stopped = stop_in_crowns(ray_scene, patches, rays, places, fate.reshape(shape) <= FRONT)
     fate[stopped.reshape(fate.shape)] = LEAVES
 

@@ -13,6 +13,7 @@ import numpy as np
 from ..check_arrays import check_array, check_triangles
 from ..errors import InputError
 from .choose_engine import TREES, choose_engine
+from .places import Places
 
 
 class RayScene:
@@ -71,17 +72,15 @@ class RayScene:
 
         Returns
         -------
-        hit_triangles : (n,) int32
-            -1 if the ray hits nothing.
-        b1, b2 : (n,) float32
-            Barycentric coordinates for the second and third vertex; undefined if nothing is hit.
+        Places
+            n, of int32 and float32.
         """
         ray_origins, ray_directions = usable_pairs(ray_origins, ray_directions)
         if not self.triangle_count or not len(ray_origins):
             nowhere = np.zeros(len(ray_origins), np.float32)
-            return np.full(len(ray_origins), -1, np.int32), nowhere, nowhere
+            return Places(np.full(len(ray_origins), -1, np.int32), nowhere, nowhere)
         with self._timed():
-            return self._tree.trace_places(ray_origins, ray_directions)
+            return Places(*self._tree.trace_places(ray_origins, ray_directions))
 
     def trace_blocked(self, ray_origins, ray_direction):
         """Whether each ray is blocked.

@@ -13,13 +13,15 @@ from citypv.core.effects.table import TABLE
 from citypv.core.errors import InputError
 from citypv.core.materials.brdf_lambertian import Lambertian
 from citypv.core.materials.brdf_mirror import Mirror
+from citypv.core.materials.read_albedo import TriangleBrdfs
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons import trace_sources
-from citypv.core.photons.emit_photons import box_of_scene, emit_photons, far_ground_source, sky_source, sun_source
+from citypv.core.photons.emit_photons import Box, box_of_scene, emit_photons, far_ground_source, sky_source, sun_source
 from citypv.core.photons.follow_photons import Photons, Tally, Target, meet_fronts, reflect_photons
 from citypv.core.photons.scatter import leave_patches
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
+from citypv.core.rays.places import Places
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
 
@@ -143,7 +145,7 @@ def test_where_the_light_goes():
         assert tally["absorbed"] > 0
     whole = transfer.record.photons["sky"]["emitted"]
     box = box_of_scene(three_houses())
-    power = sky_source(*box, 0).power.sum()
+    power = sky_source(box, 0).power.sum()
     received = transfer.diffuse_relative @ transfer.surfaces.area
     assert received > 0
     # What the surfaces are said to receive of the sky is what its photons left on them, less the far ground's part.
@@ -162,12 +164,12 @@ def test_closed_furnace(albedo, bounces, mirrors):
     """
     scene = join(room((0, 0, 0), (4, 5, 3)))
     patches = patches_of_scene(scene, np.full(12, albedo), 0)
-    brdfs = ([Mirror(albedo)], np.where(np.arange(12) < mirrors, 0, -1))
+    brdfs = TriangleBrdfs([Mirror(albedo)], np.where(np.arange(12) < mirrors, 0, -1))
     ray_scene = RayScene(scene.vertices, scene.triangles)
     target = Target(ray_scene, patches, np.arange(12), 12, np.zeros((12, 64), bool), brdfs)
     count = 20_000
     generator = np.random.default_rng(0)
-    places = (generator.choice(12, count, p=patches.area / patches.area.sum()), *barycentric(generator, count))
+    places = Places(generator.choice(12, count, p=patches.area / patches.area.sum()), *barycentric(generator, count))
     local, _ = Lambertian(1.0).sample(np.zeros((count, 3)), generator.random((count, 2)))
     _, outwards = leave_patches(patches, places, local.T)
     photons = Photons(np.zeros((count, 3)), -outwards, np.ones(count), np.arange(count), np.zeros(count, int))
@@ -228,9 +230,9 @@ def test_standard_error_falls_with_samples():
 
 def test_photons_enter_where_the_light_does():
     """Shares of the box's sides, and directions: the sky's fall, the far ground's rise, a sun's are parallel."""
-    low, size = np.array([0.0, 0, 0]), np.array([4.0, 2, 1])
+    low, size = box = Box(np.array([0.0, 0, 0]), np.array([4.0, 2, 1]))
     place = np.arange(100_000)
-    for source, rising in ((sky_source(low, size, 0), False), (far_ground_source(low, size, 0), True)):
+    for source, rising in ((sky_source(box, 0), False), (far_ground_source(box, 0), True)):
         origins, directions = emit_photons(source, np.zeros_like(place), place)
         assert source.power.sum() == pytest.approx(8 + 6)
         level = origins[:, 2] == (0 if rising else 1)
@@ -241,9 +243,9 @@ def test_photons_enter_where_the_light_does():
         outwards = ((origins == low) & (directions < 0)) | ((origins == low + size) & (directions > 0))
         assert not outwards.any()
         assert ((origins == low) | (origins == low + size)).any(axis=1).all()
-    sun = sun_source((low, size), [0, 0, 1], 0, 0)
+    sun = sun_source(box, [0, 0, 1], 0, 0)
     assert sun.power == pytest.approx([8, 0, 0, 0, 0, 0])
-    slanted = sun_source((low, size), [0.6, 0, 0.8], 0, 0)
+    slanted = sun_source(box, [0.6, 0, 0.8], 0, 0)
     assert slanted.power.sum() == pytest.approx(8 * 0.8 + 2 * 0.6)
 
 
