@@ -19,6 +19,7 @@ from ..operators.import_city import ChooseCity, ImportCity
 from ..operators.plan_effects import ExplainEffect, PlanEffects
 from ..operators.probe_faces import ProbeFaces
 from ..operators.read_preferences import find_preferences, use_cache_folder
+from ..operators.retrace import Retrace
 from ..operators.select_group import DeselectFaces, SelectBuildings, SelectGroup
 from ..operators.session import close_sessions
 from ..operators.show_report import CopyGroup, ShowReport
@@ -53,6 +54,7 @@ OTHERS = (
     FindModule,
     ExportResults,
     ShowBuilding,
+    Retrace,
 )
 CLASSES = (Settings, Preferences, *STEPS, *OTHERS, *PANELS, MaterialPanel, CityMenu)
 

@@ -3,7 +3,7 @@
 import bpy
 
 GROUPS = (  # operators of the menu, between separators
-    ("solar_city", "berlin_example", "choose_city", "import_city", "take_meshes"),
+    ("solar_city", "berlin_example", "choose_city", "import_city", "take_meshes", "retrace"),
     ("classify", "use_preset", "plan_effects", "predict", "trace", "find_module", "energy"),
     ("colour", "render", "probe", "show_building", "select_group", "select_buildings", "deselect"),
     ("export", "show_report"),

@@ -258,6 +258,7 @@ def draw_missing_light(layout, context):
     missing = describe_missing(find_city(context.scene)[0])
     if missing:
         draw_sentence(layout.box().column(align=True), missing, "ERROR")
+        layout.operator("citypv.retrace", icon="FILE_REFRESH")
 
 
 def draw_step(layout, column, operator, icon):

@@ -9,7 +9,7 @@ from ..core.errors import InputError
 from .attributes import PREFIX
 from .session import Session, find_session, list_cities, open_session
 
-KEPT, PROBLEM = PREFIX + "transfer_file", PREFIX + "transfer_problem"
+KEPT, HOME, PROBLEM = (PREFIX + name for name in ("transfer_file", "transfer_folder", "transfer_problem"))
 SUFFIX = ".citypv.nc"
 
 
@@ -33,12 +33,18 @@ def keep_transfers(path):
             city[PROBLEM] = f"The traced light could not be kept: {error}"
             continue
         if written:
-            city[KEPT], city[PROBLEM] = "//" + name, ""
+            city[KEPT], city[HOME], city[PROBLEM] = "//" + name, str(Path(path).absolute().parent), ""
 
 
 def find_kept(city):
-    """File with the traced light of a city: Path, or None if none was kept. It may be missing by now."""
-    return Path(bpy.path.abspath(city[KEPT])) if city is not None and city.get(KEPT) else None
+    """File with the traced light of a city: Path, or None if none was kept. It may be missing by now.
+
+    It is beside this .blend, or beside the one that the city was appended from.
+    """
+    if city is None or not city.get(KEPT):
+        return None
+    beside, home = Path(bpy.path.abspath(city[KEPT])), Path(city.get(HOME, ""), city[KEPT].removeprefix("//"))
+    return home if not beside.is_file() and city.get(HOME) and home.is_file() else beside
 
 
 def has_transfer(city):

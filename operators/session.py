@@ -36,6 +36,24 @@ def find_session(item):
     return _sessions.get(item.get(KEY)) if item is not None else None
 
 
+def part_sessions(cities, kept):
+    """Give cities that were duplicated or appended a key of their own: results of one are not those of the other.
+
+    Parameters
+    ----------
+    cities : list of bpy.types.Object
+        In the order in which they came.
+    kept : str
+        Name of the property with the file of their traced light; two cities do not share one.
+    """
+    for key in (KEY, kept):
+        seen = set()
+        for city in cities:
+            if city.get(key) and city[key] in seen:
+                del city[key]
+            seen.add(city.get(key))
+
+
 def close_sessions():
     """Discard all sessions (when the add-on is disabled)."""
     _sessions.clear()

@@ -7,7 +7,8 @@ import numpy as np
 
 from .attributes import PREFIX
 from .in_place import is_in_place, list_taken
-from .session import list_cities
+from .keep_transfer import KEPT
+from .session import list_cities, part_sessions
 
 SHAPE, EDITED = PREFIX + "shape", PREFIX + "edited"  # properties of the city
 PLAIN = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")
@@ -47,6 +48,8 @@ def describe_shape(city):
 
 def follow_edits(scene, graph):
     """Mark the cities whose meshes were edited, and unmark those whose edit was undone."""
+    if graph.id_type_updated("OBJECT"):
+        part_sessions(sorted(list_cities(scene), key=lambda city: city.session_uid), KEPT)
     touched = {
         update.id.original for update in graph.updates if update.is_updated_geometry or update.is_updated_transform
     }

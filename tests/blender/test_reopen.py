@@ -86,3 +86,38 @@ def test_a_folder_that_cannot_be_written_still_saves_the_file(saved, monkeypatch
     assert bpy.ops.wm.save_as_mainfile(filepath=str(path)) == {"FINISHED"}
     city, _ = find_city(bpy.context.scene)
     assert "No space left on device" in describe_missing(city)
+
+
+def append_city(path):
+    with bpy.data.libraries.load(str(path)) as (source, target):
+        target.objects = [name for name in source.objects if name == "City"]
+    bpy.context.scene.collection.objects.link(target.objects[0])
+    bpy.context.view_layer.update()
+    return target.objects[0]
+
+
+def test_a_city_that_is_appended_has_its_own_light(saved, tmp_path):
+    path, hours = saved
+    first, _ = find_city(bpy.context.scene)
+    own = find_session(first)
+    other = path.with_name("other.blend")
+    shutil.copyfile(path, other)
+    second = append_city(other)
+    assert find_session(second) is None
+    assert find_session(first) is own
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    alone = append_city(other)
+    assert find_kept(alone).is_file()
+    np.testing.assert_array_equal(read_face_attribute(alone.data, "full_load_hours"), hours)
+    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    np.testing.assert_array_equal(read_face_attribute(alone.data, "full_load_hours"), hours)
+
+
+def test_a_city_whose_light_is_missing_is_traced_again_by_a_button(saved):
+    path, hours = saved
+    (path.parent / "city.City.citypv.nc").unlink()
+    reopen(path)
+    assert bpy.ops.citypv.retrace() == {"FINISHED"}
+    city, _ = find_city(bpy.context.scene)
+    np.testing.assert_array_equal(read_face_attribute(city.data, "full_load_hours"), hours)
+    assert describe_missing(city) == ""
