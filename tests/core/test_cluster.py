@@ -1,0 +1,244 @@
+"""Cities in tiles and worlds in tasks: the same as in one run, whoever computes them and whatever comes between."""
+
+import csv
+import json
+import re
+import signal
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+import xarray
+from small_city import HEAD, house
+from weathers import ERA5
+
+from citypv.__main__ import main
+from citypv.core.cluster import run_tasks, trace_tiles
+from citypv.core.cluster.tiles import assign_tiles, find_centres
+from citypv.core.cluster.trace_tiles import ClusterSettings
+from citypv.core.request import Request
+from citypv.core.study import place_city, prepare_study, read_buildings, read_year, trace_scene
+
+SETTINGS = ["--weather", str(ERA5), "--suns", "typical-days:2", "--samples", "64", "--shadow-samples", "4"]
+SETTINGS += ["--max-bounces", "2", "--threads", "1"]
+PLACES = [(0, 0), (25, 3), (70, 0), (75, 30), (2, 70), (60, 75)]
+FIGURES = ("visible_share", "direct_reflected", "diffuse_relative", "diffuse_relative_standard_error")
+FIGURES += ("direct_annual_standard_error", "covered_share", "sky_view_factor", "far_ground_view_factor", "albedo")
+
+
+def write_city(path, houses):
+    path.write_text(f"{HEAD}{''.join(houses)}</CityModel>\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def city(tmp_path_factory):
+    houses = [house(f"h{k}", place, (10, 9, 6 + k)) for k, place in enumerate(PLACES)]
+    return write_city(tmp_path_factory.mktemp("city") / "four_corners.gml", houses)
+
+
+@pytest.fixture(scope="module")
+def inputs(city):
+    """Weather, Request and PreparedScene of the city."""
+    request = Request(weather=str(ERA5), suns="typical-days:2", samples=64, shadow_samples=4, max_bounces=2, threads=1)
+    scene = place_city(read_buildings([city], request), request)
+    weather = read_year(scene.site, request)
+    return prepare_study(scene, weather, request), weather, request
+
+
+def trace(inputs, folder, word="serial", said=None):
+    folder.mkdir(exist_ok=True)
+    tell = (lambda line: None) if said is None else said.append
+    return trace_tiles.trace_tiles(*inputs, ClusterSettings(word, 60.0), folder, tell=tell)
+
+
+@pytest.fixture(scope="module")
+def serial(inputs, tmp_path_factory):
+    return trace(inputs, tmp_path_factory.mktemp("serial"))
+
+
+def assert_same_bits(one, other):
+    assert one.surfaces.surface_id == other.surfaces.surface_id
+    for name in FIGURES:
+        assert getattr(one, name).tobytes() == getattr(other, name).tobytes(), name
+    for parts in ("error_parts", "horizon"):
+        found = (vars(getattr(transfer, parts)) for transfer in (one, other))
+        for (name, values), expected in zip(next(found).items(), next(found).values(), strict=True):
+            assert values.tobytes() == expected.tobytes(), name
+
+
+@pytest.mark.parametrize("size", [20.0, 33.3, 60.0, 1000.0])
+def test_every_surface_is_in_the_one_tile_around_its_centre(inputs, size):
+    scene = inputs[0].scene
+    tiles, centres = assign_tiles(scene, size), find_centres(scene)
+    rows = np.concatenate([rows for _, rows in tiles])
+    assert sorted(rows.tolist()) == list(range(len(scene.surfaces)))
+    assert len({name for name, _ in tiles}) == len(tiles)
+    corner = centres.min(axis=0)
+    for name, members in tiles:
+        assert (np.diff(members) > 0).all()
+        low = corner + size * np.array([int(part) for part in name.split("_")])
+        assert (centres[members] >= low - 1e-9).all()
+        assert (centres[members] <= low + size + 1e-9).all()
+
+
+def test_centres_are_means_over_the_area(inputs):
+    """A south wall's centre in plan is the middle of its foot; a gable's is too, by symmetry."""
+    scene = inputs[0].scene
+    row = scene.surfaces.surface_id.index
+    south, east = (find_centres(scene)[row(f"h0_{side}")] for side in ("south", "east"))
+    # In true north's axes: from the south wall's middle to the east wall's it is half a width and half a depth.
+    assert np.linalg.norm(east - south) == pytest.approx(np.hypot(5.0, 4.5), abs=1e-3)
+
+
+def test_tiles_that_leave_nothing_out_are_the_whole(inputs, serial):
+    """Rays of a tile's own surfaces are the same as in the whole; only those of its surroundings are fewer."""
+    prepared, weather, request = inputs
+    whole = trace_scene(prepared.scene, weather, request, prepared=prepared)
+    transfer, told = serial
+    assert told["tiles"] == 4
+    np.testing.assert_array_equal(transfer.sky_view_factor, whole.sky_view_factor)
+    np.testing.assert_array_equal(transfer.visible_share, whole.visible_share)
+    np.testing.assert_array_equal(transfer.covered_share, whole.covered_share)
+    errors = np.hypot(transfer.diffuse_relative_standard_error, whole.diffuse_relative_standard_error)
+    assert (np.abs(transfer.diffuse_relative - whole.diffuse_relative) <= 4 * errors + 1e-12).all()
+    eligible = transfer.surfaces.eligible
+    apart = np.abs(transfer.diffuse_relative - whole.diffuse_relative)[eligible]
+    assert apart.max() < 1e-3  # no more than what the few reflections from a neighbouring tile's ground differ by
+    assert transfer.record.hemisphere_rays > whole.record.hemisphere_rays
+    assert transfer.record.request == request.as_dict()
+
+
+def test_what_is_left_out_lies_within_its_bound(tmp_path):
+    """Two houses, and a block 1 km long that rises less than 2° behind the fields in the east."""
+    houses = [house("a", (0, 0), (10, 9, 7)), house("b", (0, 40), (10, 9, 7))]
+    city = write_city(tmp_path / "fields.gml", [*houses, house("c", (900, -500), (12, 1000, 20), ridge=6.0)])
+    found = []
+    for name, more in (("whole", []), ("tiles", ["--cluster", "serial", "--tile", "500"])):
+        assert main(["simulate", str(city), "--out", str(tmp_path / name), "--quiet", *SETTINGS, *more]) == 0
+        with (tmp_path / name / "faces.csv").open(encoding="utf-8") as file:
+            rows = [row for row in csv.DictReader(file) if row["eligible"] == "true"]
+        found.append(np.array([[float(row[key]) for key in ("poa_global_annual", "area")] for row in rows]).T)
+    told = json.loads((tmp_path / "tiles" / "summary.json").read_text(encoding="utf-8"))["tiles"]
+    east = [row["surface_id"] for row in rows].index("a_east")
+    (whole, area), (tiles, _) = found
+    # A band of 1.7° over 58° of azimuth holds 1 % of what an east wall sees, and reflects some light.
+    assert 0 < (tiles - whole)[east] < 0.02 * whole[east]
+    error = 100 * float((tiles - whole) @ area / (whole @ area))
+    assert 0 < error < told["bound"] < 5.0
+    assert told["farthest"] < 900
+
+
+@pytest.mark.slow
+@pytest.mark.once
+def test_two_workers_of_which_one_is_killed_give_the_same_bits(inputs, serial, tmp_path):
+    """As soon as one tile is done, the workers are killed in the middle of the next ones."""
+    killed = []
+
+    def kill_workers(folder):
+        while not list(folder.glob("*.json")):
+            time.sleep(0.02)
+        for child in psutil.Process().children(recursive=True):
+            if "spawn_main" in " ".join(child.cmdline()):
+                child.kill()
+                killed.append(child.pid)
+
+    said, folder = [], tmp_path / "local"
+    folder.mkdir()
+    killer = threading.Thread(target=kill_workers, args=(folder,))
+    killer.start()
+    transfer, _ = trace(inputs, folder, "local:2", said)
+    killer.join()
+    assert killed
+    assert re.fullmatch(r"2 workers; dashboard at http://127\.0\.0\.1:\d+/status", said[1])
+    assert_same_bits(transfer, serial[0])
+    assert not list(folder.glob("*.part"))
+
+
+def test_a_second_run_goes_on_from_finished_tiles(city, tmp_path, monkeypatch, capfd):
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    traced, trace_part = [], trace_tiles.trace_part
+
+    def stop_at_third(*arguments):
+        if len(traced) == 2:
+            traced.append("stopped")
+            signal.raise_signal(signal.SIGINT)
+        traced.append(arguments[2])
+        return trace_part(*arguments)
+
+    monkeypatch.setattr(trace_tiles, "trace_part", stop_at_third)
+    command = ["simulate", str(city), *SETTINGS, "--cluster", "serial", "--tile", "60", "--out"]
+    assert main([*command, str(tmp_path / "out")]) == 130
+    signal.signal(signal.SIGINT, before)
+    assert "2 finished tasks are kept in" in capfd.readouterr().err
+    assert not (tmp_path / "out").exists()
+    assert len(list((tmp_path / "out.tasks").glob("*.json"))) == 2
+    assert main([*command, str(tmp_path / "out")]) == 0
+    assert "2 of them were traced by an earlier run" in capfd.readouterr().err
+    done = [one for one in traced if one != "stopped"]
+    assert len(done) == len(set(done)) == 4
+    assert not (tmp_path / "out.tasks").exists()
+    assert main([*command, str(tmp_path / "again"), "--quiet"]) == 0
+    for name in ("faces.csv", "groups.csv", "buildings.csv"):
+        assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
+
+
+def test_a_world_in_tasks_is_the_same_bit_by_bit(tmp_path):
+    command = ["world", "unshaded", "north=unshaded", "--weather", "climate", "--threads", "1", "--pictures", "off"]
+    command += ["--latitudes", "0", "60", "--longitudes", "10", "20", "--step", "10", "--quiet", "--out"]
+    assert main([*command, str(tmp_path / "whole")]) == 0
+    assert main([*command, str(tmp_path / "tasks"), "--cluster", "serial"]) == 0
+    assert not (tmp_path / "tasks.tasks").exists()
+    with (
+        xarray.open_dataset(tmp_path / "whole" / "world.nc") as whole,
+        xarray.open_dataset(tmp_path / "tasks" / "world.nc") as tasks,
+    ):
+        assert whole["full_load_hours"].notnull().any()
+        assert whole.identical(tasks)
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        (["--cluster", "lokal:2"], "'lokal:2' is not known; give local:N"),
+        (["--cluster", "local:0"], "asks for 0 workers"),
+        (["--cluster", "tcp://nowhere"], "is not known"),
+        (["--cluster", "serial", "--tile", "0"], "0 m is too small; give 20 m or more"),
+        (["--cluster", "serial", "--tile", "-5"], "-5 m is too small"),
+        (["--cluster", "serial", "--tile", "nan"], "nan m is too small"),
+        (["--tile", "100"], "--tile: is for cities traced in tiles; give --cluster local:N"),
+        (["--cluster", "serial", "--target-error", "1"], "--target-error: is for runs without tiles"),
+        (["--cluster", "serial", "--estimator", "forward"], "--estimator forward: traces whole cities only"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused_in_one_line(city, tmp_path, capfd, words, problem):
+    assert main(["simulate", str(city), "--out", str(tmp_path / "out"), *words]) == 2
+    said = capfd.readouterr().err
+    assert problem in said
+    assert said.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_dask_that_is_missing_is_named(city, tmp_path, capfd, monkeypatch):
+    monkeypatch.setattr(run_tasks.importlib.util, "find_spec", lambda name: None)
+    for command in (["simulate", str(city)], ["world", "unshaded"]):
+        assert main([*command, "--cluster", "local:2", "--out", str(tmp_path / "out")]) == 2
+        said = capfd.readouterr().err
+        assert said.startswith("citypv: error: --cluster local:2: needs Dask; pip install 'citypv[cluster]'")
+        assert said.count("\n") == 1
+
+
+def test_a_cluster_that_does_not_answer_is_named(city, tmp_path, capfd, monkeypatch):
+    assert run_tasks.PATIENCE == 10
+    monkeypatch.setattr(run_tasks, "PATIENCE", 1)
+    out, started = Path(tmp_path / "out"), time.monotonic()
+    words = ["world", "unshaded", "--latitudes", "50", "50", "--longitudes", "10", "10", "--quiet"]
+    assert main([*words, "--cluster", "tcp://127.0.0.1:9", "--out", str(out)]) == 2
+    assert time.monotonic() - started < 60
+    said = capfd.readouterr().err
+    assert "--cluster tcp://127.0.0.1:9: does not answer within 1 s; start `dask scheduler` there" in said
+    assert said.count("\n") == 1
+    assert not list(tmp_path.iterdir())
