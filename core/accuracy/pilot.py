@@ -4,6 +4,7 @@
                                                                     B   64 rays, 16 shadow points
                                                                     C   64 rays,  4 shadow points, 1 reflection
                                                                     0   hardly a surface: the cost of the city's size
+    a few patches of the whole city ──► rays: how much ground they meet, entries of the matrix (`survey`)
 
 Seconds of A, B, C and 0 give the cost of a ray, a shadow ray and a reflection; errors of A, B and C by source show how
 fast each falls.
@@ -14,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..effects.receivers import fewer_rays
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..photons.trace_hybrid import trace_hybrid
@@ -21,11 +23,12 @@ from ..progress import silent
 from ..sky.choose_sky import choose_sky
 from ..sun.choose_suns import choose_suns
 from ..sun.spread_suns import spread_suns
+from .survey import survey_city, whole_replicates
 from .yield_errors import find_lit, split_errors
 
-PATCHES = 10_000  # of the square
+PATCHES = 4_000  # of the square
 FEW = 64
-SUNS = "days:24"
+SUNS, FEW_SUNS = "days:12", "days:4"  # of run 0 the latter
 RUNS = {  # name -> samples, shadow samples, most reflections (None: as planned)
     "A": (256, 16, None),
     "B": (64, 16, None),
@@ -40,6 +43,8 @@ class PilotRun:
     samples: int
     shadow_samples: int
     bounces: int
+    suns: int
+    counts: tuple  # patches that got all rays, and others that got fewer
     seconds: dict  # stage -> [s] of wall time
     processor_seconds: dict  # stage -> [s], sum over threads
     errors: object  # YieldErrors
@@ -53,8 +58,7 @@ class Pilot:
 
     runs: dict  # name -> PilotRun
     empty: PilotRun  # without surfaces, but the whole city as obstacles
-    growth: float  # patches of the city over those of the square
-    suns: int  # traced in each run
+    survey: object  # Survey of the whole city
     surfaces: int  # of the square, with yield
     electricity: float  # [s] for all surfaces
     transfer: object  # Transfer of run A
@@ -78,25 +82,24 @@ def run_pilot(scene, prepared, weather, request, progress=silent):
     Pilot
     """
     year = weather.data.index, weather.interval, weather.latitude, weather.longitude
-    suns = spread_suns(choose_suns(SUNS, *year, request.seed, position=weather.data))
+    ways = (SUNS, FEW_SUNS)
+    suns, few_suns = (spread_suns(choose_suns(way, *year, request.seed, position=weather.data)) for way in ways)
     traced = prepared.patches.receives & ~prepared.plan.unobstructed
     near, few = (choose_square(prepared.scene, prepared.patches, traced, count) for count in (PATCHES, FEW))
-    inputs = scene, prepared, weather, request, suns
-    trace_part(inputs, few, RUNS["A"])  # loads compiled code
-    empty, _, _ = trace_part(inputs, few, RUNS["A"])
+    inputs = scene, prepared, weather, request
+    trace_part((*inputs, few_suns), few, RUNS["A"])  # loads compiled code
+    empty, _, _ = trace_part((*inputs, few_suns), few, RUNS["A"])
     runs, transfers, electricity = {}, [], []
     for done, (name, setting) in enumerate(RUNS.items()):
         progress("pilot", done, len(RUNS), "runs")
-        runs[name], *others = trace_part(inputs, near, setting)
+        runs[name], *others = trace_part((*inputs, suns), near, setting)
         transfers.append(others[0])
         electricity.append(others[1])
     progress("pilot", len(RUNS), len(RUNS), "runs")
-    count = max(int((traced & near).sum()), 1)
     return Pilot(
         runs=runs,
         empty=empty,
-        growth=traced.sum() / count,
-        suns=len(suns),
+        survey=survey_city(prepared, request),
         surfaces=len(runs["A"].errors.hours),
         electricity=electricity[0],
         transfer=transfers[0],
@@ -140,11 +143,28 @@ def trace_part(inputs, part, setting):
     seconds = time.perf_counter() - started
     record = transfer.record
     last = max(record.last_bounce_share_diffuse, record.last_bounce_share_direct)
-    errors = split_errors(transfer, weather, energy)
     run = PilotRun(
-        samples, shadow_samples, bounces, record.seconds, record.processor_seconds, errors, find_lit(energy), last
+        samples=samples,
+        shadow_samples=shadow_samples,
+        bounces=bounces,
+        suns=len(suns),
+        counts=count_patches(patches, plan, record.hemisphere_rays, samples),
+        seconds=record.seconds,
+        processor_seconds=record.processor_seconds,
+        errors=split_errors(transfer, weather, energy),
+        lit=find_lit(energy),
+        last_bounce=last,
     )
     return run, transfer, seconds
+
+
+def count_patches(patches, plan, rays, samples):
+    """Patches that got all rays, and others that got fewer, of a run that sent so many rays: two int."""
+    traced = patches.receives & ~plan.unobstructed
+    if plan.receivers is None:
+        return round(rays / whole_replicates(samples)), 0
+    full = int((traced & plan.receivers).sum())
+    return full, round((rays - full * whole_replicates(samples)) / whole_replicates(fewer_rays(samples)))
 
 
 def with_bounces(plan, bounces):

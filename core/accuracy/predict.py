@@ -2,7 +2,9 @@
 
 Cost: a run's time is that of its rays, shadow rays, and products with the matrix of form factors,
 
-    t = overhead + patches · (a₀ + a rays + suns · (b₀ + b shadow points + c rays · (1 + reflections)))
+    t = overhead · suns + a₀ patches + a rays + suns · (b₀ patches + b shadow points + c entries · (1 + reflections))
+
+where patches, rays, shadow points and entries of the matrix are those of the whole city (`survey`).
 
 Error: the variance of each source falls with a power of the number of rays or points that the pilot shows; what the
 size of patches leaves falls with the square of their length.
@@ -13,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import nnls
 
+from .survey import work_of_city, work_of_patches
 from .yield_errors import SOURCES, YieldErrors
 
 USUAL = {"shadows": 1.6, "rays": 1.3, "passed_on": 1.0}  # exponents of variance where the pilot shows none
@@ -37,9 +40,10 @@ class Knobs:
 class Prices:
     """What a pilot says on processor time [s], which depends less on what else the machine does."""
 
-    overhead: float  # of the size of the city: per sun
-    sky: np.ndarray  # (2,) of all patches: once, and per hemisphere ray
-    suns: np.ndarray  # (3,) of all patches: per sun; per shadow point and sun; per ray, sun and product with the matrix
+    overhead: np.ndarray  # (2,) of the size of the city: once, and per sun
+    sky: np.ndarray  # (2,) per patch; per hemisphere ray
+    suns: np.ndarray  # (3,) per patch and sun; per shadow point and sun; per entry, sun and product with the matrix
+    survey: object  # Survey
     wall: float  # wall time over processor time
     fixed: float  # reading, preparing, sun sampling, electricity: all but tracing
     size: float | None  # patch size of the pilot [m]
@@ -57,12 +61,15 @@ def price_pilot(pilot, fixed, patch_size, surfaces):
     patch_size : float or None
     surfaces : int
     """
-    runs = list(pilot.runs.values())
-    terms = np.array([terms_of_suns(run.samples, run.shadow_samples, run.bounces, pilot.suns) for run in runs])
+    runs, survey = list(pilot.runs.values()), pilot.survey
+    works = [work_of_patches(survey, run.counts, run.samples, run.shadow_samples) for run in runs]
+    terms = np.array([terms_of_suns(work, run.bounces, run.suns) for work, run in zip(works, runs, strict=True)])
+    overhead = np.array([of_sky(pilot.empty), of_suns(pilot.empty) / max(pilot.empty.suns, 1)])
     return Prices(
-        overhead=sum(pilot.empty.processor_seconds.values()) / pilot.suns,
-        sky=pilot.growth * fit_costs(np.array([(1, run.samples) for run in runs]), seconds_of(pilot, of_sky)),
-        suns=pilot.growth * fit_costs(terms, seconds_of(pilot, of_suns)),
+        overhead=overhead,
+        sky=fit_costs(np.array([(work.patches, work.rays) for work in works]), grown(runs, of_sky, overhead[0])),
+        suns=fit_costs(terms, grown(runs, of_suns, overhead[1] * runs[0].suns)),
+        survey=survey,
         wall=sum(sum(run.seconds.values()) for run in runs) / sum(sum(run.processor_seconds.values()) for run in runs),
         fixed=fixed,
         size=patch_size,
@@ -70,9 +77,9 @@ def price_pilot(pilot, fixed, patch_size, surfaces):
     )
 
 
-def terms_of_suns(samples, shadow_samples, bounces, suns):
+def terms_of_suns(work, bounces, suns):
     """What the costs of the suns are multiplied with."""
-    return suns, shadow_samples * suns, samples * suns * (1 + bounces)
+    return work.patches * suns, work.points * suns, work.entries * suns * (1 + bounces)
 
 
 def of_suns(run):
@@ -86,9 +93,9 @@ def of_sky(run):
     return sum(seconds.values()) - seconds["suns"] - seconds["plan and tree"]
 
 
-def seconds_of(pilot, stage):
-    """Time of a stage in each run without what the size of the city costs: (runs,) float64."""
-    return np.array([max(stage(run) - stage(pilot.empty), 0) for run in pilot.runs.values()])
+def grown(runs, stage, overhead):
+    """Time of a stage in each run without what the size of the city costs: (runs,) float64 [s]."""
+    return np.array([max(stage(run) - overhead, 0) for run in runs])
 
 
 def fit_costs(terms, seconds):
@@ -100,9 +107,10 @@ def fit_costs(terms, seconds):
 def predict_seconds(prices, knobs):
     """Wall and processor time of tracing, and wall time of the whole run [s]: three float."""
     growth = 1.0 if None in (prices.size, knobs.patch_size) else max((prices.size / knobs.patch_size) ** 2, 0.3)
-    sky = prices.sky @ (1, knobs.samples)
-    suns = prices.suns @ terms_of_suns(knobs.samples, knobs.shadow_samples, knobs.bounces, knobs.suns)
-    processor = knobs.rounds * (growth * (sky + suns) + prices.overhead * knobs.suns)
+    work = work_of_city(prices.survey, knobs.samples, knobs.shadow_samples)
+    sky = prices.sky @ (work.patches, work.rays)
+    suns = prices.suns @ terms_of_suns(work, knobs.bounces, knobs.suns)
+    processor = knobs.rounds * (growth * (sky + suns) + prices.overhead @ (1, knobs.suns))
     wall = processor * prices.wall
     return wall, processor, wall + prices.fixed + prices.bytes_per_sun * knobs.suns / WRITING
 

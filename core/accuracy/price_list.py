@@ -9,12 +9,13 @@ from ..presets import PRESETS
 from ..progress import silent
 from ..sun.choose_suns import choose_suns
 from ..transfer.prepare_scene import build_tree, prepare_scene
+from .fill_untraced import fill_untraced
 from .pilot import run_pilot
 from .predict import Knobs, left_by_bounces, predict_errors, predict_seconds, price_pilot
 from .sun_sampling import measure_ways, name_groups
 from .yield_errors import SOURCES
 
-WAYS = ("days:12", "days:24", "days:52", "typical-days:12", "typical-days:52", "sky-grid:1654", "hourly")
+WAYS = ("days:12", "days:24", "days:52", "typical-days:12", "sky-grid:1654", "hourly")
 SAMPLES = (64, 256, 1024, 4096)
 POINTS = (4, 16, 64, 256)
 
@@ -73,7 +74,8 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
     names = list(dict.fromkeys([request.suns, *WAYS]))
     ways = {name: choose_suns(name, *year, request.seed, position=weather.data) for name in names}
     clock = time.perf_counter()
-    measured = measure_ways((scene, weather, pilot.transfer, request), list(ways.values()), progress, prepared=prepared)
+    whole = fill_untraced(pilot.transfer, name_groups(pilot.transfer.surfaces))
+    measured = measure_ways((scene, weather, whole, request), list(ways.values()), progress, prepared=prepared)
     checking = (time.perf_counter() - clock) / 2  # mostly the hourly suns, and several choices beside them
     sampling = dict(zip(names, (sampling_of_surfaces(one, pilot) for one in measured), strict=True))
     electricity = pilot.electricity * len(scene.surfaces) / max(pilot.surfaces, 1)

@@ -9,6 +9,7 @@ from small_city import write_small_city
 
 from citypv.__main__ import main
 from citypv.core.accuracy.predict import fit_costs, terms_of_suns
+from citypv.core.accuracy.survey import Survey, Work, work_of_city
 from citypv.core.accuracy.yield_errors import split_errors
 from citypv.core.request import Request
 from citypv.core.study import compute_energy, measure_sun_sampling, read_scene, read_year, trace_scene
@@ -52,10 +53,24 @@ def test_predicted_errors_are_those_of_runs(city, tmp_path, capfd):
 
 def test_costs_are_found_from_runs_that_follow_the_formula():
     settings = [(256, 16, 3), (64, 16, 3), (64, 4, 1)]
-    terms = [terms_of_suns(*one, 294) for one in settings]
+    works = [Work(patches=1, rays=rays, points=points, entries=rays**0.8) for rays, points, _ in settings]
+    terms = [terms_of_suns(work, bounces, 294) for work, (*_, bounces) in zip(works, settings, strict=True)]
     costs = [2e-3, 1e-5, 3e-7]
     seconds = [sum(a * b for a, b in zip(row, costs, strict=True)) for row in terms]
     assert fit_costs(np.array(terms, float), np.array(seconds)) == pytest.approx(costs, rel=1e-6)
+
+
+def test_work_is_counted_as_it_is_traced():
+    """30 patches send all rays; 20 others and the ground that is met a quarter, and no fewer than 64."""
+    grows = {"rays": np.array([64, 256, 1024]), "entries": np.array([40.0, 80.0, 160.0])}  # by the root of the rays
+    survey = Survey(full=30, others=20, ground=100, shots=np.array([100, 1000]), met=np.array([20, 40]), **grows)
+    work = work_of_city(survey, 256, 16)
+    met = 40 + 20 * np.log10((30 * 256 + 20 * 64) / 1000)
+    assert work.patches == pytest.approx(50 + met)
+    assert work.rays == pytest.approx(30 * 256 + (20 + met) * 64)
+    assert work.points == pytest.approx(30 * 16 + (20 + met) * 4)
+    assert work.entries == pytest.approx(30 * 80 + (20 + met) * 40)
+    assert work_of_city(survey, 4096, 16).entries == pytest.approx(30 * 320 + 100 * 160 + 20 * 160, rel=0.1)
 
 
 def test_a_picture_of_no_known_kind_is_refused(city, capfd):
