@@ -50,6 +50,7 @@ LAYERS = (
         "weather",
         "energy",
         "accuracy",
+        "timeline",
         "results",
         "world",
         "plots",
