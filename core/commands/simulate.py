@@ -114,15 +114,14 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
         for line in describe_plan(prepared.plan):
             log.write(f"  {line}")
         log.write("Tracing" if is_compiled() else "Tracing; compiling first, which this machine needs once")
-        at = work.parent
+        tiles = None
         if cluster:
             transfer, tiles = trace_in_tiles(prepared, weather, request, cluster, log, folder=kept_beside(folder))
         else:
-            transfer, tiles = trace_until_interrupted(scene, weather, request, log, at, prepared=prepared), None
+            transfer = trace_until_interrupted(scene, weather, request, log, work.parent, prepared=prepared)
         log.clock.lap("trace")
         city = draw_city(city, scene, request)
-        outlines = outline_surfaces(city, scene.surfaces, scene.site)
-        transfer = replace(transfer, outlines=outlines)
+        transfer = replace(transfer, outlines=outline_surfaces(city, scene.surfaces, scene.site))
         keep = not is_on_disk(transfer.visible_share) or "transfer" in exports
         energy = write_results(work, transfer, weather, request, log, scene=scene, draw=draw, keep=keep, tiles=tiles)
         write_exports(work, (city, scene, transfer, energy, weather), request, exports, log.progress)

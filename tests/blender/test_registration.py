@@ -58,6 +58,7 @@ def test_every_step_has_an_operator_and_a_panel(addon):
         "4  Energy",
         "5  Colour",
         "Probe",
+        "Results",
     ]
 
 
