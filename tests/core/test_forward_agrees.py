@@ -1,6 +1,7 @@
 """Gather and forward, two estimators that share no ray, find the same light."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -62,7 +63,11 @@ def compare(scene, suns, gather, forward):
     reflected : (g, 2) float
     """
     one = trace_gather(scene, suns, Request(**gather), silent)
-    other = trace_forward(scene, suns, Request(estimator="forward", **forward), silent)
+    return compare_transfers(one, trace_forward(scene, suns, Request(estimator="forward", **forward), silent))
+
+
+def compare_transfers(one, other):
+    """The same of a Transfer of gather and one of forward."""
     dark = group_means(replace(one, direct_reflected=0 * one.direct_reflected, diffuse_relative=one.sky_view_factor))
     one, other = group_means(one), group_means(other)
     assert list(one) == list(other)
@@ -120,27 +125,32 @@ def test_berlin(bounces):
     assert (np.abs(difference) <= 4 * error + PATCHES * reflected + 1e-6).all()
 
 
+TOWN_SUNS = [20, 71, 100]
+
+
+@cache
+def forward_town():
+    """The town's arrays, its scene and suns, and the Transfer of forward."""
+    town = np.load(ROOT / "tests" / "data" / "town.npz")
+    scene = scene_of_triangles(town["vertices"], town["triangles"])
+    suns = suns_towards(town["sun"][TOWN_SUNS])
+    request = Request(estimator="forward", samples=48, far_ground=False)
+    return town, scene, suns, trace_forward(scene, suns, request, silent)
+
+
 @pytest.mark.slow
 def test_town():
     """91,764 triangles against gather, and against the reference that another engine traced."""
-    town = np.load(ROOT / "tests" / "data" / "town.npz")
-    scene = scene_of_triangles(town["vertices"], town["triangles"])
-    chosen = [20, 71, 100]
-    suns = suns_towards(town["sun"][chosen])
-    settings = {"far_ground": False}
-    difference, error, reflected = compare(scene, suns, settings | {"samples": 256}, settings | {"samples": 48})
+    _, scene, suns, forward = forward_town()
+    gather = trace_gather(scene, suns, Request(samples=256, far_ground=False), silent)
+    difference, error, reflected = compare_transfers(gather, forward)
     assert error.max() < 5e-4
     assert (np.abs(difference) <= 4 * error + PATCHES * reflected).all()
 
 
 @pytest.mark.slow
 def test_town_against_its_reference():
-    town = np.load(ROOT / "tests" / "data" / "town.npz")
-    scene = scene_of_triangles(town["vertices"], town["triangles"])
-    chosen = [20, 71, 100]
-    suns = suns_towards(town["sun"][chosen])
-    request = Request(estimator="forward", samples=48, far_ground=False)
-    forward = trace_forward(scene, suns, request, silent)
+    town, scene, suns, forward = forward_town()
     triangle = town["triangle"]
     share = scene.surfaces.area[triangle] / scene.surfaces.area[triangle].sum()
     pairs = (
@@ -152,7 +162,7 @@ def test_town_against_its_reference():
         (
             direct_relative(forward) @ suns.weight,
             forward.direct_annual_standard_error,
-            (town["direct"] + town["direct_reflected"])[:, chosen] @ suns.weight,
+            (town["direct"] + town["direct_reflected"])[:, TOWN_SUNS] @ suns.weight,
         ),
     )
     for found, single, known in pairs:

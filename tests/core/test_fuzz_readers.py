@@ -3,6 +3,7 @@
 import copy
 import gzip
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -64,6 +65,14 @@ def read_safely(folder, data, suffix, build=True):
         assert "; " in str(error)
         return False
     return True
+
+
+THOROUGH = os.environ.get("CITYPV_THOROUGH") == "1"
+
+
+def examples(count):
+    """Of so many files half, unless CITYPV_THOROUGH=1 asks for all."""
+    return count if THOROUGH else count // 2
 
 
 def thorough(count):
@@ -233,7 +242,7 @@ def cityjson(draw, seeds):
     [(".gml", citygml(), 2000), (".obj", obj(), 3000), (".json", cityjson(spoilt_seeds(".json")), 2000)],
 )
 def test_files_from_grammars(tmp_path, suffix, grammar, count):
-    outcomes = []
+    outcomes, count = [], examples(count)
 
     @thorough(count)
     @given(grammar)
@@ -251,7 +260,7 @@ def test_real_files_spoilt(tmp_path, suffix, count):
     seeds = spoilt_seeds(suffix)
     if not seeds:
         pytest.skip(f"no small files of {suffix} or no reader of them")
-    outcomes = []
+    outcomes, count = [], examples(count)
 
     @thorough(count)
     @given(spoilt(seeds))

@@ -5,7 +5,7 @@ import pytest
 from closed import room
 from hypothesis import example, given
 from scenes import join, scene_of_triangles, suns_towards
-from test_laws import SUNS, law, random_parts, seeds
+from test_laws import SCENES, SUNS, law, random_parts, seeds
 
 from citypv.core.photons import trace_sources
 from citypv.core.photons.trace_forward import trace_forward
@@ -78,8 +78,8 @@ def test_gather_and_forward_agree():
     agree()
     for bounces, found in collected.items():
         z = np.concatenate(found)
-        assert len(found) >= 200
-        assert len(z) > 1500
+        assert len(found) >= SCENES
+        assert len(z) > 7.5 * SCENES
         assert 0.75 < np.sqrt(np.mean(z**2)) < 1.25
         assert abs(z.mean()) < (0.25 if bounces else 4 / np.sqrt(len(z)))
 

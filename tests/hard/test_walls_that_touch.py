@@ -8,6 +8,8 @@ Each path starts at a random point and goes on, at random, from the very place t
 Nothing is taken for even, and of the code that is tested only tree, fronts and cover are used.
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
 from test_closed_forms import direct_relative
@@ -96,15 +98,32 @@ def reflections_by_paths(scene, members):
     return found[:, 1:].sum(axis=1), found[:, 2:].sum(axis=1)
 
 
-def reflections_by_gather(scene, members):
+@cache
+def middle_of_city(name):
+    """Scene, and which of its surfaces lie alone."""
+    file, place, half, _ = CITIES[name]
+    scene = build_scene(middle_of(read_city([ROOT / file]), half), **place)
+    return scene, lies_alone(scene)
+
+
+@cache
+def light_of_gather(name):
+    """Light of all surfaces after no, one and BOUNCES reflections: (3, SEEDS, n, 2) under the sky and the suns."""
+    scene, _ = middle_of_city(name)
+    return np.array([[light_of_run(scene, bounces, seed) for seed in range(SEEDS)] for bounces in (0, 1, BOUNCES)])
+
+
+def light_of_run(scene, bounces, seed):
+    """The same of one run: (n, 2)."""
+    transfer = trace_gather(scene, SUNS, Request(max_bounces=bounces, seed=seed, report="all"), silent)
+    return np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight], axis=1)
+
+
+def reflections_by_gather(name, members):
     """All of them, and without the first, by gather: two (SEEDS, 2)."""
-    found = np.zeros((3, SEEDS, 2))
-    for seed in range(SEEDS):
-        for row, bounces in enumerate((0, 1, BOUNCES)):
-            transfer = trace_gather(scene, SUNS, Request(max_bounces=bounces, seed=seed, report="all"), silent)
-            light = np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight], axis=1)
-            found[row, seed] = np.average(light[members], axis=0, weights=scene.surfaces.area[members])
-    return found[2] - found[0], found[2] - found[1]
+    area = middle_of_city(name)[0].surfaces.area[members]
+    none, first, whole = np.average(light_of_gather(name)[:, :, members], axis=2, weights=area)
+    return whole - none, whole - first
 
 
 def compare(gather, paths):
@@ -121,11 +140,10 @@ def compare(gather, paths):
 ])  # fmt: skip
 def test_reflected_light_is_that_of_paths(name, group, bias, later):
     """All of it, and what comes after the first reflection."""
-    file, place, half, _ = CITIES[name]
-    scene = build_scene(middle_of(read_city([ROOT / file]), half), **place)
+    scene, alone = middle_of_city(name)
     kinds = {"walls": ["facade"], "roofs": ["flat", "roof", "steep"]}[group]
-    members = np.isin(scene.surfaces.kind, kinds) & (lies_alone(scene) == (group == "roofs"))
-    both = zip(reflections_by_gather(scene, members), reflections_by_paths(scene, members), strict=True)
+    members = np.isin(scene.surfaces.kind, kinds) & (alone == (group == "roofs"))
+    both = zip(reflections_by_gather(name, members), reflections_by_paths(scene, members), strict=True)
     whole, after = (compare(gather, paths) for gather, paths in both)
     for label, (difference, error) in (("all", whole), ("from the second on", after)):
         for light, a, b in zip(("sky", "suns"), difference, error, strict=True):
