@@ -11,7 +11,6 @@ from ..scene.check_scene import check_scene
 from ..sun.check_suns import check_suns
 from ..threads import usable_threads
 from ..transfer.prepare_scene import prepare_scene
-from ..transfer.transfer import Horizon
 from ..trees.canopy import LeafyScene
 from .shadow_points import points_above
 from .sun_visibility import sun_visibility
@@ -118,15 +117,10 @@ def take_surfaces(transfer, chosen, suns, visible_share):
         visible_share=visible_share,
         direct_reflected=np.zeros_like(visible_share),
         **{name: take_rows(getattr(transfer, name), chosen) for name in per_surface},
-        horizon=None if transfer.horizon is None else take_horizon(transfer.horizon, chosen),
+        horizon=transfer.horizon and transfer.horizon.take(chosen),
         error_parts=None,
         bare=None,
     )
-
-
-def take_horizon(horizon, chosen):
-    """Some rows of the light of the horizon."""
-    return Horizon(**{field.name: getattr(horizon, field.name)[chosen] for field in fields(Horizon)})
 
 
 def take_rows(column, chosen):

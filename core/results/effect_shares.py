@@ -107,12 +107,11 @@ def take_rows(transfer, rows):
         *("diffuse_relative_standard_error", "visible_share", "direct_reflected", "direct_annual_standard_error"),
     )
     per_surface = {name: getattr(transfer, name)[rows] for name in names}
-    band = transfer.horizon
     return replace(
         transfer,
         surfaces=Surfaces(**few),
         **per_surface,
-        horizon=band and replace(band, **{one.name: getattr(band, one.name)[rows] for one in fields(band)}),
+        horizon=transfer.horizon and transfer.horizon.take(rows),
         albedo=None,
         material=None,
         error_parts=None,

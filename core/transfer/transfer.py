@@ -46,6 +46,10 @@ class Horizon:
     relative: np.ndarray  # (n,) reflections included
     standard_error: np.ndarray  # (n,) of `relative`
 
+    def take(self, rows):
+        """Some surfaces of it: Horizon."""
+        return Horizon(self.view_factor[rows], self.relative[rows], self.standard_error[rows])
+
 
 @dataclass
 class Transfer:
