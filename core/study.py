@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from .accuracy.sun_sampling import measure_ways
+from .accuracy.trace_alone import trace_alone
 from .effects.table import check_effects, check_needs
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
@@ -187,8 +188,8 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
     return weigh_kept_suns(transfer, year) if transfer.record.interrupted else transfer
 
 
-def trace_round(scene, suns, request, before, part, *, progress=silent, folder=None, prepared):
-    """A further round of a run: the same scene and suns at the next points of its sequences.
+def trace_round(scene, total, request, part, *, progress=silent, folder=None, prepared):
+    """Trace a further round of a run: the same scene and suns at the next points of its sequences.
 
     With gather every patch goes on in its own sequence (`transfer.prepare_scene.continue_sampling`); rounds of forward
     have random numbers of their own.
@@ -196,13 +197,13 @@ def trace_round(scene, suns, request, before, part, *, progress=silent, folder=N
     Parameters
     ----------
     scene : Scene
-    suns : Suns
+    total : Transfer
+        Of all rounds before.
     request : Request
         Of the run.
-    before : int
-        Samples of all rounds before, in units of those of the first.
     part : Round
-        Its size, a power of two of which `before` is a multiple, and the surfaces that it is for.
+        Its size, a power of two of which those before are a multiple; the surfaces that it is for; and whether these
+        are traced alone.
     progress, folder
         As in `trace_scene`.
     prepared : PreparedScene
@@ -213,6 +214,7 @@ def trace_round(scene, suns, request, before, part, *, progress=silent, folder=N
     Transfer
         To be merged by `accuracy.refine.add_round`.
     """
+    before, suns = total.record.rounds, total.suns
     seed = seed_of_round(request.seed, before)
     if request.estimator == "gather":
         prepared = continue_sampling(prepared, request, before, part, seed)
@@ -220,8 +222,13 @@ def trace_round(scene, suns, request, before, part, *, progress=silent, folder=N
         prepared = reseed(prepared, seed)
     samples, points = part.size * request.samples, part.size * request.shadow_samples
     request = replace(request, seed=seed, samples=samples, shadow_samples=points)
-    trace = ESTIMATORS[request.estimator]
-    transfer = trace_seasons(trace, scene, suns, request, progress=progress, folder=folder, prepared=prepared)
+    if part.alone:
+        transfer = trace_alone(total, request, progress, folder, prepared=prepared)
+        bare = total.bare and trace_alone(total.bare, request, progress, folder, prepared=replace(prepared, bare=True))
+        transfer = replace(transfer, bare=bare)
+    else:
+        trace = ESTIMATORS[request.estimator]
+        transfer = trace_seasons(trace, scene, suns, request, progress=progress, folder=folder, prepared=prepared)
     return replace(transfer, record=replace(transfer.record, rounds=part.size))
 
 

@@ -13,6 +13,7 @@ LEAST_RAYS, LEAST_POINTS = 256, 16  # of every surface that is reported
 SAFETY = 0.7  # of the target
 FREEDOM = 3  # degrees of freedom of a surface's own estimate, from four replicates
 TYPICAL = 3  # the same, of the median of all surfaces
+BY_OTHERS = 0.3  # of the sampled variance: more is lowered by tracing all surfaces again
 HOPELESS = 0.3  # of the variance that no sample lowers
 
 
@@ -31,12 +32,14 @@ def choose_counted(errors, request, surfaces, before=None):
 
     Returns
     -------
-    (n,) bool or None
+    counted : (n,) bool or None
         None: all.
+    alone : bool
+        Whether these are traced alone: light that others pass on makes little of their error.
     """
     few = errors.rounds * request.samples < LEAST_RAYS or errors.rounds * request.shadow_samples < LEAST_POINTS
     if request.target_error is None or few:
-        return None
+        return None, False
     relative = {name: 1e4 * part / errors.hours**2 for name, part in errors.variance.items()}  # [%²]
     sampled = sum(relative[name] for name in SAMPLED)
     fixed = sum(part for name, part in relative.items() if name not in SAMPLED)
@@ -45,4 +48,7 @@ def choose_counted(errors, request, surfaces, before=None):
     allowed = np.maximum((SAFETY * request.target_error) ** 2 - fixed, HOPELESS * fixed)
     counted = np.zeros(len(surfaces), bool) if request.report == "eligible" else ~surfaces.eligible
     counted[errors.rows] = smooth > allowed
-    return counted if before is None else counted & before
+    counted = counted if before is None else counted & before
+    rows = counted[errors.rows]
+    by_others, of_all = (errors.area[rows] @ part[rows] for part in (relative["passed_on"], sampled))
+    return counted, bool(by_others < BY_OTHERS * of_all)

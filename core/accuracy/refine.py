@@ -36,7 +36,7 @@ class Goal:
     target: float | None  # [%] of full load hours, on 95 % of the eligible area
     deadline: float | None  # `time.monotonic()` at which tracing must end [s]
     largest: int = 1  # round, in units of the first
-    choose: Callable = lambda errors, before: None  # surfaces of the next round, from errors and those of the last
+    choose: Callable = lambda errors, before: (None, False)  # of the next round, from errors and those of the last
 
 
 def largest_round(request):
@@ -56,7 +56,7 @@ def refine_transfer(transfer, errors, goal, trace_round, tell):
         `errors(transfer)` gives its YieldErrors.
     goal : Goal
     trace_round : callable
-        `trace_round(before, part)` gives the Transfer of a further round.
+        `trace_round(total, part)` gives the Transfer of a further round.
     tell : callable
         Called with a line of text after each round.
 
@@ -76,9 +76,9 @@ def refine_transfer(transfer, errors, goal, trace_round, tell):
             told = started
         if stop:
             return transfer
-        counted = goal.choose(found, counted)
+        counted, alone = goal.choose(found, counted)
         try:
-            more = trace_round(found.rounds, Round(size, counted))
+            more = trace_round(transfer, Round(size, counted, alone))
         except CancelledError:
             return transfer
         if more.record.interrupted:  # by some suns only: not a whole round

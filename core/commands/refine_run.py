@@ -43,10 +43,8 @@ def refine_run(transfer, inputs, log, progress, *, folder):
     def judge(one):
         return split_errors(one, weather, energy)
 
-    def trace(before, part):
-        return trace_round(
-            scene, transfer.suns, request, before, part, progress=progress, folder=folder, prepared=prepared
-        )
+    def trace(total, part):
+        return trace_round(scene, total, request, part, progress=progress, folder=folder, prepared=prepared)
 
     # The stages of every round would be many lines.
     progress.progress = TerminalProgress(log.stream, lasting=False) if log.stream else silent

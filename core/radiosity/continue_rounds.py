@@ -13,7 +13,7 @@ from ..patches.patches import take_patches
 from ..sampling.merge_nets import merge_nets
 from ..transfer.merge_transfers import MATRICES, MEANS, check_same, merge_horizon, merge_records, whole_error
 from ..transfer.noise import own_diffuse, own_direct
-from ..transfer.patch_light import Net, OwnNoise, PatchFacts, PatchLight
+from ..transfer.patch_light import Emitted, Net, OwnNoise, PatchFacts, PatchLight
 from .direct_errors import variance_of_shadow_points
 from .shadow_points import shift_points
 from .solve_radiosity import covariance_of_replicates, variance_of_replicates
@@ -29,8 +29,7 @@ def keep_patches(context, hemisphere, lights, part):
     ----------
     context : GatherContext
     hemisphere : Hemisphere
-    lights : tuple of (p, r) float32 and Annual
-        All light of the sky by replicates; and sums over the suns.
+    lights : tuple of Diffuse and Annual
     part : Round
 
     Returns
@@ -54,10 +53,18 @@ def keep_patches(context, hemisphere, lights, part):
         squares=context.merge.power(2).tocsc()[:, rows].tocsr(),
         suns=annual.suns,
     )
-    none = np.zeros((len(rows), diffuse.shape[1]), np.float32)
+    none = np.zeros((len(rows), diffuse.by_replicate.shape[1]), np.float32)
     reflected = none if annual.by_replicate is None else annual.by_replicate[rows]
     return PatchLight(
-        rows, part, facts, diffuse[rows], reflected, [Net(before, annual.by_point[rows])], own=None, rest=None
+        rows,
+        part,
+        facts,
+        diffuse.by_replicate[rows],
+        reflected,
+        [Net(before, annual.by_point[rows])],
+        Emitted(diffuse.radiosity, annual.radiosity, annual.lit_ground),
+        own=None,
+        rest=None,
     )
 
 
@@ -165,12 +172,18 @@ def merge_light(one, other, weights):
         diffuse=blend_rows(one.diffuse[place], other.diffuse, (1 - share, share)),
         reflected=blend_rows(one.reflected[place], other.reflected, (1 - share, share)),
         nets=join_nets(facts.patches.key, [Net(net.before, net.light[place]) for net in one.nets] + other.nets),
+        emitted=one.emitted if other.round.alone else other.emitted,
         own=None,
-        rest=OwnNoise(*(weights[0] ** 2 * a + weights[1] ** 2 * b for a, b in zip(one.rest, other.rest, strict=True))),
+        rest=one.rest if other.round.alone else merge_rest(one.rest, other.rest, weights),
     )
     told = tell_noise(kept)
     still = weights[1] == 0
     return replace(kept, own=OwnNoise(*(np.where(still, a, b) for a, b in zip(one.own, told, strict=True))))
+
+
+def merge_rest(one, other, weights):
+    """OwnNoise of light that has numbers of its own in every round."""
+    return OwnNoise(*(weights[0] ** 2 * a + weights[1] ** 2 * b for a, b in zip(one, other, strict=True)))
 
 
 def join_nets(keys, nets):

@@ -30,6 +30,7 @@ class GatherContext:
     eligible_area: np.ndarray  # (n,) float64 [m²], 0 for surfaces that are not eligible
     threads: int
     progress: Callable
+    rounds: bool = False  # whether further ones go on from what this one finds
 
 
 def prepare_gather(prepared, request, progress):
@@ -64,4 +65,5 @@ def prepare_gather(prepared, request, progress):
         eligible_area=np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0),
         threads=threads,
         progress=progress,
+        rounds=prepared.round is not None,
     )

@@ -9,7 +9,7 @@ from ..form_factors.form_factor_products import multiply_elements
 from .light_errors import LightError, ReflectedError, errors_of_surfaces
 from .patch_size_errors import estimate_discretisation_error, steps_of_cells
 from .replicates import STEP, Deviations, propagate_deviations
-from .solve_radiosity import iterate_bounces, variance_of_replicates
+from .solve_radiosity import iterate_bounces, radiosity_of_elements, variance_of_replicates
 
 
 @dataclass
@@ -21,6 +21,7 @@ class Diffuse:
     by_replicate: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32, all light of patches by each replicate of their rays
     last: float  # share of the last bounce of all light
     discretisation_error: float = 0.0  # of `estimate_discretisation_error`
+    radiosity: np.ndarray | None = None  # (p, cells) float32, of `radiosity_of_elements`; for further rounds
 
 
 def gather_diffuse(context, hemisphere, element_sky):
@@ -40,7 +41,7 @@ def gather_diffuse(context, hemisphere, element_sky):
     plan, merge = context.plan, context.merge
     first = hemisphere.sky.mean(axis=1, keepdims=True)
     by_replicate = hemisphere.sky.copy()
-    last, discretisation_error, reflections = 0.0, 0.0, None
+    last, discretisation_error, reflections, radiosity = 0.0, 0.0, None, None
     if plan.reflections:
         report_bounces(context, 0)
         far_first = context.request.ground_albedo * hemisphere.far_ground
@@ -58,6 +59,8 @@ def gather_diffuse(context, hemisphere, element_sky):
         )
         reflected = multiply_elements(form_factors, propagated, hemisphere.factor, context.threads)
         reflected += first_bounce + far_first
+        if context.rounds:
+            radiosity = radiosity_of_elements(context, hemisphere, element_sky.view, propagated)
         by_replicate += reflected
         steps = steps_of_cells(context, hemisphere, element_sky.view)
         discretisation_error = estimate_discretisation_error(context, steps, reflected)
@@ -70,6 +73,7 @@ def gather_diffuse(context, hemisphere, element_sky):
         by_replicate=by_replicate,
         last=last,
         discretisation_error=discretisation_error,
+        radiosity=radiosity,
     )
 
 

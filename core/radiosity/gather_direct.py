@@ -17,9 +17,9 @@ from .light_errors import LightError, ReflectedError, errors_of_surfaces
 from .patch_size_errors import estimate_discretisation_error, steps_of_cells
 from .replicates import propagate_deviations
 from .shadow_points import count_elements, points_above
-from .solve_radiosity import covariance_of_replicates, reflect_block, variance_of_replicates
+from .solve_radiosity import covariance_of_replicates, radiosity_of_elements, reflect_block, variance_of_replicates
 from .sun_blocks import SunBlock, SunProgress, block_of_suns, count_kept, cut_into_blocks
-from .sun_visibility import sun_visibility
+from .sun_visibility import put_in, sun_visibility
 
 
 @dataclass
@@ -31,6 +31,7 @@ class Annual:
     specular: Specular | None = None
     lit_ground: float = 0.0  # radiosity of the far ground
     by_replicate: np.ndarray | None = None  # (p, HEMISPHERE_REPLICATES) float32, what is reflected
+    radiosity: np.ndarray | None = None  # (p, cells) float32, of `radiosity_of_elements`
     suns: SunBlock | None = None  # all that are in the sums
     representative_points: np.ndarray | None = None  # (p, cells) uint, the same for every sun; None before the first
 
@@ -200,7 +201,9 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
     by_replicate = multiply_elements(hemisphere.form_factors, annual.propagated, hemisphere.factor, threads)
     by_replicate += multiply_elements(hemisphere.form_factors, patches.albedo, element_annual, threads)
     by_replicate += annual.lit_ground * hemisphere.far_ground
-    annual.by_replicate = by_replicate.copy()
+    if context.rounds:
+        annual.by_replicate = by_replicate.copy()
+        annual.radiosity = radiosity_of_elements(context, hemisphere, element_annual, annual.propagated)
     steps = steps_of_cells(context, hemisphere, element_annual)
     share = estimate_discretisation_error(context, steps, by_replicate)
     covariance = merge.power(2) @ covariance_of_replicates(by_replicate, diffuse)
@@ -270,14 +273,6 @@ def only_pass_on(context):
     """Patches with fewer rays: (p,) bool."""
     plan = context.plan
     return np.zeros(len(context.patches), bool) if plan.receivers is None else ~plan.receivers
-
-
-def put_in(light, rows, seen, copies):
-    """Write the light of some patches, each of their points standing for as many as `copies`, into that of all."""
-    light.visible_share[rows], light.visible_elements[rows] = seen.visible_share, seen.visible_elements
-    light.by_point[rows] = np.repeat(seen.by_point, copies, axis=1)
-    light.representative_points[rows] = seen.representative_points * copies
-    light.ray_count += seen.ray_count
 
 
 def by_number_of_points(context, annual):

@@ -33,6 +33,11 @@ def radiosity_factor(patches, covered_share):
     return (patches.albedo / open_share).astype(np.float32)
 
 
+def radiosity_of_elements(context, hemisphere, first, propagated):
+    """Radiosity of the cells of patches: of their first light, (p, cells), and of what they received after it, (p,)."""
+    return context.patches.albedo[:, None] * first + propagated[:, None] * hemisphere.factor
+
+
 def element_factors(context, rays, tallies):
     """Factors from the mean irradiance of a patch to the radiosity of each of its cells (elements).
 

@@ -112,6 +112,14 @@ def sun_visibility(
     return found
 
 
+def put_in(light, rows, seen, copies):
+    """Write the light of some patches, each of their points standing for as many as `copies`, into that of all."""
+    light.visible_share[rows], light.visible_elements[rows] = seen.visible_share, seen.visible_elements
+    light.by_point[rows] = np.repeat(seen.by_point, copies, axis=1)
+    light.representative_points[rows] = seen.representative_points * copies
+    light.ray_count += seen.ray_count
+
+
 def trace_shadow_rays(ray_scene, patches, chosen, points, suns, *, behind, found):
     """Shadow rays from the points of some patches to all suns.
 

@@ -14,6 +14,7 @@ class Round(NamedTuple):
 
     size: int = 1  # samples, in units of those of the first round
     counted: np.ndarray | None = None  # (n,) bool, surfaces that the round is for; None: all
+    alone: bool = False  # whether only these are traced, under the light of the others as it is known
 
 
 class Net(NamedTuple):
@@ -45,6 +46,14 @@ class PatchFacts:
     suns: tuple  # SunBlock: directions and weights
 
 
+class Emitted(NamedTuple):
+    """What all p patches emit, by the last round in which all were traced; None without reflections."""
+
+    sky: np.ndarray | None  # (p, cells) float32, radiosity under the sky
+    suns: np.ndarray | None  # (p, cells) float32, annual under the suns
+    far_ground: float  # annual radiosity of the far ground under the suns
+
+
 @dataclass
 class PatchLight:
     """Light of k patches by one or several rounds."""
@@ -55,5 +64,6 @@ class PatchLight:
     diffuse: np.ndarray  # (k, r) float32, all light of the sky by each replicate of the rays
     reflected: np.ndarray  # (k, r) float32, annual reflected light of the suns likewise
     nets: list  # of Net
+    emitted: Emitted
     own: OwnNoise  # of these patches
     rest: OwnNoise  # of all others, and of light by way of mirrors

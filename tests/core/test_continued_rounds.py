@@ -35,13 +35,11 @@ def whole_run(seed, times):
     return trace_gather(scene, suns, request, silent, prepared=prepared)
 
 
-def in_rounds(seed, sizes, counted=None):
-    scene, suns, prepared = prepared_as(seed)
-    request, total, before = replace(REQUEST, seed=seed), own_matrices(whole_run(seed, 1)), 1
+def in_rounds(seed, sizes, counted=None, alone=False):
+    scene, _, prepared = prepared_as(seed)
+    request, total = replace(REQUEST, seed=seed), own_matrices(whole_run(seed, 1))
     for size in sizes:
-        part = Round(size, counted)
-        total = add_round(total, trace_round(scene, suns, request, before, part, prepared=prepared))
-        before += size
+        total = add_round(total, trace_round(scene, total, request, Round(size, counted, alone), prepared=prepared))
     return total
 
 
@@ -96,17 +94,19 @@ def test_their_error_is_that_of_one_run_and_is_stated():
         assert 0.9 < stated / scatter[1] < 1.2
 
 
-def test_surfaces_that_a_round_is_not_for_stay_as_they_are():
+@pytest.mark.slow
+@pytest.mark.parametrize("alone", [False, True])
+def test_surfaces_that_a_round_is_not_for_stay_as_they_are(alone):
     """And the others are as right as if all were sampled: replicates stay independent of each other."""
     full = full_patches()
     counted = full & (np.arange(len(full)) % 2 == 0)
-    before, after = whole_run(0, 1), in_rounds(0, DOUBLING, counted)
+    before, after = whole_run(0, 1), in_rounds(0, DOUBLING, counted, alone)
     still = full & ~counted
     for name in ("visible_share", "diffuse_relative", "direct_reflected"):
         assert np.array_equal(getattr(before, name)[still], getattr(after, name)[still])
     for name in ("diffuse_relative_standard_error", "direct_annual_standard_error"):
         assert getattr(after, name)[still] == pytest.approx(getattr(before, name)[still], rel=1e-5, abs=1e-9)
-    runs = [light_of(in_rounds(seed, DOUBLING, counted)) for seed in range(RUNS)]
+    runs = [light_of(in_rounds(seed, DOUBLING, counted, alone)) for seed in range(RUNS)]
     for part in (0, 1):
         scatter = np.array([light[part] for light, _ in runs]).var(axis=0, ddof=1)
         stated = np.mean([errors[part] ** 2 for _, errors in runs], axis=0)

@@ -107,14 +107,17 @@ def test_surfaces_that_are_known_get_no_more_samples():
     request = Request(samples=64, shadow_samples=4, target_error=1.0)
     errors = replace(made_errors(1, shadows=1.0), rows=some)
     errors.variance["shadows"] = np.array([0.01, 0.1, 1.0, 4.0])
-    assert choose_counted(errors, request, surfaces) is None
+    assert choose_counted(errors, request, surfaces)[0] is None
     errors.rounds = 4
-    assert choose_counted(errors, replace(request, target_error=None), surfaces) is None
-    counted = choose_counted(errors, request, surfaces)
+    assert choose_counted(errors, replace(request, target_error=None), surfaces)[0] is None
+    counted, alone = choose_counted(errors, request, surfaces)
+    assert alone
     assert np.flatnonzero(counted).tolist() == some[2:].tolist()
     errors.variance["shadows"] = np.array([4.0, 0.1, 0.1, 4.0])
-    assert np.flatnonzero(choose_counted(errors, request, surfaces, counted)).tolist() == [some[3]]
-    everything = choose_counted(errors, replace(request, report="all"), surfaces)
+    assert np.flatnonzero(choose_counted(errors, request, surfaces, counted)[0]).tolist() == [some[3]]
+    errors.variance["passed_on"] = np.full(4, 9.0)
+    everything, alone = choose_counted(errors, replace(request, report="all"), surfaces)
+    assert not alone
     assert everything[~np.asarray(surfaces.eligible)].all()
 
 
@@ -155,10 +158,10 @@ def test_ctrl_c_keeps_the_finished_rounds(city, tmp_path, monkeypatch, capfd):
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     trace = refine_run.trace_round
 
-    def interrupted_in_the_third(scene, suns, request, before, part, **more):
-        if before == 2:
+    def interrupted_in_the_third(scene, total, request, part, **more):
+        if total.record.rounds == 2:
             signal.raise_signal(signal.SIGINT)
-        return trace(scene, suns, request, before, part, **more)
+        return trace(scene, total, request, part, **more)
 
     monkeypatch.setattr(refine_run, "trace_round", interrupted_in_the_third)
     try:
