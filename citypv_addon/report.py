@@ -31,6 +31,7 @@ def draw_report(layout, context):
         draw_sentence(box, sentence)
     row = layout.row(align=True)
     row.operator("citypv.show_report", icon="TEXT")
+    row = layout.row(align=True)
     row.operator("citypv.select_buildings", icon="HOME")
     row.operator("citypv.deselect", text="", icon="X")
     draw_rows(layout, context, ("class", "material", *FOUND))

@@ -30,7 +30,7 @@ def build_property(default, details):
     unit = f" [{details.unit}]" if details.unit and details.subtype == "NONE" else ""
     named = {"name": details.title, "description": details.words[0].upper() + details.words[1:] + unit}
     if details.kind == "choice":
-        items = [(value, value.replace("-", " ").capitalize(), words) for value, words in details.choices.items()]
+        items = [(value, name_choice(value), words) for value, words in details.choices.items()]
         return EnumProperty(**named, items=items, default=default)
     if details.kind in ("switch", "flag"):
         return BoolProperty(**named, default=default)
@@ -47,6 +47,11 @@ def build_property(default, details):
         return IntProperty(**{**named, "max": int(named.get("max", LARGEST)), "min": int(named.get("min", -LARGEST))})
     lowest = {"min": details.above + 10**-3} if details.above is not None else {}
     return FloatProperty(**named, **lowest, subtype=details.subtype, precision=3)
+
+
+def name_choice(value):
+    """Choice as the panel shows it; units and axes stay as they are."""
+    return value.replace("-", " ").capitalize() if len(value) > 2 else value
 
 
 def left_to_program(details):

@@ -10,7 +10,7 @@ from .session import find_city
 
 BAR = (0.90, 0.62, 0.0, 1.0)  # colours that colour-blind viewers tell apart (Okabe and Ito), sRGB
 LINES = ((0.13, 0.15, 0.17, 1.0), (0.84, 0.37, 0.0, 1.0), (0.0, 0.45, 0.70, 1.0))
-WIDTH, HEIGHT, GAP = 250, 90, 34  # of a chart, and between them [pixels]
+WIDTH, HEIGHT, GAP = 250, 90, 52  # of a chart, and between them [pixels]
 LETTERS = "JFMAMJJASOND"
 
 
@@ -26,7 +26,7 @@ def draw_probe():
         return
     pixel = context.preferences.system.ui_scale
     left, bottom = place_charts(context, pixel)
-    draw_box((left - 14 * pixel, bottom - 24 * pixel, (WIDTH + 28) * pixel, (2 * HEIGHT + GAP + 66) * pixel), PAPER)
+    draw_box((left - 14 * pixel, bottom - 24 * pixel, (WIDTH + 28) * pixel, (2 * HEIGHT + GAP + 54) * pixel), PAPER)
     draw_curves(charts[1], left, bottom, pixel)
     draw_months(charts[0], left, bottom + (HEIGHT + GAP) * pixel, pixel)
 
@@ -59,13 +59,13 @@ def draw_curves(curves, left, bottom, pixel):
         shader.uniform_float("color", colour)
         batch_for_shader(shader, "LINE_STRIP", {"pos": points}).draw(shader)
         name = list(CURVES)[row].capitalize()
-        draw_box((left + (4 + 66 * row) * pixel, bottom + (HEIGHT + 11) * pixel, 12 * pixel, 3 * pixel), colour)
-        write_text(name, left + (20 + 66 * row) * pixel, bottom + (HEIGHT + 8) * pixel, 10 * pixel)
+        write_text(name, left + 196 * pixel, bottom + (HEIGHT - 14 * row - 12) * pixel, 10 * pixel)
+        draw_box((left + 178 * pixel, bottom + (HEIGHT - 14 * row - 9) * pixel, 12 * pixel, 3 * pixel), colour)
     gpu.state.line_width_set(1.0)
     for hour in (0, 6, 12, 18, 24):
         write_text(f"{hour}", left + hour / 24 * WIDTH * pixel, bottom - 13 * pixel, 10 * pixel, centred=True)
-    title = f"up to {write_amount(largest, 'kW', 'W')}"
-    write_text(title, left + 180 * pixel, bottom + (HEIGHT + 8) * pixel, 10 * pixel)
+    title = f"Power by hour, at most {write_amount(largest, 'kW', 'W')}"
+    write_text(title, left, bottom + (HEIGHT + 8) * pixel, 11 * pixel)
 
 
 def write_amount(value, unit, smaller):

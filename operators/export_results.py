@@ -146,15 +146,10 @@ def write_results(session, name, path, progress=silent):
 
 
 def write_page(session, path, progress):
-    """Write the report of `citypv plot` as one page.
-
-    Raises
-    ------
-    InputError
-        matplotlib is missing.
-    """
-    from ..core.commands.plot_results import plot_results
+    """Write the report of `citypv plot` as one page; without pictures where matplotlib is missing."""
     from ..core.commands.simulate import draw_city
+    from ..core.plots.read_results import read_results
+    from ..core.plots.write_report import write_report
     from ..core.results.write_summary import summarise, write_summary
     from ..core.results.write_tables import write_tables
     from ..core.results.write_transfer import write_transfer
@@ -170,4 +165,4 @@ def write_page(session, path, progress):
         write_tables(work, transfer, energy, weather, request, progress=progress)
         write_transfer(work / "transfer.nc", transfer, progress)
         write_summary(work / "summary.json", summarise(transfer, energy, weather, request, scene=session.scene))
-        path.write_bytes(plot_results(work).read_bytes())
+        path.write_bytes(write_report(work, read_results(work)).read_bytes())

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .picture import LINES, OTHER, kind_title, make_figure
-from .tabulate import tabulate_periods
+from .picture import LINES, OTHER, make_figure
+from .tabulate import kind_title, tabulate_periods
 
 SOLAR, UNIVERSAL = "Hour of the day, local solar time", "Hour of the day, UTC"
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .picture import kind_title, make_figure
-from .tabulate import select_mounted, tabulate_histograms
+from .picture import make_figure
+from .tabulate import kind_title, select_mounted, tabulate_histograms
 
 BAR, LINE = "#5b7fa6", "#222222"
 

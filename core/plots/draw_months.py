@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from .picture import LINES, OTHER, kind_title, make_figure
-from .tabulate import tabulate_periods
-
-MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
+from .picture import LINES, OTHER, make_figure
+from .tabulate import MONTHS, kind_title, tabulate_periods
 
 
 def draw_months(groups):

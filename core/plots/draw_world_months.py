@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .draw_months import MONTHS
 from .picture import colour_scale, make_figure
+from .tabulate import MONTHS
 from .world_axes import CLEAR, MERIDIAN, choose_environment, describe_source, edges, title_of_group, write_degrees
 
 KINDS = ("facade", "roof")

@@ -19,12 +19,6 @@ LINES = {
     "west": {"color": "#009E73", "marker": "v", "linestyle": (0, (1, 1))},
 }
 OTHER = {"color": "#555555", "marker": "D", "linestyle": "-"}
-KINDS = {
-    "facade": "Facades",
-    "roof": "Pitched roofs",
-    "rack": "Racks on flat roofs",
-    "flat": "Flat roofs, modules lying flat",
-}
 STYLE = {
     "font.family": "DejaVu Sans",
     "font.size": 10,
@@ -60,11 +54,6 @@ def make_figure(width, height):
 def colour_scale(name):
     """A colour map of the project as one of matplotlib."""
     return LinearSegmentedColormap.from_list(name, [f"#{stop}" for stop in MAPS[name].split()])
-
-
-def kind_title(kind):
-    """Heading of a kind of surfaces."""
-    return KINDS.get(kind, kind.capitalize())
 
 
 def embed_figure(figure, form="svg"):

@@ -6,6 +6,13 @@ import pandas as pd
 from ..energy.groups import KINDS, ORIENTATIONS
 from ..racks.rack_names import find_racked_roofs
 
+MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
+TITLES = {
+    "facade": "Facades",
+    "roof": "Pitched roofs",
+    "rack": "Racks on flat roofs",
+    "flat": "Flat roofs, modules lying flat",
+}
 MOST_BINS = 40
 BIN_WIDTHS = (1, 2, 5, 10, 20, 25, 50, 100, 200, 250, 500)  # [h]
 HALF = 0.5  # of a flat roof: covered by more than this, no modules lie on it
@@ -126,3 +133,8 @@ def tabulate_histograms(mounted):
         own = mounted[mounted["kind"] == kind]
         areas[kind] = np.histogram(own["full_load_hours"], edges, weights=own["area"])[0]
     return edges, areas
+
+
+def kind_title(kind):
+    """Heading of a kind of surfaces."""
+    return TITLES.get(kind, kind.capitalize())

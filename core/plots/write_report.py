@@ -1,5 +1,6 @@
 """report.html: pictures and tables of a run on one page that opens offline. Read this first."""
 
+import importlib.util
 from html import escape
 from pathlib import Path
 from string import Template
@@ -7,14 +8,8 @@ from string import Template
 from ..version import __version__
 from .describe_errors import LIMITS, SPREAD, list_errors, summarise_errors
 from .describe_run import describe_assumptions, describe_input, list_settings
-from .draw_day import draw_day
-from .draw_histograms import draw_histograms
-from .draw_months import MONTHS, draw_months
-from .draw_plan import draw_plan
-from .draw_sun_path import draw_sun_path
-from .html import fold, paragraph, picture, section, table
-from .picture import embed_figure, kind_title, plain_style
-from .tabulate import select_mounted, tabulate_groups, tabulate_periods
+from .html import fold, paragraph, section, table
+from .tabulate import MONTHS, kind_title, tabulate_groups, tabulate_periods
 
 NAME = "report.html"
 HOURS = (
@@ -22,9 +17,9 @@ HOURS = (
     "for each kWp (kilowatt of nominal power). They are direct current (DC), before inverter and cables."
 )
 ELSEWHERE = "Further uncertainties are listed under “How sure the numbers are”."
-NO_PLAN = (
-    "There is no plan of the city here: this folder has no shapes of the surfaces. Results of citypv simulate have "
-    "them in transfer.nc, unless it was left out for its size (--transfer keeps it) or written by an earlier version."
+NO_PICTURES = (
+    "This page has no pictures, as matplotlib is not installed where it was written. citypv plot of the command line, "
+    "installed with pip install 'citypv[plot]', draws them."
 )
 PAGE = Template("""<!DOCTYPE html>
 <html lang="en">
@@ -83,21 +78,27 @@ def write_report(folder, results):
 def compose_body(results):
     """All sections of the page."""
     summary = results.summary
-    with plain_style():
-        return "\n".join(
-            [
-                *map(lambda text: paragraph(text, "warning"), list_warnings(summary)),
-                compose_totals(summary),
-                compose_groups(results),
-                compose_plan(results),
-                compose_times(results),
-                compose_histograms(results),
-                section("How sure the numbers are", *compose_errors(summary["error_budget"])),
-                section("What was read", table((), describe_input(summary))),
-                compose_assumptions(results),
-                paragraph(f"Made by CityPV {__version__} from the files in the folder {results.name}.", "small"),
-            ]
-        )
+    return "\n".join(
+        [
+            *map(lambda text: paragraph(text, "warning"), list_warnings(summary)),
+            compose_totals(summary),
+            compose_groups(results),
+            compose_drawings(results),
+            section("How sure the numbers are", *compose_errors(summary["error_budget"])),
+            section("What was read", table((), describe_input(summary))),
+            compose_assumptions(results),
+            paragraph(f"Made by CityPV {__version__} from the files in the folder {results.name}.", "small"),
+        ]
+    )
+
+
+def compose_drawings(results):
+    """The sections with pictures; a sentence where matplotlib is missing."""
+    if importlib.util.find_spec("matplotlib") is None:
+        return paragraph(NO_PICTURES, "small")
+    from .compose_pictures import compose_pictures
+
+    return compose_pictures(results)
 
 
 def list_warnings(summary):
@@ -189,57 +190,6 @@ def fold_periods(groups, period, title, name):
         ]
         parts.append(table(head, rows, numbers=range(1, len(head))))
     return fold(title, "\n".join(parts)) if parts else ""
-
-
-def compose_plan(results):
-    """The city from above."""
-    if results.outlines is None:
-        return section("Plan of the city", paragraph(NO_PLAN))
-    captions = {
-        "roof": "Roofs from above: full load hours of pitched roofs, and of flat roofs with modules lying flat. Grey: "
-        "roofs that are too small, too steep, covered, or face no main direction.",
-        "facade": "Facades as lines on the outline of the buildings: full load hours. Where several stand above each "
-        "other, the highest is drawn. Without a line: covered by a neighbour, too small, or between two directions.",
-    }
-    kinds = select_mounted(results.faces)["kind"]
-    parts = []
-    for show, caption in captions.items():
-        if ((kinds == "facade") == (show == "facade")).any():
-            uri = embed_figure(draw_plan(results.faces, results.outlines, show), "png")
-            note = " Yellow is high, dark blue is low; the two plans have different scales. North is up."
-            parts.append(picture(uri, f"plan-{show}", caption + note))
-    return section("Plan of the city", *(parts or [paragraph("No surface carries modules.")]))
-
-
-def compose_times(results):
-    """Months, hours of the day, and the sun's path."""
-    site = results.summary["input"]["site"]
-    known = "" if results.suns is not None else " The traced suns are listed in transfer.nc, which is missing."
-    suns = draw_sun_path(results.times, results.interval, site["latitude"], site["longitude"], results.suns)
-    hours = "Local solar time is UTC plus four minutes for each degree east; the sun stands highest at about 12."
-    parts = []
-    if len(results.groups):
-        months = "Full load hours of each month, means over all surfaces of a kind that face the same direction."
-        day = f"In which hours of the day the full load hours of a year arise. {hours}"
-        parts.append(picture(embed_figure(draw_months(results.groups)), "months", months))
-        parts.append(picture(embed_figure(draw_day(results.groups)), "day", day))
-    caption = (
-        "Position of the sun: pale curves for each hour of the day through the year (UTC), coloured ones for three "
-        f"days. Green dots are the sun positions for which shadows and reflections were computed.{known}"
-    )
-    return section("Over the year and the day", *parts, picture(embed_figure(suns), "sun-path", caption))
-
-
-def compose_histograms(results):
-    """How much area has how many hours."""
-    if not len(select_mounted(results.faces)):
-        return ""
-    caption = (
-        "How much area has how many full load hours; the dashed line marks the mean. Modules pay first where the bars "
-        "stand furthest to the right."
-    )
-    uri = embed_figure(draw_histograms(results.faces))
-    return section("How the hours are spread over the area", picture(uri, "histograms", caption))
 
 
 def compose_errors(budget):

@@ -271,3 +271,98 @@ def test_the_command_line_runs_inside_blender(window):
         tool.blender(root, "--command", "citypv", "inspect", "/exchange/nowhere.gml")
     told = tool.blender(root, "--command", "citypv", "inspect", f"/{tool.EXCHANGE}/{NAME}", "--json")
     assert '"buildings": 3' in told.replace("building_count", "buildings")
+
+
+def keep_picture(window, name):
+    """Take a picture once everything is drawn, for people to look at."""
+    window.point("mousemove", 500, 300)
+    time.sleep(1.5)
+    window.take_picture(window.pictures / f"{name}.png")
+
+
+def find_on_screen(window, name, normal):
+    """Place on the screen of the middle of the face of an object that looks the most in a direction."""
+    x, y = window.ask(
+        PREPARE + "from bpy_extras.view3d_utils import location_3d_to_region_2d as project\n"
+        f"item = bpy.data.objects[{name!r}]; normal = __import__('mathutils').Vector({normal!r})\n"
+        "face = max(item.data.polygons, key=lambda face: face.normal.dot(normal))\n"
+        "region = next(r for r in area.regions if r.type == 'WINDOW')\n"
+        "place = project(region, area.spaces.active.region_3d, item.matrix_world @ face.center)\n"
+        "answer = (region.x + place.x, region.y + place.y)"
+    )
+    return round(x), round(window.size[1] - y)
+
+
+def test_three_clicks_and_the_probe_of_a_face(window):
+    window.ask(
+        f"s = bpy.context.scene.citypv; s.city_path = '/exchange/{NAME}'\n"
+        "s.suns, s.typical_days, s.samples, s.shadow_samples = 'typical-days', 1, 64, 4"
+    )
+    press(window, "citypv.solar_city")
+    window.wait_for(f"'City' in bpy.data.objects and 'citypv_totals' in {CITY}", 600)
+    keep_picture(window, "solar-city")
+    press(window, "citypv.probe")
+    window.point("mousemove", *find_on_screen(window, "City", (0, -0.6, 0.8)), "click", 1)
+    window.wait_for(f"'citypv_charts' in {CITY}")
+    told = dict(line.split("|") for line in window.ask(f"answer = list({CITY}['citypv_probe'])"))
+    assert told["Kind"] == "roof south" and told["Tilt"] == "36.9°"
+    keep_picture(window, "probe")
+    window.point("key", "Escape")
+    assert "Traceback" not in window.read_log()
+
+
+def test_a_dropped_city_is_another_one_and_undo_goes_back_to_the_first(window, row_file):
+    tool = load_tool()
+    shutil.copy(row_file, Path(ROOT) / tool.EXCHANGE / "row.gml")
+    window.ask(
+        PREPARE + "region = next(r for r in area.regions if r.type == 'WINDOW')\n"
+        "with bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=area, region=region):\n"
+        f"    drop = {{'directory': '/{tool.EXCHANGE}/', 'files': [{{'name': 'row.gml'}}]}}\n"
+        "    bpy.ops.wm.drop_import_file('INVOKE_DEFAULT', **drop)"
+    )
+    cities = "[o for o in bpy.data.objects if o.get('citypv_part') == 'city' and 'citypv_totals' in o]"
+    window.wait_for(f"len({cities}) == 2", 600)
+    assert window.ask(f"answer = sum(o.visible_get() for o in {cities})") == 1
+    keep_picture(window, "two-cities")
+    window.point("mousemove", 400, 400, "key", "ctrl+z")
+    window.wait_for(f"len({cities}) == 1 and {CITY}.visible_get()")
+    assert "Traceback" not in window.read_log()
+
+
+def test_a_saved_city_is_reopened_with_its_light(window):
+    window.ask("bpy.ops.wm.save_as_mainfile(filepath='/exchange/city.blend')")
+    window.ask("bpy.ops.wm.open_mainfile(filepath='/exchange/city.blend')", 120)
+    window.wait_for("'City' in bpy.data.objects")
+    window.ask(PREPARE + "sidebar.active_panel_category = 'CityPV'; bpy.context.scene.citypv.weather = 'clear-sky'")
+    press(window, "citypv.energy")
+    window.wait_for(f"'clear' in {CITY}['citypv_weather'].lower()")
+    keep_picture(window, "reopened")
+    assert "Traceback" not in window.read_log()
+
+
+def test_taken_meshes_are_coloured_in_place_and_come_back(window):
+    window.ask(
+        "bpy.ops.wm.read_homefile(use_factory_startup=False)\n"
+        "for item in list(bpy.data.objects): bpy.data.objects.remove(item)\n"
+        "brick = bpy.data.materials.new('Brick'); brick.diffuse_color = (0.6, 0.1, 0.05, 1)\n"
+        "for place in (0, 18, 36):\n"
+        "    bpy.ops.mesh.primitive_cube_add(size=10, location=(place, 0, 5))\n"
+        "    bpy.context.object.data.materials.append(brick)\n"
+        "bpy.ops.object.select_all(action='SELECT')\n"
+        "s = bpy.context.scene.citypv; s.own_place, s.latitude, s.longitude = True, 52.5, 13.4"
+    )
+    window.ask(PREPARE + "area.spaces.active.show_region_ui = True")
+    time.sleep(1)
+    window.ask(PREPARE + "sidebar.active_panel_category = 'CityPV'; sidebar.tag_redraw()")
+    window.ask("bpy.ops.citypv.take_meshes()")
+    press(window, "citypv.classify")
+    window.wait_for("all('citypv_colour' in o.data.attributes for o in bpy.data.objects if o.name.startswith('Cube'))")
+    keep_picture(window, "in-place")
+    window.ask("bpy.context.scene.citypv.show_colours = False")
+    keep_picture(window, "in-place-off")
+    shading = PREPARE + "s = area.spaces.active.shading; answer = [s.light, s.color_type]"
+    assert window.ask(shading) == ["STUDIO", "MATERIAL"]
+    assert window.ask(
+        "answer = {m.name for o in bpy.data.objects if 'Cube' in o.name for m in o.data.materials} == {'Brick'}"
+    )
+    assert "Traceback" not in window.read_log()
