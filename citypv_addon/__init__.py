@@ -32,6 +32,8 @@ from .menus import CityMenu, draw_city_menu, draw_import_menu
 from .panels import PANELS, MaterialPanel
 from .preferences import Preferences
 from .properties import Settings, build_material_property
+from .seeing import CLASSES as SEEING
+from .seeing import start_seeing, stop_seeing
 
 STEPS = (SolarCity, ChooseCity, ImportCity, TakeMeshes, ClassifyCity, TraceCity, WeighEnergy, ColourCity, RenderCity)
 OTHERS = (
@@ -56,7 +58,7 @@ OTHERS = (
     ShowBuilding,
     Retrace,
 )
-CLASSES = (Settings, Preferences, *STEPS, *OTHERS, *PANELS, MaterialPanel, CityMenu)
+CLASSES = (Settings, Preferences, *STEPS, *OTHERS, *PANELS, MaterialPanel, CityMenu, *SEEING)
 
 
 def register():
@@ -71,6 +73,7 @@ def register():
     register_command()
     start_drawing()
     start_following()
+    start_seeing()
     if bpy.app.module:
         # Blender as a Python module may crash on exit while classes are registered.
         atexit.register(unregister)
@@ -81,6 +84,7 @@ def unregister():
     atexit.unregister(unregister)
     if not hasattr(bpy.types.Scene, "citypv"):
         return
+    stop_seeing()
     stop_following()
     stop_drawing()
     unregister_command()

@@ -8,9 +8,11 @@ Every attribute is called `citypv_` + name and lives on the faces (domain FACE).
 | `building` | INT | place in the list `citypv_buildings` of the object; on the city only |
 | `kind`, `orientation` | INT | codes of `KIND_CODES` and `ORIENTATION_CODES`, also kept on the object |
 | the names of `RESULTS` | FLOAT | NaN where there is no such result, as on generated ground |
+
+Those of `VIEWS` exist in Blender only: moments of the timeline, and differences from the result kept as *before*.
 """
 
-from ..core.results.columns import COLUMNS
+from ..core.results.columns import COLUMNS, Column
 
 PREFIX = "citypv_"
 
@@ -19,6 +21,20 @@ ORIENTATION_CODES = {"none": 0, "north": 1, "east": 2, "south": 3, "west": 4}
 CODES = {"kind": KIND_CODES, "orientation": ORIENTATION_CODES}
 
 
+def _view(name, owner, meaning, title, legend_unit):
+    return Column(name, owner, "number", "", meaning, title=title, legend_unit=legend_unit)
+
+
 QUANTITIES = tuple(column for column in COLUMNS if column.title)  # results stored as face attributes
-RESULTS = {quantity.name: quantity for quantity in QUANTITIES}
-TITLES = {"kind": "Kind of surface", "orientation": "Orientation"} | {q.name: q.title for q in QUANTITIES}
+VIEWS = (
+    _view(
+        "direct_irradiance",
+        "timeline",
+        "direct irradiance at the frame's hour, reflections included",
+        "Direct irradiance of the hour",
+        "W/m²",
+    ),
+    _view("month_hours", "timeline", "full load hours of the frame's month", "Full load hours of the month", "h"),
+)
+RESULTS = {quantity.name: quantity for quantity in (*QUANTITIES, *VIEWS)}
+TITLES = {"kind": "Kind of surface", "orientation": "Orientation"} | {q.name: q.title for q in RESULTS.values()}

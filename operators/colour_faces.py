@@ -11,6 +11,7 @@ from .write_attributes import read_face_attribute
 
 MATERIAL = "CityPV colours"
 COLOUR_ATTRIBUTE = PREFIX + "colour"
+RANGE = PREFIX + "range_"  # + attribute: property of a city with the ends of its scale, where they are not the values'
 
 
 def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="viridis"):
@@ -42,13 +43,13 @@ def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="vi
     scale = build_scale(attribute, *_range_of(city, values, attribute, low, high), colour_map)
     missing = ~np.isfinite(values.astype(np.float64))
     _set_materials(city.data, [build_colour_material(scale), build_plain_material("CityPV missing", MISSING)], missing)
-    _write_colour_attribute(city.data, colours_of_values(scale, values))
+    write_colours(city.data, colours_of_values(scale, values))
     for key in ("attribute", "low", "high"):
         city[f"{PREFIX}colour_{key}"] = getattr(scale, key)
     city[PREFIX + "colour_map"] = colour_map
     if ground is not None:
         _set_materials(ground.data, [build_ground_material()], np.zeros(len(ground.data.polygons), dtype=bool))
-        _write_colour_attribute(ground.data, np.tile(srgb_colour(GROUND), (len(ground.data.polygons), 1)))
+        write_colours(ground.data, np.tile(srgb_colour(GROUND), (len(ground.data.polygons), 1)))
     return scale
 
 
@@ -114,6 +115,8 @@ def build_ground_material(name="CityPV ground"):
 def _range_of(city, values, attribute, low, high):
     if attribute in CODES or (low is not None and high is not None):
         return low, high
+    if RANGE + attribute in city and low is None and high is None:
+        return tuple(city[RANGE + attribute])
     areas = np.empty(len(city.data.polygons), dtype=np.float32)
     city.data.polygons.foreach_get("area", areas)
     found = choose_range(values, areas)
@@ -149,8 +152,8 @@ def _set_materials(mesh, materials, second):
     mesh.update()
 
 
-def _write_colour_attribute(mesh, colours):
-    # One colour per face corner, as needed by solid view and by vertex colours of other formats.
+def write_colours(mesh, colours):
+    """Write colours of faces, (f, 3) sRGB in 0–1, as one per corner: for solid view, and for other formats."""
     attribute = mesh.color_attributes.get(COLOUR_ATTRIBUTE)
     if attribute is None:
         attribute = mesh.color_attributes.new(COLOUR_ATTRIBUTE, "BYTE_COLOR", "CORNER")

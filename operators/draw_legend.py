@@ -5,16 +5,15 @@ import bpy
 import gpu
 from gpu_extras.batch import batch_for_shader
 
-from .attributes import PREFIX, RESULTS
 from .colour_faces import read_scale
 from .colour_scale import format_tick
 from .draw_highlight import draw_highlight
 from .in_place import is_in_place
+from .legend_note import note_of
 from .session import find_city
 from .wear_colours import wears_colours
 
 PAPER = (0.95, 0.95, 0.94, 0.94)  # background of the legend; all colours here are sRGB with alpha
-ENERGY = {name for name, quantity in RESULTS.items() if quantity.owner == "energy"}  # depend on the weather
 
 _handlers = []
 
@@ -49,8 +48,7 @@ def draw_legend():
     draw_box((left - 26 * pixel, bottom - 46 * pixel, width + 52 * pixel, height + 80 * pixel), PAPER)
     title = f"{scale.title} [{scale.unit}]" if scale.unit else scale.title
     write_text(title, left, bottom + height + 10 * pixel, 14 * pixel)
-    if scale.attribute in ENERGY:
-        write_text(city.get(PREFIX + "weather", ""), left, bottom - 37 * pixel, 11 * pixel)
+    write_text(note_of(city, scale.attribute), left, bottom - 37 * pixel, 11 * pixel)
     draw = _draw_classes if scale.classes else _draw_bar
     for place, text in draw(scale, left, bottom, width, height):
         write_text(text, place, bottom - 18 * pixel, 12 * pixel, centred=True)

@@ -22,6 +22,7 @@ class Session:
     transfer: Any = None  # core.transfer.transfer.Transfer
     energy: Any = None  # core.energy.energy.Energy
     request: Any = None  # core.request.Request that the energy was computed with
+    timeline: Any = None  # (Energy, core.timeline.timeline.Timeline made of it)
     ground_material: str = ""  # name of the material that the user assigned to the generated ground
 
 

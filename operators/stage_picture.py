@@ -10,6 +10,7 @@ from .build_legend import build_legend
 from .build_meshes import read_vertices
 from .colour_faces import read_scale, show_exact_colours
 from .in_place import is_in_place
+from .legend_note import note_of
 from .place_camera import SENSOR_WIDTH, find_camera, place_camera, set_background
 from .render_preview import prepare_render
 from .session import find_city
@@ -49,7 +50,8 @@ def stage_picture(context, view="overview"):
     for item in filter(None, (city, ground)):
         stage.collection.objects.link(_copy_hidden(item) if is_in_place(city) else item)
     camera = _aim(context, stage, view, city)
-    build_legend(stage, camera, read_scale(city), city.get(PREFIX + "weather", ""))
+    scale = read_scale(city)
+    build_legend(stage, camera, scale, note_of(city, scale.attribute))
     set_background(stage)
     show_exact_colours(stage)
     prepare_render(stage)

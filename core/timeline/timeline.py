@@ -3,12 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from ..energy.pick_module import area_of_kwp
 from .month_hours import HOUR, HOURS, mean_of_months, month_hours, zone_of
 from .relative_direct import relative_direct
 
-NAMES = "January February March April May June July August September October November December".split()
+NAMES = [pd.Timestamp(2001, month, 1).month_name() for month in range(1, 13)]
 
 
 @dataclass

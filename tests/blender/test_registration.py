@@ -59,6 +59,7 @@ def test_every_step_has_an_operator_and_a_panel(addon):
         "5  Colour",
         "Probe",
         "Results",
+        "Timeline",
     ]
 
 

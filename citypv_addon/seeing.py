@@ -1,0 +1,63 @@
+"""Properties and panels of what is seen over time and beside an earlier result."""
+
+from typing import ClassVar
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, IntVectorProperty, PointerProperty
+
+from ..operators.attributes import VIEWS
+from ..operators.follow_frame import FRAMES, TIMED, start_following_frames, stop_following_frames
+from ..operators.legend_note import MOMENT
+from ..operators.session import find_city
+from ..operators.timeline import StartTimeline, StopTimeline, follow_timeline_show
+from .panels import _Panel, draw_step
+from .report import draw_sentence
+
+SHOWN = [(one.name, one.title, one.meaning) for one in VIEWS if one.name in TIMED]
+
+
+class Seeing(bpy.types.PropertyGroup):
+    """State of timeline and comparison, stored with each Blender scene as `scene.citypv_seeing`."""
+
+    timeline: BoolProperty(name="Timeline", description="Frames are hours of the months")
+    timeline_show: EnumProperty(
+        name="Show", description="What the faces show in the timeline", items=SHOWN, update=follow_timeline_show
+    )
+    frames_before: IntVectorProperty(name="Frames before", description="Start, end and current frame", size=3)
+    world_before: PointerProperty(name="World before", description="World of the scene", type=bpy.types.World)
+
+
+class TimelinePanel(_Panel, bpy.types.Panel):
+    """Timeline."""
+
+    bl_parent_id = "CITYPV_PT_main"
+    bl_idname, bl_label, bl_order = "CITYPV_PT_timeline", "Timeline", 7
+    bl_options: ClassVar = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        """Show the button, and the moment of the frame."""
+        column, _ = self.start(context)
+        seeing, (city, _) = context.scene.citypv_seeing, find_city(context.scene)
+        column.prop(seeing, "timeline_show")
+        draw_step(self.layout, column, "citypv.timeline", "TIME")
+        if not seeing.timeline:
+            return
+        column.prop(context.scene, "frame_current", text=f"Hour of {FRAMES}", slider=False)
+        if city is not None and city.get(MOMENT):
+            draw_sentence(column.box().column(align=True), city[MOMENT])
+        column.operator("citypv.stop_timeline", icon="X")
+
+
+CLASSES = (Seeing, StartTimeline, StopTimeline, TimelinePanel)
+
+
+def start_seeing():
+    """Install properties and handler; `citypv_addon` registers the classes."""
+    bpy.types.Scene.citypv_seeing = PointerProperty(type=Seeing)
+    start_following_frames()
+
+
+def stop_seeing():
+    """Remove them."""
+    stop_following_frames()
+    del bpy.types.Scene.citypv_seeing

@@ -1,0 +1,141 @@
+"""The timeline: frames are hours, faces show the light of that sun, and the user's scene comes back."""
+
+import time
+
+import bpy
+import numpy as np
+import pandas as pd
+import pvlib
+import pytest
+
+from citypv.operators.follow_frame import follow_frame, timeline_of
+from citypv.operators.session import close_sessions, find_city, find_session
+from citypv.operators.sun_and_sky import SKY, SUN
+from citypv.operators.write_attributes import read_face_attribute
+
+NOON_IN_JUNE = 5 * 24 + 13  # frame of 12 to 13 h
+
+
+@pytest.fixture
+def traced(addon, city_file):
+    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 32, 4, 4
+    addon.weather = "clear-sky"
+    assert bpy.ops.citypv.solar_city() == {"FINISHED"}
+    return find_city(bpy.context.scene)[0]
+
+
+def test_a_frame_shows_the_direct_light_of_its_hour(traced):
+    assert bpy.ops.citypv.timeline() == {"FINISHED"}
+    stage = bpy.context.scene
+    assert (stage.frame_start, stage.frame_end) == (1, 288)
+    stage.frame_set(NOON_IN_JUNE)
+    # Roofs to the south are free: direct light of the month's mean DNI at pvlib's angle of incidence.
+    session, timeline = find_session(traced), timeline_of(traced)
+    surfaces = session.transfer.surfaces
+    start = pd.DatetimeIndex(["2023-06-11 11:30"], tz="UTC")  # June 11th, 12:30 of UTC+1; the year moves it by 0.1°
+    sun = pvlib.solarposition.get_solarposition(start, session.weather.latitude, session.weather.longitude)
+    zenith, azimuth = float(sun["apparent_zenith"].iloc[0]), float(sun["azimuth"].iloc[0])
+    values, faces = (read_face_attribute(traced.data, name) for name in ("direct_irradiance", "surface"))
+    south = [row for row, name in enumerate(surfaces.surface_id) if "RoofSurface_0" in name]
+    assert south
+    for row in south:
+        expected = pvlib.irradiance.aoi_projection(
+            surfaces.surface_tilt[row], surfaces.surface_azimuth[row], zenith, azimuth
+        )
+        shown = values[faces == row] / timeline.dni[NOON_IN_JUNE - 1]
+        assert shown == pytest.approx(expected, abs=0.03)  # 0.02 of reflections
+    # The lamp shines from there.
+    lamp = bpy.data.objects[SUN]
+    bpy.context.view_layer.update()
+    towards = np.array(lamp.matrix_world.to_3x3().col[2])
+    assert np.degrees(np.arcsin(towards[2])) == pytest.approx(90 - zenith, abs=0.2)
+    assert np.degrees(np.arctan2(towards[0], towards[1])) % 360 == pytest.approx(azimuth, abs=0.5)
+    assert stage.world.name == SKY
+    assert traced["citypv_moment"].startswith("June 12–13 h (UTC+1)")
+    assert traced["citypv_colour_attribute"] == "direct_irradiance"
+
+
+def test_night_is_dark_and_the_scale_stays(traced):
+    bpy.ops.citypv.timeline()
+    stage, before = bpy.context.scene, traced["citypv_colour_high"]
+    stage.frame_set(1)
+    assert not read_face_attribute(traced.data, "direct_irradiance").any()
+    assert bpy.data.objects[SUN].data.energy == 0
+    assert traced["citypv_colour_high"] == before > 500
+    colours = np.empty(4 * len(traced.data.loops), np.float32)
+    traced.data.color_attributes["citypv_colour"].data.foreach_get("color_srgb", colours)
+    np.testing.assert_allclose(colours.reshape(-1, 4)[0, :3], np.array([0x44, 0x01, 0x54]) / 255, atol=0.01)
+
+
+def test_the_months_are_parts_of_the_year(traced):
+    bpy.context.scene.citypv_seeing.timeline_show = "month_hours"
+    bpy.ops.citypv.timeline()
+    total = 0
+    for month in range(12):
+        bpy.context.scene.frame_set(24 * month + 13)
+        total = total + read_face_attribute(traced.data, "month_hours").astype(float)
+    np.testing.assert_allclose(total, read_face_attribute(traced.data, "full_load_hours"), rtol=1e-5)
+    assert traced["citypv_colour_attribute"] == "month_hours"
+
+
+def test_ending_it_gives_everything_back(traced):
+    stage = bpy.context.scene
+    stage.frame_start, stage.frame_end = 3, 77
+    stage.frame_set(5)
+    stage.world = own = bpy.data.worlds.new("mine")
+    before = set(bpy.data.objects.keys())
+    bpy.ops.citypv.timeline()
+    assert stage.world != own
+    bpy.ops.citypv.timeline()  # once more does not forget what was before
+    assert bpy.ops.citypv.stop_timeline() == {"FINISHED"}
+    assert (stage.frame_start, stage.frame_end, stage.frame_current) == (3, 77, 5)
+    assert stage.world == own
+    assert set(bpy.data.objects.keys()) == before
+    assert SKY not in bpy.data.worlds
+    assert "citypv_direct_irradiance" not in traced.data.attributes
+    assert traced["citypv_colour_attribute"] == "full_load_hours"
+    stage.frame_set(50)  # nothing follows any more
+    assert "citypv_direct_irradiance" not in traced.data.attributes
+    assert not bpy.ops.citypv.stop_timeline.poll()
+
+
+def test_it_goes_on_in_a_reopened_file_and_after_other_weather(traced, tmp_path):
+    bpy.ops.citypv.timeline()
+    stage = bpy.context.scene
+    stage.frame_set(NOON_IN_JUNE)
+    before = read_face_attribute(traced.data, "direct_irradiance")
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "street.blend"))
+    close_sessions()
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "street.blend"))
+    stage, city = bpy.context.scene, find_city(bpy.context.scene)[0]
+    assert stage.citypv_seeing.timeline
+    stage.frame_set(NOON_IN_JUNE - 2)
+    assert timeline_of(city) is not None
+    stage.frame_set(NOON_IN_JUNE)
+    np.testing.assert_allclose(read_face_attribute(city.data, "direct_irradiance"), before, rtol=1e-5)
+    stage.citypv.weather = "climate"
+    bpy.ops.citypv.energy()
+    assert timeline_of(city) is None
+    stage.frame_set(NOON_IN_JUNE)
+    assert read_face_attribute(city.data, "direct_irradiance").max() < before.max()
+
+
+def test_the_handler_comes_and_goes_with_the_add_on(addon):
+    import citypv
+
+    assert bpy.app.handlers.frame_change_post.count(follow_frame) == 1
+    citypv.unregister()
+    assert follow_frame not in bpy.app.handlers.frame_change_post
+    assert not hasattr(bpy.types.Scene, "citypv_seeing")
+    citypv.register()
+    assert bpy.app.handlers.frame_change_post.count(follow_frame) == 1
+
+
+def test_a_frame_takes_little_time(traced):
+    bpy.ops.citypv.timeline()
+    stage, spent = bpy.context.scene, []
+    for frame in range(NOON_IN_JUNE, NOON_IN_JUNE + 9):
+        started = time.process_time()
+        stage.frame_set(frame)
+        spent.append(time.process_time() - started)
+    assert np.median(spent) < 0.05
