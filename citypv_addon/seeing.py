@@ -6,11 +6,13 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, IntVectorProperty, PointerProperty
 
 from ..operators.attributes import VIEWS
+from ..operators.compare_results import CHANGES, FOUND, find_before
 from ..operators.follow_frame import FRAMES, TIMED, start_following_frames, stop_following_frames
+from ..operators.keep_before import CompareBefore, ForgetBefore, KeepBefore, follow_side_by_side
 from ..operators.legend_note import MOMENT
 from ..operators.session import find_city
 from ..operators.timeline import StartTimeline, StopTimeline, follow_timeline_show
-from .panels import _Panel, draw_step
+from .panels import _Panel, draw_lines, draw_step, draw_table
 from .report import draw_sentence
 
 SHOWN = [(one.name, one.title, one.meaning) for one in VIEWS if one.name in TIMED]
@@ -25,6 +27,11 @@ class Seeing(bpy.types.PropertyGroup):
     )
     frames_before: IntVectorProperty(name="Frames before", description="Start, end and current frame", size=3)
     world_before: PointerProperty(name="World before", description="World of the scene", type=bpy.types.World)
+    side_by_side: BoolProperty(
+        name="Side by side",
+        description="Show the result kept as before to the west of the city",
+        update=follow_side_by_side,
+    )
 
 
 class TimelinePanel(_Panel, bpy.types.Panel):
@@ -48,7 +55,27 @@ class TimelinePanel(_Panel, bpy.types.Panel):
         column.operator("citypv.stop_timeline", icon="X")
 
 
-CLASSES = (Seeing, StartTimeline, StopTimeline, TimelinePanel)
+class ComparePanel(_Panel, bpy.types.Panel):
+    """Before and after."""
+
+    bl_parent_id = "CITYPV_PT_main"
+    bl_idname, bl_label, bl_order = "CITYPV_PT_compare", "Before and after", 8
+    bl_options: ClassVar = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        """Show the buttons, and the totals of both results."""
+        column, _ = self.start(context)
+        column.operator("citypv.keep_before", icon="DUPLICATE")
+        if find_before(context.scene) is None:
+            return
+        column.operator("citypv.compare", icon="ARROW_LEFTRIGHT")
+        column.prop(context.scene.citypv_seeing, "side_by_side")
+        draw_table(self.layout, context, CHANGES, ("MWh per year", "before", "after", "change"))
+        draw_lines(self.layout, context, FOUND)
+        self.layout.operator("citypv.forget_before", icon="X")
+
+
+CLASSES = (Seeing, StartTimeline, StopTimeline, TimelinePanel, KeepBefore, CompareBefore, ForgetBefore, ComparePanel)
 
 
 def start_seeing():

@@ -26,6 +26,8 @@ def _view(name, owner, meaning, title, legend_unit):
 
 
 QUANTITIES = tuple(column for column in COLUMNS if column.title)  # results stored as face attributes
+CHANGE = "change_of_"  # begins the name of a difference from the result kept as *before*
+COMPARED = ("full_load_hours", "poa_global_annual", "sky_view_factor")
 VIEWS = (
     _view(
         "direct_irradiance",
@@ -35,6 +37,20 @@ VIEWS = (
         "W/m²",
     ),
     _view("month_hours", "timeline", "full load hours of the frame's month", "Full load hours of the month", "h"),
+    _view(
+        "seconds_to_halve",
+        "energy",
+        "time of further rounds that halve the standard error of the full load hours; grey where none is enough",
+        "Seconds to halve the standard error",
+        "s",
+    ),
+    *(
+        _view(
+            CHANGE + one.name, one.owner, f"after minus before: {one.meaning}", f"Change: {one.title}", one.legend_unit
+        )
+        for one in QUANTITIES
+        if one.name in COMPARED
+    ),
 )
 RESULTS = {quantity.name: quantity for quantity in (*QUANTITIES, *VIEWS)}
 TITLES = {"kind": "Kind of surface", "orientation": "Orientation"} | {q.name: q.title for q in RESULTS.values()}

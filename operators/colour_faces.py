@@ -5,7 +5,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.results.colour_map import GROUND, MISSING, choose_range, linear_light, srgb_colour
-from .attributes import CODES, PREFIX, TITLES
+from .attributes import CHANGE, CODES, PREFIX, TITLES
 from .colour_scale import build_scale, colours_of_values, linear_colour
 from .write_attributes import read_face_attribute
 
@@ -120,6 +120,8 @@ def _range_of(city, values, attribute, low, high):
     areas = np.empty(len(city.data.polygons), dtype=np.float32)
     city.data.polygons.foreach_get("area", areas)
     found = choose_range(values, areas)
+    if attribute.startswith(CHANGE):  # zero is in the middle
+        found = choose_range(np.concatenate([values, -values]), np.tile(areas, 2))
     return tuple(chosen if given is None else given for given, chosen in zip((low, high), found, strict=True))
 
 

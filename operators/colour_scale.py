@@ -4,8 +4,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..core.results.colour_map import MAPS, MISSING, linear_light, mix_stops, srgb_colour, srgb_light, tick_step
-from .attributes import CODES, RESULTS, TITLES
+from ..core.results.colour_map import (
+    DIVERGING,
+    MAPS,
+    MISSING,
+    linear_light,
+    mix_stops,
+    srgb_colour,
+    srgb_light,
+    tick_step,
+)
+from .attributes import CHANGE, CODES, RESULTS, TITLES
 
 # One colour per code, safe for colour-blind viewers: M. Okabe and K. Ito (2008).
 CLASS_COLOURS = {
@@ -46,7 +55,7 @@ def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
     low, high : float
         Values at the two ends, in the attribute's unit; not used for codes.
     colour_map : str
-        A name of `MAPS`.
+        A name of `MAPS`; differences have a map of their own.
 
     Returns
     -------
@@ -56,7 +65,8 @@ def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
         names = sorted(CODES[attribute], key=CODES[attribute].get)
         stops = np.array([srgb_colour(CLASS_COLOURS[attribute][name]) for name in names])
         return ColourScale(attribute, TITLES[attribute], "", -0.5, len(names) - 0.5, stops, np.empty(0), names)
-    stops = np.array([srgb_colour(text) for text in MAPS[colour_map].split()])
+    chosen = DIVERGING if attribute.startswith(CHANGE) else MAPS[colour_map]
+    stops = np.array([srgb_colour(text) for text in chosen.split()])
     step = tick_step(low, high)
     # Ticks are the multiples of the step within the range.
     ticks = np.arange(np.ceil(low / step - 1e-6), np.floor(high / step + 1e-6) + 1) * step

@@ -7,6 +7,7 @@ from .attributes import PREFIX
 GROUPS, WEATHER, PLACE, TOTALS, ALBEDOS, UNREAD, INTERRUPTED = (
     PREFIX + name for name in ("groups", "weather", "weather_place", "totals", "albedos", "unread", "interrupted")
 )
+ENERGY = PREFIX + "energy_totals"  # [MWh per year] of the same rows
 SHOWN = ("kwp", "mwh_per_year", "full_load_hours")  # of sum_potential, in the table of totals
 
 
@@ -47,6 +48,7 @@ def sum_totals(surfaces, energy, request):
 
 def summarise_totals(item, totals):
     """Store totals (of `sum_totals`) on the object as rows: surfaces, kWp, MWh per year, hours per year."""
+    item[ENERGY] = {name: total["mwh_per_year"] for name, total in totals.items()}
     item[TOTALS] = [
         "|".join([name, *("–" if total[key] is None else f"{total[key]:,.0f}".replace(",", " ") for key in SHOWN)])
         for name, total in totals.items()
@@ -93,7 +95,7 @@ def summarise_interruption(item, interrupted):
 
 def forget_energy(item):
     """Remove the tables of an earlier energy step from the object."""
-    for key in (GROUPS, WEATHER, PLACE, TOTALS, *(PREFIX + name for name in ("probe", "best", "charts"))):
+    for key in (GROUPS, WEATHER, PLACE, TOTALS, ENERGY, *(PREFIX + name for name in ("probe", "best", "charts"))):
         if key in item:
             del item[key]
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..core.errors import InputError
-from .attributes import CODES, PREFIX, QUANTITIES
+from .attributes import CODES, PREFIX, QUANTITIES, VIEWS
 
 _TYPES = {"INT": np.int32, "FLOAT": np.float32}
 
@@ -86,6 +86,17 @@ def write_results(city, ground, transfer, energy=None):
         write_face_attribute(city.data, quantity.name, values[faces])
         if ground is not None:
             write_face_attribute(ground.data, quantity.name, np.full(len(ground.data.polygons), np.nan))
+    for view in VIEWS if energy is None else ():
+        remove_face_attribute(city, view.name)
+        remove_face_attribute(ground, view.name)
+
+
+def write_surface_values(city, ground, name, values):
+    """Write one number per surface, (n,), to the faces as the attribute `citypv_` + name; generated ground gets NaN."""
+    values = np.asarray(values, dtype=np.float64)
+    write_face_attribute(city.data, name, values[_faces_of_surfaces(city, len(values))])
+    if ground is not None:
+        write_face_attribute(ground.data, name, np.full(len(ground.data.polygons), np.nan))
 
 
 def remove_face_attribute(item, name):

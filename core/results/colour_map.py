@@ -12,6 +12,12 @@ MAPS = {
     "inferno": "000004 0b0724 210c4a 3d0965 57106e 71196e 8a226a a32c61 bc3754 d24644 e45a31 f1731d f98e09 fcac11 "
     "f9cb35 f2ea69 fcffa4",
 }
+# For differences, from below zero to above: in CIELAB lightness falls evenly from 93 to 40 and chroma grows evenly from
+# 0 to 42 to both sides, at the hues 275° and 45°.
+DIVERGING = (
+    "1960a3 4270ac 5f80b5 7891be 90a2c7 a7b4d0 bec6d9 d4d8e2 "
+    "ebebeb e3d6d1 d9c1b8 d0aca0 c59888 ba8371 ae705a a25c44 94492f"
+)
 MISSING = "8f8f8c"  # faces without this result
 GROUND = "dededa"  # generated ground, and the sky of a picture
 

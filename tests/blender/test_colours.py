@@ -7,15 +7,15 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 
 from citypv.core.errors import InputError
-from citypv.core.results.colour_map import GROUND, MAPS, MISSING, choose_range, srgb_colour
-from citypv.operators.attributes import KIND_CODES, TITLES
+from citypv.core.results.colour_map import GROUND, MAPS, MISSING, choose_range, linear_light, srgb_colour
+from citypv.operators.attributes import KIND_CODES, TITLES, VIEWS
 from citypv.operators.build_legend import BAR_BOTTOM, BAR_HEIGHT, BAR_WIDTH, LEFT
 from citypv.operators.build_meshes import build_meshes, show_objects
 from citypv.operators.colour_faces import colour_faces, read_scale
 from citypv.operators.colour_scale import CLASS_COLOURS, build_scale, colours_of_values, format_tick
 from citypv.operators.place_camera import camera_axes, place_camera
 from citypv.operators.render_preview import render_preview
-from citypv.operators.write_attributes import read_face_attribute, write_classes, write_results
+from citypv.operators.write_attributes import read_face_attribute, write_classes, write_face_attribute, write_results
 
 
 @pytest.fixture
@@ -65,6 +65,19 @@ def test_maps_rise_evenly_in_lightness(name):
     steps = np.diff(lightness)
     assert (steps > 0).all()
     assert np.abs(lightness - np.linspace(lightness[0], lightness[-1], 101)).max() < 6  # a rainbow is off by 40
+
+
+def test_the_map_of_differences_is_even_and_neutral_at_zero():
+    """CIE76 distances between equal steps are equal on both sides, and lightness is the same at ±x."""
+    scale = build_scale("change_of_full_load_hours", -1.0, 1.0)
+    linear = linear_light(colours_of_values(scale, np.linspace(-1, 1, 17)))
+    tristimulus = linear @ np.array([[0.4124, 0.2126, 0.0193], [0.3576, 0.7152, 0.1192], [0.1805, 0.0722, 0.9505]])
+    x, y, z = np.cbrt(tristimulus / [0.9505, 1.0, 1.089]).T
+    lab = np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=1)
+    steps = np.linalg.norm(np.diff(lab, axis=0), axis=1)
+    np.testing.assert_allclose(steps, np.linalg.norm([53 / 8, 42 / 8]), rtol=0.05)
+    np.testing.assert_allclose(lab[:, 0], lab[::-1, 0], atol=0.7)
+    np.testing.assert_allclose(lab[8, 1:], 0, atol=0.5)
 
 
 def test_values_at_the_ends_beyond_and_missing():
@@ -135,6 +148,8 @@ def test_the_scale_is_kept_on_the_city(shown):
 
 
 def test_every_attribute_can_be_shown_or_says_what_is_missing(shown, transfer):
+    for view in VIEWS:
+        write_face_attribute(shown[0].data, view.name, np.linspace(-1, 2, len(shown[0].data.polygons)))
     for attribute in TITLES:
         assert colour_faces(*shown, attribute).title == TITLES[attribute]
     write_results(*shown, transfer)

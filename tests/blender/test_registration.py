@@ -60,6 +60,7 @@ def test_every_step_has_an_operator_and_a_panel(addon):
         "Probe",
         "Results",
         "Timeline",
+        "Before and after",
     ]
 
 

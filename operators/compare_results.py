@@ -1,0 +1,150 @@
+"""Before and after: keep a result, and show what a later one has more or less."""
+
+import bpy
+import numpy as np
+
+from .attributes import CHANGE, COMPARED, PREFIX
+from .build_meshes import show_objects
+from .colour_faces import build_colour_material, build_plain_material, write_colours
+from .colour_scale import MISSING, build_scale, colours_of_values
+from .session import find_session
+from .summarise import ENERGY
+from .write_attributes import read_face_attribute, remove_face_attribute, write_surface_values
+
+IDS, CHANGES, FOUND = PREFIX + "surface_ids", PREFIX + "changes", PREFIX + "matched"
+PART, OWN = "before", ("part", "session", "ground")  # properties that belong to the city itself
+GAP = 1.1  # distance of the two results over the width of the city
+
+
+def find_before(stage):
+    """The result kept as *before* in a Blender scene: bpy.types.Object or None."""
+    return next((item for item in stage.objects if item.get(PREFIX + "part") == PART), None)
+
+
+def keep_before(stage, city):
+    """Keep a copy of a city with its present results, hidden, in place of an earlier one.
+
+    Parameters
+    ----------
+    stage : bpy.types.Scene
+    city : bpy.types.Object
+        With full load hours; its session has the traced light.
+
+    Returns
+    -------
+    bpy.types.Object
+    """
+    forget_before(stage)
+    item = bpy.data.objects.new(f"{city.name} before", city.data.copy())
+    item.data.name = item.name
+    item.matrix_world = city.matrix_world
+    for key, value in list(city.items()):
+        if key.startswith(PREFIX) and key.removeprefix(PREFIX) not in OWN:
+            item[key] = value
+    item[PREFIX + "part"] = PART
+    item[IDS] = list(find_session(city).transfer.surfaces.surface_id)
+    show_objects(stage, item)
+    show_before(item, visible=False)
+    return item
+
+
+def forget_before(stage):
+    """Remove the result kept as *before*, if there is one."""
+    item = find_before(stage)
+    if item is not None:
+        mesh = item.data
+        bpy.data.objects.remove(item)
+        bpy.data.meshes.remove(mesh)
+
+
+def compare_with_before(stage, city, ground):
+    """Write after minus before on the faces of a city; return whether there is a result to compare with.
+
+    Surfaces are matched by their ids. Those that only one of the results has are NaN.
+
+    Parameters
+    ----------
+    stage : bpy.types.Scene
+    city, ground : bpy.types.Object or None
+        With results; its session has the traced light.
+    """
+    before = find_before(stage)
+    if before is None:
+        for name in COMPARED:
+            remove_face_attribute(city, CHANGE + name)
+            remove_face_attribute(ground, CHANGE + name)
+        return False
+    row_of = {name: row for row, name in enumerate(before[IDS])}
+    ids = find_session(city).transfer.surfaces.surface_id
+    rows = np.array([row_of.get(name, -1) for name in ids])
+    for name in COMPARED:
+        values = [values_of_surfaces(item, name, count) for item, count in ((before, len(row_of)), (city, len(ids)))]
+        change = np.where(rows < 0, np.nan, values[1] - values[0][rows])
+        write_surface_values(city, ground, CHANGE + name, change)
+    new, gone = int((rows < 0).sum()), len(set(row_of) - set(ids))
+    city[FOUND] = f"{len(ids) - new} surfaces matched by id; grey: {new} new" + (f"; {gone} are gone" if gone else "")
+    city[CHANGES] = list_changes(before.get(ENERGY, {}), city.get(ENERGY, {}))
+    return True
+
+
+def values_of_surfaces(item, name, count):
+    """Values of an attribute by surface: (count,) float64, NaN for surfaces without faces."""
+    found, faces = np.full(count, np.nan), read_face_attribute(item.data, "surface")
+    values = read_face_attribute(item.data, name)
+    if values is not None:
+        found[faces] = values
+    return found
+
+
+def list_changes(before, after):
+    """Rows of the table of totals: name, before, after and difference [MWh per year], separated by bars."""
+    names = [name for name in after if name in before]
+    return ["|".join([name, *(write_energy(value) for value in _three(before[name], after[name]))]) for name in names]
+
+
+def write_energy(value):
+    """Energy [MWh] with a decimal below 100."""
+    return f"{value:,.{0 if abs(value) >= 100 else 1}f}".replace(",", " ").replace("-", "−")
+
+
+def show_before(item, *, visible, scale=None):
+    """Show the earlier result to the west of the city, in the colours of a scale, or hide it.
+
+    Parameters
+    ----------
+    item : bpy.types.Object
+    visible : bool
+    scale : ColourScale, optional
+        Of the city; for a difference the earlier result itself is shown in it, where it has one.
+    """
+    item.hide_viewport = item.hide_render = not visible
+    if not visible:
+        return
+    width = max(corner[0] for corner in item.bound_box) - min(corner[0] for corner in item.bound_box)
+    item.location.x = -GAP * width
+    name = None if scale is None else scale.attribute.removeprefix(CHANGE)
+    values = read_face_attribute(item.data, name) if name else None
+    if values is not None:
+        wear_scale(item, values, scale if name == scale.attribute else scale_of_values(name, values))
+
+
+def scale_of_values(name, values):
+    """Scale from the 2nd to the 98th percentile, where a difference has none for the result itself."""
+    low, high = np.nanpercentile(values, [2, 98]) if np.isfinite(values).any() else (0.0, 1.0)
+    return build_scale(name, float(low), float(high if high > low else low + 1.0))
+
+
+def wear_scale(item, values, scale):
+    """Colour the earlier result."""
+    names = "CityPV colours before", "CityPV missing"
+    item.data.materials.clear()
+    item.data.materials.append(build_colour_material(scale, names[0]))
+    item.data.materials.append(build_plain_material(names[1], MISSING))
+    missing = ~np.isfinite(values.astype(np.float64))
+    item.data.polygons.foreach_set("material_index", missing.astype(np.int32))
+    write_colours(item.data, colours_of_values(scale, values))
+    item.data.update()
+
+
+def _three(before, after):
+    return before, after, after - before
