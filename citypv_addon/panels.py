@@ -10,6 +10,7 @@ from ..operators.session import find_city, list_cities
 from ..operators.show_result import has_result
 from ..operators.step_state import STEPS, state_of_step
 from .draw_light import draw_effects, draw_electric_effects, draw_presets
+from .draw_refine import draw_refine
 from .draw_results import draw_best, draw_probed, draw_table
 from .report import draw_report, draw_rows, draw_sentence
 
@@ -132,6 +133,7 @@ class TracePanel(_Step, bpy.types.Panel):
         if effects:
             draw_effects(effects, context)
         draw_running(self.layout, "Plan effects")
+        draw_refine(column, context)
         draw_step(self.layout, column, "citypv.trace", "LIGHT_SUN")
         draw_lines(self.layout, context, "citypv_interrupted")
         draw_table(self.layout, context, "citypv_albedos", ("Material", "Albedo", "Surfaces"))

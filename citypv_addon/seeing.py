@@ -3,7 +3,7 @@
 from typing import ClassVar
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, IntVectorProperty, PointerProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntVectorProperty, PointerProperty
 
 from ..operators.attributes import VIEWS
 from ..operators.compare_results import CHANGES, FOUND, find_before
@@ -24,6 +24,19 @@ class Seeing(bpy.types.PropertyGroup):
     timeline: BoolProperty(name="Timeline", description="Frames are hours of the months")
     timeline_show: EnumProperty(
         name="Show", description="What the faces show in the timeline", items=SHOWN, update=follow_timeline_show
+    )
+    refine: BoolProperty(
+        name="Refine", description="Trace further rounds up to a target or a time; the view shows each of them"
+    )
+    target_error: FloatProperty(
+        name="Target error",
+        description="Error of full load hours on 95 % of the eligible area at which to stop [%]; 0: none",
+        default=2.0,
+        min=0,
+        subtype="PERCENTAGE",
+    )
+    time_budget: FloatProperty(
+        name="Time", description="Time in which the last round has to end [s]; 0: no limit", default=60.0, min=0
     )
     frames_before: IntVectorProperty(name="Frames before", description="Start, end and current frame", size=3)
     world_before: PointerProperty(name="World before", description="World of the scene", type=bpy.types.World)

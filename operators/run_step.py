@@ -142,6 +142,9 @@ class Step:
         """Write back in Blender's thread; return the message for the user."""
         raise NotImplementedError
 
+    def refine(self, context):
+        """Show what the work has found so far, in Blender's thread, while it goes on."""
+
     def execute(self, context):
         """Run the step and wait for it."""
         try:
@@ -175,6 +178,7 @@ class Step:
             return {"RUNNING_MODAL"}
         if event.type == "TIMER":
             self._tell_progress(context)
+            self.refine(context)
             if not self._job.running:
                 return self._end(context)
         return {"PASS_THROUGH"}

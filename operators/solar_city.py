@@ -8,6 +8,7 @@ from .city_files import CityFiles
 from .classify_city import ClassifyCity, check_place
 from .compute_energy import WeighEnergy
 from .import_city import ImportCity, show_import
+from .refine_trace import read_goal
 from .run_step import Step
 from .session import Session, find_city, find_session
 from .trace_city import TraceCity
@@ -27,7 +28,9 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         if context.scene.citypv.albedo_source == "materials":
             cure = "choose another source of albedo in step Trace, or run the steps one by one"
             raise InputError("Albedo", "the faces have no materials before the city is imported", cure)
-        return ImportCity.prepare(self, context)
+        paths, request = ImportCity.prepare(self, context)
+        read_goal(context.scene.citypv_seeing, request)
+        return paths, request
 
     def expect(self, task):
         """Stages of all steps; light takes most of the time."""

@@ -8,6 +8,7 @@ from .keep_report import keep_report
 from .plan_effects import keep_plan
 from .read_materials import read_finishes, remember_materials
 from .read_settings import read_settings
+from .refine_trace import read_goal, show_round, trace_rounds, wants_rounds
 from .run_step import Step
 from .select_faces import leave_edit_mode
 from .session import find_city, find_own_city, find_session
@@ -40,6 +41,7 @@ class TraceCity(Step, bpy.types.Operator):
         leave_edit_mode(context)
         remember_materials(city, ground, session)
         request, unread = read_settings(context.scene.citypv), []
+        read_goal(context.scene.citypv_seeing, request)
         if context.scene.citypv.albedo_source == "materials":
             request.ground_material = session.ground_material
             names = [session.ground_material, *(session.scene.surfaces.material or [])]
@@ -51,7 +53,7 @@ class TraceCity(Step, bpy.types.Operator):
         _, request, _ = task
         way, _, number = request.suns.partition(":")
         suns = int(number or 0) * SUNS_PER_DAY if "days" in way else int(number or SUNS_PER_DAY * 365)
-        if request.estimator == "forward":
+        if request.estimator == "forward" or wants_rounds(request):
             return None
         sky, sun = 2.0 * request.samples, float(suns * request.shadow_samples)
         names = COMPILING, "reading weather", "sky and reflections", "reflections of the sky", "horizon", SUN_STAGE
@@ -62,7 +64,7 @@ class TraceCity(Step, bpy.types.Operator):
         """Trace; the weather only provides the hours."""
         from ..core.materials.read_albedo import describe_albedo
         from ..core.results.list_findings import list_findings
-        from ..core.study import check_tracing, read_year, trace_scene
+        from ..core.study import check_tracing, read_year
 
         session, request, unread = task
         check_tracing(request)
@@ -70,9 +72,13 @@ class TraceCity(Step, bpy.types.Operator):
         compile_loops(progress)
         progress("reading weather", 0, 1, "years")
         weather = read_year(session.scene.site, request)
-        transfer = trace_scene(session.scene, weather, request, progress)
+        transfer = trace_rounds(session, weather, request, progress)
         findings = list_findings(session.scene, transfer.covered_share)
         return session, weather, transfer, findings, (albedos, unread)
+
+    def refine(self, context):
+        """Show the last round."""
+        show_round(context, find_session(find_city(context.scene)[0]))
 
     def finish(self, context, result):
         """Write results that do not depend on weather; remove those of an earlier weather."""

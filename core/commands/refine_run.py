@@ -5,7 +5,7 @@ import time
 from ..accuracy.choose_counted import choose_counted
 from ..accuracy.refine import Goal, largest_round, refine_transfer, unreachable
 from ..accuracy.yield_errors import split_errors
-from ..progress import TerminalProgress, silent
+from ..progress import TerminalProgress
 from ..study import compute_energy, trace_round
 
 WRITING = 20e6  # [B/s] of the matrices of transfer.nc, and of the tables beside them
@@ -41,13 +41,14 @@ def refine_run(transfer, inputs, log, progress, *, folder):
     deadline = None if request.time_budget is None else log.started + request.time_budget - finishing
 
     def judge(one):
+        log.show(one)
         return split_errors(one, weather, energy)
 
     def trace(total, part):
         return trace_round(scene, total, request, part, progress=progress, folder=folder, prepared=prepared)
 
     # The stages of every round would be many lines.
-    progress.progress = TerminalProgress(log.stream, lasting=False) if log.stream else silent
+    progress.progress = TerminalProgress(log.stream, lasting=False) if log.stream else log.progress
     target = request.target_error
     why = None if target is None else unreachable(judge(transfer), target, request.shadow_samples)
     if why:

@@ -1,6 +1,5 @@
 """The commands that write results: trace a city and compute its energy, or recompute energy from a Transfer."""
 
-import time
 from dataclasses import replace
 
 from ..accuracy.error_budget import suggest_more
@@ -9,7 +8,7 @@ from ..energy.pv_system import ELECTRIC, build_system
 from ..errors import InputError
 from ..interruption import Interruption
 from ..methods import METHODS
-from ..progress import CancelledError, Clock, TerminalProgress, silent
+from ..progress import CancelledError, silent
 from ..racks.lay_racks import city_with_racks
 from ..results.effect_shares import shares_of_effects, state_outcome
 from ..results.output_folder import whole_folder
@@ -41,22 +40,8 @@ from ..transfer.kept_matrix import is_on_disk
 from ..transfer.patch_light import Round
 from ..transfer.prepare_scene import build_tree
 from .refine_run import refine_run, wants_rounds
+from .run_log import RunLog
 from .simulate_tiles import add_bound, check_cluster_settings, drop_kept, kept_beside, trace_in_tiles
-
-
-class RunLog:
-    """Prints messages, and measures the seconds of each stage."""
-
-    def __init__(self, stream):
-        self.stream = stream
-        self.progress = TerminalProgress(stream) if stream else silent
-        self.clock, self.started = Clock(), time.monotonic()
-
-    def write(self, text):
-        """Print one line."""
-        if self.stream:
-            print(text, file=self.stream, flush=True)
-
 
 EXPORTS = ("transfer", "cityjson", "gltf", "geopackage")
 

@@ -18,7 +18,7 @@ from ..world.mix import add_mix, parse_mix
 from ..world.read_environments import read_environments
 from ..world.write_world import write_world
 from .find_source import MODELS, STATIONS_ONLY, find_source
-from .simulate import RunLog
+from .run_log import RunLog
 from .world_tasks import compute_in_tasks
 
 FEWEST = 50  # merged surfaces of an environment

@@ -1,0 +1,104 @@
+"""Rounds of a trace: shown one by one, the same numbers as on the command line, and kept when cancelled."""
+
+import bpy
+import numpy as np
+import pytest
+
+from citypv.core.commands.simulate import simulate
+from citypv.core.progress import CancelledError
+from citypv.core.request import Request
+from citypv.core.results.read_transfer import read_transfer
+from citypv.operators import refine_trace, run_step
+from citypv.operators.refine_trace import show_round
+from citypv.operators.session import find_city, find_session
+from citypv.operators.write_attributes import read_face_attribute
+
+
+@pytest.fixture
+def goal(addon, city_file):
+    """The street, classified, with a target that takes some rounds."""
+    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 4, 4
+    assert bpy.ops.citypv.import_city() == {"FINISHED"}
+    assert bpy.ops.citypv.classify() == {"FINISHED"}
+    seeing = bpy.context.scene.citypv_seeing
+    seeing.refine, seeing.target_error, seeing.time_budget = True, 1.5, 0.0
+    return seeing
+
+
+def watch(monkeypatch, seen):
+    """Show every round at once, as the window does between two redraws; keep what the faces have."""
+    before = refine_trace.replace
+
+    def keep(transfer, **changes):
+        found = before(transfer, **changes)
+        rounds = transfer.record.rounds
+        seen.append((rounds, transfer.diffuse_relative.copy()))
+        return found
+
+    monkeypatch.setattr(refine_trace, "replace", keep)
+
+
+def test_the_last_round_has_the_numbers_of_the_command_line(goal, city_file, tmp_path, monkeypatch):
+    seen = []
+    watch(monkeypatch, seen)
+    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    transfer = find_session(find_city(bpy.context.scene)[0]).transfer
+    rounds = [count for count, _ in seen]
+    assert rounds == sorted(rounds)
+    assert rounds[0] == 1
+    assert transfer.record.rounds == rounds[-1] > 2
+    assert not np.array_equal(seen[0][1], seen[-1][1])
+    request = Request(weather="climate", samples=16, shadow_samples=4, suns="days:4", target_error=1.5)
+    simulate([city_file], tmp_path / "out", request)
+    same = read_transfer(tmp_path / "out" / "transfer.nc")
+    assert same.record.rounds == transfer.record.rounds
+    np.testing.assert_allclose(transfer.diffuse_relative, same.diffuse_relative, rtol=1e-6)
+    np.testing.assert_allclose(transfer.visible_share, same.visible_share, atol=1e-6)
+
+
+def test_every_round_is_written_on_the_faces(goal, monkeypatch):
+    city, _ = find_city(bpy.context.scene)
+    session, shown = find_session(city), []
+
+    def progress(stage, done, total, unit):
+        # As the timer of the window does.
+        if session.round is not None:
+            expected = session.round[1].full_load_hours
+            show_round(bpy.context, session)
+            faces = read_face_attribute(city.data, "surface")
+            found = read_face_attribute(city.data, "full_load_hours")
+            np.testing.assert_allclose(found, expected[faces], rtol=1e-6)
+            shown.append((city["citypv_colour_attribute"], np.nanmean(found)))
+            assert session.round is None
+
+    monkeypatch.setattr(run_step, "silent", progress)
+    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    assert len(shown) >= 2
+    assert {name for name, _ in shown} == {"full_load_hours"}
+    assert len({mean for _, mean in shown}) == len(shown)
+
+
+def test_escape_among_the_rounds_keeps_those_that_are_finished(goal, monkeypatch):
+    city, _ = find_city(bpy.context.scene)
+    session, rounds = find_session(city), []
+
+    def progress(stage, done, total, unit):
+        if session.round is not None:
+            rounds.append(session.round[0].record.rounds)
+            session.round = None
+        if len(rounds) == 2:
+            raise CancelledError
+
+    goal.target_error = 0.01
+    monkeypatch.setattr(run_step, "silent", progress)
+    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    assert session.transfer.record.rounds == rounds[-1]
+    assert not session.transfer.record.interrupted
+    monkeypatch.undo()
+    assert bpy.ops.citypv.energy() == {"FINISHED"}
+
+
+def test_without_refine_one_round_is_traced(goal):
+    goal.refine = False
+    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    assert find_session(find_city(bpy.context.scene)[0]).transfer.record.rounds == 1
