@@ -12,7 +12,7 @@ from .summarise import ENERGY
 from .write_attributes import read_face_attribute, remove_face_attribute, write_surface_values
 
 IDS, CHANGES, FOUND = PREFIX + "surface_ids", PREFIX + "changes", PREFIX + "matched"
-PART, OWN = "before", ("part", "session", "ground")  # properties that belong to the city itself
+PART, COPIED = "before", ("totals", "energy_totals", "weather", "buildings")  # properties that tell of the result
 GAP = 1.1  # distance of the two results over the width of the city
 
 
@@ -38,9 +38,9 @@ def keep_before(stage, city):
     item = bpy.data.objects.new(f"{city.name} before", city.data.copy())
     item.data.name = item.name
     item.matrix_world = city.matrix_world
-    for key, value in list(city.items()):
-        if key.startswith(PREFIX) and key.removeprefix(PREFIX) not in OWN:
-            item[key] = value
+    for key in (PREFIX + name for name in COPIED):
+        if key in city:
+            item[key] = city[key]
     item[PREFIX + "part"] = PART
     item[IDS] = list(find_session(city).transfer.surfaces.surface_id)
     show_objects(stage, item)
@@ -126,6 +126,13 @@ def show_before(item, *, visible, scale=None):
     values = read_face_attribute(item.data, name) if name else None
     if values is not None:
         wear_scale(item, values, scale if name == scale.attribute else scale_of_values(name, values))
+
+
+def follow_scale(stage, scale):
+    """Show the earlier result as the city is shown now, where it stands beside it."""
+    item = find_before(stage)
+    if item is not None and not item.hide_viewport:
+        show_before(item, visible=True, scale=scale)
 
 
 def scale_of_values(name, values):

@@ -10,6 +10,7 @@ from .colour_scale import colours_of_values
 from .legend_note import MOMENT
 from .session import find_city, find_session
 from .sun_and_sky import light_scene
+from .wear_colours import wear_colours, wears_colours
 from .write_attributes import read_face_attribute, write_face_attribute
 
 FRAMES, HOURS = 288, 24
@@ -71,6 +72,8 @@ def show_moment(stage):
         scale = read_scale(city)
         write_colours(city.data, colours_of_values(scale, read_face_attribute(city.data, shown)))
         city.data.update()
+        if wears_colours(city):
+            wear_colours(city)
     light_scene(stage, timeline.direction[moment], timeline.dni[moment], timeline.dhi[moment])
     city[MOMENT] = describe_moment(timeline, moment)
     return city[MOMENT]

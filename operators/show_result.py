@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from ..core.errors import InputError
 from .attributes import PREFIX
 from .colour_faces import colour_faces, show_exact_colours
+from .compare_results import follow_scale
 from .in_place import is_in_place
 from .read_materials import remember_materials
 from .select_faces import leave_edit_mode
@@ -48,6 +49,7 @@ def show_result(context, city, ground, attribute):
         if not own and not scale.classes:
             settings.low, settings.high = scale.low, scale.high
     show_colours(context, city)
+    follow_scale(context.scene, scale)
     return scale
 
 

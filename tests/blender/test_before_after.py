@@ -6,6 +6,8 @@ import bpy
 import numpy as np
 import pytest
 
+from citypv.operators.colour_faces import read_scale
+from citypv.operators.colour_scale import colours_of_values
 from citypv.operators.compare_results import find_before
 from citypv.operators.session import find_city, find_session, list_cities
 from citypv.operators.write_attributes import read_face_attribute
@@ -105,7 +107,14 @@ def test_before_is_kept_in_the_file_and_shown_beside_the_city(addon, city_file, 
     assert not before.hide_viewport
     assert max(corner[0] for corner in before.bound_box) + before.location.x < min(c[0] for c in city.bound_box)
     assert "citypv_colour" in before.data.color_attributes
+    # Both in one scale: equal values have equal colours.
     stage.citypv.attribute = HOURS
+    first = [np.empty(4 * len(item.data.loops), np.float32) for item in (before, city)]
+    for item, colours in zip((before, city), first, strict=True):
+        item.data.color_attributes["citypv_colour"].data.foreach_get("color_srgb", colours)
+    expected = colours_of_values(read_scale(city), then)
+    np.testing.assert_allclose(first[0].reshape(-1, 3, 4)[:, 0, :3], expected, atol=0.01)
+    assert not np.array_equal(*first)
     stage.citypv_seeing.side_by_side = False
     assert before.hide_viewport
 
