@@ -161,9 +161,13 @@ def read_year(site, request, suns=None):
     return weather
 
 
-def prepare_study(scene, weather, request):
-    """What tracing a scene for a year calls for, with the pilot's shares and bounds: PreparedScene."""
-    return prepare_scene(scene, request, weather=weather, suns=choose_year(weather, request), measure=True)
+def prepare_study(scene, weather, request, *, materials=None):
+    """What tracing a scene for a year calls for, with the pilot's shares and bounds: PreparedScene.
+
+    `materials` are those of `PreparedScene`, where they are known already.
+    """
+    suns = choose_year(weather, request)
+    return prepare_scene(scene, request, weather=weather, suns=suns, measure=True, materials=materials)
 
 
 def choose_year(weather, request):

@@ -128,6 +128,7 @@ def open_local(count, dashboard):
             processes=True,
             dashboard_address=dashboard,
             silence_logs=logging.CRITICAL,
+            preload=f"{__package__}.ignore_interrupts",
         ) as cluster,
         Client(cluster, timeout=PATIENCE) as client,
     ):

@@ -30,7 +30,6 @@ from ..study import (
     find_surfaces,
     measure_sun_sampling,
     place_city,
-    prepare_study,
     read_buildings,
     read_year,
     trace_scene,
@@ -41,7 +40,7 @@ from ..transfer.patch_light import Round
 from ..transfer.prepare_scene import build_tree
 from .refine_run import refine_run, wants_rounds
 from .run_log import RunLog
-from .simulate_tiles import add_bound, check_cluster_settings, drop_kept, kept_beside, trace_in_tiles
+from .simulate_tiles import add_bound, check_cluster_settings, drop_kept, kept_beside, prepare_run, trace_in_tiles
 
 EXPORTS = ("transfer", "cityjson", "gltf", "geopackage")
 
@@ -95,7 +94,7 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
         log.write(describe_weather(weather, scene.site))
         log.clock.lap("read weather")
         log.write("Effects included for this scene:")
-        prepared = prepare_study(scene, weather, request)
+        prepared = prepare_run(scene, weather, request, cluster, log)
         for line in describe_plan(prepared.plan):
             log.write(f"  {line}")
         log.write("Tracing" if is_compiled() else "Tracing; compiling first, which this machine needs once")

@@ -4,9 +4,18 @@ import numpy as np
 
 from ..cluster.bound_halo import bound_hours
 from ..cluster.keep_results import drop_kept, keeping, kept_beside
+from ..cluster.plan_tiles import plan_tiles
 from ..cluster.trace_tiles import check_cluster_settings, trace_tiles
+from ..study import prepare_study
 
-__all__ = ["add_bound", "check_cluster_settings", "drop_kept", "kept_beside", "trace_in_tiles"]
+__all__ = ["add_bound", "check_cluster_settings", "drop_kept", "kept_beside", "prepare_run", "trace_in_tiles"]
+
+
+def prepare_run(scene, weather, request, cluster, log):
+    """What tracing a city calls for, in tiles if `cluster` is given: PreparedScene."""
+    if cluster is None:
+        return prepare_study(scene, weather, request)
+    return plan_tiles(scene, weather, request, cluster, log.write)
 
 
 def trace_in_tiles(prepared, weather, request, settings, log, *, folder):

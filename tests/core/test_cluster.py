@@ -16,7 +16,7 @@ from small_city import HEAD, house
 from weathers import ERA5
 
 from citypv.__main__ import main
-from citypv.core.cluster import run_tasks, trace_tiles
+from citypv.core.cluster import plan_tiles, run_tasks, trace_tiles
 from citypv.core.cluster.tiles import assign_tiles, find_centres
 from citypv.core.cluster.trace_tiles import ClusterSettings
 from citypv.core.request import Request
@@ -130,6 +130,17 @@ def test_what_is_left_out_lies_within_its_bound(tmp_path):
     error = 100 * float((tiles - whole) @ area / (whole @ area))
     assert 0 < error < told["bound"] < 5.0
     assert told["farthest"] < 900
+
+
+def test_a_large_city_is_planned_from_its_fullest_tile(inputs, serial, tmp_path, monkeypatch):
+    monkeypatch.setattr(plan_tiles, "LARGEST", 100)
+    prepared, weather, request = inputs
+    said = []
+    planned = plan_tiles.plan_tiles(prepared.scene, weather, request, ClusterSettings("serial", 60.0), said.append)
+    assert said == ["  (decided for tile 000_000, which has most surfaces)"]  # with two of the houses, as 001_000
+    assert planned.patches is None
+    transfer, _ = trace((planned, weather, request), tmp_path / "planned")
+    assert_same_bits(transfer, serial[0])
 
 
 @pytest.mark.slow
