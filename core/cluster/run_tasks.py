@@ -7,6 +7,7 @@ middle of a task is replaced, and the task given to another one.
 import importlib.util
 import logging
 import re
+import socket
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -16,6 +17,7 @@ from ..version import __version__
 
 SERIAL = "serial"
 CURE = f"give local:N, tcp://HOST:PORT or {SERIAL}"
+HOW_TO_START = "start `dask scheduler` there, and `dask worker` on each machine, or give local:N"
 PATIENCE = 10  # [s] for a cluster to answer
 MOST_WORKERS = 1024
 DEATHS = 3  # of workers under one task, after which it is given up
@@ -50,16 +52,28 @@ def parse_cluster(word):
 
 
 def check_cluster(word):
-    """Refuse what names no cluster, or a cluster without Dask, before anything long begins.
+    """Refuse what names no cluster, one that does not answer, or any without Dask, before anything long begins.
 
     Raises
     ------
     InputError
     """
-    if parse_cluster(word)[0] == SERIAL:
+    kind, _ = parse_cluster(word)
+    if kind == SERIAL:
         return
     if any(importlib.util.find_spec(name) is None for name in ("dask", "distributed")):
         raise InputError(f"--cluster {word}", "needs Dask", "pip install 'citypv[cluster]'")
+    if kind == "address":
+        host, _, port = word.partition("://")[2].rpartition(":")
+        try:
+            socket.create_connection((host.strip("[]"), int(port)), timeout=PATIENCE).close()
+        except (OSError, OverflowError) as error:
+            raise silence_of(word) from error
+
+
+def silence_of(word):
+    """The error of a cluster that does not answer."""
+    return InputError(f"--cluster {word}", f"does not answer within {PATIENCE} s", HOW_TO_START)
 
 
 @contextmanager
@@ -140,16 +154,15 @@ def open_remote(address):
     """Client of a scheduler that runs already."""
     from distributed import Client
 
-    cure = "start `dask scheduler` there, and `dask worker` on each machine, or give local:N"
     try:
         client = Client(address, timeout=PATIENCE)
     except (OSError, TimeoutError, ValueError) as error:
-        raise InputError(f"--cluster {address}", f"does not answer within {PATIENCE} s", cure) from error
+        raise silence_of(address) from error
     with client:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError as error:
-            raise InputError(f"--cluster {address}", "has no workers", cure) from error
+            raise InputError(f"--cluster {address}", "has no workers", HOW_TO_START) from error
         found = client.run(version_of_worker, on_error="return")
         for worker, version in found.items():
             if version != __version__:

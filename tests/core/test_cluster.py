@@ -4,9 +4,9 @@ import csv
 import json
 import re
 import signal
+import socket
 import threading
 import time
-from pathlib import Path
 
 import numpy as np
 import psutil
@@ -217,6 +217,7 @@ def test_a_world_in_tasks_is_the_same_bit_by_bit(tmp_path):
         (["--cluster", "lokal:2"], "'lokal:2' is not known; give local:N"),
         (["--cluster", "local:0"], "asks for 0 workers"),
         (["--cluster", "tcp://nowhere"], "is not known"),
+        (["--cluster", "tcp://127.0.0.1:99999"], "does not answer"),
         (["--cluster", "serial", "--tile", "0"], "0 m is too small; give 20 m or more"),
         (["--cluster", "serial", "--tile", "-5"], "-5 m is too small"),
         (["--cluster", "serial", "--tile", "nan"], "nan m is too small"),
@@ -242,14 +243,14 @@ def test_dask_that_is_missing_is_named(city, tmp_path, capfd, monkeypatch):
         assert said.count("\n") == 1
 
 
-def test_a_cluster_that_does_not_answer_is_named(city, tmp_path, capfd, monkeypatch):
+@pytest.mark.parametrize("command", [["simulate", "never_read.gml"], ["world", "unshaded"]])
+def test_a_cluster_that_does_not_answer_is_named_before_anything_is_read(tmp_path, capfd, command):
     assert run_tasks.PATIENCE == 10
-    monkeypatch.setattr(run_tasks, "PATIENCE", 1)
-    out, started = Path(tmp_path / "out"), time.monotonic()
-    words = ["world", "unshaded", "--latitudes", "50", "50", "--longitudes", "10", "10", "--quiet"]
-    assert main([*words, "--cluster", "tcp://127.0.0.1:9", "--out", str(out)]) == 2
-    assert time.monotonic() - started < 60
+    with socket.socket() as free:  # a port at which nobody listens
+        free.bind(("127.0.0.1", 0))
+        word = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+        assert main([*command, "--cluster", word, "--out", str(tmp_path / "out")]) == 2
     said = capfd.readouterr().err
-    assert "--cluster tcp://127.0.0.1:9: does not answer within 1 s; start `dask scheduler` there" in said
+    assert f"--cluster {word}: does not answer within 10 s; start `dask scheduler` there" in said
     assert said.count("\n") == 1
     assert not list(tmp_path.iterdir())
