@@ -7,6 +7,7 @@ import bpy
 from ..operators.berlin_example import BerlinExample
 from ..operators.best_buildings import ShowBuilding
 from ..operators.cancel_step import CancelStep
+from ..operators.check_libraries import check_libraries
 from ..operators.choose_preset import PredictPrices, UsePreset
 from ..operators.classify_city import ClassifyCity
 from ..operators.colour_city import ColourCity, RenderCity
@@ -63,6 +64,7 @@ CLASSES = (Settings, Preferences, *STEPS, *OTHERS, *PANELS, MaterialPanel, CityM
 
 def register():
     """Register settings, operators, panels and the command."""
+    check_libraries()
     for item in CLASSES:
         bpy.utils.register_class(item)
     bpy.types.Scene.citypv = bpy.props.PointerProperty(type=Settings)

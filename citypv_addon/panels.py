@@ -12,6 +12,7 @@ from ..operators.step_state import STEPS, state_of_step
 from .draw_light import draw_effects, draw_electric_effects, draw_presets
 from .draw_refine import draw_refine
 from .draw_results import draw_best, draw_probed, draw_table
+from .failures import draw_failures
 from .report import draw_report, draw_rows, draw_sentence
 
 STATES = {"done": "CHECKMARK", "stale": "FILE_REFRESH", "next": "FORWARD"}  # icons
@@ -35,6 +36,7 @@ class MainPanel(_Panel, bpy.types.Panel):
 
     def draw(self, context):
         """Show the running step, or what to do first."""
+        draw_failures(self.layout)
         if Step.current is not None:
             self.layout.label(text=f"{Step.current.title}: Esc cancels", icon="SORTTIME")
         elif find_city(context.scene)[0] is None:

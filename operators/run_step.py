@@ -7,6 +7,7 @@ import bpy
 
 from ..core.errors import InputError
 from ..core.progress import CancelledError, silent, with_prefix
+from .check_libraries import name_libraries, note_failure
 from .give_way import give_way
 from .panel_words import in_panel_words
 from .select_faces import leave_edit_mode
@@ -74,7 +75,8 @@ class Job:
         # Errors are reported in Blender's main thread.
         give_way()
         try:
-            self.result = work(self.progress)
+            with name_libraries():
+                self.result = work(self.progress)
         except BaseException as error:
             self.error = error
 
@@ -148,7 +150,8 @@ class Step:
     def execute(self, context):
         """Run the step and wait for it."""
         try:
-            result = self.work(self.prepare(context), silent)
+            with name_libraries():
+                result = self.work(self.prepare(context), silent)
             leave_edit_mode(context)
             return self._tell(self.finish(context, result))
         except (InputError, ImportError) as error:
@@ -227,6 +230,7 @@ class Step:
 
     def _refuse(self, error):
         # A library that fails to load is not the user's fault: name it.
+        note_failure(error)
         prefix = "A library could not be loaded: " if isinstance(error, ImportError) else ""
         self.report({"ERROR"}, prefix + in_panel_words(error))
         return {"CANCELLED"}

@@ -12,20 +12,47 @@ import pytest
 ROOT = Path(__file__).parents[2]
 HERE = {"linux": "linux-x64", "darwin": "macos-arm64", "win32": "windows-x64"}[sys.platform]
 PYTHON = f"{sys.version_info.major}.{sys.version_info.minor}"
-HEAVY = ["embreex", "h5py", "netCDF4", "pandas", "pvlib", "scipy", "shapely", "sklearn", "tsam", "xarray"]
+HEAVY = [
+    "embreex",
+    "h5py",
+    "lxml",
+    "numba",
+    "pandas",
+    "pvlib",
+    "scipy",
+    "shapely",
+    "pyproj",
+    "sklearn",
+    "tifffile",
+    "tsam",
+    "xarray",
+]
 BLENDERS_OWN = ["bpy", "numpy*", "requests", "urllib3", "certifi", "idna", "charset_normalizer", "zstandard"]
 BLENDERS_OWN += ["attr", "attrs", "cattr", "cattrs", "typing_extensions.py"]
 
 INSTALL = """
-import json, sys
+import json, os, pathlib, sys, time
 import bpy
 bpy.ops.extensions.package_install_files(filepath=sys.argv[1], repo="user_default", enable_on_install=True)
 loaded = sorted(sys.modules)
 enabled = "bl_ext.user_default.citypv" in bpy.context.preferences.addons
 settings = hasattr(bpy.types.Scene, "citypv")
-bpy.ops.preferences.addon_disable(module="bl_ext.user_default.citypv")
-print(json.dumps({"loaded": loaded, "enabled": enabled, "settings": settings,
-                  "left": hasattr(bpy.types.Scene, "citypv")}))
+module = "bl_ext.user_default.citypv"
+bpy.ops.preferences.addon_disable(module=module)
+left = hasattr(bpy.types.Scene, "citypv")
+began = time.process_time()
+bpy.ops.preferences.addon_enable(module=module)
+seconds = time.process_time() - began
+bpy.ops.extensions.package_install_files(filepath=sys.argv[1], repo="user_default", overwrite=True)
+updated = module in bpy.context.preferences.addons and hasattr(bpy.types.Scene, "citypv")
+repository = [repo.module for repo in bpy.context.preferences.extensions.repos].index("user_default")
+bpy.ops.extensions.package_uninstall(repo_index=repository, pkg_id="citypv")
+folder = pathlib.Path(os.environ["BLENDER_USER_RESOURCES"])
+print(json.dumps({"loaded": loaded, "enabled": enabled, "settings": settings, "left": left, "seconds": seconds,
+                  "updated": updated, "preferences": module in bpy.context.preferences.addons,
+                  "classes": [name for name in dir(bpy.types) if "citypv" in name.lower()],
+                  "modules": [name for name in sys.modules if name.startswith("bl_ext.") and "citypv" in name],
+                  "files": [str(path) for path in folder.rglob("*citypv*")]}))
 """
 
 IMPORT_ALL = """
@@ -65,7 +92,7 @@ def build_extension(folder, *options):
     return next(folder.glob("*.zip"))
 
 
-def test_the_extension_installs_enables_and_leaves_without_loading_anything_heavy(tmp_path):
+def test_the_extension_installs_enables_updates_and_leaves_nothing_behind(tmp_path):
     path = build_extension(tmp_path, "--no-wheels")
     with zipfile.ZipFile(path) as archive:
         names = archive.namelist()
@@ -82,6 +109,10 @@ def test_the_extension_installs_enables_and_leaves_without_loading_anything_heav
     assert said["enabled"] and said["settings"] and not said["left"]
     assert "bl_ext.user_default.citypv" in said["loaded"]
     assert not set(HEAVY) & set(said["loaded"])
+    assert said["seconds"] < 0.3  # of the processor
+    assert said["updated"]
+    assert not said["preferences"]
+    assert said["classes"] == said["modules"] == said["files"] == []
 
 
 @pytest.mark.slow

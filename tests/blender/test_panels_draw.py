@@ -7,6 +7,7 @@ import pytest
 
 from citypv.citypv_addon.menus import CityMenu, draw_city_menu
 from citypv.citypv_addon.panels import PANELS
+from citypv.operators import check_libraries
 from citypv.operators.run_step import Job, Step
 from citypv.operators.session import find_city
 
@@ -99,3 +100,10 @@ def test_the_running_step_is_drawn_without_long_lines(addon, monkeypatch, title)
     texts = draw_all()
     assert {"25 %", "sky and reflections", job.rate} <= set(texts)
     assert max(len(text) for text in texts) <= 44
+
+
+def test_a_library_that_failed_stands_in_the_panel(addon):
+    check_libraries.note_failure(ImportError("libembree4.so.4: cannot open shared object file"))
+    assert any("libembree4.so.4" in text for text in draw_all())
+    check_libraries.check_libraries()
+    assert not any("libembree4.so.4" in text for text in draw_all())

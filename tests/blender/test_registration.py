@@ -80,3 +80,33 @@ def test_the_command_is_the_command_line(addon, monkeypatch):
     monkeypatch.setattr(command_line, "main", lambda given, draw: arguments.append(given) or 2)
     assert command.run_command(["simulate", "nowhere.gml"]) == 2
     assert arguments == [["simulate", "nowhere.gml"]]
+
+
+def list_traces():
+    """All that an add-on can leave: types, operators, properties, handlers, menu entries, key maps."""
+    owners = (bpy.types.Scene, bpy.types.Material, bpy.types.Object, bpy.types.Mesh, bpy.types.WindowManager)
+    lists = {name: getattr(bpy.app.handlers, name) for name in dir(bpy.app.handlers)}
+    draws = {name: getattr(getattr(bpy.types, name), "draw", None) for name in dir(bpy.types)}
+    keys = bpy.context.window_manager.keyconfigs.addon
+    return {
+        "types": set(dir(bpy.types)),
+        "operators": set(dir(bpy.ops.citypv)),
+        "properties": {(owner.__name__, name) for owner in owners for name in owner.bl_rna.properties.keys()},  # noqa: SIM118
+        "attributes": {(owner.__name__, name) for owner in owners for name in vars(owner)},
+        "handlers": {(name, str(item)) for name, items in lists.items() if isinstance(items, list) for item in items},
+        "menus": {(name, str(item)) for name, draw in draws.items() for item in getattr(draw, "_draw_funcs", ())},
+        "keys": {(map_.name, item.idname) for map_ in (keys.keymaps if keys else ()) for item in map_.keymap_items},
+    }
+
+
+def test_disabling_leaves_nothing_in_blender():
+    citypv.register()  # subclasses of Blender's types are listed once the modules are imported
+    citypv.unregister()
+    before = list_traces()
+    citypv.register()
+    during = list_traces()
+    assert during["types"] > before["types"]
+    assert {owner for owner, _ in during["properties"] - before["properties"]} >= {"Scene", "Material"}
+    assert during["handlers"] > before["handlers"] and during["menus"] > before["menus"]
+    citypv.unregister()
+    assert list_traces() == before
