@@ -11,7 +11,12 @@ help:
 	@echo "make versions   renew tools/versions.txt, the versions the set-up installs"
 	@echo "make clean      remove the environments and everything built (not results/)"
 
+# One line where there is no Python at all, as in a bare Debian.
+NEEDS_PYTHON = command -v python3 > /dev/null || { echo "[set-up] missing Python, which sets up everything else; type:\
+ sudo apt-get install -y python3 python3-venv && make demo"; exit 1; }
+
 demo:
+	@$(NEEDS_PYTHON)
 	@python3 tools/set_up.py one
 	.venv/bin/citypv simulate examples/berlin/berlin_3910_5817.gml --weather examples/berlin/era5_berlin_2017.nc \
 	  --blend --preview --overwrite --out results/berlin
@@ -24,6 +29,7 @@ PLACES = results/environments
 DISTRICTS = A_berlin=$(PLACES)/berlin B_the_hague=$(PLACES)/the_hague C_manhattan=$(PLACES)/manhattan unshaded
 
 world:
+	@$(NEEDS_PYTHON)
 	@python3 tools/set_up.py one
 	@[ -f $(PLACES)/berlin/transfer.nc ] || $(TRACE) --out $(PLACES)/berlin examples/berlin/berlin_3910_5817.gml
 	@[ -f $(PLACES)/the_hague/transfer.nc ] || \
@@ -35,6 +41,7 @@ world:
 	  --out results/world_10E
 
 test:
+	@$(NEEDS_PYTHON)
 	@python3 tools/set_up.py all
 	@failed=0; \
 	echo "[test] style: ruff"; \
@@ -50,10 +57,12 @@ test:
 	done; exit $$failed
 
 extension:
+	@$(NEEDS_PYTHON)
 	@python3 tools/set_up.py one
 	.venv/bin/python tools/build_extension.py
 
 versions:
+	@$(NEEDS_PYTHON)
 	@python3 tools/set_up.py one
 	.venv/bin/python -m pip install --quiet uv
 	.venv/bin/uv pip compile pyproject.toml --extra blender --extra cluster --extra test --universal --python-version 3.11 --upgrade \

@@ -31,6 +31,11 @@ SYSTEM_LIBRARIES = {  # what Blender loads, and the Debian package that brings i
     "libEGL.so.1": "libegl1",
 }
 SOFTWARE_RENDERER = "libgl1-mesa-dri"  # comes along when a graphics library is missing
+NO_NETWORK = re.compile(
+    r"ConnectionError|connection error|timed out|Temporary failure|resolve|Network is unreachable|ProxyError"
+    r"|Failed to fetch|No matching distribution|error sending request|403 Forbidden",
+    re.IGNORECASE,
+)
 
 
 def main(which):
@@ -95,22 +100,48 @@ def interpreter(candidate, version):
 
 
 def bring_python():
-    """Install a Python with uv; uv itself is installed as a wheel."""
+    """Install a Python: with apt where its packages have one (Debian 13), else with uv (Ubuntu 24.04)."""
     version = VERSIONS[0]
-    say(f"Blender exists for Python {' and '.join(VERSIONS)} only, and neither is here: uv brings {version}")
+    say(f"Blender exists for Python {' and '.join(VERSIONS)} only, and neither is here")
+    packages = [f"python{version}", f"python{version}-venv"]
+    if shutil.which("apt-get") and is_in_apt(packages[0]):
+        install_system_packages(packages)
+        return find_pythons() or stop(
+            f"Python {version} is still not found; type: sudo apt-get install -y {packages[0]}"
+        )
+    say(f"uv brings Python {version}")
     uv = shutil.which("uv")
     if not uv:
         install_system_packages(missing_venv(sys.executable, ".".join(platform.python_version_tuple()[:2])))
         run([sys.executable, "-m", "venv", "--clear", UV])
         pip_install(UV / "bin/python", "uv")
         uv = UV / "bin/uv"
-    fetched = subprocess.run(
-        [uv, "python", "install", version, "--install-dir", UV / "python", "--no-bin"], check=False
-    )
+    fetched = ask([uv, "python", "install", version, "--install-dir", UV / "python", "--no-bin"])
     pythons = find_pythons()
     if fetched.returncode or not pythons:
-        stop(f"uv could not fetch Python {version}; install Python {' or '.join(VERSIONS)} and type `make` again")
+        stop(f"uv could not fetch Python {version} ({last_line(fetched.stdout)}); {describe_other_ways(version)}")
     return pythons
+
+
+def is_in_apt(package):
+    """Whether apt could install a package."""
+    known = ask(["apt-cache", "policy", package]).stdout if shutil.which("apt-cache") else ""
+    return "Candidate:" in known and "Candidate: (none)" not in known
+
+
+def describe_other_ways(version):
+    """What to type where uv may not fetch a Python from the network."""
+    if read_os_release().get("ID") == "ubuntu":
+        archive = "sudo add-apt-repository -y ppa:deadsnakes/ppa"
+        return f"type: {archive} && sudo apt-get install -y python{version}-venv && make demo"
+    mirror = "UV_PYTHON_INSTALL_MIRROR=https://HOST/PATH make demo"
+    return f"from a mirror, type: {mirror} (or install Python {version} yourself)"
+
+
+def read_os_release(path=Path("/etc/os-release")):
+    """The lines of /etc/os-release: dict."""
+    lines = path.read_text("utf-8").splitlines() if path.exists() else []
+    return {name: value.strip('"') for name, _, value in (line.partition("=") for line in lines)}
 
 
 def missing_venv(python, version):
@@ -135,16 +166,29 @@ def install_system_packages(packages):
     """Install Debian packages if permitted, else print the command to run."""
     if not packages:
         return
+    purpose = describe_purpose(packages)
     install = ["apt-get", "install", "-y", "--no-install-recommends", *packages]
     if not shutil.which("apt-get"):
-        stop(f"missing on this machine (Debian's names): {' '.join(packages)}; install them and type `make` again")
+        stop(f"missing {purpose}; install what Debian calls {' '.join(packages)}, and type: make demo")
     sudo = ["sudo", "-n"] if os.geteuid() else []
     if sudo and (not shutil.which("sudo") or ask([*sudo, "true"]).returncode):
-        stop(f"system packages are missing; type: sudo {' '.join(install)}")
-    say(f"installing system packages: {' '.join(packages)}")
+        # Without sudo, as in a bare Debian, root's password is asked for.
+        command = f"apt-get update && {' '.join(install)}"
+        command = f"sudo sh -c '{command}'" if shutil.which("sudo") else f"su -c '{command}'"
+        stop(f"missing {purpose}; type: {command} && make demo")
+    say(f"installing {purpose}: {' '.join(packages)}")
     quiet = [*sudo, "env", "DEBIAN_FRONTEND=noninteractive"]
     run([*quiet, "apt-get", "update"])
     run([*quiet, *install])
+
+
+def describe_purpose(packages):
+    """What packages are for, as words."""
+    python = [name for name in packages if name.startswith("python")]
+    blender = [name for name in packages if name not in python]
+    words = [f"Python and its virtual environments ({len(python)} packages)"] if python else []
+    words += [f"window and graphics libraries that Blender loads ({len(blender)} packages)"] if blender else []
+    return " and ".join(words)
 
 
 def make_environment(version, python):
@@ -181,14 +225,28 @@ def pip_install(python, *arguments):
             elif line.startswith("Installing collected packages"):
                 say(f"  unpacking {line.count(',') + 1} packages")
     if process.returncode:
-        stop(f"failed: {' '.join(command)}\n{''.join(said[-40:])}")
+        print("".join(said[-40:]), flush=True)
+        stop(f"failed: {' '.join(command[1:6])} …; {describe_network(''.join(said))}")
+
+
+def describe_network(output):
+    """What to do about a command that failed, from its output."""
+    if NO_NETWORK.search(output) is None:
+        return "its output is above"
+    return "no way to the packages? Type: HTTPS_PROXY=http://HOST:PORT PIP_INDEX_URL=https://HOST/simple make demo"
+
+
+def last_line(text):
+    """The last line of an output."""
+    return (text.strip().splitlines() or ["no output"])[-1].strip()
 
 
 def run(command):
     """Run a command silently; show its output if it fails."""
     done = ask(command)
     if done.returncode:
-        stop(f"failed: {' '.join(map(str, command))}\n{done.stdout[-4000:]}")
+        print(done.stdout[-4000:], flush=True)
+        stop(f"failed: {' '.join(map(str, command))}; {describe_network(done.stdout)}")
 
 
 def ask(command):

@@ -1,0 +1,134 @@
+"""The set-up stops with one line that can be pasted, on machines of several kinds, played by faked programs."""
+
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="make and apt are not for Windows")
+
+
+@pytest.fixture
+def tool():
+    """tools/set_up.py, loaded anew."""
+    spec = importlib.util.spec_from_file_location("set_up", ROOT / "tools/set_up.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def machine(tool, tmp_path, monkeypatch):
+    """A machine with nothing but the programs that a test puts there; returns the function that does so."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    monkeypatch.setenv("PATH", str(folder))
+    for name in ("PYENV_ROOT", "XDG_DATA_HOME"):
+        monkeypatch.setenv(name, str(tmp_path / "nowhere"))
+    monkeypatch.setattr(tool, "UV", tmp_path / ".venv-uv")
+    monkeypatch.setattr(tool.os, "geteuid", lambda: 1000)
+
+    def put(name, script="exit 0"):
+        (folder / name).write_text(f"#!/bin/sh\n{script}\n")
+        (folder / name).chmod(0o755)
+
+    return put
+
+
+def stopped(function, *arguments):
+    """The one line that the set-up stops with."""
+    with pytest.raises(SystemExit) as told:
+        function(*arguments)
+    line = str(told.value)
+    assert line.startswith("[set-up] ") and "\n" not in line
+    return line
+
+
+def can_be_pasted(line):
+    """Whether the shell takes what stands behind "type: " without complaint about its form."""
+    command = line.split("type: ")[1] if "type: " in line else line.split("Type: ")[1]
+    return subprocess.run(["/bin/sh", "-n", "-c", command.split(" (")[0]], check=False).returncode == 0
+
+
+def test_missing_packages_are_one_line_with_what_they_are_for(tool, machine):
+    machine("apt-get")
+    packages = ["python3.13-venv", "libx11-6", "libgl1"]
+    line = stopped(tool.install_system_packages, packages)
+    assert "missing Python and its virtual environments" in line and "graphics libraries that Blender loads" in line
+    assert "type: su -c" in line and all(package in line for package in packages) and can_be_pasted(line)
+    machine("sudo", "exit 1")  # wants a password
+    line = stopped(tool.install_system_packages, packages)
+    assert "type: sudo sh -c 'apt-get update && apt-get install -y" in line and can_be_pasted(line)
+
+
+def test_packages_are_installed_where_sudo_asks_nothing(tool, machine, tmp_path, capsys):
+    machine("apt-get")
+    machine("sudo", f'echo "$@" >> {tmp_path}/said')
+    tool.install_system_packages(["libgl1"])
+    assert "env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends libgl1" in (
+        (tmp_path / "said").read_text()
+    )
+    assert "installing window and graphics libraries that Blender loads (1 packages): libgl1" in capsys.readouterr().out
+
+
+def test_without_apt_the_packages_are_named(tool, machine):
+    line = stopped(tool.install_system_packages, ["libgl1"])
+    assert "install what Debian calls libgl1" in line and "graphics" in line
+
+
+def test_python_comes_by_apt_where_apt_has_it(tool, machine, tmp_path):
+    """As in a Debian 13 whose python3 is another one."""
+    machine("apt-cache", "echo python3.13:; echo '  Candidate: 3.13.5-2'")
+    machine("apt-get")
+    python = f"#!/bin/sh\necho 3.13 {tmp_path}/bin/python3.13"
+    machine("sudo", f'case "$*" in *install*) printf "{python}\\n" > {tmp_path}/bin/python3.13;'
+            f" /bin/chmod +x {tmp_path}/bin/python3.13;; esac")  # fmt: skip
+    assert tool.bring_python() == {"3.13": f"{tmp_path}/bin/python3.13"}
+
+
+@pytest.mark.parametrize("case", [
+    ("ID=ubuntu\nVERSION_ID=24.04\n", "type: sudo add-apt-repository -y ppa:deadsnakes/ppa && sudo apt-get install"),
+    ("ID=fedora\n", "type: UV_PYTHON_INSTALL_MIRROR=https://HOST/PATH make demo"),
+])  # fmt: skip
+def test_uv_without_a_network_says_what_to_type(tool, machine, tmp_path, monkeypatch, case):
+    """As in Ubuntu 24.04, whose apt has no Python that Blender exists for."""
+    system, cure = case
+    machine("apt-cache", "echo python3.13:; echo '  Candidate: (none)'")
+    machine("apt-get")
+    machine("uv", "echo trying; echo 'error: error sending request for url'; exit 2")
+    (tmp_path / "os-release").write_text(system)
+    release = tool.read_os_release(tmp_path / "os-release")
+    monkeypatch.setattr(tool, "read_os_release", lambda: release)
+    line = stopped(tool.bring_python)
+    assert "uv could not fetch Python 3.13 (error: error sending request for url)" in line
+    assert cure in line and can_be_pasted(line)
+
+
+def test_packages_of_python_that_cannot_be_fetched_are_one_line(tool, capsys):
+    command = [
+        sys.executable,
+        "-c",
+        "print('NewConnectionError: Temporary failure in name resolution'); raise SystemExit(1)",
+    ]
+    line = stopped(tool.run, command)
+    assert "Type: HTTPS_PROXY=http://HOST:PORT PIP_INDEX_URL=https://HOST/simple make demo" in line
+    assert "NewConnectionError" in capsys.readouterr().out
+    line = stopped(tool.run, [sys.executable, "-c", "print('disk is full'); raise SystemExit(1)"])
+    assert line.endswith("its output is above")
+
+
+def test_make_without_any_python_is_one_line(tmp_path):
+    make = next((path for path in ("/usr/bin/make", "/bin/make") if Path(path).exists()), None)
+    if make is None:
+        pytest.skip("make is not on this machine")
+    (tmp_path / "sh").symlink_to("/bin/sh")
+    done = subprocess.run(
+        [make, "demo"], cwd=ROOT, env={"PATH": str(tmp_path)}, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert "type: sudo apt-get install -y python3 python3-venv && make demo" in done.stdout
+    assert len(done.stdout.strip().splitlines()) == 1
