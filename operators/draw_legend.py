@@ -44,7 +44,8 @@ def draw_legend():
     if scale is None:
         return
     pixel = context.preferences.system.ui_scale
-    left, bottom, width, height = 76 * pixel, 66 * pixel, 440 * pixel, 16 * pixel
+    # Above Blender's box with the last operator.
+    left, bottom, width, height = 76 * pixel, 92 * pixel, 440 * pixel, 16 * pixel
     draw_box((left - 26 * pixel, bottom - 46 * pixel, width + 52 * pixel, height + 80 * pixel), PAPER)
     title = f"{scale.title} [{scale.unit}]" if scale.unit else scale.title
     write_text(title, left, bottom + height + 10 * pixel, 14 * pixel)

@@ -33,7 +33,7 @@ def draw_probe():
 
 def place_charts(context, pixel):
     """Lower left corner of the charts: above the legend [pixels]."""
-    return 64 * pixel, min(206 * pixel, max(context.region.height - (2 * HEIGHT + GAP + 90) * pixel, 170 * pixel))
+    return 64 * pixel, min(216 * pixel, max(context.region.height - (2 * HEIGHT + GAP + 90) * pixel, 190 * pixel))
 
 
 def draw_months(months, left, bottom, pixel):

@@ -2,8 +2,11 @@
 
 import os
 import re
+import sys
 import tempfile
+from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parent))
 # Blender reads this when it is imported.
 os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp(prefix="citypv-blender-")
 

@@ -9,16 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from window_steps import PREPARE, RUNNING, find_on_screen, keep_picture, press, read_reports
 
 from citypv.operators.attributes import KIND_CODES
 
 ROOT = os.environ.get("CITYPV_BLENDER")
 REPOSITORY = Path(__file__).parents[2]
 NAME = "street.gml"
-PREPARE = """
-area = next(a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "VIEW_3D")
-sidebar = next(r for r in area.regions if r.type == "UI")
-"""
 
 pytestmark = [
     pytest.mark.window,
@@ -59,66 +56,6 @@ def window(city_file, tmp_path_factory):
         opened.take_picture(pictures / "end.png")
 
 
-def find_button(window, operator):
-    """Find where an operator's button is: over it, Ctrl+C copies its command. Scrolls from the top down to it.
-
-    An operator with several buttons is given with its arguments, as Blender writes them. Where it was found last is
-    tried first.
-    """
-    call = operator if "(" in operator else f"{operator}("
-    left, bottom, width, height = window.ask(PREPARE + "answer = (sidebar.x, sidebar.y, sidebar.width, sidebar.height)")
-    top, place = window.size[1] - bottom - height, left + width // 4  # where short buttons are as well
-    pages, rows = range(4), range(top + 40, top + height - 8, 14)
-    known = window.places.get(call)
-    for page, row in [*([known] if known else []), *((page, row) for page in pages for row in rows)]:
-        if row == rows[0] or (page, row) == known:
-            window.point("mousemove", place, top + height // 2, *["click", 4] * 40, *["click", 5] * 8 * page)
-            time.sleep(0.5)
-            window.ask("bpy.context.window_manager.clipboard = ''")
-        if call_below(window, place, row, call) and is_at(window, place, row, call):
-            window.places[call] = page, row
-            return place, row
-    raise AssertionError(f"no button of {operator}")
-
-
-def call_below(window, place, row, call):
-    """Whether the clipboard holds a call after Ctrl+C over a place."""
-    window.point("mousemove", place, row, "sleep", 0.03, "mousemove", place + 2, row, "sleep", 0.05, "key", "ctrl+c")
-    return f"bpy.ops.{call}" in window.ask("answer = bpy.context.window_manager.clipboard")
-
-
-def is_at(window, place, row, call):
-    """Whether the call came from this place, and not late from the one before."""
-    time.sleep(0.1)
-    window.ask("bpy.context.window_manager.clipboard = ''")
-    call_below(window, place, row, call)
-    time.sleep(0.1)
-    return f"bpy.ops.{call}" in window.ask("answer = bpy.context.window_manager.clipboard")
-
-
-def press(window, operator):
-    window.point("mousemove", *find_button(window, operator), "click", 1)
-
-
-def read_reports(window):
-    """Read what Blender told the user so far, from its Info editor (opened in place of the timeline)."""
-    window.ask(
-        "screen = bpy.context.window_manager.windows[0].screen\n"
-        "for area in screen.areas:\n"
-        "    if area.type == 'DOPESHEET_EDITOR':\n"
-        "        area.type = 'INFO'"
-    )
-    return window.ask(
-        "window = bpy.context.window_manager.windows[0]\n"
-        "area = next(a for a in window.screen.areas if a.type == 'INFO')\n"
-        "region = next(r for r in area.regions if r.type == 'WINDOW')\n"
-        "with bpy.context.temp_override(window=window, area=area, region=region):\n"
-        "    bpy.ops.info.select_all(action='SELECT')\n"
-        "    bpy.ops.info.report_copy()\n"
-        "answer = bpy.context.window_manager.clipboard"
-    )
-
-
 def is_there(attribute):
     return f"any('citypv_{attribute}' in mesh.attributes for mesh in bpy.data.meshes)"
 
@@ -153,9 +90,9 @@ def test_the_view_shows_the_city_in_many_colours_and_the_legend(window, tmp_path
     left, bottom, width, height = window.ask(
         PREPARE + "r = next(r for r in area.regions if r.type == 'WINDOW'); answer = (r.x, r.y, r.width, r.height)"
     )
-    # The colour bar lies 76 to 516 pixels from the view's left edge and 66 to 82 above its lower one.
+    # The colour bar lies 76 to 516 pixels from the view's left edge and 92 to 108 above its lower one.
     scale = window.ask("answer = bpy.context.preferences.system.ui_scale")
-    row, ends = bottom + round(74 * scale), (left + round(77.5 * scale), left + round(514.5 * scale))
+    row, ends = bottom + round(100 * scale), (left + round(77.5 * scale), left + round(514.5 * scale))
     first, last = pixels[row, ends[0]], pixels[row, ends[1]]
     np.testing.assert_allclose(first, np.array([0x44, 0x01, 0x54]) / 255, atol=0.04)
     np.testing.assert_allclose(last, np.array([0xFD, 0xE7, 0x25]) / 255, atol=0.04)
@@ -225,10 +162,9 @@ def test_escape_cancels_a_step_and_leaves_everything_as_it_was(window):
     before = window.ask("answer = list(bpy.data.objects['City'].data.attributes.keys())")
     window.ask("s = bpy.context.scene.citypv; s.suns, s.samples, s.shadow_samples = 'hourly', 65536, 256")
     press(window, "citypv.trace")
-    running = "__import__('importlib').import_module('bl_ext.user_default.citypv.operators.run_step').Step.current"
-    window.wait_for(f"{running} is not None", 20)
+    window.wait_for(f"{RUNNING} is not None", 20)
     window.point("mousemove", 400, 400, "key", "Escape")
-    window.wait_for(f"{running} is None", 60)
+    window.wait_for(f"{RUNNING} is None", 60)
     assert window.ask("answer = list(bpy.data.objects['City'].data.attributes.keys())") == before
     assert "Trace light was cancelled; nothing was changed" in read_reports(window)
     assert "Traceback" not in window.read_log()
@@ -237,11 +173,10 @@ def test_escape_cancels_a_step_and_leaves_everything_as_it_was(window):
 def test_escape_among_the_suns_keeps_those_that_are_traced(window):
     window.ask("s = bpy.context.scene.citypv; s.suns, s.samples, s.shadow_samples = 'hourly', 64, 4096")
     press(window, "citypv.trace")
-    running = "__import__('importlib').import_module('bl_ext.user_default.citypv.operators.run_step').Step.current"
-    window.wait_for(f"{running}.text.startswith('suns') and {running}.share > 0.1", 120)
+    window.wait_for(f"{RUNNING}.text.startswith('suns') and {RUNNING}.share > 0.1", 120)
     window.take_picture(window.pictures / "running.png")
     window.point("mousemove", 400, 400, "key", "Escape")
-    window.wait_for(f"{running} is None", 60)
+    window.wait_for(f"{RUNNING} is None", 60)
     told = window.ask(f"answer = {CITY}['citypv_interrupted']")
     assert told.startswith("Interrupted: kept ")
     assert told in read_reports(window)
@@ -273,26 +208,6 @@ def test_the_command_line_runs_inside_blender(window):
     assert '"buildings": 3' in told.replace("building_count", "buildings")
 
 
-def keep_picture(window, name):
-    """Take a picture once everything is drawn, for people to look at."""
-    window.point("mousemove", 500, 300)
-    time.sleep(1.5)
-    window.take_picture(window.pictures / f"{name}.png")
-
-
-def find_on_screen(window, name, normal):
-    """Place on the screen of the middle of the face of an object that looks the most in a direction."""
-    x, y = window.ask(
-        PREPARE + "from bpy_extras.view3d_utils import location_3d_to_region_2d as project\n"
-        f"item = bpy.data.objects[{name!r}]; normal = __import__('mathutils').Vector({normal!r})\n"
-        "face = max(item.data.polygons, key=lambda face: face.normal.dot(normal))\n"
-        "region = next(r for r in area.regions if r.type == 'WINDOW')\n"
-        "place = project(region, area.spaces.active.region_3d, item.matrix_world @ face.center)\n"
-        "answer = (region.x + place.x, region.y + place.y)"
-    )
-    return round(x), round(window.size[1] - y)
-
-
 def test_three_clicks_and_the_probe_of_a_face(window):
     window.ask(
         f"s = bpy.context.scene.citypv; s.city_path = '/exchange/{NAME}'\n"
@@ -301,7 +216,7 @@ def test_three_clicks_and_the_probe_of_a_face(window):
     press(window, "citypv.solar_city")
     window.wait_for(f"'City' in bpy.data.objects and 'citypv_totals' in {CITY}", 600)
     keep_picture(window, "solar-city")
-    press(window, "citypv.probe")
+    press(window, "citypv.probe", below=True)
     window.point("mousemove", *find_on_screen(window, "City", (0, -0.6, 0.8)), "click", 1)
     window.wait_for(f"'citypv_charts' in {CITY}")
     told = dict(line.split("|") for line in window.ask(f"answer = list({CITY}['citypv_probe'])"))
@@ -347,7 +262,7 @@ def test_taken_meshes_are_coloured_in_place_and_come_back(window):
         "brick = bpy.data.materials.new('Brick'); brick.diffuse_color = (0.6, 0.1, 0.05, 1)\n"
         "for place in (0, 18, 36):\n"
         "    bpy.ops.mesh.primitive_cube_add(size=10, location=(place, 0, 5))\n"
-        "    bpy.context.object.data.materials.append(brick)\n"
+        "    bpy.context.view_layer.objects.active.data.materials.append(brick)\n"
         "bpy.ops.object.select_all(action='SELECT')\n"
         "s = bpy.context.scene.citypv; s.own_place, s.latitude, s.longitude = True, 52.5, 13.4"
     )
