@@ -53,7 +53,7 @@ def test_import_says_what_was_read(addon, row_file):
         or lines[3] == "Detail taken: LoD 2: 15"
     )
     # From pyproj's own grid of Berlin: 52.4996° N, 13.4019° E; the convergence there is -1.27°.
-    assert re.fullmatch(r"52\.499\d\d° N, 13\.40\d\d\d° E, altitude 35\.0 m", lines[5])
+    assert re.fullmatch(r"52\.499\d\d° N, 13\.40\d\d\d° E, altitude 35\.0\xa0m", lines[5])
     assert re.fullmatch(r"Grid north: -1\.2[67]\d\d° from true north", lines[6])
     counts = {row["name"]: (row["count"], row["area"]) for row in read_rows(city, "kind")}
     # Walls 10 × 6 and 8 × 6 with a gable of 8 × 3 / 2, twice each; roofs 10 × 5, twice.
