@@ -3,11 +3,12 @@
     whole city as obstacles ─► surfaces of a square in its middle ─► A  256 rays, 16 shadow points
                                                                     B   64 rays, 16 shadow points
                                                                     C   64 rays,  4 shadow points, 1 reflection
-                                                                    0   hardly a surface: the cost of the city's size
-    a few patches of the whole city ──► rays: how much ground they meet, entries of the matrix (`survey`)
+    patches drawn from the whole city ─► the same, timed; and rays: how much ground they meet (`survey`)
 
-Seconds of A, B, C and 0 give the cost of a ray, a shadow ray and a reflection; errors of A, B and C by source show how
-fast each falls.
+Errors of A, B and C by source show how fast each falls; light is passed on from neighbour to neighbour, so they need
+whole neighbourhoods. Seconds need what is typical of the city: A, B and C on drawn patches give the cost of a ray, a
+shadow ray and a reflection, less what a run of hardly a patch takes: arrays of all patches cost the same in a run of
+the whole city.
 """
 
 import time
@@ -19,16 +20,16 @@ from ..effects.receivers import fewer_rays
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..photons.trace_hybrid import trace_hybrid
-from ..progress import silent
+from ..progress import SUN_STAGE, silent
 from ..sky.choose_sky import choose_sky
 from ..sun.choose_suns import choose_suns
 from ..sun.spread_suns import spread_suns
-from .survey import survey_city, whole_replicates
+from .survey import DRAWN, survey_city, whole_replicates
 from .yield_errors import find_lit, split_errors
 
 PATCHES = 4_000  # of the square
-FEW = 64
-SUNS, FEW_SUNS = "days:12", "days:4"  # of run 0 the latter
+TIMED, FEW = 3_000, 64  # patches of the timed runs, and of those that load compiled code and tell the city's size
+SUNS, FEW_SUNS = "days:12", "days:4"  # the latter of the timed runs
 RUNS = {  # name -> samples, shadow samples, most reflections (None: as planned)
     "A": (256, 16, None),
     "B": (64, 16, None),
@@ -47,6 +48,7 @@ class PilotRun:
     counts: tuple  # patches that got all rays, and others that got fewer
     seconds: dict  # stage -> [s] of wall time
     processor_seconds: dict  # stage -> [s], sum over threads
+    main_seconds: tuple  # [s] of the main thread, before the suns and from then on
     errors: object  # YieldErrors
     lit: np.ndarray  # (n,) bool, surfaces in these
     last_bounce: float  # share of the last reflection of all light
@@ -56,13 +58,32 @@ class PilotRun:
 class Pilot:
     """What the runs showed."""
 
-    runs: dict  # name -> PilotRun
-    empty: PilotRun  # without surfaces, but the whole city as obstacles
+    runs: dict  # name -> PilotRun, of the square
+    timed: list  # of PilotRun, of patches of the whole city
+    empty: PilotRun  # the same of hardly a patch
     survey: object  # Survey of the whole city
     surfaces: int  # of the square, with yield
     electricity: float  # [s] for all surfaces
     transfer: object  # Transfer of run A
     lit: np.ndarray  # (n,) bool, surfaces in the errors of run A
+
+
+class MainClock:
+    """A progress report that measures processor time of the main thread, before the suns and from then on."""
+
+    def __init__(self):
+        self.started, self.suns = time.thread_time(), None
+
+    def __call__(self, stage, done, total, unit):
+        """Note when the suns begin."""
+        if stage == SUN_STAGE and self.suns is None:
+            self.suns = time.thread_time()
+
+    def split(self):
+        """Both times [s] until now."""
+        now = time.thread_time()
+        middle = now if self.suns is None else self.suns
+        return middle - self.started, now - middle
 
 
 def run_pilot(scene, prepared, weather, request, progress=silent):
@@ -85,10 +106,10 @@ def run_pilot(scene, prepared, weather, request, progress=silent):
     ways = (SUNS, FEW_SUNS)
     suns, few_suns = (spread_suns(choose_suns(way, *year, request.seed, position=weather.data)) for way in ways)
     traced = prepared.patches.receives & ~prepared.plan.unobstructed
-    near, few = (choose_square(prepared.scene, prepared.patches, traced, count) for count in (PATCHES, FEW))
+    near = choose_square(prepared.scene, prepared.patches, traced, PATCHES)
     inputs = scene, prepared, weather, request
-    trace_part((*inputs, few_suns), few, RUNS["A"])  # loads compiled code
-    empty, _, _ = trace_part((*inputs, few_suns), few, RUNS["A"])
+    few = draw_patches(prepared, FEW, request.seed)
+    _, empty = (trace_part((*inputs, few_suns), few, RUNS["A"])[0] for _ in range(2))  # the first loads compiled code
     runs, transfers, electricity = {}, [], []
     for done, (name, setting) in enumerate(RUNS.items()):
         progress("pilot", done, len(RUNS), "runs")
@@ -96,8 +117,10 @@ def run_pilot(scene, prepared, weather, request, progress=silent):
         transfers.append(others[0])
         electricity.append(others[1])
     progress("pilot", len(RUNS), len(RUNS), "runs")
+    some = draw_patches(prepared, TIMED, request.seed)
     return Pilot(
         runs=runs,
+        timed=[trace_part((*inputs, few_suns), some, setting)[0] for setting in RUNS.values()],
         empty=empty,
         survey=survey_city(prepared, request),
         surfaces=len(runs["A"].errors.hours),
@@ -105,6 +128,18 @@ def run_pilot(scene, prepared, weather, request, progress=silent):
         transfer=transfers[0],
         lit=runs["A"].lit,
     )
+
+
+def draw_patches(prepared, count, seed):
+    """Patches drawn from the whole city, and the same share of the generated ground: (p,) bool."""
+    own = prepared.scene.triangle_surface >= 0
+    traced = prepared.patches.receives & ~prepared.plan.unobstructed
+    share = min(count / max(int((traced & own).sum()), 1), 1.0)
+    generator, drawn = np.random.default_rng([seed, DRAWN]), np.zeros(len(own), bool)
+    for part in (own, ~own):
+        places = np.flatnonzero(traced & part)
+        drawn[generator.permutation(places)[: round(share * len(places))]] = True
+    return drawn
 
 
 def choose_square(scene, patches, traced, count):
@@ -135,7 +170,9 @@ def trace_part(inputs, part, setting):
     request = replace(request, samples=samples, shadow_samples=shadow_samples, estimator="gather")
     patches = replace(prepared.patches, receives=prepared.patches.receives & part)
     plan = with_bounces(prepared.plan, bounces)
-    transfer = trace_hybrid(scene, suns, request, silent, prepared=replace(prepared, patches=patches, plan=plan))
+    laps = MainClock()
+    transfer = trace_hybrid(scene, suns, request, laps, prepared=replace(prepared, patches=patches, plan=plan))
+    main_seconds = laps.split()
     started = time.perf_counter()
     energy = compute_energy(
         transfer, weather, build_system(request), request.threads, sky=choose_sky(request, transfer)
@@ -151,6 +188,7 @@ def trace_part(inputs, part, setting):
         counts=count_patches(patches, plan, record.hemisphere_rays, samples),
         seconds=record.seconds,
         processor_seconds=record.processor_seconds,
+        main_seconds=main_seconds,
         errors=split_errors(transfer, weather, energy),
         lit=find_lit(energy),
         last_bounce=last,

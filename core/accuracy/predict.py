@@ -20,6 +20,7 @@ from .yield_errors import SOURCES, YieldErrors
 
 USUAL = {"shadows": 1.6, "rays": 1.3, "passed_on": 1.0}  # exponents of variance where the pilot shows none
 LEAST, MOST = 0.5, 2.0
+LEAST_SECONDS = 0.05  # of the longest run's: shorter ones count no more
 WRITING = 20e6  # [B/s] of tables and transfer.nc
 
 
@@ -61,14 +62,17 @@ def price_pilot(pilot, fixed, patch_size, surfaces):
     patch_size : float or None
     surfaces : int
     """
-    runs, survey = list(pilot.runs.values()), pilot.survey
+    runs, survey = pilot.timed, pilot.survey
     works = [work_of_patches(survey, run.counts, run.samples, run.shadow_samples) for run in runs]
     terms = np.array([terms_of_suns(work, run.bounces, run.suns) for work, run in zip(works, runs, strict=True)])
-    overhead = np.array([of_sky(pilot.empty), of_suns(pilot.empty) / max(pilot.empty.suns, 1)])
+    both, empty = [*runs, *pilot.runs.values()], pilot.empty
+    main = np.array([run.main_seconds[1] for run in both])  # the main thread's, on arrays of all patches and suns
+    per_sun = fit_costs(np.array([(1.0, run.suns) for run in both]), main)[1]
+    overhead = np.array([of_sky(empty) + max(of_suns(empty) - per_sun * empty.suns, 0), per_sun])
     return Prices(
         overhead=overhead,
-        sky=fit_costs(np.array([(work.patches, work.rays) for work in works]), grown(runs, of_sky, overhead[0])),
-        suns=fit_costs(terms, grown(runs, of_suns, overhead[1] * runs[0].suns)),
+        sky=fit_costs(np.array([(work.patches, work.rays) for work in works]), beyond_empty(runs, empty, of_sky, 0)),
+        suns=fit_costs(terms, beyond_empty(runs, empty, of_suns, 1)),
         survey=survey,
         wall=sum(sum(run.seconds.values()) for run in runs) / sum(sum(run.processor_seconds.values()) for run in runs),
         fixed=fixed,
@@ -93,14 +97,15 @@ def of_sky(run):
     return sum(seconds.values()) - seconds["suns"] - seconds["plan and tree"]
 
 
-def grown(runs, stage, overhead):
-    """Time of a stage in each run without what the size of the city costs: (runs,) float64 [s]."""
-    return np.array([max(stage(run) - overhead, 0) for run in runs])
+def beyond_empty(runs, empty, stage, part):
+    """Time of threads in a stage of each run, less what the size of the city costs them: (runs,) float64 [s]."""
+    threads = [stage(run) - run.main_seconds[part] for run in (*runs, empty)]
+    return np.maximum(np.array(threads[:-1]) - threads[-1], 0)
 
 
 def fit_costs(terms, seconds):
     """Costs that are not negative and explain the seconds of some runs; relative deviations count alike."""
-    scale = np.maximum(seconds, 1e-6)
+    scale = np.maximum(seconds, LEAST_SECONDS * max(seconds.max(), 1e-6))
     return nnls(terms / scale[:, None], seconds / scale)[0]
 
 

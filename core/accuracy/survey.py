@@ -1,7 +1,7 @@
 """What a trace of the whole city will do: rays, shadow rays and entries of the matrix of form factors.
 
 A few patches, drawn from the whole city, send rays. What these meet tells how much of the generated ground any ray will
-meet, as only that is traced, and how many entries of the matrix a patch has: rays that meet the same place share one,
+meet, as only that is traced, and how many entries of the matrix a patch has: rays that meet the same patch are merged,
 so that entries grow more slowly than rays.
 """
 
@@ -15,7 +15,7 @@ from ..radiosity.gather_context import prepare_gather
 from ..radiosity.hemisphere import empty_tallies
 from ..radiosity.shadow_points import count_elements, points_above
 from ..radiosity.trace_hemisphere import trace_hemisphere
-from ..radiosity.view_hemispheres import patches_hit
+from ..radiosity.view_hemispheres import patch_of_keys, patches_hit
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
 
 LADDER = ((64, 512), (256, 512), (1024, 128))  # rays per patch, and how many patches send them
@@ -42,7 +42,7 @@ class Work:
     patches: float
     rays: float
     points: float  # shadow points of all patches
-    entries: float  # of the matrix of form factors
+    entries: float  # pairs of patches in the matrix of form factors
 
 
 def survey_city(prepared, request):
@@ -69,7 +69,7 @@ def survey_city(prepared, request):
         some = np.zeros(len(patches), bool)
         some[drawn[:count]] = True
         factors = trace_some(context, some, rays, cells) if plan.reflections and some.any() else None
-        entries.append(sum(len(rows.key) for rows in factors.rows) / some.sum() if factors else 0.0)
+        entries.append(count_entries(factors) / some.sum() if factors else 0.0)
         if factors:
             seen |= patches_hit(factors, len(patches))
         shots.append(shots[-1] + rays * int(some.sum()))
@@ -98,6 +98,16 @@ def trace_some(context, some, rays, cells):
         tallies=empty_tallies(len(context.patches), cells),
         terrain=context.plan.terrain,
     ).form_factors
+
+
+def count_entries(factors):
+    """Pairs of patches in a matrix; keys ascend within a row: int."""
+    total = 0
+    for rows in factors.rows:
+        met, start = patch_of_keys(factors, rows), np.zeros(len(rows.key), bool)
+        start[rows.start[:-1][np.diff(rows.start) > 0]] = True
+        total += int((start[1:] | (met[1:] != met[:-1])).sum()) + bool(len(met))
+    return total
 
 
 def work_of_city(survey, samples, points):
