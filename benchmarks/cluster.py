@@ -38,7 +38,7 @@ def main():
     parser.add_argument("--city", default=str(CITY))
     parser.add_argument("--sides", type=int, nargs="+", default=[1, 2, 4])
     parser.add_argument("--side", type=int, default=2)
-    parser.add_argument("--tile", type=float, default=500.0)
+    parser.add_argument("--tile", type=float, default=1000.0)
     parser.add_argument("--sample", type=int, default=2, help="tiles traced of each city")
     options = parser.parse_args()
     request = Request(threads=1)

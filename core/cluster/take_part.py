@@ -8,7 +8,7 @@ from ..city.city import ImportReport
 from ..patches.patches import number_triangles
 from ..scene.add_backs import add_backs
 from ..trees.crowns import Crowns
-from .tiles import LEFT_OUT
+from .tiles import FAR, LEFT_OUT, rises
 
 
 def prepare_whole(scene):
@@ -34,6 +34,7 @@ def take_part(scene, pieces, tile):
         Its surfaces in the whole.
     """
     around = tile.around[pieces.of_triangle]
+    around[hide_below(scene, np.flatnonzero(around == FAR), tile)] = LEFT_OUT
     kept = np.flatnonzero(around > LEFT_OUT)
     count = len(scene.surfaces)
     rows = np.flatnonzero(tile.around[:count] > LEFT_OUT)
@@ -54,6 +55,12 @@ def take_part(scene, pieces, tile):
         trees=take_crowns(scene.trees, tile.around[pieces.first_crown :] > LEFT_OUT),
     )
     return replace(part, **take_optional(scene, kept, place, rows)), rows
+
+
+def hide_below(scene, far, tile):
+    """Those triangles of the far surroundings that do not rise by 2° themselves: lower parts of facades, (k,) int."""
+    corners = np.asarray(scene.vertices, float)[scene.triangles[far]]
+    return far[~rises(corners.min(axis=1), corners.max(axis=1), tile.box, tile.lowest)]
 
 
 def take_surfaces(surfaces, rows, own):

@@ -20,7 +20,7 @@ from ..scene.scene import FAR, NEAR, OWN
 from ..sun.solar_position import MINIMUM_ELEVATION
 
 SMALLEST = 20.0  # [m] tiles: twice the patches
-DEFAULT = 500.0  # [m]
+DEFAULT = 1000.0  # [m]
 RISE = np.tan(np.radians(MINIMUM_ELEVATION))
 LEFT_OUT = np.int8(-1)
 
@@ -43,6 +43,7 @@ class Tile:
     rows: np.ndarray  # (m,) int, surfaces that it reports, ascending
     box: tuple  # bounds of the tile with its near surroundings, two (3,) float64 [m]
     around: np.ndarray  # (k,) int8 of pieces: OWN, NEAR, FAR or LEFT_OUT
+    lowest: float  # [m] lowest point in the box
     reach: float  # [m] width of the near surroundings
     farthest: float  # [m] from the near surroundings to the farthest piece that is kept
 
@@ -170,20 +171,17 @@ def surround(name, rows, pieces, bins, ground_albedo):
     real = rows[np.isfinite(pieces.low[rows, 0])]
     if not len(real):  # nothing but surfaces without triangles
         around[rows] = OWN
-        return Tile(name, rows, (np.zeros(3), np.zeros(3)), around, 0.0, 0.0)
+        return Tile(name, rows, (np.zeros(3), np.zeros(3)), around, 0.0, 0.0, 0.0)
     low, high = pieces.low[real].min(axis=0), pieces.high[real].max(axis=0)
     reach = max(choose_reach(ground_albedo) * float(high[2] - low[2]), SHORTEST_REACH)
     near = select(bins, pieces, lambda lows, highs: gap(lows, highs, low, high) <= reach)
     lowest = min(float(pieces.low[near, 2].min()), float(low[2]))
     box = low - reach, high + reach
 
-    def rises(lows, highs):
-        return highs[:, 2] - lowest > RISE * gap(lows, highs, *box)
-
-    far = select(bins, pieces, rises)
+    far = select(bins, pieces, lambda lows, highs: rises(lows, highs, box, lowest))
     around[far], around[near], around[rows] = FAR, NEAR, OWN
     kept = gap(pieces.low[far], pieces.high[far], *box)
-    return Tile(name, rows, box, around, reach, float(kept.max(initial=0.0)))
+    return Tile(name, rows, box, around, lowest, reach, float(kept.max(initial=0.0)))
 
 
 def select(bins, pieces, test):
@@ -192,6 +190,11 @@ def select(bins, pieces, test):
     candidates = [order[first[b] : first[b + 1]] for b in np.flatnonzero(test(low, high))]
     members = np.concatenate(candidates) if candidates else np.zeros(0, np.int64)
     return np.sort(members[test(pieces.low[members], pieces.high[members])])
+
+
+def rises(low, high, box, lowest):
+    """Whether boxes rise by more than 2° as seen from anywhere in another box: (k,) bool."""
+    return high[:, 2] - lowest > RISE * gap(low, high, *box)
 
 
 def gap(low, high, other_low, other_high):

@@ -26,7 +26,7 @@ from ..version import __version__
 from .join_tiles import join_records, join_tiles
 from .run_tasks import SERIAL, check_cluster, open_workers, run_tasks
 from .take_part import prepare_whole, take_part
-from .tiles import DEFAULT, LEFT_OUT, assign_tiles, bin_pieces, box_pieces, check_tile_size, surround
+from .tiles import DEFAULT, assign_tiles, bin_pieces, box_pieces, check_tile_size, surround
 from .trace_part import Part, Run, trace_part
 
 MEASURED = 8  # tiles in which the error of sun sampling is measured
@@ -167,7 +167,7 @@ def part_of_tile(scene, pieces, tile, materials, *, measure):
     own = np.searchsorted(rows, tile.rows)
     found = [materials[row] for row in rows.tolist()] + materials[-1:]
     inner = tile.box[0][:2], tile.box[1][:2]
-    complete = bool((tile.around[np.isfinite(pieces.low[:, 0])] > LEFT_OUT).all())
+    complete = len(part.triangles) == len(scene.triangles) and len(part.trees or ()) == len(scene.trees or ())
     return Part(part, own, found, inner, complete, measure)
 
 

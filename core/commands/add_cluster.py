@@ -12,7 +12,7 @@ def add_cluster(parser, *, tiles=False):
         help="work in tasks: local:N workers here, tcp://HOST:PORT of a Dask scheduler, or serial: this process",
     )
     if tiles:
-        place.add_argument("--tile", type=float, metavar="M", help="[m] side of the tiles that --cluster traces (500)")
+        place.add_argument("--tile", type=float, metavar="M", help="[m] side of the tiles that --cluster traces (1000)")
 
 
 def cluster_of_options(options):
