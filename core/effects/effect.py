@@ -11,7 +11,7 @@ from ..patches.patches import Patches
 from ..request import Request
 from ..scene.scene import Scene
 from ..threads import usable_threads
-from .pilot import Pilot, trace_pilot
+from .pilot import Pilot, Surroundings, trace_pilot
 
 
 @dataclass
@@ -60,14 +60,9 @@ class Inputs:
         """Where the light of the receivers comes from, traced when an effect needs it."""
         request = self.request
         far_ground = request.ground_albedo if self.asked("far-ground", request.far_ground) else 0.0
-        return trace_pilot(
-            self.ray_scene,
-            self.patches,
-            self.scene,
-            ground_albedo=far_ground,
-            suns=self.suns,
-            seed=request.seed,
-        )
+        foliage, terrain = (self.decided[key].setting for key in ("trees", "terrain-horizon"))
+        around = Surroundings(far_ground, self.suns, foliage and foliage.canopy(bare=True), terrain)
+        return trace_pilot(self.ray_scene, self.patches, self.scene, around, request.seed)
 
     @property
     def pilot_if_wanted(self) -> Pilot | None:

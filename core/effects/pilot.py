@@ -2,23 +2,38 @@
 
 Each path starts at a random point and goes on in a cosine-distributed direction. At every place it sends a ray towards
 a random sun; where it escapes it meets the sky or the far ground; where it hits the front of a patch its weight is
-multiplied with the albedo. So the light that arrives after n reflections is the mean over all paths of what they find
-at place n (the Neumann series of the radiosity equation, term by term).
+multiplied with the albedo, and where crowns stand in its way with what they let through. So the light that arrives
+after n reflections is the mean over all paths of what they find at place n (the Neumann series of the radiosity
+equation, term by term).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..horizon.horizon import TerrainHorizon, is_above
 from ..patches.find_covered import meets_back
+from ..patches.stop_in_crowns import measure_reach
 from ..sampling.hemisphere_rays import points_of_patches, rays_from_patches
 from ..sampling.sample_points import cosine_direction
+from ..sun.suns import Suns
+from ..trees.canopy import Canopy
 
 PATHS = 8192
 FEWEST_PATHS = 256  # of each kind and orientation
 LONGEST = 50  # reflections
 NEGLIGIBLE = 1e-7  # weight below which a path ends
 SKIES = (0.0, 4.0)  # direct normal over diffuse irradiance of a year: always overcast, and desert
+
+
+@dataclass
+class Surroundings:
+    """What lights a scene, and what stands around it."""
+
+    ground_albedo: float  # of the far ground; 0 without one
+    suns: Suns | None
+    canopy: Canopy | None = None  # without leaves, where trees lose them: then more light is reflected
+    terrain: TerrainHorizon | None = None
 
 
 @dataclass
@@ -38,7 +53,7 @@ class Pilot:
     rays: int
 
 
-def trace_pilot(ray_scene, patches, scene, *, ground_albedo, suns, seed):
+def trace_pilot(ray_scene, patches, scene, surroundings, seed):
     """Follow random paths from the eligible surfaces, or from all if none is eligible.
 
     Parameters
@@ -47,9 +62,7 @@ def trace_pilot(ray_scene, patches, scene, *, ground_albedo, suns, seed):
     patches : Patches
     scene : Scene
         Of these patches.
-    ground_albedo : float
-        Of the far ground; 0 without one.
-    suns : Suns or None
+    surroundings : Surroundings
     seed : int
 
     Returns
@@ -72,8 +85,8 @@ def trace_pilot(ray_scene, patches, scene, *, ground_albedo, suns, seed):
     )
     place = start, np.arange(len(start)), np.ones(len(start), np.float32), random_points(generator, len(start))
     for order in range(LONGEST + 1):
-        find_suns(ray_scene, patches, place, suns, generator, order=order, found=found)
-        place = next_places(ray_scene, patches, place, (ground_albedo, suns), generator, order=order, found=found)
+        find_suns(ray_scene, patches, place, surroundings, generator, order=order, found=found)
+        place = next_places(ray_scene, patches, place, surroundings, generator, order=order, found=found)
         if not len(place[0]):
             return found
     found.alive[place[1]] = place[2]
@@ -119,8 +132,9 @@ def random_points(generator, count):
     return u, v - u
 
 
-def find_suns(ray_scene, patches, place, suns, generator, *, order, found):
+def find_suns(ray_scene, patches, place, surroundings, generator, *, order, found):
     """Add the light that reaches each path's place from one random sun."""
+    suns, canopy = surroundings.suns, surroundings.canopy
     if suns is None or not len(suns):
         return
     patch, path, weight, (b1, b2) = place
@@ -129,22 +143,23 @@ def find_suns(ray_scene, patches, place, suns, generator, *, order, found):
     cosine = np.maximum(np.einsum("ij,ij->i", towards, patches.normal[patch]), 0)
     before = np.flatnonzero(cosine > 0)
     origins = points_of_patches(patches, patch[before], b1[before, None], b2[before, None])[:, 0]
-    free = ray_scene.trace_closest(origins, towards[before]) < 0
+    free = (ray_scene.trace_closest(origins, towards[before]) < 0) & is_above(surroundings.terrain, towards[before])
+    if canopy is not None:
+        free = free * canopy.transmittance(origins, towards[before])
     found.rays += len(before)
     found.sun[path[before], order] += weight[before] * cosine[before] * free
     if order == 0:
         found.unshaded[:] = cosine
 
 
-def next_places(ray_scene, patches, place, light, generator, *, order, found):
+def next_places(ray_scene, patches, place, surroundings, generator, *, order, found):
     """Send each path on, and add what it finds of sky and far ground.
 
     Parameters
     ----------
     place : tuple
         Patch, path (row of `found`), weight and barycentric weights of the paths that go on.
-    light : tuple of float and Suns
-        Albedo of the far ground, and the suns that light it.
+    surroundings : Surroundings
 
     Returns
     -------
@@ -152,20 +167,23 @@ def next_places(ray_scene, patches, place, light, generator, *, order, found):
         The next `place`.
     """
     patch, path, weight, (b1, b2) = place
-    ground_albedo, suns = light
+    ground_albedo, suns = surroundings.ground_albedo, surroundings.suns
     local = cosine_direction(*generator.random((2, len(patch), 1), np.float32))
     origins, directions = rays_from_patches(patches, patch, b1[:, None], b2[:, None], local)
     directions = directions[:, 0]
     hit, b1, b2 = ray_scene.trace_places(origins[:, 0], directions)
     found.rays += len(patch)
-    upwards = directions[:, 2] > 0
+    if surroundings.canopy is not None:
+        reach = measure_reach(patches, origins, directions[:, None], (hit[:, None], b1[:, None], b2[:, None]))
+        weight = weight * surroundings.canopy.transmittance(origins[:, 0], directions, reach[:, 0])
+    upwards = (directions[:, 2] > 0) & is_above(surroundings.terrain, directions)
     sky, below = (hit < 0) & upwards, (hit < 0) & ~upwards
     found.sky[path[sky], order] += weight[sky]
     if order < LONGEST:
         found.sky[path[below], order + 1] += ground_albedo * weight[below]
         found.far_sky[path[below]] = ground_albedo * weight[below]
         if suns is not None and len(suns):
-            height = np.average(np.maximum(suns.direction[:, 2], 0), weights=np.maximum(suns.weight, 0))
+            height = height_of_suns(suns, surroundings.terrain)
             found.sun[path[below], order + 1] += ground_albedo * weight[below] * height
             found.far_sun[path[below]] = ground_albedo * weight[below] * height
     weight = weight * patches.albedo[hit]
@@ -173,6 +191,12 @@ def next_places(ray_scene, patches, place, light, generator, *, order, found):
     if order == 0:
         found.first[path[on]] = hit[on]
     return hit[on], path[on], weight[on], (b1[on], b2[on])
+
+
+def height_of_suns(suns, terrain):
+    """Mean sine of the elevation of the suns, 0 where they are hidden."""
+    seen = np.maximum(suns.direction[:, 2], 0) * is_above(terrain, suns.direction)
+    return np.average(seen, weights=np.maximum(suns.weight, 0))
 
 
 def share_beyond(pilot, bounces, members=slice(None)):

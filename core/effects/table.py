@@ -11,6 +11,7 @@ BOTH = ("gather", "forward")
 
 TABLE = {  # key -> estimators for which it may be switched on
     "trees": BOTH,
+    "terrain-horizon": BOTH,
     "sky-rays": BOTH,
     "shadow-rays": BOTH,
     "receivers": ("gather",),
@@ -18,7 +19,6 @@ TABLE = {  # key -> estimators for which it may be switched on
     "reflectors": ("gather",),
     "far-ground": BOTH,
     "perez": BOTH,
-    "terrain-horizon": BOTH,
     "specular": BOTH,
     "aoi": BOTH,
     "spectrum": BOTH,

@@ -53,7 +53,8 @@ def bowl(steps=24):
 def pilot_of(scene, **settings):
     request = Request(**settings)
     prepared = prepare_scene(scene, request)
-    return Inputs(prepared.scene, prepared.patches, prepared.materials, request).pilot
+    decided = {effect.key: effect for effect in prepared.plan.effects}
+    return Inputs(prepared.scene, prepared.patches, prepared.materials, request, decided=decided).pilot
 
 
 @pytest.mark.parametrize("albedo", [0.25, 0.6])
