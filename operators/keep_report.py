@@ -61,7 +61,8 @@ def describe_place(site):
     if site.latitude is None or site.longitude is None:
         return "Location unknown: give latitude and longitude"
     north, east = "N" if site.latitude >= 0 else "S", "E" if site.longitude >= 0 else "W"
-    return f"{abs(site.latitude):.5f}° {north}, {abs(site.longitude):.5f}° {east}, altitude {site.altitude:.1f}\N{NO-BREAK SPACE}m"
+    place = f"{abs(site.latitude):.5f}° {north}, {abs(site.longitude):.5f}° {east}"
+    return f"{place}, altitude {site.altitude:.1f}\N{NO-BREAK SPACE}m"
 
 
 def write_number(value):
