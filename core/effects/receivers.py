@@ -39,7 +39,7 @@ def fewer_rays(samples):
 
 
 def fewer_points(points):
-    """Shadow points on each of the others: a quarter, but no fewer than the four from which an error can be told."""
+    """Shadow points of each of the others that look at one sun: a quarter, but no fewer than four."""
     return points // FEWER if points >= FEWER**2 else points
 
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from ..effects.receivers import fewer_points, fewer_rays
 from ..form_factors.form_factor_products import multiply_elements
-from ..patches.patches import take_patches
 from ..progress import CancelledError
 from ..sampling.random_numbers import mix
 from ..transfer.kept_matrix import keep_columns, keep_matrix
@@ -16,10 +15,10 @@ from .direct_errors import deviations_of_spread, spread_of_elements, variance_of
 from .light_errors import LightError, ReflectedError, errors_of_surfaces
 from .patch_size_errors import estimate_discretisation_error, steps_of_cells
 from .replicates import propagate_deviations
-from .shadow_points import count_elements, points_above
+from .shadow_points import points_above
 from .solve_radiosity import covariance_of_replicates, radiosity_of_elements, reflect_block, variance_of_replicates
 from .sun_blocks import SunBlock, SunProgress, block_of_suns, count_kept, cut_into_blocks
-from .sun_visibility import put_in, sun_visibility
+from .sun_visibility import sun_visibility
 
 
 @dataclass
@@ -142,7 +141,7 @@ def gather_block(context, hemisphere, suns, block, *, progress, found, annual):
     """
     part = block_of_suns(suns, block)
     progress.begin(block)
-    light = first_light_of_block(context, hemisphere, part, progress.report_rays)
+    light = first_light_of_block(context, hemisphere, part, block.start, progress.report_rays)
     if context.plan.reflections:
         reflected, propagated, last = reflect_block(context, hemisphere, light, part, progress.report_bounce)
         # No report from here on, and so no interruption: a block is kept as a whole or not at all.
@@ -189,10 +188,10 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
         Of `estimate_discretisation_error`.
     """
     patches, merge, threads = context.patches, context.merge, context.threads
-    variance = np.empty(len(patches))
-    for rows, by_point, _, rays in by_number_of_points(context, annual):
-        sky, some = (hemisphere.sky[rows].mean(axis=1), rays), take_patches(patches, rows)
-        variance[rows] = variance_of_shadow_points(by_point, hemisphere.covered[rows], some, suns, sky)
+    samples = context.request.samples
+    rays = np.where(only_pass_on(context), fewer_rays(samples), samples)
+    sky = hemisphere.sky.mean(axis=1), rays
+    variance = variance_of_shadow_points(annual.by_point, hemisphere.covered, patches, suns, sky)
     variance[~send_shadow_rays(context, hemisphere)] = 0  # known exactly, even with a single point
     from_points = merge.power(2) @ variance
     if not context.plan.reflections or annual.representative_points is None:
@@ -209,9 +208,7 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
     covariance = merge.power(2) @ covariance_of_replicates(by_replicate, diffuse)
     noise = variance + variance_of_replicates(by_replicate)
     light = merge @ (annual.by_point.mean(axis=1, dtype=float) + by_replicate.mean(axis=1, dtype=float))
-    spread = np.empty(element_annual.shape, np.float32)
-    for rows, by_point, representative_points, _ in by_number_of_points(context, annual):
-        spread[rows] = spread_of_elements(by_point, representative_points, hemisphere.covered[rows])
+    spread = spread_of_elements(annual.by_point, annual.representative_points, hemisphere.covered)
     points = deviations_of_spread(spread, patches.key ^ mix(patches.points_before.astype(np.uint64)))
     passed_on = propagate_deviations(context, hemisphere, points, by_replicate)
     errors = errors_of_surfaces(merge, noise, ReflectedError(light, passed_on, steps))
@@ -223,12 +220,14 @@ def send_shadow_rays(context, hemisphere):
     return ~context.plan.open_to_suns & context.patches.receives & ~hemisphere.covered.all(axis=1)
 
 
-def first_light_of_block(context, hemisphere, suns, report):
+def first_light_of_block(context, hemisphere, suns, first_sun, report):
     """Light of one block of suns before reflections.
 
     Parameters
     ----------
     suns : SunBlock
+    first_sun : int
+        Number of suns before the block.
     report : callable
         Called with the share done and the rays traced.
 
@@ -237,59 +236,23 @@ def first_light_of_block(context, hemisphere, suns, report):
     SunLight
     """
     patches, plan, points = context.patches, context.plan, points_above(context.request.shadow_samples)
-    wanted, fewer = send_shadow_rays(context, hemisphere), fewer_points(points)
-    others = np.flatnonzero(wanted & only_pass_on(context))
-    wanted[others] = False
-    work = points * int(wanted.sum()), fewer * len(others)
-    settings = {"suns": suns, "behind": plan.suns_behind, "threads": context.threads}
-    light = sun_visibility(
+    return sun_visibility(
         context.ray_scene,
         patches,
-        wanted,
+        send_shadow_rays(context, hemisphere),
         plan.open_to_suns & patches.receives,
         hemisphere.covered,
         point_count=points,
-        progress=lambda share, rays: report(share * work[0] / sum(work), rays),
-        **settings,
+        suns=suns,
+        behind=plan.suns_behind,
+        threads=context.threads,
+        progress=report,
+        in_turn=only_pass_on(context) if fewer_points(points) < points else None,
+        first_sun=first_sun,
     )
-    if len(others):
-        before = light.ray_count
-        seen = sun_visibility(
-            context.ray_scene,
-            take_patches(patches, others),
-            np.ones(len(others), bool),
-            np.zeros(len(others), bool),
-            hemisphere.covered[others],
-            point_count=fewer,
-            progress=lambda share, rays: report((work[0] + share * work[1]) / sum(work), before + rays),
-            elements=count_elements(points),
-            **settings,
-        )
-        put_in(light, others, seen, points // fewer)
-    return light
 
 
 def only_pass_on(context):
     """Patches with fewer rays: (p,) bool."""
     plan = context.plan
     return np.zeros(len(context.patches), bool) if plan.receivers is None else ~plan.receivers
-
-
-def by_number_of_points(context, annual):
-    """Patches with all shadow points, and those with fewer.
-
-    Yields
-    ------
-    rows : (k,) int
-    by_point : (k, m) float32
-        Annual light at their points, each once.
-    representative_points : (k, cells) int or None
-        Index into these points; None if no sun was traced.
-    rays : int
-        Of the hemisphere, from each of them.
-    """
-    points, samples, others = annual.by_point.shape[1], context.request.samples, only_pass_on(context)
-    numbers = (1, samples), (points // fewer_points(points), fewer_rays(samples))
-    for rows, (copies, rays) in zip((np.flatnonzero(~others), np.flatnonzero(others)), numbers, strict=True):
-        chosen = annual.representative_points
-        yield rows, annual.by_point[rows, ::copies], None if chosen is None else chosen[rows] // copies, rays

@@ -1,5 +1,7 @@
 """Points of a patch from which shadow rays start, and which of them represents which part of it."""
 
+import functools
+
 import numpy as np
 from numba import njit
 
@@ -13,6 +15,7 @@ from ..sampling.sample_points import (
     cells_inside,
     grid_of,
     points_of_grid,
+    sobol_digits,
     sobol_points,
 )
 
@@ -29,7 +32,19 @@ def count_elements(point_count):
     return next(cells for cells in (MOST_ELEMENTS, 4, 1) if cells <= point_count)
 
 
-def shadow_points(patches, chosen, covered, point_count, elements=None):
+@functools.cache
+def split_net(point_count, parts):
+    """Parts of a net of points that are nets themselves: (parts, point_count / parts) int.
+
+    They are sections of Sobol's sequence. A digital shift, which gives every rectangle the point of another one, turns
+    one part into another.
+    """
+    place = {tuple(point): place for place, point in enumerate(points_of_grid(point_count).tolist())}
+    order = [place[tuple(point)] for point in sobol_digits(point_count)[:, :2].tolist()]
+    return np.sort(np.array(order).reshape(parts, -1), axis=1)
+
+
+def shadow_points(patches, chosen, covered, point_count):
     """Evenly distributed points on some patches.
 
     They are the first points of Sobol's sequence, with a random digital shift for each patch. So they are also even
@@ -39,29 +54,29 @@ def shadow_points(patches, chosen, covered, point_count, elements=None):
     ----------
     covered : (c, cells) bool
         Cells of these patches that lie inside or under something.
-    elements : int, optional
-        Number of cells that get a representative point; by default that of `count_elements`.
 
     Returns
     -------
     position : (c, m, 3) float32 [m]
     open_points : (c, m) bool
         False where the point lies deep inside something.
-    representative_points : (c, elements) uint
-        The point that represents each cell.
+    representative_points : (c, cells) uint
+        The point that represents each of the cells of `count_elements`.
     """
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     position = np.empty((len(chosen), point_count, 3), np.float32)
     places = places_of_points(patches.key[chosen], patches.points_before[chosen], point_count)
     lay_points(places, start, patches.edges[chosen], position)
-    cell = cell_of_point(*places, round(np.sqrt(covered.shape[1])))
-    dark, in_covered = (
-        np.take_along_axis(cells, cell.astype(np.intp), axis=1) for cells in (enclosed_cells(covered), covered)
-    )
-    elements = elements or count_elements(point_count)
+    dark, in_covered = np.zeros((2, len(chosen), point_count), bool)
+    partly = np.flatnonzero(covered.any(axis=1))
+    cell = cell_of_point(*places[:, partly], round(np.sqrt(covered.shape[1]))).astype(np.intp)
+    for states, cells in ((dark, enclosed_cells(covered[partly])), (in_covered, covered[partly])):
+        states[partly] = np.take_along_axis(cells, cell, axis=1)
+    elements = count_elements(point_count)
     representative_points = np.empty((len(chosen), elements), np.min_scalar_type(point_count - 1))
     middles = cell_corners(round(np.sqrt(representative_points.shape[1]))).mean(axis=1)
-    all_covered = find_covered_elements(covered, len(middles))
+    all_covered = np.zeros(representative_points.shape, bool)
+    all_covered[partly] = find_covered_elements(covered[partly], len(middles))
     choose_representatives(places, (in_covered, all_covered), middles, representative_points)
     return position, ~dark, representative_points
 

@@ -263,7 +263,8 @@ def reflect_block(context, hemisphere, light, suns, report):
         lit_ground = np.maximum(directions[:, 2], 0) * np.float32(context.request.ground_albedo)
         far_first = np.outer(hemisphere.far_ground.mean(axis=1), lit_ground)
     visible = directions, light.visible_elements
-    arriving = multiply_visible(form_factors, context.patches.albedo, context.patches.normal, visible, threads)
+    albedo = context.patches.albedo * light.point_weight
+    arriving = multiply_visible(form_factors, albedo, context.patches.normal, visible, threads)
     reflected, propagated, last = iterate_bounces(
         form_factors,
         hemisphere.factor,

@@ -1,4 +1,8 @@
-"""Visible share of each patch for each sun, by shadow rays."""
+"""Visible share of each patch for each sun, by shadow rays.
+
+Patches that only pass light on look at each sun from a quarter of their points, in turn: four suns on, each point has
+looked at one of them. So their light is resolved by as many cells as that of the others.
+"""
 
 from dataclasses import dataclass
 
@@ -7,11 +11,13 @@ from numba import njit
 
 from ..check_arrays import UNIT, check_array
 from ..errors import InputError
+from ..sampling.random_numbers import mix
 from ..threads import map_in_order
 from ..transfer.incidence import projection_in_front
-from .shadow_points import count_elements, shadow_points
+from .shadow_points import count_elements, shadow_points, split_net
 
 POINTS_PER_TASK = 1 << 14
+TURNS = 4
 
 
 @dataclass
@@ -20,6 +26,7 @@ class SunLight:
 
     visible_share: np.ndarray  # (p, s) float32; 0 where the sun is behind the patch
     visible_elements: np.ndarray  # (p, s) uint16, bit c is set where the sun is visible from the point of cell c
+    point_weight: np.ndarray  # (p,) float32, number of cells that one of which a bit may be set for a sun stands for
     by_point: np.ndarray  # (p, m) float32, irradiance of each point, weighted sum over the suns
     representative_points: np.ndarray  # (p, cells) uint, the point that represents each cell
     ray_count: int
@@ -37,7 +44,8 @@ def sun_visibility(
     behind,
     threads,
     progress,
-    elements=None,
+    in_turn=None,
+    first_sun=0,
 ):
     """Trace shadow rays from points of every traced patch to each sun in front of it.
 
@@ -60,8 +68,10 @@ def sun_visibility(
     threads : int
     progress : callable
         Called with the share of patches done and the number of rays traced.
-    elements : int, optional
-        Cells of a patch by which its light is resolved; by default as many as the points allow.
+    in_turn : (p,) bool, optional
+        Patches that look at each sun from one in TURNS of their points only; none if not given.
+    first_sun : int
+        Number of suns before this block.
 
     Returns
     -------
@@ -82,10 +92,11 @@ def sun_visibility(
         raise InputError("point_count", f"{point_count} is not a power of two", "give 1, 2, 4, 8, 16 …")
     if cells < 1 or round(np.sqrt(cells)) ** 2 != cells:
         raise InputError("cells of covered", f"{cells} is not a square number", "give 1, 4, 9, 16 …")
-    elements = elements or count_elements(point_count)
+    elements = count_elements(point_count)
     found = SunLight(
         visible_share=np.zeros((count, len(directions)), np.float32),
         visible_elements=np.zeros((count, len(directions)), np.uint16),
+        point_weight=np.ones(count, np.float32),
         by_point=np.zeros((count, point_count), np.float32),
         representative_points=np.zeros((count, elements), np.min_scalar_type(point_count - 1)),
         ray_count=0,
@@ -96,31 +107,30 @@ def sun_visibility(
     found.visible_elements[free] = np.where(aoi_projection > 0, (1 << elements) - 1, 0)
     found.by_point[free] = (aoi_projection @ suns[1].astype(np.float32))[:, None]
 
-    rows = np.flatnonzero(traced)
-    step = max(1, min(POINTS_PER_TASK // point_count, -(-len(rows) // threads)))
-    tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
+    in_turn = np.zeros(count, bool) if in_turn is None else traced & in_turn
+    found.point_weight[in_turn] = TURNS
+    step = max(1, min(POINTS_PER_TASK // point_count, -(-int(traced.sum()) // threads)))
+    tasks = [
+        (rows[start : start + step], turns)
+        for rows, turns in ((np.flatnonzero(traced & ~in_turn), 1), (np.flatnonzero(in_turn), TURNS))
+        for start in range(0, len(rows), step)
+    ]
 
-    def trace_rows(chosen):
-        points = shadow_points(patches, chosen, covered[chosen], point_count, elements)
-        return trace_shadow_rays(ray_scene, patches, chosen, points, suns, behind=behind, found=found)
+    def trace_rows(task):
+        chosen, turns = task
+        points = shadow_points(patches, chosen, covered[chosen], point_count)
+        found.representative_points[chosen] = points[2]
+        return trace_in_turns(ray_scene, patches, chosen, points, (suns, first_sun, turns), behind=behind, found=found)
 
-    done = 0
-    for chosen, ray_count in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
+    done, whole = 0, sum(len(chosen) / turns for chosen, turns in tasks)
+    for (chosen, turns), ray_count in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
         found.ray_count += ray_count
-        done += len(chosen)
-        progress(done / len(rows), found.ray_count)
+        done += len(chosen) / turns
+        progress(done / whole, found.ray_count)
     return found
 
 
-def put_in(light, rows, seen, copies):
-    """Write the light of some patches, each of their points standing for as many as `copies`, into that of all."""
-    light.visible_share[rows], light.visible_elements[rows] = seen.visible_share, seen.visible_elements
-    light.by_point[rows] = np.repeat(seen.by_point, copies, axis=1)
-    light.representative_points[rows] = seen.representative_points * copies
-    light.ray_count += seen.ray_count
-
-
-def trace_shadow_rays(ray_scene, patches, chosen, points, suns, *, behind, found):
+def trace_in_turns(ray_scene, patches, chosen, points, suns, *, behind, found):
     """Shadow rays from the points of some patches to all suns.
 
     Parameters
@@ -129,7 +139,8 @@ def trace_shadow_rays(ray_scene, patches, chosen, points, suns, *, behind, found
         The patches.
     points : tuple of (c, m, 3) float32, (c, m) bool and (c, cells) int
         Of `shadow_points`.
-    suns : SunBlock
+    suns : tuple of SunBlock and two int
+        Their number before this block, and the number of turns: 1 or TURNS.
     behind : bool
     found : SunLight
         Written: the rows of these patches.
@@ -139,13 +150,47 @@ def trace_shadow_rays(ray_scene, patches, chosen, points, suns, *, behind, found
     int
         Number of rays.
     """
-    (position, *points), (directions, weights) = points, suns
+    (directions, weights), first_sun, turns = suns
+    parts = split_net(points[0].shape[1], turns)
+    begun = mix(patches.key[chosen] ^ np.uint64(0x7142)) % np.uint64(turns)
+    ray_count = 0
+    for turn in range(turns):
+        first = (turn - first_sun) % turns
+        taken = parts[(turn + begun.astype(int)) % turns]
+        some = points if turns == 1 else take_points(points, taken)
+        part = directions[first::turns], turns * weights[first::turns], np.arange(first, len(directions), turns)
+        ray_count += trace_shadow_rays(ray_scene, patches, chosen, (*some, taken), part, behind=behind, found=found)
+    return ray_count
+
+
+def take_points(points, taken):
+    """Some points of each patch, (c, k) int: as `points`, where representatives that are not among them are -1."""
+    position, open_points, representative_points = points
+    place = np.full(open_points.shape, -1)
+    np.put_along_axis(place, taken, np.arange(taken.shape[1])[None], axis=1)
+    return (
+        np.take_along_axis(position, taken[:, :, None], axis=1),
+        np.take_along_axis(open_points, taken, axis=1),
+        np.take_along_axis(place, representative_points.astype(int), axis=1),
+    )
+
+
+def trace_shadow_rays(ray_scene, patches, chosen, points, suns, *, behind, found):
+    """Shadow rays from the points of some patches to some suns; as `trace_in_turns`, with two more arrays.
+
+    Parameters
+    ----------
+    points : tuple
+        The last is (c, k) int, columns of `found.by_point`.
+    suns : tuple of (s, 3) float32, (s,) float32 and (s,) int
+        Directions, weights, and columns of `found.visible_share`.
+    """
+    (position, *points), (directions, weights, columns) = points, suns
     aoi_projection = projection_in_front(patches.normal[chosen], directions)
     wanted = np.ones(aoi_projection.shape, bool) if behind else aoi_projection > 0
     free = ray_scene.trace_shadow_rays(position, wanted, directions)
     light = found.visible_share, found.visible_elements, found.by_point
-    found.representative_points[chosen] = points[1]
-    add_points(free, tuple(points), (aoi_projection, weights.astype(np.float32)), chosen, light)
+    add_points(free, tuple(points), (aoi_projection, weights.astype(np.float32), columns), chosen, light)
     return int(wanted.sum()) * position.shape[1]
 
 
@@ -156,23 +201,22 @@ def add_points(free, points, suns, chosen, light):
     Parameters
     ----------
     free : (c, s, m) bool
-    points : tuple of (c, m) bool and (c, cells) int
-        Which points are open, and which of them represent the cells.
-    suns : tuple of (c, s) float32 and (s,) float32
-        Cosine of incidence of each sun, 0 where it is behind the patch, and its weight.
+    points : tuple of (c, m) bool, (c, cells) int and (c, m) int
+        Which points are open, which of them represents each cell (negative: none), and their columns.
+    suns : tuple of (c, s) float32, (s,) float32 and (s,) int
+        Cosine of incidence of each sun, 0 where it is behind the patch, its weight, and its column.
     chosen : (c,) int
         Rows of `light` that belong to the patches.
     light : tuple of (p, s) float32, (p, s) uint16 and (p, m) float32
-        Written: the first three fields of `SunLight`.
+        Written: the first fields of `SunLight`.
     """
-    (open_points, representative_points), (aoi_projection, weights), (visible_share, visible_elements, by_point) = (
-        points,
-        suns,
-        light,
-    )
+    open_points, representative_points, taken = points
+    (aoi_projection, weights, columns), (visible_share, visible_elements, by_point) = suns, light
     point_count, cells = open_points.shape[1], representative_points.shape[1]
     for patch in range(len(free)):
-        row = chosen[patch]
+        row, every = chosen[patch], 0
+        for cell in range(cells):
+            every |= int(representative_points[patch, cell] >= 0) << cell
         for sun in range(free.shape[1]):
             if aoi_projection[patch, sun] <= 0:
                 continue
@@ -184,14 +228,16 @@ def add_points(free, points, suns, chosen, light):
             weighted = weights[sun] * aoi_projection[patch, sun]
             if visible == point_count:
                 for point in range(point_count):
-                    by_point[row, point] += weighted
-                visible_share[row, sun], visible_elements[row, sun] = 1, (1 << cells) - 1
+                    by_point[row, taken[patch, point]] += weighted
+                visible_share[row, columns[sun]], visible_elements[row, columns[sun]] = 1, every
                 continue
             for point in range(point_count):
                 if free[patch, sun, point] & open_points[patch, point]:
-                    by_point[row, point] += weighted
+                    by_point[row, taken[patch, point]] += weighted
             bits = 0
             for cell in range(cells):
                 point = representative_points[patch, cell]
-                bits |= int(free[patch, sun, point] & open_points[patch, point]) << cell
-            visible_share[row, sun], visible_elements[row, sun] = np.float32(visible) / np.float32(point_count), bits
+                if point >= 0:
+                    bits |= int(free[patch, sun, point] & open_points[patch, point]) << cell
+            visible_share[row, columns[sun]] = np.float32(visible) / np.float32(point_count)
+            visible_elements[row, columns[sun]] = bits
