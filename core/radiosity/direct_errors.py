@@ -46,7 +46,7 @@ def variance_of_shadow_points(by_point, covered, patches, suns, sky):
     patches : Patches
     suns : SunBlock
         Those in `by_point`.
-    sky : tuple of (p,) float32 and (p,) int
+    sky : tuple of (p,) float32, and (p,) int or int
         Visible share of the sky, and by how many rays it was found.
 
     Returns
@@ -61,7 +61,8 @@ def variance_of_shadow_points(by_point, covered, patches, suns, sky):
         filled, light = fill_covered(by_point[partly], cells, take_patches(patches, partly))
         dark = light == 0
         open_share = 1 - cells[dark].mean(axis=1)
-        visible = share_of_sky(normal[dark], sky[0][partly[dark]], sky[1][partly[dark]], open_share)
+        share, rays = (np.broadcast_to(part, len(covered))[partly[dark]] for part in sky)
+        visible = share_of_sky(normal[dark], share, rays, open_share)
         unshaded = projection_in_front(normal[dark], suns.directions) @ suns.weights.astype(float)
         # Points may all have missed what is lit, by the rule of succession; and suns are hidden as the sky is.
         light[dark] = unshaded * visible / (1 + by_point.shape[1] * open_share)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..effects.receivers import fewer_rays
 from ..form_factors.form_factor_products import multiply_elements
 from ..form_factors.form_factors import FEWEST_RAYS
 from ..horizon.horizon import mark_hidden
@@ -119,30 +120,37 @@ def trace_horizon(context, covered, cells):
     unshaded = horizon_of_tilt(patches.normal).astype(np.float32)
     known = plan.unobstructed & patches.receives
     traced = patches.receives & ~known & (unshaded > LEVEL) & ~covered.all(axis=1)
-    count = -(-context.request.samples // (SHARE * HEMISPHERE_REPLICATES))
-    sequence, rows = sobol_digits(count), np.flatnonzero(traced)
+    full = np.ones(len(patches), bool) if plan.receivers is None else plan.receivers
+    samples = context.request.samples
     share = np.where(known, seen_band(np.where(known[:, None], patches.normal, [[0, 0, 1]]), plan.terrain), 0)
     share = share.astype(np.float32)[:, None]
-    step = max(1, RAYS_PER_TASK // (count * HEMISPHERE_REPLICATES))
-    tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
+    tasks = [*cut_rows(traced & full, samples), *cut_rows(traced & ~full, fewer_rays(samples))]
     found = HorizonLight(
         light=np.repeat(share, HEMISPHERE_REPLICATES, axis=1),
         element=np.repeat(share, cells, axis=1),
         deviations=Deviations(np.zeros((len(patches), cells, HEMISPHERE_REPLICATES), np.int16), STEP * unshaded),
-        ray_count=len(rows) * count * HEMISPHERE_REPLICATES,
+        ray_count=sum(len(chosen) * len(sequence) for chosen, sequence in tasks) * HEMISPHERE_REPLICATES,
     )
 
-    def trace_rows(chosen):
+    def trace_rows(task):
+        chosen, sequence = task
         return trace_patches(context, chosen, covered[chosen], sequence, cells)
 
     done = 0
-    for chosen, part in zip(tasks, map_in_order(trace_rows, tasks, context.threads), strict=True):
+    for (chosen, sequence), part in zip(tasks, map_in_order(trace_rows, tasks, context.threads), strict=True):
         found.light[chosen], found.element[chosen], found.deviations.values[chosen] = part
-        done += len(chosen) * count * HEMISPHERE_REPLICATES
+        done += len(chosen) * len(sequence) * HEMISPHERE_REPLICATES
         context.progress("horizon", done, found.ray_count, "rays")
     found.light *= unshaded[:, None]
     found.element *= unshaded[:, None]
     return found
+
+
+def cut_rows(traced, samples):
+    """Patches, (p,) bool, in parts of some rays, and the points of each replicate of these: list of tuple."""
+    sequence, rows = sobol_digits(-(-samples // (SHARE * HEMISPHERE_REPLICATES))), np.flatnonzero(traced)
+    step = max(1, RAYS_PER_TASK // (len(sequence) * HEMISPHERE_REPLICATES))
+    return [(rows[start : start + step], sequence) for start in range(0, len(rows), step)]
 
 
 def trace_patches(context, chosen, covered, sequence, cells):

@@ -142,7 +142,7 @@ def test_the_horizon_over_a_wall_opposite():
     hidden = np.arctan((1 - height) * np.sqrt(1 - sine**2))  # the wall is 1/cos φ away at azimuth φ
     expected = np.clip(1 - hidden / HEIGHT, 0, 1).mean()
     assert expected == pytest.approx(0.0871, abs=1e-4)
-    transfer = trace(scene, samples=4096, max_bounces=0, far_ground=False)
+    transfer = trace(scene, samples=4096, max_bounces=0, far_ground=False, report="all")
     found, error = mean_of(transfer, wall)
     assert error < 0.002
     assert_mean(found, error, expected)
