@@ -17,7 +17,7 @@ BY_OTHERS = 0.3  # of the sampled variance: more is lowered by tracing all surfa
 HOPELESS = 0.3  # of the variance that no sample lowers
 
 
-def choose_counted(errors, request, surfaces, before=None):
+def choose_counted(errors, request, target, surfaces, before=None):
     """Surfaces whose error further samples are to lower.
 
     Parameters
@@ -25,6 +25,8 @@ def choose_counted(errors, request, surfaces, before=None):
     errors : YieldErrors
         By the rounds so far.
     request : Request
+    target : float
+        [%] of full load hours, on 95 % of the eligible area.
     surfaces : Surfaces
     before : (n,) bool, optional
         Surfaces that the last round was for; all if not given. None of the others is taken up again, since its samples
@@ -38,14 +40,14 @@ def choose_counted(errors, request, surfaces, before=None):
         Whether these are traced alone: light that others pass on makes little of their error.
     """
     few = errors.rounds * request.samples < LEAST_RAYS or errors.rounds * request.shadow_samples < LEAST_POINTS
-    if request.target_error is None or few:
+    if few:
         return None, False
     relative = {name: 1e4 * part / errors.hours**2 for name, part in errors.variance.items()}  # [%²]
     sampled = sum(relative[name] for name in SAMPLED)
     fixed = sum(part for name, part in relative.items() if name not in SAMPLED)
     typical = quantile_by_area(sampled, errors.area, 0.5)
     smooth = (FREEDOM * sampled + TYPICAL * typical) / (FREEDOM + TYPICAL)
-    allowed = np.maximum((SAFETY * request.target_error) ** 2 - fixed, HOPELESS * fixed)
+    allowed = np.maximum((SAFETY * target) ** 2 - fixed, HOPELESS * fixed)
     counted = np.zeros(len(surfaces), bool) if request.report == "eligible" else ~surfaces.eligible
     counted[errors.rows] = smooth > allowed
     counted = counted if before is None else counted & before

@@ -26,6 +26,8 @@ MOST_ROUNDS = 10_000
 CLOSE = 1.1  # where a target cannot be reached: error, over what no round can lower, at which to stop
 SECONDS_PER_LINE = 2.0
 NOTHING_COUNTS = "no surface is eligible, so there is no error that rounds could lower"
+ALL_KNOWN = "more samples of single surfaces would not help"
+ALONE = 0.5  # of the time of a round of all surfaces, as long as it has not been measured
 NO_TIME = "no time for another round"
 
 
@@ -66,17 +68,21 @@ def refine_transfer(transfer, errors, goal, trace_round, tell):
         Of all rounds that were finished. Matrices of the given one are overwritten.
     """
     found, told, counted = errors(transfer), -SECONDS_PER_LINE, None
-    each = sum(transfer.record.seconds.values())  # [s] of a round of size 1
+    first = sum(transfer.record.seconds.values())
+    lasted = {False: first, True: ALONE * first}  # [s] of a round of size 1, of all surfaces and of some alone
     while True:
-        size = size_of_round(found, goal, each)
-        stop = decide_stop(found, goal) or ("" if size else NO_TIME)
+        stop = decide_stop(found, goal)
+        if not stop:
+            counted, alone = goal.choose(found, counted)
+            each = lasted[alone]
+            size = size_of_round(found, goal, each)
+            stop = ALL_KNOWN if counted is not None and not counted.any() else "" if size else NO_TIME
         started = time.monotonic()
         if stop or started - told >= SECONDS_PER_LINE:
-            tell(describe_round(found, goal, each, transfer.record, stop))
+            tell(describe_round(found, goal, 0.0 if stop else each, transfer.record, stop))
             told = started
         if stop:
             return transfer
-        counted, alone = goal.choose(found, counted)
         try:
             more = trace_round(transfer, Round(size, counted, alone))
         except CancelledError:
@@ -85,7 +91,7 @@ def refine_transfer(transfer, errors, goal, trace_round, tell):
             return transfer
         transfer = add_round(transfer, more)
         found = errors(transfer)
-        each = (time.monotonic() - started) / size
+        lasted[alone] = (time.monotonic() - started) / size
 
 
 def add_round(total, other):

@@ -9,6 +9,7 @@ from ..progress import TerminalProgress
 from ..study import compute_energy, trace_round
 
 WRITING = 20e6  # [B/s] of the matrices of transfer.nc, and of the tables beside them
+ADAPTIVE = 8  # times more samples in the same time where only some surfaces get them: at most
 MOMENT = 1.0  # [s] for the rest of writing
 
 
@@ -54,8 +55,19 @@ def refine_run(transfer, inputs, log, progress, *, folder):
     if why:
         log.write(f"{target:g} % can hardly be reached: {why[0]}; {why[1]}")
 
+    aim = target or aim_in_time(judge(transfer), transfer.record, deadline)
+
     def choose(errors, before):
-        return choose_counted(errors, request, transfer.surfaces, before)
+        return choose_counted(errors, request, aim, transfer.surfaces, before)
 
     goal = Goal(target, deadline, largest_round(request), choose)
     return refine_transfer(transfer, judge, goal, trace, log.write)
+
+
+def aim_in_time(errors, record, deadline):
+    """Error on 95 % of the eligible area that rounds can reach until a deadline if most surfaces are left out [%].
+
+    Low rather than high: surfaces that are known so well get no more samples.
+    """
+    left = max(deadline - time.monotonic(), 0)
+    return errors.at_share(more=1 + ADAPTIVE * left / max(sum(record.seconds.values()), 1e-9))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
-from .patch_size_errors import remaining_error
+from .patch_size_errors import Steps, remaining_error
 from .solve_radiosity import variance_of_replicates
 
 SMALL_SHARE = 0.01  # of a surface's light: a smaller discretisation error is stated for the whole run only
@@ -35,7 +35,7 @@ class ReflectedError(NamedTuple):
 
     light: np.ndarray  # (n,) all light of the surfaces
     deviations: np.ndarray  # (p, HEMISPHERE_REPLICATES), of `propagate_deviations`
-    steps: np.ndarray  # (p, 2), of `steps_of_cells`
+    steps: Steps  # of `steps_of_cells`
 
 
 def errors_of_surfaces(merge, variance, reflections=None):
@@ -59,6 +59,7 @@ def errors_of_surfaces(merge, variance, reflections=None):
         none = np.zeros((merge.shape[0], HEMISPHERE_REPLICATES))
         return LightError(own, none, none[:, 0])
     passed_on = merge @ reflections.deviations.astype(float)
-    # The light of cells contains noise, and so do the steps.
-    left = remaining_error(merge @ reflections.steps.astype(float), variance_of_replicates(passed_on))
+    # The light of cells contains noise, and so do the steps, of the rays that look at it as well.
+    noise = variance_of_replicates(passed_on) + merge.power(2) @ reflections.steps.variance
+    left = remaining_error(merge @ reflections.steps.received.astype(float), noise)
     return LightError(own, passed_on, np.where(np.abs(left) > SMALL_SHARE * reflections.light, left, 0))

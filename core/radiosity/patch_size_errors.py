@@ -9,13 +9,23 @@ Where light varies smoothly, each step is a quarter of the one before; where it 
 narrow gap, half of it. So the remainder follows from the two steps: one third of the second step, up to all of it.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from ..form_factors.form_factor_products import multiply_columns
+from ..form_factors.form_factor_products import multiply_columns, multiply_elements
 from ..sampling.sample_points import cells_inside
 from .direct_errors import shares_of_cells
+from .solve_radiosity import variance_of_replicates
 
 SMOOTH, ABRUPT = 1 / 4, 1 / 2  # ratio of successive steps: errors fall with the square or the first power of length
+
+
+class Steps(NamedTuple):
+    """What p patches would receive more at first bounce."""
+
+    received: np.ndarray  # (p, 2) float32, from cells of twice the length; and from whole patches, over that
+    variance: np.ndarray  # (p,) float64, of the former, by the rays of the patch itself
 
 
 def steps_of_cells(context, hemisphere, first):
@@ -30,18 +40,20 @@ def steps_of_cells(context, hemisphere, first):
 
     Returns
     -------
-    (p, 2) float32
-        The second step and the first one. With four cells per patch there is no second step, so the first one is taken
-        for both; with one cell both are 0.
+    Steps
+        With four cells per patch there is no second step, so the first one is taken for both; with one cell both are 0.
     """
     count, cells = first.shape
     if cells == 1:
-        return np.zeros((count, 2), np.float32)
+        return Steps(np.zeros((count, 2), np.float32), np.zeros(count))
     open_share = (1 - shares_of_cells(hemisphere.covered, cells)).astype(np.float32)
     whole = average_groups(first, open_share, np.zeros(cells, int))
     halves = average_groups(first, open_share, cells_inside(round(np.sqrt(cells)), 2)) if cells > 4 else first
     steps = np.stack([halves - first, whole - halves] if cells > 4 else [whole - first] * 2, axis=2)
-    return multiply_columns(hemisphere.form_factors, context.patches.albedo, steps, context.threads)
+    received = multiply_columns(hemisphere.form_factors, context.patches.albedo, steps, context.threads)
+    second = np.ascontiguousarray(steps[:, :, 0])
+    by_replicate = multiply_elements(hemisphere.form_factors, context.patches.albedo, second, context.threads)
+    return Steps(received, variance_of_replicates(by_replicate))
 
 
 def average_groups(light, open_share, groups):
@@ -82,8 +94,7 @@ def estimate_discretisation_error(context, steps, reflected):
 
     Parameters
     ----------
-    steps : (p, 2) float32
-        Of `steps_of_cells`.
+    steps : Steps
     reflected : (p, HEMISPHERE_REPLICATES) float32
         All reflected light.
 
@@ -94,4 +105,4 @@ def estimate_discretisation_error(context, steps, reflected):
     """
     weight = context.eligible_area @ context.merge  # of the patches
     whole = float(weight @ reflected.mean(axis=1))
-    return float(weight @ steps.sum(axis=1)) / whole if whole > 0 else 0.0
+    return float(weight @ steps.received.sum(axis=1)) / whole if whole > 0 else 0.0

@@ -104,19 +104,18 @@ def test_surfaces_that_are_known_get_no_more_samples():
     surfaces = three_houses().surfaces
     count = len(surfaces)
     some = np.arange(count)[np.asarray(surfaces.eligible)][:4]
-    request = Request(samples=64, shadow_samples=4, target_error=1.0)
+    request = Request(samples=64, shadow_samples=4)
     errors = replace(made_errors(1, shadows=1.0), rows=some)
     errors.variance["shadows"] = np.array([0.01, 0.1, 1.0, 4.0])
-    assert choose_counted(errors, request, surfaces)[0] is None
+    assert choose_counted(errors, request, 1.0, surfaces)[0] is None
     errors.rounds = 4
-    assert choose_counted(errors, replace(request, target_error=None), surfaces)[0] is None
-    counted, alone = choose_counted(errors, request, surfaces)
+    counted, alone = choose_counted(errors, request, 1.0, surfaces)
     assert alone
     assert np.flatnonzero(counted).tolist() == some[2:].tolist()
     errors.variance["shadows"] = np.array([4.0, 0.1, 0.1, 4.0])
-    assert np.flatnonzero(choose_counted(errors, request, surfaces, counted)[0]).tolist() == [some[3]]
+    assert np.flatnonzero(choose_counted(errors, request, 1.0, surfaces, counted)[0]).tolist() == [some[3]]
     errors.variance["passed_on"] = np.full(4, 9.0)
-    everything, alone = choose_counted(errors, replace(request, report="all"), surfaces)
+    everything, alone = choose_counted(errors, replace(request, report="all"), 1.0, surfaces)
     assert not alone
     assert everything[~np.asarray(surfaces.eligible)].all()
 
