@@ -10,19 +10,23 @@ machine counts little; `--threads 1` keeps it from growing with waiting threads.
 
 import argparse
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from tracer import SETTINGS, TOWN, measure_errors, run_mitsuba
 
+from citypv.core.accuracy.refine import add_round
 from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.plots.picture import DOTS, make_figure, make_logarithmic, plain_style
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
+from citypv.core.study import trace_round
 from citypv.core.sun.suns import Suns
-from citypv.core.transfer.merge_transfers import merge_transfers, seed_of_round
+from citypv.core.transfer.patch_light import Round
+from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
 
 LADDERS = {  # label -> settings, from cheap to dear
     "samples: rays and points": [
@@ -60,15 +64,20 @@ def run(trace, inputs, changes, threads):
 
 
 def run_rounds(inputs, count, threads):
-    """The same after each of some rounds of 64 rays and 4 points."""
+    """The same after each of some rounds, the first of 64 rays and 4 points, that double; with their samples."""
     scene, suns, town, _ = inputs
-    rounds, spent, found = [], 0.0, []
-    for index in range(count):
-        settings = {**SETTINGS, "samples": 64, "shadow_samples": 4, "seed": seed_of_round(0, index)}
+    request = Request(**{**SETTINGS, "samples": 64, "shadow_samples": 4}, threads=threads)
+    before, found = time.process_time(), []
+    prepared = replace(build_tree(prepare_scene(scene, request), request), round=Round())
+    total = trace_gather(scene, suns, request, silent, prepared=prepared)
+    spent = time.process_time() - before
+    found.append((1, spent, year_of(scene, town, total), measure_errors(scene, town, total)))
+    for _ in range(count - 1):
         before = time.process_time()
-        rounds = [merge_transfers([*rounds, trace_gather(scene, suns, Request(**settings, threads=threads), silent)])]
+        part = Round(total.record.rounds)
+        total = add_round(total, trace_round(scene, total, request, part, prepared=prepared))
         spent += time.process_time() - before
-        found.append((spent, year_of(scene, town, rounds[0]), measure_errors(scene, town, rounds[0])))
+        found.append((total.record.rounds, spent, year_of(scene, town, total), measure_errors(scene, town, total)))
     return found
 
 
@@ -116,8 +125,8 @@ def main():
         for changes in ladder:
             words = ", ".join(f"{name} {value}" for name, value in changes.items())
             note(curve, f"gather, {words}", run(trace_gather, inputs, changes, options.threads))
-    for index, found in enumerate(run_rounds(inputs, options.rounds, options.threads)):
-        note("rounds of 64 rays and 4 points", f"{index + 1} rounds of 64 rays and 4 points", found)
+    for times, *found in run_rounds(inputs, options.rounds, options.threads):
+        note("rounds", f"rounds, together {times * 64} rays and {times * 4} points", found)
     for photons in options.forward:
         note(
             "forward", f"forward, {photons} photons", run(trace_forward, inputs, {"samples": photons}, options.threads)

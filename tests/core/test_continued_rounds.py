@@ -7,16 +7,18 @@ import numpy as np
 import pytest
 from scipy import stats
 from test_merge_transfers import REQUEST, light_of, prepared_houses
+from test_trees import wall_and_tree
 
 from citypv.core.accuracy.refine import add_round
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.request import Request
 from citypv.core.sampling.merge_nets import merge_nets
 from citypv.core.sampling.sample_points import sobol_digits, sobol_points
-from citypv.core.study import trace_round
+from citypv.core.study import read_year, trace_round, trace_scene
 from citypv.core.transfer.merge_transfers import own_matrices
 from citypv.core.transfer.patch_light import Round
-from citypv.core.transfer.prepare_scene import reseed
+from citypv.core.transfer.prepare_scene import build_tree, prepare_scene, reseed
 
 pytestmark = pytest.mark.once
 
@@ -122,3 +124,24 @@ def test_a_stated_band_holds_the_truth_as_often_as_students_t_says():
     noisy = error > 1e-6
     band = stats.t.ppf(0.975, 3) * error * np.sqrt(1 + 1 / RUNS)
     assert 0.9 <= (np.abs(light - known)[noisy] <= band[noisy]).mean() <= 0.99
+
+
+@pytest.mark.parametrize("bounces", [0, 2])
+def test_both_states_of_trees_go_on(bounces):
+    """Rounds of all surfaces, then of some alone: light in leaf and bare as of a run of 16 times the samples."""
+    scene = wall_and_tree()
+    request = Request(
+        samples=64, shadow_samples=4, max_bounces=bounces, threads=1, weather=["clear-sky"], suns="days:2"
+    )
+    weather = read_year(scene.site, request)
+    prepared = replace(build_tree(prepare_scene(scene, request, weather=weather), request), round=Round())
+    total = trace_scene(scene, weather, request, prepared=prepared)
+    known = trace_scene(scene, weather, replace(request, samples=1024, shadow_samples=64, seed=9))
+    alone = np.asarray(scene.surfaces.eligible)
+    for part in (Round(1), Round(2, alone, True), Round(4, alone, True)):
+        total = add_round(total, trace_round(scene, total, request, part, prepared=prepared))
+    for found, expected in ((total, known), (total.bare, known.bare)):
+        (light, error), (true, left) = light_of(found), light_of(expected)
+        assert (np.abs(light - true) <= 6 * np.hypot(error, left) + 1e-6)[:, alone].all()
+        assert found.patch_light.round.size == 8
+    assert total.record.rounds == 8

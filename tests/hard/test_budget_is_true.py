@@ -10,19 +10,25 @@ from scipy import stats
 from test_tracing import box, join, strip, three_houses
 from weathers import ERA5
 
-from citypv.core.accuracy.yield_errors import find_lit
+from citypv.core.accuracy.choose_counted import choose_counted
+from citypv.core.accuracy.refine import Goal, largest_round, refine_transfer
+from citypv.core.accuracy.yield_errors import find_lit, split_errors
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.refine import refine_triangles
+from citypv.core.study import trace_round
 from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.transfer.patch_light import Round
+from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
 from citypv.core.weather.read_weather import read_weather
 
 pytestmark = pytest.mark.once
 
 LEVEL = 0.95
 PATCH = 8.0  # [m]: each patch is a surface, large enough to be eligible
+TARGET = 0.5  # [%]
 FREEDOM = 3  # of four replicates
 LONG = Request(samples=16384, shadow_samples=256, max_bounces=3, threads=1, effects={"receivers": False})
 
@@ -109,3 +115,40 @@ def test_thirty_settings_on_four_scenes_hold():
     inside, count, inside_means, groups = np.sum(found, axis=0)
     assert_share(inside, count, 0.90, 0.99)
     assert_share(inside_means, groups, 0.90, 0.99)
+
+
+def refined(name, request, seed):
+    """Transfer after rounds up to a target, most of them for single surfaces alone; and how many these were."""
+    scene, suns, weather, _ = prepared(name)
+    request = replace(request, seed=seed)
+    start = replace(build_tree(prepare_scene(scene, request), request), round=Round())
+    first, alone = trace_gather(scene, suns, request, silent, prepared=start), []
+    energy = compute_energy(first, weather, threads=1)
+
+    def trace(total, part):
+        alone.append(part.counted.sum() if part.alone else len(scene.surfaces))
+        return trace_round(scene, total, request, part, prepared=start)
+
+    def choose(errors, before):
+        return choose_counted(errors, request, TARGET, scene.surfaces, before)
+
+    goal = Goal(TARGET, None, largest_round(request), choose)
+    found = refine_transfer(first, lambda one: split_errors(one, weather, energy), goal, trace, lambda line: None)
+    return found, alone
+
+
+@pytest.mark.slow
+def test_errors_hold_where_only_some_surfaces_were_sampled():
+    """Which surfaces get more samples is chosen by the rounds before; errors must not be too small for that."""
+    _, _, weather, (known, _) = prepared("three houses")
+    request, found = replace(LONG, samples=64, shadow_samples=4), []
+    for seed in range(6):
+        transfer, alone = refined("three houses", request, seed)
+        assert 0 < min(alone) < known.eligible.sum()
+        energy = compute_energy(transfer, weather, threads=1)
+        lit = find_lit(energy) & find_lit(known)
+        error = np.hypot(energy.full_load_hours_standard_error, known.full_load_hours_standard_error)[lit]
+        apart = np.abs(energy.full_load_hours - known.full_load_hours)[lit]
+        found.append((apart <= stats.t.ppf((1 + LEVEL) / 2, FREEDOM) * error)[error > 1e-6])
+    within = np.concatenate(found)
+    assert_share(within.sum(), len(within), 0.90, 0.99)
