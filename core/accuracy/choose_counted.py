@@ -9,7 +9,7 @@ import numpy as np
 
 from .yield_errors import SAMPLED, quantile_by_area
 
-LEAST_RAYS, LEAST_POINTS = 256, 16  # of every surface that is reported
+LEAST_RAYS, LEAST_POINTS = 256, 16  # of all rounds, and of one: patches are resolved into as many elements as points
 SAFETY = 0.7  # of the target
 FREEDOM = 3  # degrees of freedom of a surface's own estimate, from four replicates
 TYPICAL = 3  # the same, of the median of all surfaces
@@ -39,7 +39,8 @@ def choose_counted(errors, request, target, surfaces, before=None):
     alone : bool
         Whether these are traced alone: light that others pass on makes little of their error.
     """
-    few = errors.rounds * request.samples < LEAST_RAYS or errors.rounds * request.shadow_samples < LEAST_POINTS
+    last = max(errors.rounds // 2, 1) * request.shadow_samples  # points of the last round, and so its elements
+    few = errors.rounds * request.samples < LEAST_RAYS or last < LEAST_POINTS
     if few:
         return None, False
     relative = {name: 1e4 * part / errors.hours**2 for name, part in errors.variance.items()}  # [%²]

@@ -109,6 +109,8 @@ def test_surfaces_that_are_known_get_no_more_samples():
     errors.variance["shadows"] = np.array([0.01, 0.1, 1.0, 4.0])
     assert choose_counted(errors, request, 1.0, surfaces)[0] is None
     errors.rounds = 4
+    assert choose_counted(errors, request, 1.0, surfaces)[0] is None  # rounds of 8 points so far
+    errors.rounds = 8
     counted, alone = choose_counted(errors, request, 1.0, surfaces)
     assert alone
     assert np.flatnonzero(counted).tolist() == some[2:].tolist()
