@@ -6,6 +6,7 @@ GROUPS = (  # operators of the menu, between separators
     ("solar_city", "berlin_example", "choose_city", "import_city", "take_meshes", "retrace"),
     ("classify", "use_preset", "plan_effects", "predict", "trace", "find_module", "energy"),
     ("colour", "render", "probe", "show_building", "select_group", "select_buildings", "deselect"),
+    ("timeline", "stop_timeline", "keep_before", "compare", "forget_before"),
     ("export", "show_report"),
 )
 

@@ -186,7 +186,7 @@ class ProbePanel(_Step, bpy.types.Panel):
 class ResultsPanel(_Step, bpy.types.Panel):
     """Best buildings and exports."""
 
-    bl_idname, bl_label, bl_order = "CITYPV_PT_results", "Results", 7
+    bl_idname, bl_label, bl_order = "CITYPV_PT_results", "Results", 9
 
     def draw(self, context):
         """Show the best buildings, and what can be written."""

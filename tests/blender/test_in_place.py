@@ -121,6 +121,24 @@ def test_own_materials_stay_and_all_comes_back_without_colours(addon, town):
     assert not town["Row"].visible_get()
 
 
+def test_undo_takes_the_colours_off_again(addon, town):
+    run("take_meshes")
+    bpy.ops.ed.undo_push(message="taken")
+    run("classify")
+    bpy.ops.ed.undo_push(message="classified")
+    assert "citypv_colour" in bpy.data.objects["House"].data.color_attributes
+    assert bpy.ops.ed.undo() == {"FINISHED"}
+    city, _ = find_city(bpy.context.scene)
+    assert "citypv_colour" not in bpy.data.objects["House"].data.color_attributes
+    assert bpy.data.objects["Row"].visible_get() and "citypv_stand_in" not in city
+    assert find_session(city).scene is None
+    assert bpy.ops.ed.redo() == {"FINISHED"}
+    assert "citypv_colour" in bpy.data.objects["House"].data.color_attributes
+    assert not bpy.data.objects["Row"].visible_get()
+    bpy.context.scene.citypv.show_colours = False
+    assert bpy.data.objects["Row"].visible_get()
+
+
 def test_a_scene_in_other_units_is_coloured_where_it_is(addon, town):
     bpy.context.scene.unit_settings.scale_length = 0.5
     city = run("take_meshes", "classify")
