@@ -6,6 +6,7 @@ from ..operators.choose_preset import ITEMS, describe_price, find_preset, read_p
 from ..operators.effect_switches import ELECTRIC, OF_LIGHT, name_effect, name_switch
 from ..operators.plan_effects import read_plan
 from ..operators.session import find_city
+from .report import draw_sentence
 
 
 def draw_presets(layout, context):
@@ -44,9 +45,10 @@ def draw_effect(layout, settings, key, plan):
     line = column.split(factor=0.42)
     line.label(text=name_effect(key))
     cells = line.row(align=True)
+    cells.use_property_split = False
     cells.prop(settings, name_switch(key), expand=True)
     if key in plan:
         cells.operator("citypv.explain_effect", text="", icon="INFO").effect = key
-        below = column.row()
+        below = column.column(align=True)
         below.enabled = False
-        below.label(text=plan[key][0])
+        draw_sentence(below, plan[key][0])

@@ -37,11 +37,14 @@ def draw_best(layout, context):
         return
     head, body = layout.panel("citypv_best", default_closed=True)
     head.label(text="Best buildings")
-    for name, kwp, mwh in best if body else ():
-        line = body.split(factor=0.5)
-        line.operator("citypv.show_building", text=name).building = name
-        cells = line.split(factor=0.5)
-        for cell in (f"{kwp} kWp", f"{mwh} MWh"):
+    for name, *numbers in [("", "kWp", "MWh per year"), *best] if body else ():
+        line = body.split(factor=0.45)
+        if name:
+            line.operator("citypv.show_building", text=name).building = name
+        else:
+            line.label(text="Building")
+        cells = line.split(factor=0.4)
+        for cell in numbers:
             place = cells.row()
             place.alignment = "RIGHT"
             place.label(text=cell)
