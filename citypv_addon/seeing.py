@@ -1,7 +1,5 @@
 """Properties and panels of what is seen over time and beside an earlier result."""
 
-from typing import ClassVar
-
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntVectorProperty, PointerProperty
 
@@ -52,7 +50,6 @@ class TimelinePanel(_Panel, bpy.types.Panel):
 
     bl_parent_id = "CITYPV_PT_main"
     bl_idname, bl_label, bl_order = "CITYPV_PT_timeline", "Timeline", 7
-    bl_options: ClassVar = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
         """Show the button, and the moment of the frame."""
@@ -73,7 +70,6 @@ class ComparePanel(_Panel, bpy.types.Panel):
 
     bl_parent_id = "CITYPV_PT_main"
     bl_idname, bl_label, bl_order = "CITYPV_PT_compare", "Before and after", 8
-    bl_options: ClassVar = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
         """Show the buttons, and the totals of both results."""

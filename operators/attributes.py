@@ -33,10 +33,10 @@ VIEWS = (
         "direct_irradiance",
         "timeline",
         "direct irradiance at the frame's hour, reflections included",
-        "Direct irradiance of the hour",
+        "Direct irradiance",
         "W/m²",
     ),
-    _view("month_hours", "timeline", "full load hours of the frame's month", "Full load hours of the month", "h"),
+    _view("month_hours", "timeline", "full load hours of the frame's month", "Hours of the month", "h"),
     _view(
         "seconds_to_halve",
         "energy",

@@ -60,7 +60,8 @@ def forget_before(stage):
 def compare_with_before(stage, city, ground):
     """Write after minus before on the faces of a city; return whether there is a result to compare with.
 
-    Surfaces are matched by their ids. Those that only one of the results has are NaN.
+    Surfaces are matched by their ids. Those that only one of the results has are NaN. A city without any common surface
+    is another one, and not compared.
 
     Parameters
     ----------
@@ -69,13 +70,15 @@ def compare_with_before(stage, city, ground):
         With results; its session has the traced light.
     """
     before = find_before(stage)
-    if before is None:
+    ids = find_session(city).transfer.surfaces.surface_id
+    if before is None or not set(ids) & set(before[IDS]):
+        for key in (CHANGES, FOUND):
+            city.pop(key, None)
         for name in COMPARED:
             remove_face_attribute(city, CHANGE + name)
             remove_face_attribute(ground, CHANGE + name)
         return False
     row_of = {name: row for row, name in enumerate(before[IDS])}
-    ids = find_session(city).transfer.surfaces.surface_id
     rows = np.array([row_of.get(name, -1) for name in ids])
     for name in COMPARED:
         values = [values_of_surfaces(item, name, count) for item, count in ((before, len(row_of)), (city, len(ids)))]

@@ -52,7 +52,9 @@ class CompareBefore(bpy.types.Operator):
         """Write and show the difference."""
         city, ground = find_city(context.scene)
         read_kept(reopen_session(city), find_kept(city))
-        compare_with_before(context.scene, city, ground)
+        if not compare_with_before(context.scene, city, ground):
+            self.report({"ERROR"}, "The result kept as before is of another city: no surface has the same id")
+            return {"CANCELLED"}
         show_result(context, city, ground, CHANGE + "full_load_hours")
         redraw_panels(context, views=True)
         return {"FINISHED"}

@@ -132,6 +132,16 @@ def test_forgetting_removes_all_of_it(addon, city_file):
     assert not bpy.ops.citypv.compare.poll()
 
 
+def test_another_city_is_not_compared(addon, city_file, row_file):
+    compute(addon, city_file)
+    bpy.ops.citypv.keep_before()
+    city = compute(addon, row_file)
+    assert city["citypv_colour_attribute"] == HOURS
+    assert "citypv_" + CHANGE not in city.data.attributes
+    with pytest.raises(RuntimeError, match="of another city: no surface has the same id"):
+        bpy.ops.citypv.compare()
+
+
 def test_seconds_to_halve_are_a_map_of_their_own(addon, city_file):
     city = compute(addon, city_file)
     seconds = read_face_attribute(city.data, "seconds_to_halve")

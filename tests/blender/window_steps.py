@@ -22,7 +22,7 @@ def find_button(window, operator, *, below=False):
     known = window.places.get(call)
     for page, row in [*([known] if known else []), *((page, row) for page in pages for row in rows)]:
         if row == rows[0] or (page, row) == known:
-            window.point("mousemove", place, top + height // 2, *["click", 4] * 40, *["click", 5] * 8 * page)
+            window.point("mousemove", place, top + height // 2, *["click", 4] * 90, *["click", 5] * 8 * page)
             time.sleep(0.5)
             window.ask("bpy.context.window_manager.clipboard = ''")
         if call_below(window, place, row, call) and is_at(window, place, row, call):
