@@ -94,7 +94,7 @@ def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent
     folder = Path(folder)
     scene = prepare_whole(prepared.scene)
     squares = assign_tiles(scene, settings.tile)
-    tell(f"{len(squares):,} tiles of {settings.tile:g} m have surfaces; others are passed over")
+    tell(describe_squares(squares, settings.tile))
     kept, found = set(), []
     with open_workers(settings.cluster, settings.dashboard) as workers:
         tell(workers.words)
@@ -105,6 +105,14 @@ def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent
     if kept:
         tell(f"{len(kept):,} of them were traced by an earlier run")
     return gather_tiles(found, prepared, request, settings, folder)
+
+
+def describe_squares(squares, size):
+    """How many tiles there are, and how many squares between them hold nothing, as a line of text."""
+    places = np.array([[int(part) for part in name.split("_")] for name, _ in squares])
+    empty = int(np.prod(places.max(axis=0) + 1)) - len(squares)
+    passed = f"; {empty:,} squares without buildings are passed over" if empty else ""
+    return f"{len(squares):,} tiles of {size:g} m{passed}"
 
 
 def make_tasks(scene, squares, inputs, folder, lists):

@@ -143,6 +143,16 @@ def test_a_large_city_is_planned_from_its_fullest_tile(inputs, serial, tmp_path,
     assert_same_bits(transfer, serial[0])
 
 
+def test_squares_without_buildings_are_passed_over(inputs, tmp_path):
+    squares = assign_tiles(inputs[0].scene, 20.0)
+    words = trace_tiles.describe_squares(squares, 20.0)
+    told = re.fullmatch(r"(\d+) tiles of 20 m; (\d+) squares without buildings are passed over", words)
+    columns, rows = (1 + max(int(name.split("_")[axis]) for name, _ in squares) for axis in (0, 1))
+    assert int(told[1]) == len(squares)
+    assert int(told[1]) + int(told[2]) == columns * rows
+    assert int(told[2]) > 0
+
+
 @pytest.mark.slow
 @pytest.mark.once
 def test_two_workers_of_which_one_is_killed_give_the_same_bits(inputs, serial, tmp_path):
