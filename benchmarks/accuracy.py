@@ -1,101 +1,224 @@
-"""Error against time on the town of 91,764 triangles and 143 suns: what each setting buys, and what the peers need.
+"""Error against time on two cities: what each setting buys, and what the peers need.
 
-    python benchmarks/accuracy.py [--threads 1] [--plot docs/accuracy.png] [--forward 8 32] [--mitsuba]
+    python benchmarks/accuracy.py [--city town midtown] [--only CURVE …] [--runs 3] [--threads 1] [--plot docs/accuracy]
 
-The reference is that of tests/data/town.npz (3,000 triangles, noise 0.0004), which this program did not make. The error
-is that of the light of a year, the mean over the suns plus that of the sky, as root mean square over the triangles in
-percent of its mean; the three parts stand beside it. Time is processor time of tracing, so that other work on the
-machine counts little; `--threads 1` keeps it from growing with waiting threads.
+town     91,764 triangles and 143 suns of tests/data/town.npz; reference of 3,000 triangles in the same file, noise
+         0.0004, which this program did not make
+midtown  a square of Midtown Manhattan (accuracy_midtown.py); reference of 300 triangles by paths followed one by one
+         under every hour's sun, so that the choice of suns is part of the error; --paths tells how many (noise is
+         printed)
+
+The error is that of the light of a year, direct, reflected and diffuse, as root mean square over the triangles in
+percent of their mean. Time is processor time of tracing, the median of --runs; `--threads 1` keeps it from growing with
+waiting threads. Every run is kept in build/accuracy.json, so that the study can be made in parts: table and picture
+show all that is kept of a city. Peers: peers/mitsuba.py does the same task with Mitsuba 3 as ray engine,
+peers/radiance.py with Radiance, a sample of the triangles from which its time is multiplied up.
 """
 
 import argparse
+import json
+import subprocess
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from statistics import median
 
+import accuracy_midtown
 import numpy as np
-from tracer import SETTINGS, TOWN, measure_errors, run_mitsuba
+from tracer import SETTINGS, TOWN
 
 from citypv.core.accuracy.refine import add_round
 from citypv.core.commands.plain_scenes import join_parts
+from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.plots.picture import DOTS, make_figure, make_logarithmic, plain_style
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.study import trace_round
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.spread_suns import spread_suns
 from citypv.core.sun.suns import Suns
 from citypv.core.transfer.patch_light import Round
 from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
 
-LADDERS = {  # label -> settings, from cheap to dear
-    "samples: rays and points": [
+ROOT = Path(__file__).parents[1]
+KEPT = ROOT / "build" / "accuracy.json"
+ROUNDS = 4
+LADDERS = {  # curve -> settings, from cheap to dear
+    "samples": [
+        {"samples": 16, "shadow_samples": 1},
         {"samples": 64, "shadow_samples": 4},
         {"samples": 256, "shadow_samples": 16},
         {"samples": 1024, "shadow_samples": 64},
     ],
-    "sky rays": [{"samples": count} for count in (64, 256, 1024)],
-    "shadow points": [{"shadow_samples": count} for count in (4, 16, 64)],
-    "reflections, 0 to 5": [{"max_bounces": count} for count in (0, 1, 2, 3, 5)],
+    "sky rays": [{"samples": count} for count in (16, 64, 256, 1024)],
+    "shadow points": [{"shadow_samples": count} for count in (1, 4, 16, 64)],
+    "reflections": [{"max_bounces": count} for count in range(6)],
 }
-MARKS = "osv^DPX*"
+SUNS = {  # of Midtown only: the town's are given
+    "days": ["days:4", "days:12", "days:24", "days:52"],
+    "typical days": ["typical-days:4", "typical-days:12", "typical-days:52"],
+    "sky grid": ["sky-grid:169", "sky-grid:673", "sky-grid:1654"],
+    "hourly": ["hourly"],
+}
+PRESETS = {"draft": (64, 4, "days:12"), "standard": (256, 16, "days:24"), "reference": (1024, 64, "days:52")}
+PHOTONS = (8, 32, 128)
+MITSUBA = ((16, 1), (64, 4), (256, 16), (1024, 64))  # rays, points
+RADIANCE = ((4, 4), (8, 8), (16, 16))  # points, ambient rays from each
+CURVES = [*LADDERS, *SUNS, "presets", "rounds", "forward", "mitsuba", "radiance"]
+MARKS = "osv^DPX*hp<>d"
 
 
-def year_of(scene, town, transfer):
-    """Root mean square error of the light of a year, in percent of its mean."""
-    chosen = town["triangle"]
-    cosine = np.maximum(scene.surfaces.normal[chosen] @ town["sun"].T, 0)
-    found = (cosine * transfer.visible_share[chosen] + transfer.direct_reflected[chosen]).mean(axis=1)
-    found += transfer.diffuse_relative[chosen]
-    known = (town["direct"] + town["direct_reflected"]).mean(axis=1) + town["diffuse"] + town["diffuse_reflected"]
-    return 100 * float(np.sqrt(np.mean((found - known) ** 2)) / known.mean())
+class Town:
+    """The town and its reference."""
+
+    name = "town"
+
+    def __init__(self, options):
+        self.known = np.load(TOWN)
+        self.scene = join_parts([(self.known["vertices"], self.known["triangles"])])
+        count = len(self.known["sun"])
+        axis = np.zeros(count, np.int32), np.arange(count)
+        self.given = Suns("hourly", self.known["sun"], np.full(count, 1 / count), *axis)
+        self.words = f"{len(self.scene.triangles):,} triangles, {count} suns"
+
+    def suns(self, way):
+        """Its own, whatever the way."""
+        return self.given
+
+    def error(self, transfer):
+        """Root mean square error of the light of a year, in percent of its mean."""
+        known, chosen = self.known, self.known["triangle"]
+        cosine = np.maximum(self.scene.surfaces.normal[chosen] @ known["sun"].T, 0)
+        found = (cosine * transfer.visible_share[chosen] + transfer.direct_reflected[chosen]).mean(axis=1)
+        true = (known["direct"] + known["direct_reflected"]).mean(axis=1) + known["diffuse"]
+        return relative_rms(found + transfer.diffuse_relative[chosen], true + known["diffuse_reflected"])
 
 
-def run(trace, inputs, changes, threads):
-    """Processor seconds of tracing, error [%] and parts."""
-    scene, suns, town, seen = inputs
-    key = trace.__name__, tuple(sorted(changes.items()))
-    if key not in seen:
-        request = Request(**{**SETTINGS, **changes}, threads=threads)
-        before = time.process_time()
-        transfer = trace(scene, suns, request, silent)
-        seen[key] = time.process_time() - before, year_of(scene, town, transfer), measure_errors(scene, town, transfer)
-    return seen[key]
+class Midtown:
+    """The square of Midtown and its reference."""
+
+    name = "midtown"
+
+    def __init__(self, options):
+        self.scene, self.weather = accuracy_midtown.read_square()
+        self.chosen, self.light, noise = accuracy_midtown.reference(self.scene, self.weather, options.paths)
+        self.words = f"{len(self.scene.triangles):,} triangles"
+        share = 100 * np.sqrt(np.mean(noise**2)) / self.light.mean()
+        print(f"midtown: noise of the reference {share:.2f} % (rms of {len(self.chosen)} triangles)", flush=True)
+
+    def suns(self, way):
+        """As a run chooses them."""
+        year = self.weather.data.index, self.weather.interval, self.weather.latitude, self.weather.longitude
+        return spread_suns(choose_suns(way, *year, position=self.weather.data))
+
+    def error(self, transfer):
+        """The same as of the town; cosines are those of every hour, as in a run."""
+        energy = compute_energy(transfer, self.weather, threads=1)
+        found = energy.direct_relative_annual + transfer.diffuse_relative
+        return relative_rms(found[self.chosen], self.light)
 
 
-def run_rounds(inputs, count, threads):
-    """The same after each of some rounds, the first of 64 rays and 4 points, that double; with their samples."""
-    scene, suns, town, _ = inputs
+def relative_rms(found, true):
+    """Root mean square difference in percent of the mean."""
+    return 100 * float(np.sqrt(np.mean((found - true) ** 2)) / true.mean())
+
+
+def run(city, trace, changes, threads, way="days:24"):
+    """Processor seconds of tracing, and error [%]."""
+    request, suns = Request(**{**SETTINGS, **changes}, threads=threads), city.suns(way)
+    before = time.process_time()
+    transfer = trace(city.scene, suns, request, silent)
+    return time.process_time() - before, city.error(transfer)
+
+
+def run_rounds(city, threads):
+    """The same after each of some rounds, the first of 64 rays and 4 points, that double."""
     request = Request(**{**SETTINGS, "samples": 64, "shadow_samples": 4}, threads=threads)
-    before, found = time.process_time(), []
-    prepared = replace(build_tree(prepare_scene(scene, request), request), round=Round())
-    total = trace_gather(scene, suns, request, silent, prepared=prepared)
+    before = time.process_time()
+    prepared = replace(build_tree(prepare_scene(city.scene, request), request), round=Round())
+    total = trace_gather(city.scene, city.suns("days:24"), request, silent, prepared=prepared)
     spent = time.process_time() - before
-    found.append((1, spent, year_of(scene, town, total), measure_errors(scene, town, total)))
-    for _ in range(count - 1):
+    yield "1 × 64 rays, 4 points", spent, city.error(total)
+    for _ in range(ROUNDS - 1):
         before = time.process_time()
         part = Round(total.record.rounds)
-        total = add_round(total, trace_round(scene, total, request, part, prepared=prepared))
+        total = add_round(total, trace_round(city.scene, total, request, part, prepared=prepared))
         spent += time.process_time() - before
-        found.append((total.record.rounds, spent, year_of(scene, town, total), measure_errors(scene, town, total)))
+        yield f"{total.record.rounds} × 64 rays, 4 points", spent, city.error(total)
+
+
+def run_peer(name, numbers, threads):
+    """Processor seconds and error [%] of a peer on the town."""
+    names = ("samples", "shadow-samples") if name == "mitsuba" else ("points", "divisions")
+    command = [sys.executable, ROOT / "benchmarks" / "peers" / f"{name}.py", "--json", "--threads", threads]
+    command += ["--runs", 1] if name == "mitsuba" else []
+    for option, value in zip(names, numbers, strict=True):
+        command += [f"--{option}", value]
+    done = subprocess.run([str(word) for word in command], check=True, stdout=subprocess.PIPE, text=True)
+    found = json.loads(done.stdout)
+    return found["cpu_whole"], found["year"]
+
+
+def points_of(city, curve, threads):
+    """Label, processor seconds and error [%] of each point of a curve, one after the other."""
+    if curve in LADDERS:
+        for changes in LADDERS[curve]:
+            words = ", ".join(f"{value} {name.replace('_', ' ')}" for name, value in changes.items())
+            yield words, *run(city, trace_gather, changes, threads)
+    elif curve in SUNS and city.name == "midtown":
+        for way in SUNS[curve]:
+            yield way, *run(city, trace_gather, {}, threads, way)
+    elif curve == "presets" and city.name == "midtown":
+        for name, (samples, points, way) in PRESETS.items():
+            yield name, *run(city, trace_gather, {"samples": samples, "shadow_samples": points}, threads, way)
+    elif curve == "rounds":
+        yield from run_rounds(city, threads)
+    elif curve == "forward":
+        for photons in PHOTONS:
+            yield f"forward, {photons} photons", *run(city, trace_forward, {"samples": photons}, threads)
+    elif curve in ("mitsuba", "radiance") and city.name == "town":
+        for numbers in MITSUBA if curve == "mitsuba" else RADIANCE:
+            words = ("rays", "points") if curve == "mitsuba" else ("points", "ambient rays")
+            label = ", ".join(f"{number} {word}" for number, word in zip(numbers, words, strict=True))
+            yield label, *run_peer(curve, numbers, threads)
+
+
+def read_kept():
+    """What was measured before: city -> curve -> label -> list of (seconds, error)."""
+    return json.loads(KEPT.read_text()) if KEPT.exists() else {}
+
+
+def keep(kept, city, curve, found):
+    """Add a run, and write all."""
+    label, *numbers = found
+    kept.setdefault(city, {}).setdefault(curve, {}).setdefault(label, []).append(numbers)
+    KEPT.parent.mkdir(exist_ok=True)
+    KEPT.write_text(json.dumps(kept, indent=1))
+
+
+def medians(kept, city):
+    """Curve -> list of label, median seconds, median error [%], runs."""
+    found = {}
+    for curve, points in kept.get(city, {}).items():
+        middle = [[median(part) for part in zip(*runs, strict=True)] for runs in points.values()]
+        found[curve] = [(label, *pair, len(points[label])) for label, pair in zip(points, middle, strict=True)]
     return found
 
 
-def describe(label, seconds, error, parts):
-    """One line of the table."""
-    words = " ".join(f"{parts[name]:8.4f}" for name in ("direct", "reflected", "diffuse"))
-    return f"{label:52} {seconds:8.1f} {error:7.2f} {words}"
-
-
-def draw(curves, path):
+def draw(curves, path, words):
     """Write the picture: error against processor seconds."""
     with plain_style():
         figure = make_figure(8, 5)
         axes = figure.subplots()
         for mark, (label, points) in zip(MARKS, curves.items(), strict=False):
-            axes.plot(*zip(*points, strict=True), marker=mark, label=label)
+            _, seconds, errors, _ = zip(*points, strict=True)
+            peer = label in ("mitsuba", "radiance")
+            axes.plot(seconds, errors, marker=mark, label=label.capitalize(), linestyle="--" if peer else "-")
         make_logarithmic(axes)
-        axes.set_xlabel("Processor seconds of tracing, 91,764 triangles, 143 suns")
+        axes.set_xlabel(f"Processor seconds of tracing, {words}")
         axes.set_ylabel("Error of the light of a year, rms over triangles [%]")
         axes.legend()
         figure.savefig(path, dpi=DOTS)
@@ -103,39 +226,29 @@ def draw(curves, path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--city", nargs="+", choices=("town", "midtown"), default=["town", "midtown"])
+    parser.add_argument("--only", nargs="*", choices=CURVES, default=CURVES, help="curves; none: table and picture")
+    parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--plot", type=Path)
-    parser.add_argument("--rounds", type=int, default=4)
-    parser.add_argument("--forward", type=int, nargs="*", default=[], help="photons per patch; minutes")
-    parser.add_argument("--mitsuba", action="store_true", help="also run the peer (see peers/mitsuba.py)")
+    parser.add_argument("--paths", type=int, default=40_000, help="from each triangle of Midtown, for its reference")
+    parser.add_argument("--plot", type=Path, help="pictures PLOT.png of the town, PLOT_midtown.png")
     options = parser.parse_args()
-    town = np.load(TOWN)
-    scene = join_parts([(town["vertices"], town["triangles"])])
-    count = len(town["sun"])
-    suns = Suns("hourly", town["sun"], np.full(count, 1 / count), np.zeros(count, np.int32), np.arange(count))
-    inputs, curves = (scene, suns, town, {}), {}
-    trace_gather(scene, suns, Request(**{**SETTINGS, "samples": 64, "shadow_samples": 4}), silent)  # compiles
-    print(f"{'':52} {'seconds':>8} {'year, %':>7} {'direct':>8} {'reflect.':>8} {'diffuse':>8}")
-
-    def note(curve, label, found):
-        curves.setdefault(curve, []).append(found[:2])
-        print(describe(label, *found), flush=True)
-
-    for curve, ladder in LADDERS.items():
-        for changes in ladder:
-            words = ", ".join(f"{name} {value}" for name, value in changes.items())
-            note(curve, f"gather, {words}", run(trace_gather, inputs, changes, options.threads))
-    for times, *found in run_rounds(inputs, options.rounds, options.threads):
-        note("rounds", f"rounds, together {times * 64} rays and {times * 4} points", found)
-    for photons in options.forward:
-        note(
-            "forward", f"forward, {photons} photons", run(trace_forward, inputs, {"samples": photons}, options.threads)
-        )
-    if options.mitsuba:
-        found = run_mitsuba(options.threads)
-        print(f"Mitsuba 3 as ray engine: {found['whole']:.1f} s of wall time, {found['rms']}")
-    if options.plot:
-        draw(curves, options.plot)
+    kept = read_kept()
+    for name in options.city:
+        city = (Town if name == "town" else Midtown)(options)
+        if options.only:
+            run(city, trace_gather, {"samples": 16, "shadow_samples": 1}, options.threads, "days:4")  # compiles
+        for _ in range(options.runs):
+            for curve in options.only:
+                for found in points_of(city, curve, options.threads):
+                    keep(kept, name, curve, found)
+        curves = medians(kept, name)
+        print("| city | curve | settings | s | error, % | runs |\n|---|---|---|--:|--:|--:|")
+        for curve, points in curves.items():
+            for label, seconds, error, runs in points:
+                print(f"| {name} | {curve} | {label} | {seconds:.3g} | {error:.3g} | {runs} |")
+        if options.plot:
+            draw(curves, f"{options.plot}{'' if name == 'town' else '_midtown'}.png", city.words)
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ per triangle from the reference in the same file.
 
 With --json one object goes to standard output and everything else to standard error, so that another script can call
 this one: `whole` and `whole_runs`, `seconds` and `cpu_seconds` by stage, `cpu_whole`, `scene_seconds`, `rays`, `rms`,
-`bias_reflected`, `versions`.
+`bias_reflected`, `year` (rms of the light of a year in percent of its mean), `versions`.
 """
 
 import argparse

@@ -231,6 +231,15 @@ def measure_errors(reference, first, reflected):
     return rms, float(difference["direct_reflected"].sum() / reference["direct_reflected"].sum(dtype=float))
 
 
+def error_of_year(reference, first, reflected):
+    """Rms error of the mean over the suns plus the sky, in percent of its mean, as in benchmarks/accuracy.py: float."""
+    light = (first + reflected)[reference["triangle"]].astype(float)
+    found = light[:, :-1].mean(axis=1) + light[:, -1]
+    known = (reference["direct"] + reference["direct_reflected"]).mean(axis=1)
+    known = known + reference["diffuse"] + reference["diffuse_reflected"]
+    return 100 * float(np.sqrt(np.mean((found - known) ** 2)) / known.mean())
+
+
 def run_once(town, options, pool):
     """One run: (seconds and seconds of all threads, by stage and whole; result)."""
     stages = ("hemisphere", "matrix", "suns", "reflections", "whole")
@@ -278,6 +287,7 @@ def measure(options):
         "cpu_seconds": cpu,
         "rms": rms,
         "bias_reflected": bias,
+        "year": error_of_year(reference, first, reflected),
     }
 
 
