@@ -73,7 +73,7 @@ def is_there(attribute):
 def test_a_button_does_its_step_and_the_window_stays_alive(window, operator, evidence):
     assert not window.ask(f"answer = {evidence}")
     press(window, operator)
-    window.wait_for(evidence)
+    window.wait_for(evidence, 300)  # the loops are compiled first
     window.take_picture(window.pictures / f"{operator}.png")
     assert "Traceback" not in window.read_log()
 
