@@ -42,8 +42,13 @@ def refine_run(transfer, inputs, log, progress, *, folder):
     deadline = None if request.time_budget is None else log.started + request.time_budget - finishing
 
     def judge(one):
+        nonlocal energy
         log.show(one)
-        return split_errors(one, weather, energy)
+        errors = split_errors(one, weather, energy)
+        if one is not transfer and request.target_error is not None and errors.at_share() <= request.target_error:
+            energy = compute_energy(one, weather, request)  # hours have changed as well since they were computed
+            errors = split_errors(one, weather, energy)
+        return errors
 
     def trace(total, part):
         return trace_round(scene, total, request, part, progress=progress, folder=folder, prepared=prepared)
