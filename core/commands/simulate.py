@@ -274,11 +274,11 @@ def describe_interruption(record):
 
 def report_outcome(log, folder, energy):
     """Report the groups' full load hours, and the folder of the results."""
-    hours = energy.interval.total_seconds() / 3600
-    for index, (kind, orientation) in enumerate(energy.groups):
-        full_load_hours = energy.capacity_factor[:, index].sum() * hours / energy.years
-        log.write(
-            f"  {kind} {orientation}: {full_load_hours:.0f} h, "
-            f"{energy.group_count[index]:,} surfaces, {energy.group_area[index]:,.0f} m²"
-        )
+    interval = energy.interval.total_seconds() / 3600  # [h]
+    hours = energy.capacity_factor.sum(axis=0) * interval / energy.years  # (groups,) [h]
+    groups = zip(energy.groups, hours, energy.group_count, energy.group_area, strict=True)
+    for (kind, orientation), full_load_hours, count, area in groups:
+        log.write(f"  {kind} {orientation}: {full_load_hours:.0f} h, {count:,} surfaces, {area:,.0f} m²")
+    if not len(energy.groups):
+        log.write("  no surface is eligible for modules: groups.csv is empty; faces.csv has the hours of every surface")
     log.write(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")

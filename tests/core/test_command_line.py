@@ -5,8 +5,10 @@ import json
 import signal
 import subprocess
 import sys
+from datetime import timedelta
 from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +16,8 @@ import xarray
 from small_city import write_small_city
 
 from citypv.__main__ import main
+from citypv.core.commands.run_log import RunLog
+from citypv.core.commands.simulate import report_outcome
 from citypv.core.effects.table import TABLE
 from citypv.core.progress import TerminalProgress, describe_progress
 
@@ -268,3 +272,19 @@ def test_progress_tells_rate_and_rest():
         progress("suns", done, 1000, "suns")
     assert 1 <= len(stream.getvalue().splitlines()) <= 2
     assert "suns: 100 %" in stream.getvalue()
+
+
+def test_a_run_without_eligible_surfaces_says_so():
+    energy = SimpleNamespace(
+        capacity_factor=np.zeros((8760, 0)),
+        interval=timedelta(hours=1),
+        years=1.0,
+        groups=[],
+        group_count=np.zeros(0, int),
+        group_area=np.zeros(0),
+    )
+    stream = StringIO()
+    report_outcome(RunLog(stream), "out", energy)
+    first, last = stream.getvalue().splitlines()
+    assert "no surface is eligible" in first
+    assert last.startswith("Written to out in ")
