@@ -59,7 +59,7 @@ def main(arguments=None, draw=None):
         return print_error(str(error), 2)
     except (KeyboardInterrupt, CancelledError) as stop:
         moment = " before the first suns were finished" if isinstance(stop, CancelledError) else ""
-        return print_error(f"interrupted{moment}; nothing was written", 130)
+        return print_error(f"interrupted{moment}; no results were written", 130)
     except OSError as error:
         return print_error(f"{error.filename or 'system'}: {error.strerror or error}", 1)
     except Exception:

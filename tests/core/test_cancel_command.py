@@ -104,7 +104,7 @@ def test_second_interrupt_leaves_nothing(city, tmp_path, capfd, monkeypatch, mom
     interrupt(monkeypatch, 40)
     interrupt(monkeypatch, moment)
     assert run(city, tmp_path / "out", "--quiet") == 130
-    assert capfd.readouterr().err == "citypv: error: interrupted; nothing was written\n"
+    assert capfd.readouterr().err == "citypv: error: interrupted; no results were written\n"
     assert list(tmp_path.iterdir()) == []
 
 
@@ -129,7 +129,7 @@ def test_interrupt_before_the_first_block_leaves_nothing(city, tmp_path, capfd, 
 
     monkeypatch.setattr(sun_blocks.SunProgress, "begin", stop)
     assert run(city, tmp_path / "out", "--quiet") == 130
-    message = "citypv: error: interrupted before the first suns were finished; nothing was written\n"
+    message = "citypv: error: interrupted before the first suns were finished; no results were written\n"
     assert capfd.readouterr().err == message
     assert list(tmp_path.iterdir()) == []
 

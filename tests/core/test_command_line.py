@@ -258,7 +258,7 @@ def test_interrupted_run_leaves_nothing(city, tmp_path, sign):
                 break
         said = process.stderr.read()
         assert process.wait(timeout=60) == 130
-    assert said.strip().endswith("interrupted; nothing was written")
+    assert said.strip().endswith("interrupted; no results were written")
     assert "Traceback" not in said
     assert names_in(tmp_path) == set()
 
