@@ -123,7 +123,9 @@ def compute_band(path, band, result, threads):
         system = build_system(request)
         found = list(compute_chunks([environment], chosen, system, ways, usable_threads(threads)))
     places = [place for _, results in found for place in results]
-    values = {str(number): hours[0] for number, (_, _, hours) in enumerate(places) if hours}
+    lit = {number: hours[0] for number, (_, _, hours) in enumerate(places) if hours}
+    values = {f"hours_{number}": one for number, (one, _) in lit.items()}
+    values |= {f"errors_{number}": one for number, (_, one) in lit.items()}
     codes = np.array([code for code, _, _ in places])
     years = np.array([np.nan if one is None else one for _, one, _ in places], float)
 
@@ -142,7 +144,12 @@ def read_band(world, environments, number, path, chunks):
     with np.load(path) as stored:
         codes, years = stored["codes"].tolist(), stored["years"].tolist()
         results = [
-            (code, None if np.isnan(year) else year, [stored[str(row)]] if str(row) in stored else [])
+            (code, None if np.isnan(year) else year, read_place(stored, row))
             for row, (code, year) in enumerate(zip(codes, years, strict=True))
         ]
     fill_places(world, [environments[number]], np.concatenate(chunks), results, first=number)
+
+
+def read_place(stored, row):
+    """Hours of periods and their errors of a place, as `compute_place` gives them: list of one pair, or of none."""
+    return [(stored[f"hours_{row}"], stored[f"errors_{row}"])] if f"hours_{row}" in stored else []

@@ -84,15 +84,29 @@ def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
     direct, diffuse, horizon = per_poa * annual[:, None]  # [h] per relative irradiance
     parts = transfer.error_parts or no_parts(len(per_poa))
-    # A ray that misses the sky hits sunlit surfaces: the two errors cancel in part, as far as proportionality holds.
-    together = diffuse**2 * own_diffuse(transfer) + direct**2 * own_direct(transfer)
-    own = np.maximum(together + 2 * direct * diffuse * parts.covariance, PROPORTION**2 * together)
+    own = join_own(direct, diffuse, own_direct(transfer), own_diffuse(transfer), parts.covariance)
     if transfer.horizon is not None:
         own = own + (horizon * transfer.horizon.standard_error) ** 2  # small: what others pass on is not kept apart
     passed_on = direct[:, None] * parts.direct_passed_on + diffuse[:, None] * parts.diffuse_passed_on
     discretisation = direct * parts.direct_discretisation + diffuse * parts.diffuse_discretisation
     points = np.minimum(direct**2 * parts.direct_points, own)
     return np.where(np.isnan(full_load_hours), np.nan, own), passed_on, discretisation, points
+
+
+def join_own(direct, diffuse, own_direct, own_diffuse, covariance):
+    """Variance of full load hours from the own rays of surfaces, for direct and diffuse light together: (n,).
+
+    A ray that misses the sky hits sunlit surfaces: the two errors cancel in part, as far as proportionality holds.
+
+    Parameters
+    ----------
+    direct, diffuse : numpy.ndarray, (n,)
+        [h] per relative irradiance.
+    own_direct, own_diffuse, covariance : numpy.ndarray, (n,)
+        Of relative irradiances.
+    """
+    together = diffuse**2 * own_diffuse + direct**2 * own_direct
+    return np.maximum(together + 2 * direct * diffuse * covariance, PROPORTION**2 * together)
 
 
 def sun_sampling_share(record, name, part):

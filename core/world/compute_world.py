@@ -18,6 +18,7 @@ from ..energy.groups import rank_group
 from ..progress import silent
 from ..sun.sun_of_places import geocentric_sun
 from ..threads import map_in_order, usable_threads
+from .group_errors import carry_to_place
 from .match_hours import match_hours, match_shifted
 from .place_hours import HOURS, MONTHS, prepare_place, sum_periods
 from .places import Places
@@ -38,6 +39,7 @@ class World:
     group_count: np.ndarray  # (e, g) surfaces; 0 where an environment lacks a group
     group_area: np.ndarray  # (e, g) [m²] counted area
     full_load_hours: np.ndarray  # (p, e, g, 61) float32 [h]: annual, 12 months, 24 hours UTC, 24 solar hours; NaN: none
+    standard_error: np.ndarray  # (p, e, g) float32 [h] of the annual full load hours, by what the Transfers know
     without_reflections: np.ndarray  # (p, e, g, 13) float32 [h]: annual and months
     weather: np.ndarray  # (p,) int8, a key of sources.MEANINGS
     label: str  # of the weather
@@ -89,6 +91,7 @@ def empty_world(environments, source, way, sky):
         np.zeros(shape[1:], int),
         np.zeros(shape[1:]),
         np.full((*shape, PERIODS), np.nan, np.float32),
+        np.full(shape, np.nan, np.float32),
         np.full((*shape, PLAIN_PERIODS), np.nan, np.float32),
         np.zeros(shape[0], np.int8),
         source.label,
@@ -127,13 +130,14 @@ def fill_places(world, environments, chunk, results, first=0):
     for place, (code, years, hours) in zip(chunk, results, strict=True):
         world.weather[place] = code
         world.years = years or world.years
-        for number, (values, own) in enumerate(zip(hours, columns, strict=False), start=first):
+        for number, ((values, errors), own) in enumerate(zip(hours, columns, strict=False), start=first):
+            world.standard_error[place, number, own] = errors
             world.full_load_hours[place, number, own] = values[:, : len(own)].T
             world.without_reflections[place, number, own] = values[:PLAIN_PERIODS, len(own) :].T
 
 
 def compute_place(environments, weather, code, system, model, ways):  # noqa: PLR0917
-    """What the weather is, its years, and for each environment the hours of the periods: (61, 2 g)."""
+    """What the weather is, its years, and for each environment hours of periods, (61, 2 g), and their errors, (g,)."""
     if weather is None:
         return code, None, []
     years = count_years(weather)
@@ -143,7 +147,9 @@ def compute_place(environments, weather, code, system, model, ways):  # noqa: PL
     for one in environments:
         if one.sky.count not in matched:
             matched[one.sky.count] = match_place(one.sky, hours, weather, way)
-        found.append(sum_periods(sum_groups(one, hours, matched[one.sky.count], model), hours))
+        sunlight = matched[one.sky.count]
+        values = sum_periods(sum_groups(one, hours, sunlight, model), hours)
+        found.append((values, carry_to_place(one.errors, hours, sunlight, values[0, : len(one.groups)])))
     return code, years, found
 
 

@@ -1,6 +1,6 @@
 """An environment: the eligible surfaces of a traced city, ready to be placed anywhere on Earth."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from ..energy.sum_block import Block, take_block
 from ..errors import InputError
 from ..sky.sky_models import NO_CAP
 from ..sun.match_sky_grid import SkyTriangles, triangulate_sky
+from .group_errors import GroupErrors, find_group_errors
 
 SINGLE = np.float32
 
@@ -31,6 +32,7 @@ class Environment:
     block: Block  # of the n surfaces, float32
     horizon: np.ndarray  # (3, n) float32: view of the horizon, its reflected light, sky view factor; 0 if not traced
     sky: SkyTriangles
+    errors: GroupErrors | None = None  # of all surfaces, also where they are merged
 
 
 def build_environment(name, source, transfer, system, sky_model="isotropic"):
@@ -86,7 +88,8 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
         horizon[:] = view, transfer.horizon.relative[rows] - view, transfer.sky_view_factor[rows]
     weight = groups.weight[rows, member]
     first = np.searchsorted(member, np.arange(len(groups.names) + 1)).astype(np.int64)
-    return Environment(name, source, groups.names, groups.count, groups.area, first, weight, block, horizon, sky)
+    found = Environment(name, source, groups.names, groups.count, groups.area, first, weight, block, horizon, sky)
+    return replace(found, errors=find_group_errors(transfer, found, rows))
 
 
 def check_sky_grid(source, transfer):

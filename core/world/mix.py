@@ -77,5 +77,12 @@ def add_mix(world, weights):
         group_count=np.concatenate([world.group_count, [world.group_count[members].sum(axis=0) * whole]]),
         group_area=np.concatenate([world.group_area, [world.group_area[members].sum(axis=0) * whole]]),
         full_load_hours=mean(world.full_load_hours).astype(np.float32),
+        standard_error=join_errors(world.standard_error, share, members),
         without_reflections=mean(world.without_reflections).astype(np.float32),
     )
+
+
+def join_errors(values, share, members):
+    """Standard errors, with that of a mix of environments whose errors are independent: (p, e + 1, g)."""
+    mix = np.sqrt(np.einsum("e,peg->pg", share**2, values[:, members].astype(float) ** 2))
+    return np.concatenate([values, mix[:, None].astype(np.float32)], axis=1)

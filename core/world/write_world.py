@@ -50,6 +50,11 @@ def dataset_of_world(world):
             dimensions = (*at, "environment", "group", *([dimension] if dimension else []))
             variables[name] = (dimensions, part.reshape(*shape, *part.shape[1:]), {**HOURS_UNIT, "long_name": words})
     annual = variables["full_load_hours"]
+    error = "full_load_hours_standard_error"
+    annual[2]["ancillary_variables"] = error
+    words = "standard error of the full load hours of a year, by tracing"
+    found = world.standard_error.reshape(*shape, *world.standard_error.shape[1:])
+    variables[error] = (annual[0], found, {**HOURS_UNIT, "long_name": words})
     variables["capacity_factor"] = (
         annual[0],
         annual[1] / np.float32(8760),

@@ -1,0 +1,136 @@
+"""Standard errors of a world: those of `yield`, and as large as the scatter of Transfers with known noise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from citypv.core.commands.command_line import main
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.pv_system import default_system
+from citypv.core.results.write_transfer import write_transfer
+from citypv.core.sun.sky_grid import sky_grid_suns
+from citypv.core.transfer.transfer import ErrorParts, Horizon
+from citypv.core.weather.read_weather import read_weather
+from citypv.core.world.compute_world import compute_world
+from citypv.core.world.environment import build_environment
+from citypv.core.world.merge_surfaces import merge_surfaces
+from citypv.core.world.mix import add_mix
+from citypv.core.world.sources import station_source
+from citypv.core.world.unshaded import unshaded_transfer
+
+from .transfers import Horizons
+from .weathers import BARROW, PVGIS
+
+COUNT = 60
+AS_YIELD = 0.02  # one ratio of hours to irradiance for each group, not for each surface
+DRAWS = 60
+NOISE = 0.004  # of relative irradiances
+
+
+@pytest.fixture(scope="module")
+def system():
+    return default_system()
+
+
+@pytest.fixture(scope="module")
+def town():
+    """A Transfer with all parts of errors, each of which counts."""
+    transfer, rng = Horizons(COUNT, seed=3).transfer(sky_grid_suns(400)), np.random.default_rng(4)
+    view = np.hypot(*transfer.surfaces.normal[:, :2].T) * rng.random(COUNT)
+    own = rng.uniform(0.005, 0.02, (2, COUNT))
+    common = 0.01 * rng.normal(size=8)
+    passed_on = common + 0.005 * rng.normal(size=(2, COUNT, 8))
+    grid = rng.normal(0.001, 0.002, (2, COUNT))
+    whole = np.sqrt(own**2 + passed_on.var(axis=-1, ddof=1) / 8 + grid**2)
+    covariance = rng.uniform(-0.9, 0.5, COUNT) * own.prod(axis=0)
+    groups = {"facade south": {"bias": 0.4, "rms": 1.0}}
+    return replace(
+        transfer,
+        horizon=Horizon(view, view + 0.1 * rng.random(COUNT), rng.uniform(0.001, 0.01, COUNT)),
+        diffuse_relative_standard_error=whole[0],
+        direct_annual_standard_error=whole[1],
+        error_parts=ErrorParts(*passed_on, *grid, covariance, np.zeros(COUNT)),
+        record=replace(transfer.record, sun_sampling={"bias": 0.1, "rms": 0.5, "groups": groups}),
+    )
+
+
+def world_at(environments, weathers, system, sky="isotropic"):
+    source = station_source(weathers, [str(number) for number in range(len(weathers))])
+    return compute_world(environments, source, system, threads=1, sky=sky)
+
+
+@pytest.mark.parametrize("sky", ["isotropic", "perez"])
+def test_errors_are_those_of_yield(town, system, sky):
+    """The Arctic, 45° N, and a clear sky at the equator: shares of direct light from a third to four fifths."""
+    weathers = [
+        read_weather(BARROW, 0.0, 0.0),
+        read_weather(PVGIS, 0.0, 0.0),
+        read_weather("clear-sky", 0.0, 10.0, 0.0),
+    ]
+    environment = build_environment("town", "test", town, system, sky)
+    world = world_at([environment], weathers, system, sky)
+    merged = world_at([merge_surfaces(environment, COUNT // 2)], weathers, system, sky)
+    for row, weather in enumerate(weathers):
+        energy = compute_energy(town, weather, system, threads=1, sky=sky)
+        assert world.groups == energy.groups
+        np.testing.assert_allclose(world.standard_error[row, 0], energy.group_standard_error, rtol=AS_YIELD)
+        np.testing.assert_allclose(merged.standard_error[row, 0], energy.group_standard_error, rtol=AS_YIELD)
+    relative = world.standard_error[:, 0] / world.full_load_hours[:, 0, :, 0]
+    assert (np.ptp(relative, axis=0) > 0.05 * relative.mean(axis=0)).any()  # one share for all places would not do
+
+
+def test_errors_are_as_large_as_the_scatter(system):
+    """Noise of known size in the diffuse, and in another run in the reflected light of single surfaces."""
+    plain, rng = Horizons(COUNT, seed=3).transfer(sky_grid_suns(100)), np.random.default_rng(7)
+    plain.direct_reflected += np.float32(0.05)
+    plain.direct_annual_standard_error[:] = NOISE
+    plain.diffuse_relative_standard_error[:] = 2 * NOISE
+    weathers = [read_weather(BARROW, 0.0, 0.0), read_weather(PVGIS, 0.0, 0.0)]
+
+    def world_of(transfer):
+        return world_at([build_environment("town", "test", transfer, system)], weathers, system)
+
+    def noisy():
+        diffuse, direct = rng.normal(size=(2, COUNT, 1)) * NOISE
+        reflected = plain.direct_reflected + direct.astype(np.float32)
+        return replace(plain, diffuse_relative=plain.diffuse_relative + 2 * diffuse[:, 0], direct_reflected=reflected)
+
+    stated = world_of(plain).standard_error[:, 0]
+    found = np.array([world_of(noisy()).full_load_hours[:, 0, :, 0] for _ in range(DRAWS)])
+    ratio = found.var(axis=0, ddof=1) / stated**2
+    # Some 6 independent groups of 60 draws: 7 % of the variance; hours are proportional to light within 10 %.
+    np.testing.assert_allclose(np.sqrt(ratio.mean(axis=1)), 1.0, atol=0.17)
+
+
+def test_a_mix_has_independent_errors_and_closed_forms_have_none(town, system):
+    environments = [
+        build_environment(name, "test", transfer, system)
+        for name, transfer in (("town", town), ("unshaded", unshaded_transfer()))
+    ]
+    world = add_mix(world_at(environments, [read_weather(PVGIS, 0.0, 0.0)], system), {"town": 0.25, "unshaded": 0.75})
+    town_error, unshaded, mix = world.standard_error[0]
+    assert (unshaded == 0).all() and (town_error > 0).all()
+    np.testing.assert_allclose(mix, 0.25 * town_error, rtol=1e-6)
+
+
+def test_an_unknown_error_stays_unknown(town, system):
+    unknown = replace(town, direct_annual_standard_error=np.full(COUNT, np.nan))
+    world = world_at([build_environment("town", "test", unknown, system)], [read_weather(PVGIS, 0.0, 0.0)], system)
+    assert np.isnan(world.standard_error).all() and np.isfinite(world.full_load_hours).all()
+
+
+def test_the_file_has_them_and_tasks_do_not_change_them(town, tmp_path):
+    write_transfer(tmp_path / "transfer.nc", town)
+    options = ["--step", "60", "--latitudes", "0", "60", "--longitudes", "0", "60", "--pictures", "off", "--quiet"]
+    for name, more in (("one", []), ("tasks", ["--cluster", "serial"])):
+        command = ["world", str(tmp_path / "transfer.nc"), "unshaded", *options, *more, "--out", str(tmp_path / name)]
+        assert main(command) == 0
+    with xr.open_dataset(tmp_path / "one" / "world.nc") as one, xr.open_dataset(tmp_path / "tasks" / "world.nc") as two:
+        hours, error = one["full_load_hours"], one["full_load_hours_standard_error"]
+        assert hours.attrs["ancillary_variables"] == error.name
+        assert error.attrs["units"] == "h" and error.dims == hours.dims
+        np.testing.assert_array_equal(np.isnan(error), np.isnan(hours))
+        assert float((error / hours).max()) < 0.1
+        xr.testing.assert_equal(one, two)
