@@ -113,8 +113,8 @@ def build_parser():
     add_output(again)
     add_options(again, "weather", "electricity", "sky", "effects", "run")
     again.set_defaults(run=run_yield, parser=again)
-    plot = commands.add_parser("plot", help="draw a result folder: pictures and tables in one report.html")
-    plot.add_argument("folder", metavar="DIR", help="folder that simulate or yield has written")
+    plot = commands.add_parser("plot", help="draw a result folder: one report.html, or the maps of a world")
+    plot.add_argument("folder", metavar="DIR", help="folder that simulate, yield or world has written")
     plot.add_argument("--quiet", action="store_true", help="print nothing but errors")
     plot.set_defaults(run=run_plot)
     world = commands.add_parser("world", help="full load hours of traced environments all over the world")
@@ -249,9 +249,9 @@ def run_plot(options):
     """`citypv plot`."""
     from .plot_results import plot_results
 
-    path = plot_results(options.folder)
+    paths = plot_results(options.folder)
     if not options.quiet:
-        print(f"Written to {path}", file=sys.stderr)
+        print(f"Written to {', '.join(map(str, paths))}", file=sys.stderr)
 
 
 def run_inspect(options):

@@ -1,5 +1,6 @@
 """The pictures of a world (paper, Fig. 6 to 9), from world.nc."""
 
+from ..errors import InputError
 from ..files.open_netcdf import open_netcdf
 from .draw_world_day import draw_world_day
 from .draw_world_gain import draw_world_gain
@@ -7,6 +8,9 @@ from .draw_world_map import draw_world_map
 from .draw_world_months import draw_world_months
 from .picture import DOTS, plain_style
 
+PARTS = ("by_month", "by_solar_hour", "without_reflections")
+CURE = "compute it again: citypv world … --overwrite"
+SHOWN = ("weather", "full_load_hours", *(f"full_load_hours_{part}" for part in PARTS))
 PICTURES = {
     "world_map.png": draw_world_map,
     "world_gain.png": draw_world_gain,
@@ -28,10 +32,13 @@ def draw_world(path, folder):
     -------
     list of str
         Names of the files written.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or is none of `citypv world`.
     """
-    with open_netcdf(path) as dataset:
-        dataset.load()
-    written = []
+    dataset, written = read_dataset(path), []
     if "latitude" not in dataset.dims:
         return written
     with plain_style():
@@ -41,3 +48,16 @@ def draw_world(path, folder):
                 figure.savefig(folder / name, dpi=DOTS, metadata={"Software": None})
                 written.append(name)
     return written
+
+
+def read_dataset(path):
+    """world.nc in memory, if it is one: xarray.Dataset."""
+    try:
+        with open_netcdf(path) as dataset:
+            dataset.load()
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(path, f"cannot be read as NetCDF ({' '.join(str(error).split())})", CURE) from error
+    missing = [name for name in SHOWN if name not in dataset]
+    if missing:
+        raise InputError(path, f"has no {', '.join(missing)}", CURE)
+    return dataset

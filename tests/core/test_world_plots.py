@@ -1,5 +1,7 @@
 """Pictures of a world, and the numbers they show."""
 
+import shutil
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,6 +9,7 @@ import xarray as xr
 
 from citypv.core.commands.command_line import main
 from citypv.core.energy.pv_system import default_system
+from citypv.core.plots.draw_world import PICTURES
 from citypv.core.plots.draw_world_gain import find_gain, mean_gain
 from citypv.core.plots.world_axes import edges, nearest_place, read_coast, write_degrees
 from citypv.core.weather.add_sun import add_sun
@@ -16,7 +19,7 @@ from citypv.core.world.environment import build_environment
 from citypv.core.world.sources import station_source
 from citypv.core.world.unshaded import unshaded_transfer
 
-from .weathers import HOUR, year_of
+from .weathers import HOUR, PVGIS, year_of
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +38,29 @@ def test_all_pictures_are_drawn(folder):
         assert content.startswith(b"\x89PNG")
         assert len(content) > 20_000
     assert (folder / "summary.json").exists()
+
+
+def test_plot_draws_them_anew(folder, tmp_path, capfd):
+    """From world.nc alone, the same bytes; what is no grid, or no world, ends in one line."""
+    shutil.copy(folder / "world.nc", tmp_path / "world.nc")
+    assert main(["plot", str(tmp_path)]) == 0
+    assert capfd.readouterr().err.count(".png") == len(PICTURES)
+    for name in PICTURES:
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+    station = tmp_path / "station"
+    assert main(["world", "unshaded", "--weather", str(PVGIS), "--quiet", "--out", str(station)]) == 0
+    (tmp_path / "bad").mkdir()
+    (tmp_path / "bad" / "world.nc").write_text("nothing", encoding="utf-8")
+    (tmp_path / "other").mkdir()
+    xr.Dataset({"weather": ("station", [1])}).to_netcdf(tmp_path / "other" / "world.nc", engine="h5netcdf")
+    for place, words in (
+        (station, "single places"),
+        (tmp_path / "bad", "cannot be read"),
+        (tmp_path / "other", "has no"),
+    ):
+        assert main(["plot", str(place)]) == 2
+        said = capfd.readouterr().err
+        assert f"{place / 'world.nc'}: " in said and words in said and said.count("\n") == 1
 
 
 def test_file_follows_the_conventions(folder):
