@@ -1,9 +1,9 @@
 """Numbers of docs/world.md: the paper's at 10° E, what the shift in time costs, and the cost of a place.
 
-    python benchmarks/world.py A=DIR B=DIR C=DIR [--shift] [--cost] [--threads N]
+    python benchmarks/world.py A=DIR B=DIR C=DIR [--sky isotropic|perez] [--shift] [--cost] [--threads N]
 
 The environments are folders of runs with --suns sky-grid:N. Without options: the table at 10° E, under the built-in
-climate (off land the clear sky) and the isotropic sky, with the default settings else and with --method paper.
+climate (off land the clear sky), with the sky of --sky and the default settings else, and with --method paper.
 """
 
 import argparse
@@ -31,6 +31,7 @@ SHOWN = ["facade_south", "facade_east", "facade_west", "facade_north", "roof_sou
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("environments", nargs="+", metavar="NAME=DIR")
+    parser.add_argument("--sky", choices=("isotropic", "perez"), default="isotropic", help="of the default settings")
     parser.add_argument("--shift", action="store_true", help="errors of the paper's shift by latitude and longitude")
     parser.add_argument("--cost", action="store_true", help="seconds per place against surfaces, and error of merging")
     parser.add_argument("--threads", type=int, default=1)
@@ -47,10 +48,11 @@ def print_meridian(options):
     places = grid_places(np.arange(0.0, 73.0), np.array([MERIDIAN]))
     for method, way in ((None, "exact"), ("paper", "paper")):
         request = Request(**settings_of_method(method))
-        environments, _ = read_environments([*options.environments, "unshaded"], build_system(request))
+        wanted = "isotropic" if method else options.sky
+        environments, sky = read_environments([*options.environments, "unshaded"], build_system(request), wanted)
         source = model_source(places, "climate", request, "clear-sky")
-        world = compute_world(environments, source, build_system(request), way, threads=options.threads)
-        print(f"\n--method {method}, --way {way}")
+        world = compute_world(environments, source, build_system(request), way, sky=sky, threads=options.threads)
+        print(f"\n--method {method}, --way {way}, --sky {sky}")
         hours, plain = world.full_load_hours[..., 0], world.without_reflections[..., 0]
         groups = ["_".join(pair) for pair in world.groups]
         for number, name in enumerate(world.environments):
