@@ -81,6 +81,7 @@ def test_errors_are_those_of_yield(town, system, sky):
     assert (np.ptp(relative, axis=0) > 0.05 * relative.mean(axis=0)).any()  # one share for all places would not do
 
 
+@pytest.mark.once
 def test_errors_are_as_large_as_the_scatter(system):
     """Noise of known size in the diffuse, and in another run in the reflected light of single surfaces."""
     plain, rng = Horizons(COUNT, seed=3).transfer(sky_grid_suns(100)), np.random.default_rng(7)
