@@ -23,7 +23,23 @@ from ..sampling.random_numbers import GOLDEN, mix
 from .crossing_loops import build_hierarchy, sum_crossings
 
 OPAQUE = 1e6  # optical depth of a trunk
+MARGIN = 1e-9  # of optical depth, more than rounding
 GOLDEN_RATIO = 0.6180339887498949
+
+
+class CrownShapes:
+    """Crowns and trunks for finding rays that meet them and their crossings, the same with leaves and without.
+
+    Parameters
+    ----------
+    crowns : Crowns
+    """
+
+    def __init__(self, crowns):
+        self.ray_scene = RayScene(crowns.vertices, crowns.triangles)
+        corners = crowns.vertices[crowns.triangles]
+        *self.hierarchy, self.order = build_hierarchy(corners, 2 * crowns.tree + crowns.trunk)
+        self.corners = corners[self.order]
 
 
 class Canopy:
@@ -36,18 +52,19 @@ class Canopy:
         Optical depth per metre in each crown, k · LAD [m⁻¹].
     per_crossing : (k,) float64
         Optical depth of crossing each crown once.
+    shapes : CrownShapes, optional
+        Of these crowns, where they are known already.
     """
 
-    def __init__(self, crowns, per_metre, per_crossing):
+    def __init__(self, crowns, per_metre, per_crossing, shapes=None):
         self.vertices = crowns.vertices
-        self.ray_scene = RayScene(crowns.vertices, crowns.triangles)
-        corners = crowns.vertices[crowns.triangles]
-        *self._hierarchy, order = build_hierarchy(corners)
-        self._corners, tree, trunk = corners[order], crowns.tree[order], crowns.trunk[order]
+        self._shapes = shapes or CrownShapes(crowns)
+        self.ray_scene = self._shapes.ray_scene
+        tree, trunk = crowns.tree[self._shapes.order], crowns.trunk[self._shapes.order]
         # A crossing of a crown is an entry and an exit: half each.
         self._costs = np.where(trunk, 0.0, per_metre[tree]), np.where(trunk, OPAQUE, per_crossing[tree] / 2)
 
-    def transmittance(self, ray_origins, ray_directions, reach=None):
+    def transmittance(self, ray_origins, ray_directions, reach=None, least=None):
         """Share of light that passes along rays.
 
         Parameters
@@ -56,6 +73,8 @@ class Canopy:
             Directions of unit length.
         reach : (n,) float, optional
             Length of each ray [m]; infinite if not given.
+        least : (n,) float, optional
+            Transmittance from which on it is wanted: of rays with less, any value below it is returned.
 
         Returns
         -------
@@ -65,8 +84,9 @@ class Canopy:
         met = np.flatnonzero(self.ray_scene.trace_closest(ray_origins, ray_directions) >= 0)
         ends = np.full(len(met), 1e30) if reach is None else np.asarray(reach, float)[met]
         rays = (np.ascontiguousarray(part[met], float) for part in (ray_origins, ray_directions))
+        enough = np.full(len(met), np.inf) if least is None else MARGIN - np.log(least[met])
         depth = np.empty(len(met))
-        sum_crossings(tuple(self._hierarchy), self._corners, self._costs, (*rays, ends), depth)
+        sum_crossings(tuple(self._shapes.hierarchy), self._shapes.corners, self._costs, (*rays, ends, enough), depth)
         passed[met] = np.exp(-np.maximum(depth, 0))
         return passed
 
@@ -86,8 +106,9 @@ class Canopy:
         """
         shape = ray_origins.shape[:2]
         reach = None if reach is None else reach.reshape(-1)
-        passed = self.transmittance(ray_origins.reshape(-1, 3), ray_directions.reshape(-1, 3), reach).reshape(shape)
-        return passed < spread_numbers(hash_rays(ray_origins[:, 0], ray_directions[:, 0]), shape[1])
+        numbers = spread_numbers(hash_rays(ray_origins[:, 0], ray_directions[:, 0]), shape[1]).reshape(-1)
+        rays = ray_origins.reshape(-1, 3), ray_directions.reshape(-1, 3)
+        return (self.transmittance(*rays, reach, numbers) < numbers).reshape(shape)
 
     def stop_shadow_rays(self, position, free, directions):
         """Stop shadow rays in crowns.
@@ -107,8 +128,9 @@ class Canopy:
             return
         passed = np.ones((len(row), position.shape[1]))
         pair, point = np.nonzero(shaded[row, sun])
-        passed[pair, point] = self.transmittance(position[row[pair], point], directions[sun[pair]])
         numbers = spread_numbers(hash_rays(position[row, 0], directions[sun]), position.shape[1])
+        rays = position[row[pair], point], directions[sun[pair]]
+        passed[pair, point] = self.transmittance(*rays, least=numbers[pair, point])
         free[row, sun] &= passed >= numbers
 
 

@@ -19,38 +19,64 @@ ENOUGH = 1e5  # optical depth that only trunks have
 ASIDE = (3.1e-7, 2.3e-7, 1.7e-7)
 
 
-def build_hierarchy(corners):
-    """Bounding volume hierarchy, by halving along the longest extent of the centroids.
+def build_hierarchy(corners, body):
+    """Bounding volume hierarchy: bodies are halved along the longest extent of their middles, then their triangles.
 
     Parameters
     ----------
     corners : (t, 3, 3) float64 [m]
+    body : (t,) int
+        Closed surface, or trunk, that each triangle belongs to.
 
     Returns
     -------
     boxes : (n, 6) float64
         Low and high corner of each node.
-    links : (n, 2) int64
-        First child and 0 (the second child follows it), or first triangle in `order` and their number.
+    links : (n, 3) int64
+        First child and 0 (the second child follows it), or first triangle in `order` and their number; and 1 where the
+        node holds nothing but whole bodies.
     order : (t,) int64
     """
     low, high, centre = corners.min(axis=1), corners.max(axis=1), corners.mean(axis=1)
+    middle = middles_of_bodies(centre, body)
     order, boxes, links = np.arange(len(corners)), [None], [None]
-    waiting = [(0, 0, len(corners))]
+    waiting = [(0, 0, len(corners), 1)]
     while waiting:
-        node, first, last = waiting.pop()
+        node, first, last, whole = waiting.pop()
         own = order[first:last]
         boxes[node] = np.concatenate([low[own].min(axis=0), high[own].max(axis=0)])
-        if last - first <= LEAF:
-            links[node] = first, last - first
+        several = whole and (body[own] != body[own[0]]).any()
+        if last - first <= LEAF and not several:
+            links[node] = first, last - first, whole
             continue
-        axis, middle = np.ptp(centre[own], axis=0).argmax(), (last - first) // 2
-        order[first:last] = own[np.argpartition(centre[own, axis], middle)]
-        links[node] = len(boxes), 0
-        waiting += [(len(boxes), first, first + middle), (len(boxes) + 1, first + middle, last)]
+        order[first:last], size = halve_bodies(own, middle, body) if several else halve_triangles(own, centre)
+        links[node] = len(boxes), 0, whole
+        whole = int(several)
+        waiting += [(len(boxes), first, first + size, whole), (len(boxes) + 1, first + size, last, whole)]
         boxes += [None, None]
         links += [None, None]
     return np.array(boxes), np.array(links), order
+
+
+def middles_of_bodies(centre, body):
+    """Mean of the centroids of the triangles of its body, for each triangle: (t, 3) float64 [m]."""
+    own = np.unique(body, return_inverse=True)[1]
+    sums = np.column_stack([np.bincount(own, centre[:, axis]) for axis in range(3)])
+    return (sums / np.bincount(own)[:, None])[own]
+
+
+def halve_bodies(own, middle, body):
+    """Triangles of several bodies in order of these, and how many of them make the first half: (m,) int64, int."""
+    axis = np.ptp(middle[own], axis=0).argmax()
+    own = own[np.lexsort((body[own], middle[own, axis]))]
+    starts = np.flatnonzero(np.diff(body[own])) + 1
+    return own, int(starts[np.abs(starts - len(own) // 2).argmin()])
+
+
+def halve_triangles(own, centre):
+    """Triangles in two halves along the longest extent of their centroids, and the size of the first."""
+    axis, size = np.ptp(centre[own], axis=0).argmax(), len(own) // 2
+    return own[np.argpartition(centre[own, axis], size)], size
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -58,22 +84,23 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
     """Optical depth along rays.
 
     The length inside a closed surface is Σ t over the exits minus Σ t over the entries, each at most at the ray's
-    reach; it needs no order of the crossings and holds for rays that start or end inside.
+    reach; it needs no order of the crossings and holds for rays that start or end inside. Bodies beyond the reach add
+    nothing and are passed over; what whole bodies add is never below 0, so that the sum may end between two bodies.
 
     Parameters
     ----------
-    hierarchy : tuple of (n, 6) float64 and (n, 2) int64
+    hierarchy : tuple of (n, 6) float64 and (n, 3) int64
         Of `build_hierarchy`.
     corners : (t, 3, 3) float64 [m]
         Of the triangles in its order.
     costs : tuple of two (t,) float64
         Optical depth per metre inside, and per crossing within reach.
-    rays : tuple of (m, 3) float64, (m, 3) float64 and (m,) float64
-        Origins, unit directions, reach [m].
+    rays : tuple of (m, 3) float64, (m, 3) float64, (m,) float64 and (m,) float64
+        Origins, unit directions, reach [m], and the optical depth that is enough: above it, the sum may end.
     depth : (m,) float64
         Written.
     """
-    (boxes, links), (per_metre, per_crossing), (origins, directions, reach) = hierarchy, costs, rays
+    (boxes, links), (per_metre, per_crossing), (origins, directions, reach, enough) = hierarchy, costs, rays
     waiting, inverse, shear = np.empty(DEEPEST, np.int64), np.empty(3), np.empty(3)
     for ray in range(len(depth)):
         axes = prepare_ray(directions[ray], inverse, shear)
@@ -83,9 +110,12 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
         while count and total < ENOUGH:
             count -= 1
             node = waiting[count]
-            if not meets_box(boxes, node, (x, y, z), inverse):
+            first, size, whole = links[node, 0], links[node, 1], links[node, 2]
+            if whole and total > enough[ray]:
+                break
+            near = enter_box(boxes, node, (x, y, z), inverse)
+            if near == np.inf or (whole and near > reach[ray]):
                 continue
-            first, size = links[node, 0], links[node, 1]
             if size == 0:
                 waiting[count], waiting[count + 1] = first, first + 1
                 count += 2
@@ -113,8 +143,8 @@ def prepare_ray(direction, inverse, shear):
 
 
 @njit(nogil=True, cache=True, inline="always")
-def meets_box(boxes, node, origin, inverse):
-    """Whether a ray meets the box of a node ahead of its origin."""
+def enter_box(boxes, node, origin, inverse):
+    """Distance at which a ray enters the box of a node, 0 from inside; infinite if the box is not ahead of it."""
     near, far = 0.0, np.inf
     for axis in range(3):
         one = (boxes[node, axis] - origin[axis]) * inverse[axis]
@@ -123,7 +153,14 @@ def meets_box(boxes, node, origin, inverse):
             one, other = other, one
         near = one if one > near else near
         far = other if other < far else far
-    return near <= far
+    return near if near <= far else np.inf
+
+
+@njit(nogil=True, cache=True, inline="always")
+def enter_slab(low, high, origin, inverse):
+    """Distances at which a ray enters and leaves the space between two planes across an axis."""
+    one, other = (low - origin) * inverse, (high - origin) * inverse
+    return (one, other) if inverse > 0 else (other, one)
 
 
 @njit(nogil=True, cache=True, inline="always")

@@ -6,11 +6,12 @@ doi:10.1007/s00704-013-1000-3). With the defaults, a crown crossed over 6 m lets
 
 import re
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ..errors import InputError
-from .canopy import Canopy
+from .canopy import Canopy, CrownShapes
 from .crowns import Crowns
 
 TROPIC = 23.44  # [°] latitude up to which trees are taken to keep their leaves
@@ -35,9 +36,15 @@ class Foliage:
         changes = any((one != other).any() for one, other in zip(self.in_leaf, self.bare, strict=True))
         return changes and 0 < len(self.months) < 12
 
+    @cached_property
+    def shapes(self):
+        """Crowns for finding crossings, the same in both states and in all rounds: CrownShapes."""
+        return CrownShapes(self.crowns)
+
     def canopy(self, bare=False):
         """What attenuates rays: Canopy; `bare` is the state in the other months."""
-        return Canopy(self.crowns, *(self.bare if bare or not self.months else self.in_leaf))
+        depths = self.bare if bare or not self.months else self.in_leaf
+        return Canopy(self.crowns, *depths, shapes=self.shapes)
 
 
 def choose_foliage(crowns, request, latitude):

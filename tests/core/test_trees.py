@@ -81,6 +81,24 @@ def test_stopped_rays_are_those_that_do_not_pass_on_average():
     assert passed == pytest.approx(np.exp(-0.8), abs=4 * 0.5 / np.sqrt(500 * 16))
 
 
+def test_which_rays_end_in_a_row_of_crowns():
+    """Along a row of 40 boxes of 1 m, 3 m apart, the depth up to the reach is known for every ray."""
+    generator = np.random.default_rng(0)
+    density, start = generator.uniform(0.05, 0.5, 40), 3.0 * np.arange(40)
+    crowns = crowns_of(*(box([x, 0, 0], [x + 1, 1, 1]) for x in start))
+    origins = np.column_stack([generator.uniform(-5, 120, 2000), np.full((2000, 2), 0.4)])
+    reach, numbers = generator.uniform(0, 90, 2000), 1 - generator.random(2000)
+    ends = origins[:, :1] + reach[:, None]
+    inside = np.clip(np.minimum(ends, start + 1) - np.maximum(origins[:, :1], start), 0, None)
+    expected = np.exp(-inside @ density)
+    canopy = Canopy(crowns, density, np.zeros(40))
+    rays = origins, np.broadcast_to([1.0, 0, 0], origins.shape), reach
+    assert canopy.transmittance(*rays) == pytest.approx(expected, rel=1e-5)
+    clear = np.abs(expected - numbers) > 1e-5
+    assert ((canopy.transmittance(*rays, numbers) < numbers) == (expected < numbers))[clear].all()
+    assert 0.2 < (expected < numbers).mean() < 0.9
+
+
 def wall_and_tree(trees=True):
     """A wall and a floor of 20 × 20 m, cut into strips, with a crown in front of the wall."""
     wall = strip([-10, 0, 0], [20, 0, 0], [0, 0, 10], 5)
