@@ -12,7 +12,7 @@ from ..transfer.prepare_scene import build_tree, prepare_scene
 from .fill_untraced import fill_untraced
 from .pilot import run_pilot
 from .predict import Knobs, left_by_bounces, predict_errors, predict_seconds, price_pilot
-from .sun_sampling import measure_ways, name_groups
+from .sun_sampling import measure_ways, name_groups, shares_of_names
 from .yield_errors import SOURCES
 
 WAYS = ("days:12", "days:24", "days:52", "typical-days:12", "sky-grid:1654", "hourly")
@@ -124,9 +124,7 @@ def knobs_of_preset(name):
 
 def sampling_of_surfaces(measured, pilot):
     """Error of a choice of suns for each surface of the pilot, as a share of its hours: (e,) float64."""
-    names = name_groups(pilot.transfer.surfaces)[pilot.lit]
-    groups = measured.get("groups", {})
-    return np.array([groups.get(name, measured)["rms"] for name in names]) / 100
+    return shares_of_names(measured, name_groups(pilot.transfer.surfaces)[pilot.lit], "rms")
 
 
 def describe_prices(listed):

@@ -180,14 +180,18 @@ def describe_round(errors, goal, each, record, stop):
 
 
 def unreachable(errors, target, shadow_samples):
-    """Why no number of rounds reaches a target [%], and the option that would help: (str, str), or None."""
-    left = errors.at_share(without=SAMPLED)
-    if not left >= target:
+    """Why no number of rounds reaches a target [%], and the option that would help: (str, str), or None.
+
+    None as well where that is not certain: what stays exceeds the target by less than its standard error, or patches
+    are not resolved into as many elements as in later rounds.
+    """
+    least, left = errors.at_least(), errors.at_share(without=SAMPLED)
+    if not least > target:
         return None
     fixed = replace(errors, variance={name: errors.variance[name] for name in SOURCES if name not in SAMPLED})
-    cure = {
-        "suns": "--suns with more days, or hourly",
-        "discretisation": "--shadow-samples 16" if shadow_samples < CELLS else "a smaller --patch-size",
-    }[fixed.largest()]
-    words = f"{SOURCES[fixed.largest()]} alone leaves {left:.2f} % whatever the number of rays"
+    source = fixed.largest()
+    if source == "discretisation" and shadow_samples < CELLS:
+        return None
+    cure = {"suns": "--suns with more days, or hourly", "discretisation": "a smaller --patch-size"}[source]
+    words = f"{SOURCES[source]} alone leaves {left:.2f} ± {left - least:.2f} % whatever the number of rays"
     return words, f"give {cure}, or a target above {left:.2f}"

@@ -26,11 +26,12 @@ def measure_ways(inputs, ways, progress=silent, *, prepared=None):
     -------
     list of dict
         For each way, in percent of full load hours: `bias` (all together) and its `bias_standard_error`, `rms` (patch
-        by patch) and how many `patches`; and the same for each kind and orientation under `groups`.
+        by patch) and its `rms_standard_error`, and how many `patches`; and the same for each kind and orientation
+        under `groups`.
     """
     scene, weather, transfer, request = inputs
     if all(suns.way == "hourly" for suns in ways) or not transfer.surfaces.eligible.any():
-        return [{"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "patches": 0} for _ in ways]
+        return [no_error(0) for _ in ways]
     year = weather.data.index, weather.interval, weather.latitude, weather.longitude
     hourly = choose_suns("hourly", *year, request.seed, position=weather.data)
     *clustered, exact = trace_sun_samples(scene, transfer, [*ways, hourly], request, progress, prepared=prepared)
@@ -69,15 +70,28 @@ def weigh_groups(names, surfaces):
     return weight
 
 
+def shares_of_names(measured, names, part):
+    """One of the numbers of a choice of suns for kinds and orientations (n,) str, as a share of hours: (n,) float64."""
+    groups = measured.get("groups", {})
+    return np.array([groups.get(name, measured)[part] for name in names]) / 100
+
+
+def no_error(count):
+    """What `compare_hours` finds where nothing differs."""
+    return {"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "rms_standard_error": 0.0, "patches": count}
+
+
 def compare_hours(found, true, weight):
-    """Bias and rms of full load hours in percent of their mean, and of how many patches: dict."""
+    """Bias and rms of full load hours in percent of their mean, with standard errors, and how many patches: dict."""
     mean, count = np.average(true, weights=weight), len(true)
     if not mean > 0:
-        return {"bias": 0.0, "bias_standard_error": 0.0, "rms": 0.0, "patches": count}
+        return no_error(count)
     error = 100 * (found - true) / mean
+    rms = np.sqrt(np.average(error**2, weights=weight))
     return {
         "bias": float(np.average(error, weights=weight)),
         "bias_standard_error": float(error.std() / np.sqrt(count)),  # the patches are drawn by chance
-        "rms": float(np.sqrt(np.average(error**2, weights=weight))),
+        "rms": float(rms),
+        "rms_standard_error": float((error**2).std() / np.sqrt(count) / max(2 * rms, 1e-9)),
         "patches": count,
     }

@@ -1,6 +1,6 @@
 """Errors of the full load hours of single surfaces, apart by their source."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -32,6 +32,7 @@ class YieldErrors:
     rounds: int  # samples, in units of those of the first round
     rows: np.ndarray | None = None  # (e,) int, their surfaces
     power: dict = field(default_factory=lambda: SAMPLED)  # with which variances fall
+    doubt: np.ndarray | float = 0.0  # (e,) standard error of the error by the choice of suns, as a share of it
 
     def relative(self, more=1.0, without=()):
         """Standard errors in percent of each surface's hours, with `more` times the samples: (e,) float64."""
@@ -44,6 +45,19 @@ class YieldErrors:
     def at_share(self, more=1.0, without=(), share=SHARE):
         """Error [%] that this share of the area stays within; NaN if no surface counts."""
         return quantile_by_area(self.relative(more, without), self.area, share)
+
+    def at_least(self, share=SHARE):
+        """What `at_share` would be without sampled errors, less about one standard error of this estimate [%].
+
+        The surfaces are taken as drawn from others alike: which share of the area lies below a value has a binomial
+        error.
+        """
+        if not len(self.hours):
+            return np.nan
+        count = self.area.sum() ** 2 / (self.area**2).sum()  # of surfaces of equal area that tell as much
+        cautious = self.variance | {"suns": self.variance["suns"] * (1 - self.doubt) ** 2}
+        lower = max(share - np.sqrt(share * (1 - share) / count), 0.0)
+        return replace(self, variance=cautious).at_share(without=SAMPLED, share=lower)
 
     def largest(self):
         """The source with the largest variance, by area, or None."""
@@ -79,8 +93,11 @@ def split_errors(transfer, weather, energy):
     own, passed_on, discretisation, shadows = carry_to_hours(
         transfer, weather, *sums, sky=split_sky(weather, energy.sky)
     )
-    names = zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True)
-    rms = np.array([sun_sampling_share(transfer.record, name, "rms") for name in names])
+    names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
+    rms, rms_error = (
+        np.array([sun_sampling_share(transfer.record, name, part) for name in names])
+        for part in ("rms", "rms_standard_error")
+    )
     parts = {
         "shadows": shadows,
         "rays": own - shadows,
@@ -96,6 +113,7 @@ def split_errors(transfer, weather, energy):
         transfer.record.rounds if transfer.record else 1,
         np.flatnonzero(chosen),
         dict.fromkeys(SAMPLED, 1.0) if is_forward(transfer.record) else SAMPLED,
+        np.minimum(rms_error / np.maximum(rms, 1e-9), 1)[chosen],
     )
 
 

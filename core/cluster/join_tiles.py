@@ -198,10 +198,15 @@ def average_sampling(members):
     """Weighted mean of biases, root mean square of deviations: dict."""
     weight = np.array([area for _, area in members])
     share = weight / weight.sum()
-    values = {name: np.array([one[name] for one, _ in members]) for name in ("bias", "bias_standard_error", "rms")}
+    names = ("bias", "bias_standard_error", "rms", "rms_standard_error")
+    values = {name: np.array([one[name] for one, _ in members]) for name in names}
+    rms = np.sqrt(share @ values["rms"] ** 2)
     return {
         "bias": float(share @ values["bias"]),
         "bias_standard_error": float(np.sqrt((share**2) @ values["bias_standard_error"] ** 2)),
-        "rms": float(np.sqrt(share @ values["rms"] ** 2)),
+        "rms": float(rms),
+        "rms_standard_error": float(
+            np.linalg.norm(share * values["rms"] * values["rms_standard_error"]) / max(rms, 1e-9)
+        ),
         "patches": int(sum(one["patches"] for one, _ in members)),
     }

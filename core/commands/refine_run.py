@@ -18,7 +18,7 @@ def wants_rounds(request):
     return request.target_error is not None or request.time_budget is not None
 
 
-def refine_run(transfer, inputs, log, progress, *, folder):
+def refine_run(transfer, inputs, log, progress, *, folder, told=False):
     """Trace rounds until the target is met or the time is up.
 
     Parameters
@@ -30,6 +30,8 @@ def refine_run(transfer, inputs, log, progress, *, folder):
     progress : Interruption
     folder : path-like
         As in `trace_scene`.
+    told : bool
+        Whether it was said before that the target cannot be reached.
 
     Returns
     -------
@@ -56,7 +58,7 @@ def refine_run(transfer, inputs, log, progress, *, folder):
     # The stages of every round would be many lines.
     progress.progress = TerminalProgress(log.stream, lasting=False) if log.stream else log.progress
     target = request.target_error
-    why = None if target is None else unreachable(judge(transfer), target, request.shadow_samples)
+    why = None if target is None or told else unreachable(judge(transfer), target, request.shadow_samples)
     if why:
         log.write(f"{target:g} % can hardly be reached: {why[0]}; {why[1]}")
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from ..accuracy.error_budget import suggest_more
+from ..accuracy.foresee_target import foresee_target
 from ..effects.plan_effects import describe_plan
 from ..energy.pv_system import ELECTRIC, build_system
 from ..errors import InputError
@@ -137,8 +138,14 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     KeyboardInterrupt, CancelledError
         Before any usable set of suns was traced, or after a second Ctrl-C.
     """
-    prepared = replace(build_tree(prepared, request), round=Round()) if wants_rounds(request) else prepared
+    told = ""
     with Interruption(log.progress, log.stream) as heard:
+        if wants_rounds(request):
+            prepared = build_tree(prepared, request)
+            told = foresee_target((scene, prepared, weather, request), heard) if request.target_error else ""
+            if told:
+                log.write(told)
+            prepared = replace(prepared, round=Round())
         transfer = trace_scene(scene, weather, request, heard, folder, prepared=prepared)
         # This takes seconds: after an interruption it is the only estimate of the error from missing suns.
         progress = log.progress if heard.asked else heard
@@ -148,7 +155,7 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
         except CancelledError:
             log.write("The error of sun sampling was not measured")
         if wants_rounds(request) and not heard.asked:
-            transfer = refine_run(transfer, (scene, prepared, weather, request), log, heard, folder=folder)
+            transfer = refine_run(transfer, (scene, prepared, weather, request), log, heard, folder=folder, told=told)
     if heard.asked:
         count = len(transfer.suns)
         noted = transfer.record.interrupted or {"suns_traced": count, "of": count}

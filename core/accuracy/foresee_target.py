@@ -1,0 +1,110 @@
+"""Whether a target of accuracy can be reached, told before the run from a pilot.
+
+    surfaces of a square in the middle of the city ─► error that the patch size leaves ──┐
+                                                                                         ├─► more than the target?
+    patches of the whole city, the suns and every hour's ─► error by the choice of suns ─┘
+
+Both stay, whatever the number of rays. A target is said to be out of reach only where what stays, less its own standard
+error, exceeds it.
+"""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from ..progress import silent
+from ..sun.choose_suns import choose_suns
+from ..sun.spread_suns import spread_suns
+from .fill_untraced import fill_untraced
+from .pilot import FEW_SUNS, RUNS, choose_square, trace_part
+from .refine import CELLS, unreachable
+from .sun_sampling import measure_ways, name_groups, shares_of_names
+from .yield_errors import SAMPLED
+
+PATCHES = 2_000  # of the square
+BETTER = ("days:24", "days:52", "hourly")  # choices of suns to propose
+FINER = (1, 2, 4, 8)  # divisors of the patch size to propose: its error falls with the length at least
+
+
+def foresee_target(inputs, progress=silent):
+    """Tell that no number of rays reaches the target of a request, and the options that would.
+
+    Parameters
+    ----------
+    inputs : tuple of Scene, PreparedScene, Weather and Request
+        The PreparedScene with its tree, the Request with a target.
+    progress : callable
+
+    Returns
+    -------
+    str
+        "" if the target can be reached, or that is not certain.
+    """
+    scene, prepared, weather, request = inputs
+    if not np.any(scene.surfaces.eligible):
+        return ""
+    errors, transfer = trace_square(inputs, progress)
+    names = name_groups(transfer.surfaces)
+    whole = fill_untraced(transfer, names)
+
+    def measure(ways):
+        year = weather.data.index, weather.interval, weather.latitude, weather.longitude
+        suns = [choose_suns(way, *year, request.seed, position=weather.data) for way in ways]
+        found = measure_ways((scene, weather, whole, request), suns, progress, prepared=prepared)
+        return {
+            way: (len(one), with_suns(errors, part, names)) for way, one, part in zip(ways, suns, found, strict=True)
+        }
+
+    count, given = measure([request.suns])[request.suns]
+    why = unreachable(given, request.target_error, CELLS)
+    if why is None:
+        return ""
+    better = {way: one for way, (many, one) in measure(BETTER).items() if many > count}
+    cure = find_cure({request.suns: given, **better}, request)
+    return f"{request.target_error:g} % cannot be reached: {why[0]}; {cure}"
+
+
+def trace_square(inputs, progress):
+    """Errors of the surfaces of a square in the middle of the city, and the Transfer of these."""
+    scene, prepared, weather, request = inputs
+    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
+    suns = spread_suns(choose_suns(FEW_SUNS, *year, request.seed, position=weather.data))
+    traced = prepared.patches.receives & ~prepared.plan.unobstructed
+    square = choose_square(prepared.scene, prepared.patches, traced, PATCHES)
+    progress("pilot", 0, 1, "runs")
+    run, transfer, _ = trace_part((scene, prepared, weather, request, suns), square, RUNS["A"])
+    progress("pilot", 1, 1, "runs")
+    if request.estimator == "forward":  # photons are not bound to patches
+        nothing = np.zeros(len(run.errors.hours))
+        return replace(run.errors, variance=run.errors.variance | {"discretisation": nothing}), transfer
+    return run.errors, transfer
+
+
+def with_suns(errors, measured, names):
+    """YieldErrors with the error of a choice of suns, as `measure_ways` found it for kinds and orientations."""
+    rms, doubt = (shares_of_names(measured, names[errors.rows], part) for part in ("rms", "rms_standard_error"))
+    suns = (rms * errors.hours) ** 2
+    return replace(
+        errors, variance=errors.variance | {"suns": suns}, doubt=np.minimum(doubt / np.maximum(rms, 1e-9), 1)
+    )
+
+
+def find_cure(errors, request):
+    """Options that bring what stays below the target, as text.
+
+    Parameters
+    ----------
+    errors : dict
+        Choice of suns -> YieldErrors; first that of the request.
+    request : Request
+    """
+    size = request.patch_size
+    for finer, way in product(FINER if size else FINER[:1], errors):
+        part = errors[way].variance | {"discretisation": errors[way].variance["discretisation"] / finer**2}
+        if replace(errors[way], variance=part).at_share(without=SAMPLED) < request.target_error:
+            options = [f"--suns {way}"] * (way != request.suns) + [f"--patch-size {size / finer:g}"] * (finer > 1)
+            return f"give {' '.join(options)}"
+    left = replace(errors[way], variance=part).at_share(without=SAMPLED)
+    words = f"--suns {way}" + (f" --patch-size {size / finer:g}" if size else "")
+    return f"even {words} leaves {left:.2f} %, so give a larger target"
