@@ -9,41 +9,57 @@ sidebar = next(r for r in area.regions if r.type == "UI")
 RUNNING = "__import__('importlib').import_module('bl_ext.user_default.citypv.operators.run_step').Step.current"
 
 
-def find_button(window, operator, *, below=False):
-    """Find where an operator's button is: over it, Ctrl+C copies its command. Scrolls from the top down to it.
+# Run once in the window: F8 notes which command the button under the mouse has.
+NOTE = """
+class NoteButton(bpy.types.Operator):
+    bl_idname = "wm.note_button"
+    bl_label = "Note the command of the button under the mouse"
 
-    An operator with several buttons is given with its arguments, as Blender writes them. Where it was found last is
-    tried first. `below` starts at the end of the sidebar.
+    def invoke(self, context, event):
+        context.window_manager.clipboard = ""
+        if bpy.ops.ui.copy_python_command_button.poll():
+            bpy.ops.ui.copy_python_command_button()
+        bpy.app.driver_namespace["noted"].append(context.window_manager.clipboard)
+        return {"FINISHED"}
+
+
+bpy.utils.register_class(NoteButton)
+keymap = bpy.context.window_manager.keyconfigs.addon.keymaps.new("User Interface")
+keymap.keymap_items.new("wm.note_button", "F8", "PRESS")
+"""
+
+
+def find_button(window, operator, *, below=False):
+    """Find where an operator's button is. Scrolls from the top of the sidebar down to it, or up from its end.
+
+    An operator with several buttons is given with its arguments, as Blender writes them. The page on which it was seen
+    last is tried first.
     """
-    call = operator if "(" in operator else f"{operator}("
+    call = f"bpy.ops.{operator}" if "(" in operator else f"bpy.ops.{operator}("
     left, bottom, width, height = window.ask(PREPARE + "answer = (sidebar.x, sidebar.y, sidebar.width, sidebar.height)")
     top, place = window.size[1] - bottom - height, left + width // 4  # where short buttons are as well
-    pages, rows = range(8)[:: -1 if below else 1], range(top + 40, top + height - 8, 14)
-    known = window.places.get(call)
-    for page, row in [*([known] if known else []), *((page, row) for page in pages for row in rows)]:
-        if row == rows[0] or (page, row) == known:
-            window.point("mousemove", place, top + height // 2, *["click", 4] * 90, *["click", 5] * 8 * page)
-            time.sleep(0.5)
-            window.ask("bpy.context.window_manager.clipboard = ''")
-        if call_below(window, place, row, call) and is_at(window, place, row, call):
-            window.places[call] = page, row
-            return place, row
+    known = [page for page, commands in window.places.items() if any(call in command for command in commands)]
+    pages = sorted(range(8), key=lambda page: (page not in known, -page if below else page))
+    for page in pages:
+        window.point("mousemove", place, top + height // 2, *["click", 4] * 90, *["click", 5] * 8 * page)
+        time.sleep(0.5)
+        rows = range(top + 40, top + height - 8, 14)
+        window.places[page] = note_buttons(window, place, rows)
+        for row, command in zip(rows, window.places[page], strict=True):
+            if call in command and call in note_buttons(window, place, [row])[0]:
+                return place, row
     raise AssertionError(f"no button of {operator}")
 
 
-def call_below(window, place, row, call):
-    """Whether the clipboard holds a call after Ctrl+C over a place."""
-    window.point("mousemove", place, row, "sleep", 0.03, "mousemove", place + 2, row, "sleep", 0.05, "key", "ctrl+c")
-    return f"bpy.ops.{call}" in window.ask("answer = bpy.context.window_manager.clipboard")
-
-
-def is_at(window, place, row, call):
-    """Whether the call came from this place, and not late from the one before."""
-    time.sleep(0.1)
-    window.ask("bpy.context.window_manager.clipboard = ''")
-    call_below(window, place, row, call)
-    time.sleep(0.1)
-    return f"bpy.ops.{call}" in window.ask("answer = bpy.context.window_manager.clipboard")
+def note_buttons(window, place, rows):
+    """Read the commands of the buttons in some rows, with one press of a key over each: list of str."""
+    if not window.ask("answer = 'noted' in bpy.app.driver_namespace"):
+        window.ask(NOTE)
+    window.ask("bpy.app.driver_namespace['noted'] = []")
+    for row in rows:
+        window.point("mousemove", place, row, "sleep", 0.01, "mousemove", place + 2, row, "sleep", 0.02, "key", "F8")
+    window.wait_for(f"len(bpy.app.driver_namespace['noted']) >= {len(rows)}")
+    return window.ask("answer = bpy.app.driver_namespace['noted']")
 
 
 def press(window, operator, *, below=False):
