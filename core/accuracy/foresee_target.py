@@ -41,17 +41,15 @@ def foresee_target(inputs, progress=silent):
     str
         "" if the target can be reached, or that is not certain.
     """
-    scene, prepared, weather, request = inputs
+    scene, *_, request = inputs
     if not np.any(scene.surfaces.eligible):
         return ""
-    errors, transfer = trace_square(inputs, progress)
+    run, transfer, _ = trace_square(inputs, FEW_SUNS, progress)
+    errors = run.errors
     names = name_groups(transfer.surfaces)
-    whole = fill_untraced(transfer, names)
 
     def measure(ways):
-        year = weather.data.index, weather.interval, weather.latitude, weather.longitude
-        suns = [choose_suns(way, *year, request.seed, position=weather.data) for way in ways]
-        found = measure_ways((scene, weather, whole, request), suns, progress, prepared=prepared)
+        suns, found = measure_suns(inputs, transfer, ways, progress)
         return {
             way: (len(one), with_suns(errors, part, names)) for way, one, part in zip(ways, suns, found, strict=True)
         }
@@ -65,20 +63,29 @@ def foresee_target(inputs, progress=silent):
     return f"{request.target_error:g} % cannot be reached: {why[0]}; {cure}"
 
 
-def trace_square(inputs, progress):
-    """Errors of the surfaces of a square in the middle of the city, and the Transfer of these."""
+def trace_square(inputs, way, progress):
+    """PilotRun of a square in the middle of the city under suns chosen in some way, its Transfer, seconds of energy."""
     scene, prepared, weather, request = inputs
     year = weather.data.index, weather.interval, weather.latitude, weather.longitude
-    suns = spread_suns(choose_suns(FEW_SUNS, *year, request.seed, position=weather.data))
+    suns = spread_suns(choose_suns(way, *year, request.seed, position=weather.data))
     traced = prepared.patches.receives & ~prepared.plan.unobstructed
     square = choose_square(prepared.scene, prepared.patches, traced, PATCHES)
     progress("pilot", 0, 1, "runs")
-    run, transfer, _ = trace_part((scene, prepared, weather, request, suns), square, RUNS["A"])
+    run, transfer, seconds = trace_part((scene, prepared, weather, request, suns), square, RUNS["A"])
     progress("pilot", 1, 1, "runs")
     if request.estimator == "forward":  # photons are not bound to patches
         nothing = np.zeros(len(run.errors.hours))
-        return replace(run.errors, variance=run.errors.variance | {"discretisation": nothing}), transfer
-    return run.errors, transfer
+        run.errors.variance["discretisation"] = nothing
+    return run, transfer, seconds
+
+
+def measure_suns(inputs, transfer, ways, progress):
+    """Suns of some ways to choose them, and what each does to full load hours: two lists."""
+    scene, prepared, weather, request = inputs
+    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
+    suns = [choose_suns(way, *year, request.seed, position=weather.data) for way in ways]
+    whole = fill_untraced(transfer, name_groups(transfer.surfaces))
+    return suns, measure_ways((scene, weather, whole, request), suns, progress, prepared=prepared)
 
 
 def with_suns(errors, measured, names):

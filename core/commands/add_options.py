@@ -133,6 +133,28 @@ def imply_settings(options):
     return True
 
 
+def free_settings(parser, options, arguments, names):
+    """Those of some settings that a run with `--time-budget` may choose: neither written nor implied: tuple of str.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Of which the defaults of these settings are changed.
+    options : argparse.Namespace
+        Parsed by it, with the `parser` of their command.
+    arguments : list of str or None
+    names : tuple of str
+    """
+    if getattr(options, "time_budget", None) is None:
+        return ()
+    options.parser.set_defaults(preset=None, **dict.fromkeys(names))
+    written = vars(parser.parse_args(arguments))
+    implied = implied_settings(vars(options))
+    if written["preset"] is not None:
+        return ()
+    return tuple(name for name in names if written[name] is None and name not in implied)
+
+
 def implied_settings(given):
     """Settings that the method and the preset of parsed options imply; those of the method win: dict."""
     return {**PRESETS.get(given.get("preset"), {}), **METHODS.get(given.get("method"), {})}

@@ -16,8 +16,9 @@ from ..errors import InputError
 from ..progress import CancelledError, TerminalProgress
 from ..version import __version__
 from .add_cluster import add_cluster, cluster_of_options
-from .add_options import add_options, imply_settings, request_of_options
+from .add_options import add_options, free_settings, imply_settings, request_of_options
 
+KNOBS = ("suns", "samples", "shadow_samples")  # that `--time-budget` chooses where they are not given
 EPILOGUE = "Every option and every file written is described in docs/command_line.md."
 
 
@@ -49,6 +50,7 @@ def main(arguments=None, draw=None):
         options = parser.parse_args(arguments)
         if imply_settings(options):
             options = parser.parse_args(arguments)
+        options.free = free_settings(parser, options, arguments, KNOBS)
     except SystemExit as stop:
         return stop.code or 0
     before = handle_sigterm()
@@ -198,6 +200,7 @@ def run_simulate(options):
         draw=partial(options.draw, pictures=pictures) if pictures else None,
         exports=[name for name in EXPORTS if getattr(options, name)],
         cluster=cluster_of_options(options),
+        free=options.free,
     )
     if not interrupted:
         return 0

@@ -42,11 +42,12 @@ from ..transfer.prepare_scene import build_tree
 from .refine_run import refine_run, wants_rounds
 from .run_log import RunLog
 from .simulate_tiles import add_bound, check_cluster_settings, drop_kept, kept_beside, prepare_run, trace_in_tiles
+from .spend_budget import spend_budget
 
 EXPORTS = ("transfer", "cityjson", "gltf", "geopackage")
 
 
-def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None, exports=(), cluster=None):
+def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None, exports=(), cluster=None, free=()):
     """Trace a city and write its full load hours.
 
     Parameters
@@ -67,6 +68,8 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
         fit into memory; by default it is skipped then.
     cluster : ClusterSettings, optional
         Trace in tiles.
+    free : collection of str
+        Of `command_line.KNOBS`: settings that a time budget may choose.
 
     Returns
     -------
@@ -94,6 +97,8 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
         weather = read_year(scene.site, request)
         log.write(describe_weather(weather, scene.site))
         log.clock.lap("read weather")
+        if request.time_budget and free and not cluster:
+            request = spend_budget((scene, weather, request), free, log)
         log.write("Effects included for this scene:")
         prepared = prepare_run(scene, weather, request, cluster, log)
         for line in describe_plan(prepared.plan):

@@ -1,0 +1,81 @@
+"""A time budget chooses the settings that the user left open."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from small_city import write_small_city
+
+from citypv.__main__ import main
+from citypv.core.accuracy.yield_errors import YieldErrors
+from citypv.core.commands.add_options import free_settings, imply_settings
+from citypv.core.commands.command_line import KNOBS, build_parser
+from citypv.core.commands.spend_budget import Offer, choose_offer, scale_errors
+
+CITY = ["simulate", "x.gml", "--out", "y"]
+
+
+def made(suns, rays):
+    """Surfaces of 100 h with errors in percent."""
+    variance = {"suns": np.full(4, suns**2), "rays": np.full(4, rays**2), "shadows": np.zeros(4)}
+    return YieldErrors(variance, np.full(4, 100.0), np.ones(4), 1)
+
+
+def offer(way, seconds, suns, rays, samples=64):
+    return Offer({"suns": way, "samples": samples, "shadow_samples": 16}, seconds, 0.0, made(suns, rays))
+
+
+def test_more_time_is_for_more_days():
+    """Rounds halve the error of the rays in 4^(1/1.3) of the time, but leave that of the suns."""
+    few, many = offer("days:12", 2.0, 1.0, 1.0), offer("days:52", 8.0, 0.2, 1.0)
+    assert choose_offer([few, many], 6.0) is few  # the other does not fit
+    assert choose_offer([few, many], 40.0) is many
+    assert few.error_in(8.0) == pytest.approx(np.sqrt(1 + 4**-1.3))
+    adaptive = offer("days:12", 2.0, 1.0, 1.0, samples=256)  # eight times the samples in the same time
+    assert adaptive.error_in(8.0) == pytest.approx(np.sqrt(1 + 25**-1.3))
+    assert choose_offer([few, many], 40.0, target=1.1) is few  # both reach it
+    assert choose_offer([few, many], 1.0) is few  # none fits: the cheapest
+
+
+def test_errors_fall_with_rays_and_points_but_not_those_of_the_suns():
+    errors = scale_errors(made(0.5, 1.0), 4.0, 1.0)
+    assert errors.relative() == pytest.approx(np.sqrt(0.25 + 4**-1.3))
+
+
+@pytest.mark.parametrize(
+    "arguments, expected",
+    [
+        ([], ()),
+        (["--time-budget", "60"], ("suns", "samples", "shadow_samples")),
+        (["--time-budget", "60", "--samples", "256"], ("suns", "shadow_samples")),  # given, though the default
+        (["--time-budget", "60", "--preset", "standard"], ()),
+        (["--time-budget", "60", "--method", "paper"], ("samples", "shadow_samples")),
+    ],
+)
+def test_only_what_was_not_given_is_free(arguments, expected):
+    parser = build_parser()
+    options = parser.parse_args([*CITY, *arguments])
+    imply_settings(options)
+    free = free_settings(parser, options, [*CITY, *arguments], KNOBS)
+    assert free == expected
+
+
+@pytest.fixture(scope="module")
+def city(tmp_path_factory):
+    return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
+
+
+@pytest.mark.once
+@pytest.mark.parametrize("budget, why", [("5", "predicted"), ("0.001", "the time is up")])
+def test_a_run_says_what_it_chose_and_traces_with_it(budget, why, city, tmp_path, capfd):
+    options = ["--weather", "clear-sky", "--threads", "1", "--time-budget", budget, "--samples", "128"]
+    assert main(["simulate", str(city), "--out", str(tmp_path / "a"), *options]) == 0
+    line = re.search(r"^Chosen for .*$", capfd.readouterr().err, re.MULTILINE)[0]
+    assert why in line
+    chosen = re.search(r"--suns (\S+) --shadow-samples (\d+)", line)
+    traced = json.loads((tmp_path / "a" / "summary.json").read_text(encoding="utf-8"))
+    text = json.dumps(traced)
+    assert f'"suns": "{chosen[1]}"' in text
+    assert f'"shadow_samples": {chosen[2]}' in text
+    assert '"samples": 128' in text
