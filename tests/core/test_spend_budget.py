@@ -67,9 +67,10 @@ def city(tmp_path_factory):
 
 
 @pytest.mark.once
-@pytest.mark.parametrize("budget, why", [("5", "predicted"), ("0.001", "the time is up")])
+@pytest.mark.parametrize("budget, why", [("600", "predicted"), ("0.001", "the time is up")])
 def test_a_run_says_what_it_chose_and_traces_with_it(budget, why, city, tmp_path, capfd):
     options = ["--weather", "clear-sky", "--threads", "1", "--time-budget", budget, "--samples", "128"]
+    options += ["--target-error", "5"]  # which ends the rounds
     assert main(["simulate", str(city), "--out", str(tmp_path / "a"), *options]) == 0
     line = re.search(r"^Chosen for .*$", capfd.readouterr().err, re.MULTILINE)[0]
     assert why in line

@@ -54,14 +54,18 @@ SCENES = {"three houses": three_houses, "courtyard": courtyard, "towers": towers
 
 
 @cache
-def prepared(name):
+def prepared(name, way="days:6", long=(0.25, 3)):
     """Scene of small surfaces, suns, weather, and what is known: hours of surfaces and of groups."""
     weather = read_weather(ERA5, 52.5, 13.4)
-    suns = choose_suns("days:6", weather.data.index, weather.interval, 52.5, 13.4)
+    suns = choose_suns(way, weather.data.index, weather.interval, 52.5, 13.4)
     whole = SCENES[name]()
     vertices, triangles, _ = refine_triangles(whole.vertices, whole.triangles, PATCH)
     scene = scene_of_triangles(vertices, triangles)
-    return scene, suns, weather, hours_of(scene, suns, weather, LONG)
+    return scene, suns, weather, hours_of(scene, suns, weather, with_light(LONG, *long))
+
+
+def with_light(request, albedo, bounces):
+    return replace(request, albedo=albedo, ground_albedo=albedo, max_bounces=bounces)
 
 
 def hours_of(scene, suns, weather, request):
@@ -70,9 +74,9 @@ def hours_of(scene, suns, weather, request):
     return energy, hours
 
 
-def share_within(name, request):
+def share_within(name, request, *light):
     """How many surfaces and groups lie within their band of a long run, and how many there are: four int."""
-    scene, suns, weather, (known, known_means) = prepared(name)
+    scene, suns, weather, (known, known_means) = prepared(name, *light)
     energy, means = hours_of(scene, suns, weather, request)
     band = stats.t.ppf((1 + LEVEL) / 2, FREEDOM)
     lit = find_lit(energy) & find_lit(known)
@@ -102,6 +106,21 @@ def test_a_few_settings_hold(name):
     generator = np.random.default_rng(1)
     found = np.sum([share_within(name, random_request(generator)) for _ in range(3)], axis=0)
     assert_share(found[0], found[1], 0.90, 0.995)
+
+
+@pytest.mark.slow
+def test_other_suns_albedos_and_reflections_hold():
+    found = []
+    for number, (way, albedo, bounces) in enumerate(
+        [("days:3", 0.6, 5), ("days:12", 0.1, 1), ("typical-days:4", 0.4, 2)]
+    ):
+        generator, light = np.random.default_rng(100 + number), (albedo, bounces)
+        requests = (with_light(random_request(generator), *light) for _ in range(4))
+        found.append(np.sum([share_within("street", one, way, light) for one in requests], axis=0))
+        print(way, light, found[-1], found[-1][0] / found[-1][1])
+    inside, count, inside_means, groups = np.sum(found, axis=0)
+    assert_share(inside, count, 0.90, 0.99)
+    assert_share(inside_means, groups, 0.90, 1.0)
 
 
 @pytest.mark.slow
