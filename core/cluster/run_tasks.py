@@ -211,7 +211,7 @@ def run_tasks(workers, function, tasks):
 
     waiting = as_completed()
     for task in tasks:
-        waiting.add(workers.client.submit(function, *task, pure=False))
+        waiting.add(workers.client.submit(run_plainly, function, *task, pure=False))
     for future in waiting:
         try:
             result = future.result()
@@ -220,3 +220,12 @@ def run_tasks(workers, function, tasks):
             raise InputError("--cluster", problem, "give a smaller --tile or fewer workers") from error
         future.release()
         yield result
+
+
+def run_plainly(function, *arguments):
+    """Run a task. An InputError goes on without its causes, which may be objects that cannot be pickled."""
+    try:
+        return function(*arguments)
+    except InputError as error:
+        plain = InputError(error.source, error.problem, error.cure)
+    raise plain

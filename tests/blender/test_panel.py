@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 
-from citypv.operators import import_city
+from citypv.operators import city_files
 from citypv.operators.follow_file import follow_undo
 from citypv.operators.import_city import ImportCity
 from citypv.operators.run_step import redraw_panels
@@ -87,11 +87,11 @@ def test_a_place_that_is_unknown_is_refused_before_anything_is_built(addon):
 
 def test_importing_without_a_file_opens_the_file_browser(addon, monkeypatch):
     opened = []
-    ops = SimpleNamespace(citypv=SimpleNamespace(choose_city=lambda *how: opened.append(how)))
-    monkeypatch.setattr(import_city, "bpy", SimpleNamespace(app=SimpleNamespace(background=False), ops=ops))
-    button = SimpleNamespace(filepath="", files=[])
+    ops = SimpleNamespace(citypv=SimpleNamespace(choose_city=lambda how, whole: opened.append((how, whole))))
+    monkeypatch.setattr(city_files, "bpy", SimpleNamespace(app=SimpleNamespace(background=False), ops=ops))
+    button = SimpleNamespace(filepath="", files=[], whole=False)
     assert ImportCity.invoke(button, bpy.context, None) == {"CANCELLED"}
-    assert opened == [("INVOKE_DEFAULT",)]
+    assert opened == [("INVOKE_DEFAULT", False)]
 
 
 def regions_redrawn(**how):

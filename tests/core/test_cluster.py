@@ -2,6 +2,7 @@
 
 import csv
 import json
+import pickle
 import re
 import signal
 import socket
@@ -12,6 +13,7 @@ import numpy as np
 import psutil
 import pytest
 import xarray
+from lxml import etree
 from small_city import HEAD, house
 from weathers import ERA5
 
@@ -19,6 +21,7 @@ from citypv.__main__ import main
 from citypv.core.cluster import plan_tiles, run_tasks, trace_tiles
 from citypv.core.cluster.tiles import assign_tiles, find_centres
 from citypv.core.cluster.trace_tiles import ClusterSettings
+from citypv.core.errors import InputError
 from citypv.core.request import Request
 from citypv.core.study import place_city, prepare_study, read_buildings, read_year, trace_scene
 
@@ -264,3 +267,19 @@ def test_a_cluster_that_does_not_answer_is_named_before_anything_is_read(tmp_pat
     assert f"--cluster {word}: does not answer within 10 s; start `dask scheduler` there" in said
     assert said.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def read_broken():
+    try:
+        etree.fromstring("<a")
+    except etree.XMLSyntaxError as error:
+        raise InputError("city.gml", "is cut off", "copy it again") from error
+
+
+def test_an_error_of_a_task_can_be_sent():
+    """Dask pickles causes along with an error; those of lxml cannot be pickled."""
+    support = pytest.importorskip("tblib.pickling_support")
+    with pytest.raises(InputError) as caught:
+        run_tasks.run_plainly(read_broken)
+    support.install(caught.value)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == "city.gml: is cut off; copy it again"
