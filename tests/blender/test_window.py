@@ -213,6 +213,7 @@ def test_bad_input_is_told_in_the_window_without_a_traceback(window):
     assert "/exchange/nowhere.gml: " in told[-1]
     assert "Traceback" not in window.read_log()
     assert window.ask("answer = 'City' in bpy.data.objects")
+    window.point("key", "Escape")  # closes the message, which takes all keys
 
 
 def test_the_command_line_runs_inside_blender(window):
