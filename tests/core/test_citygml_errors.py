@@ -123,7 +123,7 @@ def test_undeclared_prefix_that_cannot_be_mended_is_named(tmp_path, monkeypatch)
     (tmp_path / "city.gml").write_bytes(written.encode("utf-16"))
     with pytest.raises(InputError, match=r"line 3: the prefix 'uro' is not declared; declare it") as caught:
         read_city(tmp_path / "city.gml")
-    monkeypatch.delitem(copyreg.dispatch_table, InputError, raising=False)  # Dask's, if tests of it ran before
+    monkeypatch.delitem(copyreg.dispatch_table, type(caught.value), raising=False)  # Dask's, if tests of it ran before
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
     many = "".join(f"<p{k}:x/>" for k in range(17))
     (tmp_path / "many.gml").write_text(GOOD.decode().replace("<gml:surfaceMember>", "<gml:surfaceMember>" + many))
