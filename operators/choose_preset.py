@@ -10,9 +10,8 @@ from .attributes import PREFIX
 from .build_properties import UNSET
 from .compile_loops import compile_loops
 from .plan_effects import OfScene
-from .read_settings import read_settings
 from .run_step import Step
-from .session import find_city, find_own_city, find_session
+from .session import find_own_city
 
 PRICES = PREFIX + "prices"  # property of the city
 NUMBERS = {"days": "days", "typical-days": "typical_days", "sky-grid": "sky_grid"}  # way -> property with its number
@@ -48,10 +47,6 @@ class PredictPrices(OfScene, Step, bpy.types.Operator):
     bl_idname = "citypv.predict"
     bl_label = "Predict time and error"
     bl_options = {"REGISTER", "UNDO"}
-
-    def prepare(self, context):
-        """Take the scene and the settings."""
-        return find_session(find_city(context.scene)[0]), read_settings(context.scene.citypv)
 
     @staticmethod
     def work(task, progress):

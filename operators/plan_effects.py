@@ -21,6 +21,10 @@ class OfScene:
         session = find_session(find_city(context.scene)[0])
         return session is not None and session.scene is not None
 
+    def prepare(self, context):
+        """Take the scene and the settings."""
+        return find_session(find_city(context.scene)[0]), read_settings(context.scene.citypv)
+
 
 class PlanEffects(OfScene, Step, bpy.types.Operator):
     """Decide which effects this city calls for, each with its reason, what it leaves out at most, and its seconds"""
@@ -28,10 +32,6 @@ class PlanEffects(OfScene, Step, bpy.types.Operator):
     bl_idname = "citypv.plan_effects"
     bl_label = "Plan effects"
     bl_options = {"REGISTER", "UNDO"}
-
-    def prepare(self, context):
-        """Take the scene and the settings."""
-        return find_session(find_city(context.scene)[0]), read_settings(context.scene.citypv)
 
     @staticmethod
     def work(task, progress):
