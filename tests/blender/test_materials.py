@@ -1,7 +1,6 @@
 """What the materials of Blender do to the light: real materials on real meshes, against closed forms."""
 
 import bpy
-import numpy as np
 import pytest
 
 from citypv.core.materials.materials import MaterialSpec
@@ -9,7 +8,6 @@ from citypv.operators.colour_faces import build_plain_material
 from citypv.operators.keep_report import find_row
 from citypv.operators.read_materials import describe_material, name_face_materials, read_finish
 from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
 
 RED = (0.5, 0.2, 0.1)
 SIDE = 2000.0  # [m] of a quarter of the ground
@@ -258,78 +256,3 @@ def test_materials_that_modifiers_give_are_those_of_the_faces(addon):
     city = find_session(find_city(bpy.context.scene)[0]).city
     found = list(zip(city.building_id, city.material, strict=True))
     assert sorted(found) == [("face", "lime")] + [("slab", "clay")] * 2 + [("slab", "lime")] * 4
-
-
-def give(item, material, chosen):
-    """Assign a material to faces, as in edit mode."""
-    item.data.materials.append(material)
-    slots = np.empty(len(item.data.polygons), dtype=np.int32)
-    item.data.polygons.foreach_get("material_index", slots)
-    slots[chosen] = len(item.data.materials) - 1
-    item.data.polygons.foreach_set("material_index", slots)
-
-
-def materials_of(session):
-    surfaces = session.scene.surfaces
-    return dict(zip(surfaces.surface_id, surfaces.material, strict=True))
-
-
-def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(addon, city_file):
-    addon.city_path, addon.days, addon.samples = str(city_file), 1, 16
-    addon.albedo_source, addon.albedo = "materials", 0.2
-    assert bpy.ops.citypv.import_city() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
-    names = np.array(find_session(city).city.surface_id)[read_face_attribute(city.data, "surface")]
-    city.data.materials.append(None)
-    give(city, build_material("Slate"), np.char.find(names, "Roof") >= 0)
-    addon.split, addon.grid_size = True, 4.0
-    assert bpy.ops.citypv.classify() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
-    session = find_session(city)
-    given = materials_of(session)
-    assert {name for name, material in given.items() if material} == {name for name in given if "Roof" in name}
-    assert any("#" in name for name in given)
-    # The colours of the kinds stand on the faces now; one cell of a wall is painted over them.
-    cell = list(given).index("house0_WallSurface_0#1")
-    give(city, build_material("lime", (0.7, 0.7, 0.7)), read_face_attribute(city.data, "surface") == cell)
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
-    assert materials_of(session) == given | {"house0_WallSurface_0#1": "lime"}
-    rows = {row.split("|")[0]: row.split("|")[1:] for row in city["citypv_albedos"]}
-    count = sum("Roof" in name for name in given)
-    assert rows["Slate"] == ["0.100", str(count)]
-    assert rows["lime"] == ["0.700", "1"]
-    assert rows["one value"] == ["0.200", str(len(given) - count - 1)]
-    assert rows["ground"] == ["0.250", ""]
-    # What was given is remembered, with the whole wall, when the city is classified anew.
-    addon.split = False
-    assert bpy.ops.citypv.classify() == {"FINISHED"}
-    session = find_session(find_city(bpy.context.scene)[0])
-    assert materials_of(session)["house0_WallSurface_0"] == "lime"
-    assert sorted(set(materials_of(session).values())) == ["", "Slate", "lime"]
-
-
-def test_the_generated_ground_has_one_material(addon, city_file):
-    addon.city_path, addon.days, addon.samples = str(city_file), 1, 64
-    for step in ("import_city", "classify"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
-    city, ground = find_city(bpy.context.scene)
-    addon.albedo_source = "materials"
-    light = {}
-    for name in ("black paint", "Snow"):
-        faces = np.ones(len(ground.data.polygons), bool)
-        give(ground, build_material(name), faces)
-        assert bpy.ops.citypv.trace() == {"FINISHED"}
-        session = find_session(city)
-        light[name] = session.transfer.diffuse_relative[session.scene.surfaces.kind == "facade"].mean()
-    assert light["Snow"] > light["black paint"] + 0.05
-    assert list(city["citypv_albedos"]) == ["one value|0.250|21", "Snow|0.675|"]
-    # It is remembered when the city is classified and traced anew; two at once are refused.
-    for step in ("classify", "trace"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
-    city, ground = find_city(bpy.context.scene)
-    assert list(city["citypv_albedos"])[-1] == "Snow|0.675|"
-    faces[1:] = False
-    give(ground, bpy.data.materials["Snow"], ~faces)
-    give(ground, bpy.data.materials["black paint"], faces)
-    with pytest.raises(RuntimeError, match="Ground: it has 2 materials; assign one material to all of its faces"):
-        bpy.ops.citypv.trace()

@@ -1,6 +1,5 @@
 """Whoever cancels keeps the suns that are done: the numbers of a whole run, a fair sample of the year, errors told."""
 
-import signal
 import threading
 
 import numpy as np
@@ -13,7 +12,6 @@ from weathers import ERA5, HOUR, year_of
 
 from citypv.core import study
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.interruption import Interruption
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import CancelledError, silent
 from citypv.core.radiosity import sun_blocks
@@ -238,53 +236,6 @@ def test_kept_suns_are_weighed_by_the_year_they_stand_for():
     check = study.measure_sun_sampling(scene, weather, part, request)
     assert check["patches"] > 5
     assert 0 < check["rms"] < 5
-
-
-def test_an_interruption_is_heard_once_and_the_old_handlers_come_back():
-    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
-    told = []
-    with Interruption(lambda *report: told.append(report)) as heard:
-        heard("sky and reflections", 1, 2, "rays")
-        with pytest.raises(KeyboardInterrupt):
-            heard.handle(signal.SIGINT, None)
-        heard("suns", 1, 2, "rays")
-        signal.raise_signal(signal.SIGINT)
-        assert heard.asked
-        with pytest.raises(CancelledError):
-            heard("suns", 2, 2, "rays")
-        with pytest.raises(KeyboardInterrupt):
-            signal.raise_signal(signal.SIGTERM)
-    assert len(told) == 2
-    assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == before
-
-
-def test_in_another_thread_nothing_is_heard():
-    failed = []
-
-    def work():
-        try:
-            with Interruption(silent) as heard:
-                heard("suns", 1, 2, "rays")
-        except Exception as error:  # a thread would swallow it
-            failed.append(error)
-
-    thread = threading.Thread(target=work)
-    thread.start()
-    thread.join()
-    assert not failed
-
-
-def test_what_is_kept_of_a_large_matrix_comes_into_memory_where_it_has_room(monkeypatch):
-    values = np.random.default_rng(0).random((50, 40)).astype(np.float32)
-    monkeypatch.setattr(kept_matrix, "LIMIT", 4 * 50 * 20)
-    for count, kind in ((30, np.memmap), (20, np.ndarray)):
-        matrix = kept_matrix.keep_matrix(values.shape)
-        for start in (0, 10, 20, 30):
-            matrix[:, start : start + 10] = values[:, start : start + 10]
-        kept = kept_matrix.keep_columns(matrix, count)
-        assert isinstance(kept, kind)
-        assert kept.shape == (50, count)
-        np.testing.assert_array_equal(kept[:], values[:, :count])
 
 
 @pytest.mark.parametrize(("way", "largest"), [("days:24", 0.18), ("typical-days:12", 0.36), ("days:60", 0.09)])

@@ -1,41 +1,28 @@
-"""Distant terrain against closed forms, PVGIS' formats, and all posts of a raster in Earth-centred coordinates."""
+"""Distant terrain against closed forms and PVGIS' formats; that of rasters is in test_horizon_of_terrain.py."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pvlib
-import pyproj
 import pytest
-from cities import box, make_city
-from earth_horizon import Edges
 from scenes import assert_mean, scene_of_triangles, suns_towards
 from transfers import unshaded_transfer
 from weathers import BERLIN, plain_table, year_of
 
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.files.read_heights import HeightGrid, read_heights
-from citypv.core.horizon.horizon import STEPS, TerrainHorizon, elevation_at, is_above
-from citypv.core.horizon.horizon_of_terrain import horizon_of_terrain
+from citypv.core.horizon.horizon import STEPS, TerrainHorizon, is_above
 from citypv.core.horizon.lost_sky import lost_sky
-from citypv.core.horizon.read_horizon import read_horizon
 from citypv.core.horizon.read_horizon_table import read_horizon_table
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.results.read_transfer import read_transfer
-from citypv.core.results.write_transfer import write_transfer
-from citypv.core.scene.build_scene import build_scene
-from citypv.core.study import read_year
 from citypv.core.sun.hourly import hourly_suns
 from citypv.core.weather.weather import Weather
 
-DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.tif"
-VALLEY, SLOPE = (36.3, -84.2), (36.25, -84.12)  # places in the raster
 HOUR = pd.Timedelta(hours=1)
 TEN = np.radians(10)
 
@@ -186,119 +173,6 @@ def with_sun(table):
     return table.assign(
         dni=beam, pressure=101325.0, apparent_zenith=zenith, solar_azimuth=position["azimuth"].to_numpy()
     )
-
-
-# The horizon of a raster
-
-
-@pytest.mark.parametrize("place", [VALLEY, SLOPE])
-def test_horizon_is_that_of_all_posts(place):
-    """Every edge between posts in Earth-centred coordinates, from 1 km on."""
-    horizon = horizon_of_terrain(read_heights(DEM, place, 50e3), place, np.full(STEPS, 1000.0), 50e3)
-    edges, azimuth = Edges(DEM, *place, 1000.0), np.arange(0, 360, 4.0)
-    difference = elevation_at(horizon, azimuth) - [edges.elevation(one) for one in azimuth]
-    assert horizon.elevation.max() > 2
-    assert np.sqrt((difference**2).mean()) < 0.03 and np.abs(difference).max() < 0.15
-
-
-def test_curvature_and_refraction_count():
-    """A plateau of 1,000 m from 40 km on: its angle by hand, with and without refraction."""
-    near, found = plateau(1000.0, 40_000.0), []
-    for refraction in (0.13, 0.0):
-        horizon = horizon_of_terrain(near, (0.0, 0.0), np.full(STEPS, 100.0), 50e3, refraction)
-        drop = (1 - refraction) * 40_000.0**2 / (2 * 6_371_000.0)
-        expected = np.degrees(np.arctan((1000.0 - drop) / 40_000.0))
-        assert horizon.elevation[STEPS // 4] == pytest.approx(expected, abs=0.005)
-        assert horizon.elevation[STEPS // 2] == 0
-        found.append(expected)
-    assert min(np.degrees(np.arctan(1000 / 40_000)) - found[0], found[0] - found[1]) > 0.02
-
-
-def plateau(height, distance):
-    """A raster of zeros that is high from some distance on, east of the place 0° N 0° E."""
-    east, _, _ = pyproj.Geod(ellps="WGS84").fwd(0.0, 0.0, 90.0, distance)
-    step = east / 400
-    heights = np.zeros((21, 441))
-    heights[:, 420:] = height  # the place is at column 20
-    matrix = np.array([[step, 0, -20 * step], [0, -step, 10 * step]])
-    return [HeightGrid(heights, matrix, "EPSG:4326", distance / 400, "peak.tif")]
-
-
-@pytest.fixture(scope="module")
-def town():
-    """Four houses in the raster's valley, with generated ground."""
-    turn = pyproj.Transformer.from_crs("EPSG:4326", "EPSG:32616", always_xy=True)
-    x, y = turn.transform(VALLEY[1], VALLEY[0])
-    houses = [box(f"b{k}{n}", x + 30 * k, y + 30 * n, 15, 12, 300, 308) for k in range(2) for n in range(2)]
-    return build_scene(make_city([polygon for house in houses for polygon in house], "EPSG:32616"))
-
-
-def test_a_town_loses_the_suns_and_sky_that_all_posts_hide(town, tmp_path):
-    request = Request(
-        horizon=str(DEM), suns="days:3", samples=64, shadow_samples=4, max_bounces=1, weather="clear-sky", threads=1
-    )
-    weather = read_year(town.site, request)
-    suns = hourly_suns(weather.data.index[::200], HOUR, weather.latitude, weather.longitude)
-    traced = trace_gather(town, suns, request, silent)
-    write_transfer(tmp_path / "transfer.nc", traced)
-    kept = read_transfer(tmp_path / "transfer.nc")
-    assert (kept.terrain.elevation == traced.terrain.elevation).all()
-    energy = compute_energy(kept, weather, threads=1)
-
-    # The same without a horizon, in a weather whose DNI is 0 while all posts hide the sun.
-    edges = Edges(DEM, *middle(town), 25.0)
-    elevation = 90 - weather.data["apparent_zenith"].to_numpy()
-    low = np.flatnonzero((elevation > 0) & (elevation < 12))
-    hidden = [row for row in low if edges.elevation(weather.data["solar_azimuth"].iloc[row] % 360) > elevation[row]]
-    assert len(hidden) > 200
-    dimmed = weather.data.copy()
-    dimmed.iloc[hidden, dimmed.columns.get_loc("dni")] = 0.0
-    reference = compute_energy(replace(kept, terrain=None), replace(weather, data=dimmed), threads=1)
-    open_sky = compute_energy(replace(kept, terrain=None), weather, threads=1)
-    lit = energy.poa_global_annual > 100
-    assert lit.sum() > 10
-    assert energy.poa_global_annual[lit] == pytest.approx(reference.poa_global_annual[lit], rel=1e-3)
-    lost = 1 - reference.poa_global_annual[lit] / open_sky.poa_global_annual[lit]
-    assert lost.max() > 0.005  # the test sees what it compares
-
-    # Flat roofs stand free: their sky is the mean of cos² of the horizon.
-    heights = np.radians([edges.elevation(azimuth) for azimuth in np.arange(0, 360, 3.0)])
-    flat = traced.surfaces.kind == "flat"
-    assert traced.sky_view_factor[flat] == pytest.approx((np.cos(heights) ** 2).mean(), abs=3e-4)
-
-
-def middle(scene):
-    """Latitude and longitude of the middle of the buildings."""
-    own = scene.vertices[scene.triangles[scene.triangle_surface >= 0].ravel(), :2]
-    x, y = (own.min(axis=0) + own.max(axis=0)) / 2
-    azimuth, distance = np.degrees(np.arctan2(x, y)), np.hypot(x, y)
-    longitude, latitude, _ = pyproj.Geod(ellps="WGS84").fwd(
-        scene.site.longitude, scene.site.latitude, azimuth, distance
-    )
-    return latitude, longitude
-
-
-def test_what_is_switched_off_stays_below_its_bound(town):
-    """Full load hours with and without the horizon, and with that of each corner of the scene."""
-    request = Request(horizon=str(DEM), samples=64, shadow_samples=4, max_bounces=1, weather="clear-sky", threads=1)
-    weather = read_year(town.site, request)
-    suns = hourly_suns(weather.data.index[::200], HOUR, weather.latitude, weather.longitude)
-    off = replace(request, effects={"terrain-horizon": False})
-    hours, bounds = {}, {}
-    for name, one in (("on", request), ("off", off)):
-        traced = trace_gather(town, suns, one, silent)
-        effect = next(effect for effect in traced.record.effects if effect["key"] == "terrain-horizon")
-        assert effect["on"] == (name == "on") and "in the" in effect["reason"]
-        hours[name], bounds[name] = compute_energy(traced, weather, threads=1).full_load_hours, effect["bound"]
-        whole = traced if name == "on" else None
-        if whole is not None:
-            _, corners = read_horizon(DEM, town)
-            others = [compute_energy(replace(whole, terrain=one), weather, threads=1) for one in corners]
-    eligible = traced.surfaces.eligible
-    lost = np.abs(1 - hours["on"][eligible] / hours["off"][eligible])
-    assert 0.002 < lost.max() <= bounds["off"]
-    apart = max(np.abs(other.full_load_hours[eligible] / hours["on"][eligible] - 1).max() for other in others)
-    assert apart <= bounds["on"] < 0.1
 
 
 def test_a_low_horizon_is_left_out_with_its_height_as_the_reason(slopes, tmp_path):

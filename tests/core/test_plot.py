@@ -18,7 +18,7 @@ from citypv.core.plots.describe_errors import percent, summarise_errors
 from citypv.core.plots.draw_day import draw_day
 from citypv.core.plots.draw_histograms import draw_histograms
 from citypv.core.plots.draw_months import draw_months
-from citypv.core.plots.draw_sun_path import day_path, draw_sun_path, hour_curves
+from citypv.core.plots.draw_sun_path import draw_sun_path
 from citypv.core.plots.html import table
 from citypv.core.plots.read_results import read_results
 from citypv.core.plots.tabulate import select_mounted, tabulate_groups, tabulate_histograms
@@ -197,25 +197,6 @@ def test_histograms_hold_the_area_and_hours_of_the_groups(folder, results):
         assert (edges[:-1] + width / 2) @ areas[kind] / areas[kind].sum() == pytest.approx(mean, abs=width / 2)
     bars = [patch.get_height() for patch in draw_histograms(results.faces).axes[0].patches]
     assert bars == pytest.approx(areas["facade"].tolist())
-
-
-@pytest.mark.parametrize(("latitude", "longitude"), [(52.5, 13.4), (-33.9, 151.2), (1.3, 103.8)])
-def test_the_sun_stands_where_spherical_trigonometry_says(latitude, longitude):
-    """Highest at noon with 90° − |latitude − declination|; ±23.44° at the solstices, to the day and refraction."""
-    for month, declination in ((6, 23.44), (12, -23.44), (3, 0.0)):
-        azimuth, elevation = day_path(2021, month, 21, latitude, longitude)
-        top = np.nanargmax(elevation)
-        assert elevation[top] == pytest.approx(90 - abs(latitude - declination), abs=0.5)
-        if abs(latitude - declination) > 5:
-            south = latitude > declination
-            assert np.cos(np.radians(azimuth[top])) == pytest.approx(-1 if south else 1, abs=0.01)
-    times = pd.date_range("2021-01-01", periods=8760, freq="h", tz="UTC")
-    curves = hour_curves(times, pd.Timedelta(hours=1), latitude, longitude)
-    assert set(curves) <= {f"{hour:02d}:30" for hour in range(24)}
-    noon = f"{int((12 - longitude / 15) % 24):02d}:30"
-    assert max(np.nanmax(elevation) for _, elevation in curves.values()) == pytest.approx(
-        np.nanmax(curves[noon][1]), abs=2.5
-    )
 
 
 def test_the_traced_suns_are_drawn_where_they_stand(folder, results):

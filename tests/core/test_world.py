@@ -8,16 +8,12 @@ import pandas as pd
 import pvlib
 import pytest
 
-from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
 from citypv.core.errors import InputError
-from citypv.core.horizon.horizon import STEPS, TerrainHorizon
 from citypv.core.request import Request
 from citypv.core.results.write_groups import place_periods
 from citypv.core.results.write_groups import sum_periods as sum_rows
-from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.sun.keep_suns import keep_suns
 from citypv.core.sun.match_sky_grid import match_sky_grid, match_triangles, triangulate_sky
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.sun.solar_position import solar_position
@@ -256,27 +252,6 @@ def test_merged_surfaces_keep_what_is_linear(skylines, system):
     assert merge_surfaces(environment, 1000) is environment
 
 
-def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run(system):
-    times = year_of()
-    suns = choose_suns("days:2", times, HOUR, 52.5, 13.4)
-    with pytest.raises(InputError, match=r"days:2, which holds for one latitude only; .*--suns sky-grid"):
-        build_environment("town", "transfer.nc", Horizons(9).transfer(suns), system)
-    part = keep_suns(sky_grid_suns(100), 40)
-    with pytest.raises(InputError, match="40 directions"):
-        build_environment("town", "transfer.nc", Horizons(9).transfer(replace(part, way="sky-grid:100")), system)
-    with pytest.raises(InputError, match="--sky isotropic"):
-        build_environment("town", "transfer.nc", Horizons(9).transfer(sky_grid_suns(16)), system, "perez")
-    whole = Horizons(9).transfer(sky_grid_suns(16))
-    with pytest.raises(InputError, match="again without --horizon"):
-        build_environment("town", "transfer.nc", replace(whole, terrain=TerrainHorizon(np.full(STEPS, 5.0))), system)
-    with pytest.raises(InputError, match="--leaf-months all"):
-        build_environment("town", "transfer.nc", replace(whole, bare=whole, leaf_months=(5, 6)), system)
-    flat = Horizons(9).transfer(sky_grid_suns(16))
-    flat.surfaces.eligible[:] = False
-    with pytest.raises(InputError, match="no eligible"):
-        build_environment("town", "transfer.nc", flat, system)
-
-
 def test_result_does_not_depend_on_threads(skylines, system):
     environment = build_environment("town", "test", skylines, system)
     rows, columns = regular_axes(30.0, (0.0, 60.0), (-180.0, 180.0))
@@ -284,22 +259,3 @@ def test_result_does_not_depend_on_threads(skylines, system):
     source = model_source(grid_places(rows, columns), "climate", Request())
     one, two = (compute_world([environment], source, system, threads=count) for count in (1, 2))
     np.testing.assert_array_equal(one.full_load_hours, two.full_load_hours)
-
-
-def test_command_line_refuses_in_one_line(tmp_path, capsys):
-    cases = (
-        (["nothing.nc"], "no such file"),
-        (["unshaded", "unshaded"], "two are called"),
-        (["unshaded", "--mix", "berlin=1"], "no environment"),
-        (["unshaded", "--step", "0"], "no step"),
-        (["unshaded", "--latitudes", "20", "10"], "no range"),
-        (["unshaded", "--years", "2015"], "typical year"),
-        (["unshaded", "--losses", "10"], "--losses"),
-        (["unshaded", "--weather", str(BARROW), "missing.nc"], "missing.nc"),
-    )
-    for arguments, words in cases:
-        assert main(["world", *arguments, "--quiet", "--out", str(tmp_path / "out")]) == 2
-        error = capsys.readouterr().err
-        assert error.count("\n") == 1
-        assert words in error
-    assert not (tmp_path / "out").exists()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from closed import box, room
-from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
+from scenes import join, strip, suns_towards
 from towns import spun
 
 from citypv.core.progress import silent
@@ -163,98 +163,7 @@ def test_t_junctions_in_a_wall_let_no_light_through():
     assert transfer.visible_share.max() < 1e-6
 
 
-# Thin and small
-
-
-@pytest.mark.parametrize("aspect", [1e3, 1e6])
-def test_slivers(aspect):
-    """A roof cut into slivers as thin as rounding lets them be: each gets what the whole roof gets."""
-    thin = 100 / aspect
-    parts = [strip([0, place * thin, 5], [100, 0, 0], [0, thin, 0], 1) for place in range(20)]
-    transfer = trace([*parts, *box((0, -20, 0), (100, -10, 30))], samples=1024)
-    slivers = np.arange(40)
-    assert np.isfinite(transfer.diffuse_relative).all()
-    wide = trace([strip([0, 0, 5], [100, 0, 0], [0, 20 * thin, 0], 1), *box((0, -20, 0), (100, -10, 30))])
-    assert transfer.covered_share[slivers].max() == 0
-    assert transfer.sky_view_factor[slivers].mean() == pytest.approx(wide.sky_view_factor[:2].mean(), abs=0.01)
-    assert transfer.visible_share[slivers].mean(axis=0) == pytest.approx(wide.visible_share[:2].mean(axis=0), abs=0.02)
-
-
-def test_triangles_of_a_tenth_of_a_millimetre():
-    """1e-8 m²: a hundred of them on a lawn, in the middle of a city of 2 km."""
-    small = 1.41e-4
-    specks = [strip([3 + 0.01 * place, 2, 0.5], [small, 0, 0], [0, small, 0], 1) for place in range(50)]
-    transfer = trace([strip([-1000, -1000, 0], [2000, 0, 0], [0, 2000, 0], 1), *specks], samples=1024)
-    assert transfer.surfaces.area[2:] == pytest.approx(1e-8, rel=0.02)
-    assert_unshaded(transfer, np.arange(2, 102), sample_error=1e-6)
-    assert transfer.sky_view_factor[:2] == pytest.approx(1, abs=1e-6)
-
-
-def test_a_triangle_without_area_is_no_number_and_no_light():
-    points = np.array([[0, 0, 5], [1, 0, 5], [2, 0, 5], [0, 1, 5], [0.5, 0.5, 5]], float)
-    for degenerate in ([0, 1, 2], [0, 0, 1], [3, 3, 3]):
-        whole = scene_of_triangles(points, [[0, 2, 3], degenerate], [0, 0])
-        transfer = trace(whole)
-        assert transfer.diffuse_relative == pytest.approx(1, abs=1e-6)
-        alone = scene_of_triangles(points, [[0, 2, 3], [0, 2, 4]], [0, 1])
-        alone.triangles[1] = degenerate
-        transfer = trace(alone)
-        for name in ("diffuse_relative", "diffuse_relative_standard_error", "sky_view_factor", "covered_share"):
-            assert np.isfinite(getattr(transfer, name)).all(), name
-        assert transfer.diffuse_relative[1] == 0
-        assert transfer.visible_share[1].max() == 0
-
-
-@pytest.mark.parametrize("width", [0.1, 0.001])
-def test_a_needle_tower(width):
-    """300 m high and next to nothing wide: its walls are unshaded, and it shades next to nothing."""
-    ground = strip([-100, -100, 0], [200, 0, 0], [0, 200, 0], 8)
-    transfer = trace([ground, *box((0, 0, 0), (width, width, 300))], samples=4096)
-    walls = 16 + np.arange(4, 12)
-    assert transfer.sky_view_factor[walls] == pytest.approx(0.5, abs=0.01)
-    assert transfer.covered_share[walls].max() == 0
-    front = transfer.surfaces.normal[walls] @ SUNS.direction.T > 1e-6
-    assert transfer.visible_share[walls] == pytest.approx(front.astype(float), abs=1e-6)
-    assert np.average(transfer.sky_view_factor[:16], weights=transfer.surfaces.area[:16]) > 1 - 0.02 * np.sqrt(width)
-
-
-def test_a_courtyard_one_metre_wide_and_fifty_deep():
-    """A square shaft: its floor sees the sky by the view factor of parallel squares (Howell C-11), its walls by the
-    rest of it."""
-    width, depth = 1.0, 50.0
-    walls = [part for side, part in enumerate(room((0, 0, 0), (width, width, depth))) if side != 0]
-    transfer = trace(walls, samples=1 << 18, max_bounces=0)
-    floor = parallel_squares(width / depth)
-    assert floor == pytest.approx(width**2 / (np.pi * depth**2), rel=1e-3)  # far squares: area over π distance²
-    area = transfer.surfaces.area
-    error = transfer.diffuse_relative_standard_error
-    mean_floor, mean_walls = transfer.sky_view_factor[:2].mean(), np.average(transfer.sky_view_factor[2:])
-    assert_mean(mean_floor, max(np.sqrt((error[:2] ** 2).sum()) / 2, 2e-5), floor)
-    # Reciprocity with the opening: what it sees of the walls is what it does not see of the floor.
-    wall = (1 - floor) * width**2 / area[2:].sum()
-    assert_mean(mean_walls, np.sqrt((error[2:] ** 2).sum()) / 8, wall)
-    assert transfer.visible_share[:, :2].max() < 0.05
-    assert transfer.visible_share[:2, 2] == pytest.approx(1, abs=1e-6)
-
-
-def parallel_squares(ratio):
-    """View factor between opposite unit squares, side over distance given (Howell, radiation view factors, C-11)."""
-    x = ratio
-    root = np.sqrt(1 + x**2)
-    logarithm = np.log(np.sqrt((1 + x**2) ** 2 / (1 + 2 * x**2)))
-    return 2 / (np.pi * x**2) * (logarithm + 2 * x * root * np.arctan(x / root) - 2 * x * np.arctan(x))
-
-
-def test_a_roof_overhang_of_one_centimetre():
-    """The wall below sees the sun but for the overhang's shadow: 1 cm · tan(elevation)."""
-    wall = strip([0, 0, 0], [10, 0, 0], [0, 0, 1], 1)
-    roof = [strip([0, -0.01, 1], [10, 0, 0], [0, 5, 0], 1), strip([0, -0.01, 1], [0, 5, 0], [10, 0, 0], 1)]
-    elevation = np.radians([30, 60, 80])
-    suns = suns_towards(np.column_stack([np.zeros(3), -np.cos(elevation), np.sin(elevation)]))
-    transfer = trace([wall, *roof], suns, shadow_samples=1 << 16)
-    shadow = 0.01 * np.tan(elevation)
-    assert 1 - transfer.visible_share[:2].mean(axis=0) == pytest.approx(shadow, abs=0.001)
-    assert transfer.covered_share[:2].max() == 0
+# At the foot
 
 
 @pytest.mark.parametrize("height", [-1e-3, 0.0, 1e-3])

@@ -1,0 +1,116 @@
+"""Surfaces that pass on light without being eligible: sampled less, with the same light and honest errors."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from test_tracing import SUNS, three_houses
+from weathers import HOUR
+
+from citypv.core.progress import silent
+from citypv.core.radiosity.shadow_points import split_net
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.request import Request
+from citypv.core.sampling.sample_points import grid_of
+from citypv.core.sun.choose_suns import choose_suns
+
+
+def on_ground():
+    """The three houses on ground that is known as such: 12 triangles."""
+    scene = three_houses()
+    scene.surfaces.kind[:12] = "ground"
+    return scene
+
+
+def traced_for(report, suns, seed=0, samples=256, shadow_samples=16):
+    request = Request(report=report, seed=seed, samples=samples, shadow_samples=shadow_samples)
+    return trace_gather(on_ground(), suns, request, silent)
+
+
+@pytest.fixture(scope="module")
+def year():
+    times = pd.date_range("2021-01-01", "2022-01-01", freq="h", inclusive="left", tz="UTC")
+    return choose_suns("days:4", times, HOUR, 52.5, 13.4)
+
+
+def test_receivers_keep_their_own_rays():
+    """Sky and suns of surfaces whose numbers are wanted stay the same to the last bit; the others send a quarter."""
+    surfaces = on_ground().surfaces
+    wanted = surfaces.eligible | (surfaces.kind == "flat")
+    assert 0 < wanted.sum() < len(wanted)
+    few, every = traced_for("eligible", SUNS), traced_for("all", SUNS)
+    for name in ("sky_view_factor", "visible_share", "covered_share"):
+        assert np.array_equal(getattr(few, name)[wanted], getattr(every, name)[wanted])
+    assert few.record.hemisphere_rays < every.record.hemisphere_rays
+    assert few.record.shadow_rays < every.record.shadow_rays
+
+
+def test_light_that_others_pass_on_is_the_same(year):
+    """The mean over the receivers differs by noise only, and by no more than the plan's bound."""
+    surfaces = on_ground().surfaces
+    area = np.where(surfaces.eligible, surfaces.area, 0)
+    difference, bounds = [], []
+    for seed in range(4):
+        few, every = (traced_for(report, year, seed) for report in ("eligible", "all"))
+        difference.append(area @ few.diffuse_relative / (area @ every.diffuse_relative) - 1)
+        effect = next(effect for effect in few.record.effects if effect["key"] == "receivers")
+        bounds.append(effect["outcome"]["left_out"])
+    assert abs(np.mean(difference)) < 3 * np.mean(bounds) / np.sqrt(len(bounds))
+    assert np.mean(bounds) < 0.01  # of twelve triangles of ground; a city has thousands
+
+
+def test_others_pass_on_light_from_where_it_falls(year):
+    """Facades on bright ground in sun and shadow, against all points: four cells a patch would be 8 % too bright."""
+    surfaces = on_ground().surfaces
+    facade = surfaces.eligible & (surfaces.kind == "facade")
+    ratios = []
+    for seed in range(3):
+        few, every = (
+            one.direct_reflected @ one.suns.weight for one in (traced_for(r, year, seed) for r in ("eligible", "all"))
+        )
+        ratios.append(few[facade] / every[facade] - 1)
+    assert abs(np.average(np.mean(ratios, axis=0), weights=surfaces.area[facade])) < 0.03
+    assert np.sqrt((np.mean(ratios, axis=0) ** 2).mean()) < 0.05
+
+
+@pytest.mark.parametrize("points", [16, 64])
+def test_parts_of_a_net_are_nets(points):
+    """A quarter of the points has one in each box of that share of the square, and a shift makes it another quarter."""
+    rows, columns = grid_of(points)
+    parts = split_net(points, 4)
+    assert np.array_equal(np.sort(parts.ravel()), np.arange(points))
+    for down, across in np.ndindex(rows, columns):
+        row, column = (parts // columns) ^ down, (parts % columns) ^ across
+        same = {frozenset(part) for part in (row * columns + column).tolist()}
+        assert same == {frozenset(part) for part in parts.tolist()}
+    few = points // 4
+    for wide, high in ((2**k, few // 2**k) for k in range(few.bit_length()) if 2**k <= columns and few <= rows * 2**k):
+        cell = parts % columns * wide // columns * high + parts // columns * high // rows
+        assert np.array_equal(np.sort(cell, axis=1), np.tile(np.arange(few), (4, 1)))
+
+
+def test_others_keep_honest_errors(year):
+    """Surfaces with fewer rays against many rays: errors as of four replicates (t, three degrees of freedom)."""
+    surfaces = on_ground().surfaces
+    others = ~(surfaces.eligible | (surfaces.kind == "flat"))
+    exact = traced_for("all", year, samples=16384, shadow_samples=1024)
+    deviation = []
+    for seed in range(1, 7):
+        found = traced_for("eligible", year, seed)
+        for error, standard_error in (
+            (found.diffuse_relative - exact.diffuse_relative, found.diffuse_relative_standard_error),
+            (annual(found) - annual(exact), found.direct_annual_standard_error),
+        ):
+            noisy = others & (standard_error > 0)
+            deviation.append(error[noisy] / standard_error[noisy])
+    deviation = np.abs(np.concatenate(deviation))
+    assert len(deviation) > 100
+    assert 0.4 < np.median(deviation) < 1.2  # 0.765 of t with three degrees of freedom
+    assert (deviation < 4).mean() > 0.9  # 97 %
+
+
+def annual(transfer):
+    """Direct light of the surfaces, weighted with the suns."""
+    cosine = np.maximum(transfer.surfaces.normal @ transfer.suns.direction.T, 0)
+    far = np.outer(transfer.far_ground_view_factor, np.maximum(transfer.suns.direction[:, 2], 0))
+    light = transfer.visible_share * cosine + transfer.direct_reflected + transfer.ground_albedo * far
+    return light @ transfer.suns.weight
