@@ -2,13 +2,11 @@
 
 import numpy as np
 import shapely
-from scipy.interpolate import LinearNDInterpolator
-from scipy.spatial import Delaunay
-from threadpoolctl import threadpool_limits
 
 from ..city.check_geometry import check_parts, check_patch_size
 from .find_feet import COINCIDENT, FOOTPRINT_STEP, find_feet
 from .ground_points import spread_points
+from .triangulate_plan import add_places, find_triangle, has_edges, near_any, triangulate_plan
 
 DEFAULT_PATCH = 10.0  # [m]
 REACH = 3.0  # [building heights] least extent of the ground beyond the city's edge
@@ -78,12 +76,11 @@ def build_ground(city, points, surfaces, footprint, patch_size=None, *, ground_h
     low, high = points.min(axis=0), points.max(axis=0)
     reach = max(reach * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
     foot_points, edges = cut_feet(feet, 0.5 * patch_size)
-    height = _interpolate_heights(foot_points, low[:2] - reach, high[:2] + reach)
     free = spread_points(foot_points[:, :2], feet.footprints, low[:2] - reach, high[:2] + reach, patch_size)
-    with threadpool_limits(1, "blas"):  # a system of two equations for each triangle: waking threads would take longer
-        free = np.column_stack([free, height(free)])
+    free = _interpolate_heights(foot_points, free, low[:2] - reach, high[:2] + reach)
     vertices, triangles = _triangulate(feet, foot_points, edges, free)
-    triangles = triangles[~under_buildings(vertices, triangles, feet.footprints)]
+    between = np.flatnonzero((triangles < len(vertices) - len(free)).all(axis=1))  # free places are outside
+    triangles = np.delete(triangles, between[under_buildings(vertices, triangles[between], feet.footprints)], axis=0)
     used, corners = np.unique(triangles, return_inverse=True)
     return vertices[used], corners.reshape(-1, 3), feet.hanging
 
@@ -130,7 +127,7 @@ def _merge_places(points):
 def _highest_foot(feet, places):
     """Height [m] of the highest foot edge at each position, leaving out edges too far above the lowest."""
     lines = shapely.linestrings(np.stack([feet.start[:, :2], feet.end[:, :2]], axis=1))
-    place, edge = shapely.STRtree(lines).query(shapely.points(places[:, :2]), "dwithin", distance=ABREAST)
+    edge, place = shapely.STRtree(shapely.points(places[:, :2])).query(lines, "dwithin", distance=ABREAST)
     span = feet.end[edge] - feet.start[edge]
     squared = np.maximum((span[:, :2] ** 2).sum(axis=1), 1e-12)
     share = ((places[place, :2] - feet.start[edge, :2]) * span[:, :2]).sum(axis=1) / squared
@@ -141,31 +138,43 @@ def _highest_foot(feet, places):
     return highest
 
 
-def _interpolate_heights(foot_points, low, high):
-    """Interpolator of heights between the feet, and out to a rim at about their mean height."""
+def _interpolate_heights(foot_points, free, low, high):
+    """Free places with heights between those of the feet, and out to a rim at about their mean height."""
     angle = 2 * np.pi * np.arange(CONTROL_COUNT) / CONTROL_COUNT
     rim = 0.5 * (low + high) + np.hypot(*(high - low)) * np.column_stack([np.cos(angle), np.sin(angle)])
     squared = ((rim[:, None] - foot_points[None, :, :2]) ** 2).sum(axis=2)
     weight = 1 / squared
     rim_height = (weight * foot_points[:, 2]).sum(axis=1) / weight.sum(axis=1)
-    places = np.concatenate([foot_points[:, :2], rim])
-    return LinearNDInterpolator(Delaunay(places), np.concatenate([foot_points[:, 2], rim_height]))
+    known = np.concatenate([foot_points, np.column_stack([rim, rim_height])])
+    corners = known[triangulate_plan(known[:, :2])]
+    return np.column_stack([free, heights_on(corners[find_triangle(corners[..., :2], free)], free)])
 
 
 def _triangulate(feet, foot_points, edges, free):
     """Delaunay TIN of all points; missing foot edges are halved, in later rounds only those above the ground."""
-    for turn in range(ROUNDS):
-        vertices = np.concatenate([foot_points, free])
-        triangulation = Delaunay(vertices[:, :2])
-        missing = edges[~_has_edges(triangulation, edges)]
+    vertices, kept, new = np.concatenate([foot_points, free]), 0, np.zeros(0, np.int64)
+    triangles = triangulate_plan(vertices[:, :2])
+    for turn in range(ROUNDS - 1):
+        missing = edges[~has_edges(triangles, edges)]
         ends = foot_points[missing]
         missing = missing[np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) > SHORTEST_EDGE]
-        if turn:
-            missing = missing[_hang(vertices[triangulation.simplices], foot_points[missing])]
-        if not len(missing) or turn == ROUNDS - 1:
+        if turn == 1:
+            missing = missing[_hang(vertices[triangles], foot_points[missing])]
+        if turn > 1:  # the others lie on the ground where it has not changed
+            hang, added = _hang(vertices[triangles[kept:]], foot_points[missing]), np.isin(missing, new).any(axis=1)
+            hang[added] |= _hang(vertices[triangles], foot_points[missing[added]])
+            missing = missing[hang]
+        if not len(missing):
             break
-        foot_points, edges = _halve(feet, foot_points, edges, missing)
-    return vertices, faces_up(vertices, triangulation.simplices.astype(np.int64))
+        foot_points, edges, index = _halve(feet, foot_points, edges, missing)
+        old = np.concatenate([index, len(foot_points) + np.arange(len(free))])
+        before, vertices = vertices, np.concatenate([foot_points, free])
+        new = np.setdiff1d(np.arange(len(vertices)), old)
+        if (before[:, :2] == vertices[old, :2]).all():
+            triangles, kept = add_places(vertices[:, :2], old[triangles], new)
+        else:  # a middle lies beside an older point
+            triangles, kept = triangulate_plan(vertices[:, :2]), 0
+    return vertices, faces_up(vertices, triangles)
 
 
 def _hang(corners, ends):
@@ -185,16 +194,22 @@ def drop_on_triangles(corners, places):
     corners : array, (t, 3, 3) float64 [m]
     places : array, (k, 2) or (k, 3) float64 [m]
     """
-    tree = shapely.STRtree(shapely.polygons(corners[:, :, :2]))
+    near = np.flatnonzero(near_any(corners[:, :, :2], places[:, :2]))  # few, where there are few places
+    tree = shapely.STRtree(shapely.polygons(corners[near, :, :2]))
     place, triangle = tree.query(shapely.points(places[:, :2]), predicate="intersects")
-    a, b, c = (corners[triangle, k] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    sloped = ((places[place, :2] - a[:, :2]) * normal[:, :2]).sum(axis=1)
     height = np.full(len(places), np.inf)
-    steep = np.abs(normal[:, 2]) < 1e-9  # slivers without area in plan view
-    rise = np.divide(sloped, normal[:, 2], out=np.zeros(len(place)), where=~steep)
-    np.minimum.at(height, place[~steep], (a[:, 2] - rise)[~steep])
+    np.fmin.at(height, place, heights_on(corners[near[triangle]], places[place]))
     return height
+
+
+def heights_on(corners, places):
+    """Height of each place's triangle there: (k,) float64 [m]; NaN where it has no area in plan view."""
+    a, b, c = (corners[:, k] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    sloped = ((places[:, :2] - a[:, :2]) * normal[:, :2]).sum(axis=1)
+    steep = np.abs(normal[:, 2]) < 1e-9
+    rise = np.divide(sloped, normal[:, 2], out=np.full(len(places), np.nan), where=~steep)
+    return a[:, 2] - rise
 
 
 def under_buildings(vertices, triangles, footprints):
@@ -212,25 +227,19 @@ def under_buildings(vertices, triangles, footprints):
 
 
 def _halve(feet, foot_points, edges, missing):
+    """Points with the middles of some edges, edges between them, and the index of each earlier point."""
     middles = foot_points[missing].mean(axis=1)
     places, index = _merge_places(np.concatenate([foot_points, middles]))
     new = np.concatenate([index[edges], np.column_stack([index[missing[:, 0]], index[len(foot_points) :]])])
     new = np.concatenate([new, np.column_stack([index[len(foot_points) :], index[missing[:, 1]]])])
-    places[:, 2] = _highest_foot(feet, places)
+    fresh = np.ones(len(places), bool)
+    fresh[index[: len(foot_points)]] = (places[index[: len(foot_points)]] != foot_points).any(axis=1)
+    places[fresh, 2] = _highest_foot(feet, places[fresh])
     new = np.sort(new, axis=1)
     gone = np.sort(index[missing], axis=1)
     keys, gone_keys = (pair[:, 0] * np.int64(len(places)) + pair[:, 1] for pair in (new, gone))
     new = new[~np.isin(keys, gone_keys)]
-    return places, np.unique(new[new[:, 0] != new[:, 1]], axis=0)
-
-
-def _has_edges(triangulation, edges):
-    indptr, neighbours = triangulation.vertex_neighbor_vertices
-    owner = np.repeat(np.arange(len(indptr) - 1), np.diff(indptr))
-    size = np.int64(len(indptr))
-    known = np.sort(owner * size + neighbours)
-    wanted = edges[:, 0] * size + edges[:, 1]
-    return known[np.minimum(np.searchsorted(known, wanted), len(known) - 1)] == wanted
+    return places, np.unique(new[new[:, 0] != new[:, 1]], axis=0), index[: len(foot_points)]
 
 
 def faces_up(vertices, triangles):
