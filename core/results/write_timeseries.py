@@ -19,7 +19,7 @@ def write_timeseries(path, energy, weather):
     """
     start = energy.times.tz_convert("UTC").tz_localize(None)
     bounds = np.stack([start.to_numpy(), (start + energy.interval).to_numpy()], axis=1)
-    names = np.array(["_".join(group) for group in energy.groups], dtype=object)
+    names = np.array(["_".join(group) for group in energy.groups], dtype=str)
     hours = energy.interval / pd.Timedelta(hours=1)
     dataset = xarray.Dataset(
         {

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import netCDF4
 import numpy as np
@@ -141,6 +142,23 @@ def test_transfer_of_other_ways_and_without_surfaces(way, tmp_path):
         path = tmp_path / f"{number}.nc"
         write_transfer(path, transfer)
         assert_same(transfer, read_transfer(path))
+
+
+def test_a_series_without_groups_keeps_names_of_text(weighed, tmp_path):
+    _, weather, energy = weighed
+    none = replace(
+        energy,
+        groups=[],
+        group_area=np.empty(0),
+        group_count=np.empty(0, int),
+        capacity_factor=np.empty((len(energy.times), 0)),
+        capacity_factor_ac=None,
+    )
+    write_timeseries(tmp_path / "none.nc", none, weather)
+    with xr.open_dataset(tmp_path / "none.nc") as data:
+        assert data.sizes["group"] == 0 and data["group"].dtype.kind in "OSU"
+    with netCDF4.Dataset(tmp_path / "none.nc") as data:
+        assert data["group"].dtype is str
 
 
 def test_files_that_are_no_transfer(weighed, tmp_path):
