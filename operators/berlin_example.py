@@ -9,7 +9,7 @@ CITY, WEATHER = "berlin_3910_5817.gml", "era5_berlin_2017.nc"
 
 
 class BerlinExample(bpy.types.Operator):
-    """Run Solar city on the bundled square kilometre of Berlin with its weather of 2017 (ERA5), as a draft"""
+    """Run Solar city on the bundled square kilometre of Berlin with its weather of 2017 (ERA5)"""
 
     bl_idname = "citypv.berlin_example"
     bl_label = "Berlin example"
@@ -26,5 +26,4 @@ class BerlinExample(bpy.types.Operator):
         settings = context.scene.citypv
         settings.city_path, settings.own_place = str(FOLDER / CITY), False
         settings.weather, settings.weather_file = "file", str(FOLDER / WEATHER)
-        bpy.ops.citypv.use_preset(preset="draft")
         return bpy.ops.citypv.solar_city("EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT")

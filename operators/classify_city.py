@@ -59,30 +59,46 @@ class ClassifyCity(Step, bpy.types.Operator):
     def finish(self, context, result):
         """Show the scene in place of the imported mesh, coloured by kind."""
         before, scene, findings = result
-        old, old_ground = find_own_city(context.scene, before)
-        item, ground = build_meshes(scene)
-        remember_step(item, "classify", context.scene.citypv, old)
-        taken = is_in_place(old)
-        if taken:
-            take_off_colours(old)
-            inherit_taken(item, old)
-        inherit_shape(item, old)
-        remove_city(old, old_ground)
-        for new, name in ((item, "City"), (ground, "Ground")):
-            if new is not None:
-                new.name = new.data.name = name
-        write_classes(item, ground, scene.surfaces)
-        show_objects(context.scene, item, ground)
-        if taken:
-            put_in_place(item, scene.site)
-            write_sources(item, scene.surfaces.surface_id)
-        else:
-            remember_shape(item)
-        open_session(item, Session(city=before.city, scene=scene, ground_material=before.ground_material))
-        keep_report(item, scene, findings)
-        show_result(context, item, ground, "kind")
+        show_kinds(context, before, Session(city=before.city, scene=scene), findings)
         eligible = scene.surfaces.eligible.sum()
         return f"{len(scene.surfaces)} surfaces, {eligible} of them eligible for photovoltaics"
+
+
+def show_kinds(context, before, session, findings):
+    """Show a scene in place of the city that it was made of, coloured by kind.
+
+    Parameters
+    ----------
+    context : bpy.types.Context
+    before : Session
+        Of the city that is replaced.
+    session : Session
+        With the scene; the new city gets it.
+    findings : list of core.list_findings.Finding
+    """
+    scene, (old, old_ground) = session.scene, find_own_city(context.scene, before)
+    item, ground = build_meshes(scene)
+    remember_step(item, "classify", context.scene.citypv, old)
+    taken = is_in_place(old)
+    if taken:
+        take_off_colours(old)
+        inherit_taken(item, old)
+    inherit_shape(item, old)
+    remove_city(old, old_ground)
+    for new, name in ((item, "City"), (ground, "Ground")):
+        if new is not None:
+            new.name = new.data.name = name
+    write_classes(item, ground, scene.surfaces)
+    show_objects(context.scene, item, ground)
+    if taken:
+        put_in_place(item, scene.site)
+        write_sources(item, scene.surfaces.surface_id)
+    else:
+        remember_shape(item)
+    session.ground_material = before.ground_material
+    open_session(item, session)
+    keep_report(item, scene, findings)
+    show_result(context, item, ground, "kind")
 
 
 def check_place(city, request):

@@ -5,6 +5,7 @@ from dataclasses import replace
 from .attributes import RESULTS
 from .session import find_city, find_session
 from .show_result import show_result
+from .summarise import summarise_interruption
 from .write_attributes import write_results
 
 
@@ -70,5 +71,6 @@ def show_round(context, session):
     if find_session(city) is not session:
         return  # the user switched to another city
     write_results(city, ground, transfer, energy)
+    summarise_interruption(city, None)
     chosen = context.scene.citypv.attribute
     show_result(context, city, ground, chosen if chosen in RESULTS else "full_load_hours")

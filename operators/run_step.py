@@ -1,12 +1,13 @@
 """Run a step: blocking in a script, in a background thread when a button is pressed."""
 
+import functools
 import threading
 import time
 
 import bpy
 
 from ..core.errors import InputError
-from ..core.progress import CancelledError, silent, with_prefix
+from ..core.progress import SUN_STAGE, CancelledError, silent, with_prefix
 from .check_libraries import name_libraries, note_failure
 from .give_way import give_way
 from .panel_words import in_panel_words
@@ -15,6 +16,7 @@ from .select_faces import leave_edit_mode
 TICK = 0.1  # polling interval [s]
 REDRAW = 0.5  # between two pictures of the progress [s]: drawing them takes time from the work
 EARLIEST, FEWEST = 5.0, 0.1  # seconds and share before which a time left says nothing
+PATIENCE = 0.7  # [s] after which the window no longer waits for cancelled work of which nothing is kept
 
 
 class Job:
@@ -27,13 +29,16 @@ class Job:
         Called as work(progress) in the thread.
     stages : dict of str to float, optional
         Stages of the work in their order, with the time that each takes relative to the others.
+    after : Job, optional
+        A cancelled one that may not have ended yet: this one begins after it.
     """
 
-    def __init__(self, title, work, stages=None):
+    def __init__(self, title, work, stages=None, after=None):
         self.title, self.text, self.share = title, title, 0.0
         self.stage, self.rate, self.left = title, "", ""  # as the panel shows them
         self.result, self.error = None, None
         self._stop, self.dropped = threading.Event(), False
+        self.keeps, self._asked, self._after = False, 0.0, after
         self._stages, self._began = stages or {}, time.monotonic()
         self._stage, self._started = None, 0.0
         self._thread = threading.Thread(target=self._run, args=(work,), name=title, daemon=True)
@@ -45,9 +50,14 @@ class Job:
     def cancel(self):
         """Request the work to stop at its next report and keep what is done; a second time, to discard it."""
         self.dropped = self.cancelled
+        self._asked = self._asked or time.monotonic()
         self._stop.set()
         self.stage = "ends, and keeps nothing" if self.dropped else "keeps what is done"
         self.text, self.rate, self.left = f"{self.title}: {self.stage}", "", ""
+
+    def join(self):
+        """Wait for the end of the work."""
+        self._thread.join()
 
     @property
     def cancelled(self):
@@ -59,10 +69,17 @@ class Job:
         """Whether the work is still running."""
         return self._thread.is_alive()
 
+    @property
+    def overdue(self):
+        """Whether the work goes on although it was cancelled a while ago and nothing of it is kept."""
+        late = self.cancelled and time.monotonic() - self._asked > PATIENCE
+        return late and self.running and (self.dropped or not self.keeps)
+
     def progress(self, stage, done, total, unit):
         """Receive a progress report of core (see `core.progress`)."""
         if self.cancelled:
             raise CancelledError
+        self.keeps |= stage == SUN_STAGE
         if stage != self._stage:
             self._stage, self._started = stage, time.monotonic()
         now = time.monotonic()
@@ -74,6 +91,9 @@ class Job:
     def _run(self, work):
         # Errors are reported in Blender's main thread.
         give_way()
+        if self._after is not None:
+            self._after.join()
+            self._after = None
         try:
             with name_libraries():
                 self.result = work(self.progress)
@@ -121,10 +141,13 @@ class Step:
     Called from a script (or without a window) a step blocks and returns when it is done. Called from a button it is
     modal: progress shows in the status bar and in the panel. Esc cancels: the step ends with what is done where that is
     of use by itself (the suns that were traced), or changes nothing. After Esc twice it changes nothing in any case.
+    Work ends at its next report, which may be far in a large city; where nothing is kept, the window does not wait.
     """
 
     current = None  # the running job; the panels show it below the button with its title
+    _ending = None  # a cancelled job that the window did not wait for
     _drawn = 0.0, None  # when progress was drawn last, and whether it was cancelled then
+    watched = False  # whether there is a window to show what is found so far
     stages = None  # of `Job`
 
     def prepare(self, context):
@@ -147,6 +170,10 @@ class Step:
     def refine(self, context):
         """Show what the work has found so far, in Blender's thread, while it goes on."""
 
+    def name_kept(self):
+        """What is shown of a step that was cancelled, as text; "" if nothing was changed."""
+        return ""
+
     def execute(self, context):
         """Run the step and wait for it."""
         try:
@@ -163,12 +190,15 @@ class Step:
             return self.execute(context)
         if Step.current is not None:
             return self._refuse(f"{Step.current.title} is still running: wait, or cancel it with Esc")
+        self.watched = True
         try:
             task = self.prepare(context)
         except (InputError, ImportError) as error:
             return self._refuse(error)
         stages = self.expect(task) or self.stages
-        Step.current = self._job = Job(self.bl_label, lambda progress: self.work(task, progress), stages)
+        work = functools.partial(self.work, task)
+        Step.current = self._job = Job(self.bl_label, work, stages, Step._ending)
+        Step._ending = None
         self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
         self._job.start()
@@ -181,7 +211,11 @@ class Step:
             return {"RUNNING_MODAL"}
         if event.type == "TIMER":
             self._tell_progress(context)
-            self.refine(context)
+            self._show_progress(context)
+            if self._job.overdue:
+                Step._ending = self._job
+                self._leave(context)
+                return self._tell_cancelled()
             if not self._job.running:
                 return self._end(context)
         return {"PASS_THROUGH"}
@@ -195,6 +229,15 @@ class Step:
         context.workspace.status_text_set(f"CityPV   {self._job.text}   (Esc cancels)")
         redraw_panels(context)
 
+    def _show_progress(self, context):
+        # The user may have deleted what the step works on.
+        try:
+            self.refine(context)
+        except InputError as problem:
+            self._job.cancel()
+            self._job.cancel()
+            self.report({"ERROR"}, in_panel_words(problem))
+
     def cancel(self, context):
         """Cancel the work because Blender quits."""
         self._job.cancel()
@@ -204,8 +247,7 @@ class Step:
         self._leave(context)
         error = self._job.error
         if isinstance(error, CancelledError) or (error is None and self._job.dropped):
-            self.report({"WARNING"}, f"{self.bl_label} was cancelled; nothing was changed")
-            return {"CANCELLED"}
+            return self._tell_cancelled()
         if isinstance(error, (InputError, ImportError)):
             return self._refuse(error)
         if error is not None:
@@ -223,6 +265,11 @@ class Step:
         context.window_manager.event_timer_remove(self._timer)
         context.workspace.status_text_set(None)
         redraw_panels(context)
+
+    def _tell_cancelled(self):
+        kept = self.name_kept()
+        self.report({"WARNING"}, f"{self.bl_label} was cancelled; {f'kept: {kept}' if kept else 'nothing was changed'}")
+        return {"FINISHED"} if kept else {"CANCELLED"}
 
     def _tell(self, text, level="INFO"):
         self.report({level}, text)

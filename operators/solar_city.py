@@ -1,21 +1,28 @@
 """Solar city: from a file to full load hours, legend and totals with one button."""
 
+from dataclasses import replace
+from queue import SimpleQueue
+
 import bpy
 
 from ..core.errors import InputError
 from ..core.progress import silent
 from .city_files import CityFiles
-from .classify_city import ClassifyCity, check_place
+from .classify_city import ClassifyCity, check_place, show_kinds
 from .compute_energy import WeighEnergy
+from .first_look import STAGE, settings_of_look, take_look, tell_look
 from .import_city import ImportCity, show_import
-from .refine_trace import read_goal
+from .refine_trace import read_goal, show_round
 from .run_step import Step
-from .session import Session, find_city, find_session
-from .trace_city import TraceCity
+from .session import Session, find_city, find_own_city, find_session
+from .trace_city import TraceCity, keep_light
 
 
 class SolarCity(CityFiles, Step, bpy.types.Operator):
-    """Import the city, classify its surfaces, trace the light and compute full load hours, as set below"""
+    """Import the city, classify its surfaces, trace the light and compute full load hours, as set below.
+
+    Each result is shown as soon as it is there: the buildings, their kinds, a first look at full load hours by few
+    rays, then those of all rays"""
 
     bl_idname = "citypv.solar_city"
     bl_label = "Solar city"
@@ -30,39 +37,74 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
             raise InputError("Albedo", "the faces have no materials before the city is imported", cure)
         paths, request = ImportCity.prepare(self, context)
         read_goal(context.scene.citypv_seeing, request)
-        return paths, request
+        self._found, self._shown = SimpleQueue(), []
+        return paths, request, settings_of_look(request) if self.watched else None, self._found
 
     def expect(self, task):
         """Stages of all steps; light takes most of the time."""
-        light = TraceCity.expect(None, (None, task[1], None))
+        _, request, look, _ = task
+        light = TraceCity.expect(None, (None, request, None))
         if light is None:
             return None
         whole = sum(light.values())
         before = {name: 0.02 * share * whole for name, share in (ImportCity.stages | ClassifyCity.stages).items()}
-        return before | light | {"electricity": 0.05 * whole}
+        first = {STAGE: 0.2 * whole} if look else {}
+        return before | first | light | {"electricity": 0.05 * whole}
 
     @staticmethod
     def work(task, progress):
-        """Run the steps of core, one after the other."""
-        paths, request = task
+        """Run the steps of core, one after the other; leave what each of them finds in a queue."""
+        paths, request, look, found = task
         imported = ImportCity.work((paths, request), progress)
+        found.put(("buildings", imported))
         session = Session(city=imported[0])
         check_place(session.city, request)
         _, session.scene, findings = ClassifyCity.work((session, request), progress)
+        found.put(("kinds", (session, findings)))
+        if look:
+            found.put(("first look", take_look(session, look, progress)))
         traced = TraceCity.work((session, request, []), progress)
-        session.transfer = traced[2]
         # After a cancellation the suns that were traced are still weighed.
-        weighed = WeighEnergy.work((session, None, request), silent if traced[2].record.interrupted else progress)
-        return imported, (session.scene, findings), traced, weighed
+        telling = silent if traced[2].record.interrupted else progress
+        return traced, WeighEnergy.work((replace(session, transfer=traced[2]), None, request), telling)
+
+    def refine(self, context):
+        """Show the next result, or the last round of the trace."""
+        if not self._found.empty():
+            self._show_next(context)
+        elif len(self._shown) > 1:
+            show_round(context, find_session(find_city(context.scene)[0]))
 
     def finish(self, context, result):
         """Show what the steps show, in their order."""
-        imported, classified, traced, weighed = result
+        while not self._found.empty():
+            self._show_next(context)
+        return self._show_light(context, *result)
+
+    def name_kept(self):
+        """What is shown so far."""
+        return ", ".join(self._shown)
+
+    def _show_next(self, context):
+        name, result = self._found.get()
+        show = {"buildings": self._show_buildings, "kinds": self._show_kinds, "first look": self._show_look}[name]
+        show(context, *result)
+        self._shown.append(name)
+
+    def _show_buildings(self, context, *imported):
         show_import(context, *imported)
-        ClassifyCity.finish(self, context, (find_session(find_city(context.scene)[0]), *classified))
-        session = find_session(find_city(context.scene)[0])
-        TraceCity.finish(self, context, (session, *traced[1:]))
-        return WeighEnergy.finish(self, context, (session, *weighed[1:]))
+        self._session = find_session(find_city(context.scene)[0])
+
+    def _show_kinds(self, context, session, findings):
+        show_kinds(context, self._session, session, findings)
+
+    def _show_look(self, context, traced, weighed):
+        self._show_light(context, traced, weighed)
+        tell_look(find_own_city(context.scene, traced[0])[0])
+
+    def _show_light(self, context, traced, weighed):
+        keep_light(context, *traced)
+        return WeighEnergy.finish(self, context, (traced[0], *weighed[1:]))
 
 
 class DropWeather(bpy.types.Operator):

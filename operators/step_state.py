@@ -37,6 +37,11 @@ def remember_step(city, step, settings, *earlier):
     city[_key(step)] = describe_settings(step, settings)
 
 
+def forget_step(city, step):
+    """Take a step for not done, as with other settings than those of the panel."""
+    city.pop(_key(step), None)
+
+
 def state_of_step(city, step, settings):
     """ "done", "stale" or "next" for the first step that has to be run; "" for those after it.
 

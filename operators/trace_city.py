@@ -51,11 +51,9 @@ class TraceCity(Step, bpy.types.Operator):
     def expect(self, task):
         """Rays of each stage; those of the sky also find what reflects to what, those of the suns have reflections."""
         _, request, _ = task
-        way, _, number = request.suns.partition(":")
-        suns = int(number or 0) * SUNS_PER_DAY if "days" in way else int(number or SUNS_PER_DAY * 365)
         if request.estimator == "forward" or wants_rounds(request):
             return None
-        sky, sun = 2.0 * request.samples, float(suns * request.shadow_samples)
+        sky, sun = count_rays(request)
         names = COMPILING, "reading weather", "sky and reflections", "reflections of the sky", "horizon", SUN_STAGE
         return dict(zip(names, (0.01 * sky, 0.1 * sky, sky, 0.1 * sky, 0.2 * sky, sun), strict=True))
 
@@ -81,17 +79,41 @@ class TraceCity(Step, bpy.types.Operator):
         show_round(context, find_session(find_city(context.scene)[0]))
 
     def finish(self, context, result):
-        """Write results that do not depend on weather; remove those of an earlier weather."""
-        session, weather, transfer, findings, albedos = result
-        city, ground = find_own_city(context.scene, session)
-        write_results(city, ground, transfer)
-        forget_energy(city)
-        keep_report(city, session.scene, findings)
-        summarise_albedo(city, *albedos)
-        keep_plan(city, transfer.record.effects if transfer.record else ())
-        remember_step(city, "trace", context.scene.citypv)
-        session.weather, session.transfer, session.energy = weather, transfer, None
-        shown = show_result(context, city, ground, "diffuse_relative")
-        interrupted = summarise_interruption(city, transfer.record.interrupted)
+        """Keep the light, and show that of the sky."""
+        session, _, transfer, *_ = result
+        interrupted = keep_light(context, *result)
+        shown = show_result(context, *find_own_city(context.scene, session), "diffuse_relative")
         traced = interrupted or f"Traced {len(transfer.surfaces)} surfaces and {len(transfer.suns)} suns"
         return f"{traced}; shown: {shown.title.lower()}"
+
+
+def count_rays(request):
+    """Rays from each patch to the sky (with what they find of reflections) and to the suns, roughly: two float."""
+    way, _, number = request.suns.partition(":")
+    suns = int(number or 0) * SUNS_PER_DAY if "days" in way else int(number or SUNS_PER_DAY * 365)
+    return 2.0 * request.samples, float(suns * request.shadow_samples)
+
+
+def keep_light(context, session, weather, transfer, findings, albedos):  # noqa: PLR0917
+    """Write results that do not depend on weather, and remove those of an earlier weather.
+
+    Parameters
+    ----------
+    context : bpy.types.Context
+    session, weather, transfer, findings, albedos
+        Of `TraceCity.work`.
+
+    Returns
+    -------
+    str
+        Which suns were traced, if not all.
+    """
+    city, ground = find_own_city(context.scene, session)
+    write_results(city, ground, transfer)
+    forget_energy(city)
+    keep_report(city, session.scene, findings)
+    summarise_albedo(city, *albedos)
+    keep_plan(city, transfer.record.effects if transfer.record else ())
+    remember_step(city, "trace", context.scene.citypv)
+    session.weather, session.transfer, session.energy = weather, transfer, None
+    return summarise_interruption(city, transfer.record.interrupted)
