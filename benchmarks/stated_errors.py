@@ -1,11 +1,13 @@
 """Whether stated standard errors are as large as the scatter over seeds, surface by surface on real cities.
 
-    python benchmarks/stated_errors.py CITY [--half M] [--seeds 16] [--latitude D --longitude D] [--lod L] [--save FILE]
+    python benchmarks/stated_errors.py CITY [--half M] [--seeds 16] [--latitude D --longitude D] [--lod L]
+        [--samples N] [--threads N] [--save FILE]
 
 CITY is a file of buildings. Each seed traces it anew with the same suns; full load hours are those of a clear sky.
 Printed, for classes of eligible surfaces: the standard deviation over the seeds over the stated error, both as root
 mean squares over the class; the largest ratio of a single surface; and the same for the means of the groups. What the
-choice of suns does is the same for all seeds and left out.
+choice of suns does is the same for all seeds and left out. Covered shares are to be the same with every seed; how many
+surfaces have other ones is printed.
 
 With --half only polygons within so many metres of the middle stay eligible; all others still shade and reflect.
 """
@@ -30,7 +32,7 @@ FEW_HOURS = 0.5  # [h] below which a scatter means nothing
 
 
 def run_seeds(scene, request, seeds):
-    """Of every seed full load hours, their stated errors, those of groups and their stated errors; covered shares."""
+    """Of every seed full load hours, their stated errors, those of groups and their stated errors, covered shares."""
     weather = read_year(scene.site, request)
     year = weather.data.index, weather.interval, scene.site.latitude, scene.site.longitude
     suns = spread_suns(choose_suns(request.suns, *year, request.seed))
@@ -41,10 +43,11 @@ def run_seeds(scene, request, seeds):
         energy = compute_energy(transfer, weather)
         hours = energy.capacity_factor.sum(axis=0) * weather.interval.total_seconds() / 3600 / energy.years
         runs.append((
-            energy.full_load_hours, energy.full_load_hours_standard_error, hours, energy.group_standard_error
+            energy.full_load_hours, energy.full_load_hours_standard_error, hours, energy.group_standard_error,
+            transfer.covered_share,
         ))  # fmt: skip
         print(f"seed {seed}: {time.perf_counter() - started:.0f} s", flush=True)
-    return [np.array(part) for part in zip(*runs, strict=True)], transfer.covered_share, energy.groups
+    return [np.array(part) for part in zip(*runs, strict=True)], energy.groups
 
 
 def tell_classes(surfaces, covered_share):
@@ -68,9 +71,11 @@ def main():
     parser.add_argument("--longitude", type=float)
     parser.add_argument("--lod")
     parser.add_argument("--samples", type=int, default=256)
+    parser.add_argument("--threads", type=int)
     parser.add_argument("--save", type=Path, help="keep all numbers in an .npz file")
     options = parser.parse_args()
-    request = Request(latitude=options.latitude, longitude=options.longitude, lod=options.lod, samples=options.samples)
+    names = "latitude", "longitude", "lod", "samples", "threads"
+    request = Request(**{name: getattr(options, name) for name in names})
     scene = read_scene([options.city], request)
     surfaces = scene.surfaces
     if options.half:
@@ -78,12 +83,14 @@ def main():
         middle = np.median(corners[own >= 0], axis=0)[:2]
         far = np.abs(corners[:, :2] - middle).max(axis=1) > options.half
         surfaces.eligible[np.unique(own[far & (own >= 0)])] = False
-    (hours, stated, means, stated_means), covered_share, groups = run_seeds(scene, request, options.seeds)
+    (hours, stated, means, stated_means, covered), groups = run_seeds(scene, request, options.seeds)
+    covered_share = covered[-1]
     if options.save:
         np.savez(options.save, hours=hours, stated=stated, names=surfaces.surface_id, eligible=surfaces.eligible,
-                 kind=surfaces.kind, area=surfaces.area, covered_share=covered_share)  # fmt: skip
+                 kind=surfaces.kind, area=surfaces.area, covered_share=covered)  # fmt: skip
     scatter, error = hours.std(axis=0, ddof=1), np.sqrt((stated**2).mean(axis=0))
     print(f"{len(scene.triangles):,} patches, {surfaces.eligible.sum():,} eligible surfaces, {options.seeds} seeds")
+    print(f"covered shares that differ between seeds: {np.ptp(covered, axis=0).astype(bool).sum():,}")
     print("class            surfaces  scatter  stated  ratio  95 %   largest")
     for name, members in tell_classes(surfaces, covered_share).items():
         chosen = np.flatnonzero(members & surfaces.eligible & np.isfinite(error))

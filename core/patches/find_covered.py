@@ -5,7 +5,14 @@ from numba import njit
 
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
 from ..sampling.random_numbers import mix, uniform
-from ..sampling.sample_points import additive_recurrence, cell_contacts, cosine_direction, shifted, stratified_points
+from ..sampling.sample_points import (
+    additive_recurrence,
+    cell_contacts,
+    cosine_direction,
+    shifted,
+    stratified_points,
+    upright_cells,
+)
 
 RAYS_PER_CELL = 8  # per vote
 STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an open shell
@@ -33,36 +40,86 @@ def meets_back(patches, hit, directions):
     return (along > 0) & (hit >= 0) & (patches.other_side[hit] < 0)
 
 
-def find_covered_cells(ray_scene, patches, chosen, verdict=None):
+def find_covered_cells(ray_scene, patches, chosen):
     """Which cells of some patches lie inside or under something.
 
-    Rays are traced from one point in each cell, the same for every seed: a wall that is covered for about half would
-    otherwise be eligible with some seeds only. The cell is covered if more than half of them hit backs and at most one
-    reaches the sky. Real models are open shells: a single ray proves nothing, and rays into an open house from outside
-    hit backs, but others reach the sky. From a wall that continues below the ground, rays hit the back of the ground
-    upwards and nothing downwards: no ray carries light, so the cell is covered too. Below a slope some rays would
-    escape to the sky under the hill; there a vertical ray decides, which hits the back of the ground first.
+    Points and rays are the same for every seed and any number of samples: what is covered is geometry, and a wall that
+    is covered for about half would otherwise be eligible with some seeds only. Each cell has one point. First rays from
+    the upright cells, which are all that line the edges of a patch and half of the others, tell whether the patch is
+    examined at all.
 
     Parameters
     ----------
     ray_scene : RayScene
     patches : Patches
     chosen : (c,) int
-    verdict : (c, CELL_DIVISIONS²) int8, optional
-        Cells that are known already, of `classify_cells`; only the others are traced.
 
     Returns
     -------
     (c, CELL_DIVISIONS²) bool
     """
-    count, cells = len(chosen), CELL_DIVISIONS**2
-    verdict = np.full((count, cells), UNKNOWN) if verdict is None else verdict
-    numbers = uniform(mix(patches.place_key[chosen] ^ np.uint64(0xC0FE)), 4 * cells).reshape(count, cells, 4)
-    b1, b2 = stratified_points(numbers, CELL_DIVISIONS)
+    numbers = uniform(mix(patches.place_key[chosen] ^ np.uint64(0xC0FE)), 4 * CELL_DIVISIONS**2)
+    numbers = numbers.reshape(len(chosen), -1, 4)
+    starts = *stratified_points(numbers, CELL_DIVISIONS), numbers[..., 2:]
+    upright = upright_cells(CELL_DIVISIONS)
+    first = first_states(ray_scene, patches, chosen, [part[:, upright] for part in starts])
+    covered = np.zeros(numbers.shape[:2], bool)
+    suspect = np.flatnonzero((first == COVERED).any(axis=1))
+    if len(suspect):
+        covered[suspect] = examine_cells(ray_scene, patches, chosen[suspect], [part[suspect] for part in starts])
+    return covered
+
+
+def first_states(ray_scene, patches, chosen, starts):
+    """What a first ray from each of some points tells on them.
+
+    Parameters
+    ----------
+    chosen : (c,) int
+    starts : three of (c, m), (c, m) and (c, m, 2) float32
+        Barycentric weights of the points, and random numbers in [0, 1).
+
+    Returns
+    -------
+    (c, m) int8
+        COVERED if it hits a back; UNKNOWN if it leaves below the horizon, from an open place or from below the ground.
+    """
+    b1, b2, shifts = starts
+    u, v = (shifted(around, shifts[..., axis])[..., 0] for axis, around in enumerate(additive_recurrence(1, 2).T))
+    origins, directions = rays_from_patches(patches, chosen, b1, b2, cosine_direction(u, v))
+    hit = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3)).triangle.reshape(u.shape)
+    state = np.where((hit < 0) & (directions[..., 2] <= 0), UNKNOWN, OPEN)
+    state[meets_back(patches, hit, directions)] = COVERED
+    return state
+
+
+def examine_cells(ray_scene, patches, chosen, starts):
+    """Which cells of patches lie inside or under something, by rays from one point in each.
+
+    First rays settle cells deep in the open or deep inside. In the others RAYS_PER_CELL rays vote: a cell is covered if
+    more than half of them hit backs and at most one reaches the sky. Real models are open shells: a single ray proves
+    nothing, and rays into an open house from outside hit backs, but others reach the sky. From a wall that continues
+    below the ground, rays hit the back of the ground upwards and nothing downwards: no ray carries light, so the cell
+    is covered too. Below a slope some rays would escape to the sky under the hill; there a vertical ray decides, which
+    hits the back of the ground first.
+
+    Parameters
+    ----------
+    chosen : (c,) int
+    starts : three of (c, cells), (c, cells) and (c, cells, 2) float32
+        As of `first_states`.
+
+    Returns
+    -------
+    (c, cells) bool
+    """
+    b1, b2, shifts = starts
+    verdict = settled_cells(first_states(ray_scene, patches, chosen, starts))
     covered = verdict == COVERED
     row, cell = np.nonzero(verdict == UNKNOWN)
-    shifts = numbers[row, cell, 2:]
-    covered[row, cell] = vote_covered(ray_scene, patches, chosen[row], (b1[row, cell], b2[row, cell]), shifts)
+    covered[row, cell] = vote_covered(
+        ray_scene, patches, chosen[row], (b1[row, cell], b2[row, cell]), shifts[row, cell]
+    )
     return covered | lie_in_earth(ray_scene, patches, points_of_patches(patches, chosen, b1, b2))
 
 
@@ -120,7 +177,7 @@ def lie_in_earth(ray_scene, patches, points):
 def settled_cells(verdict):
     """The verdicts on cells that all their neighbours share; UNKNOWN for the others.
 
-    Along the edge of the covered part the few rays of a cell may agree by chance.
+    Along the edge of the covered part a single ray says little.
 
     Parameters
     ----------

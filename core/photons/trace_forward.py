@@ -5,7 +5,7 @@ reflected at the exact hit point, and summed per surface: there is no assumption
 results are noisy but unbiased. Every source is traced through all reflections; the cost is (suns + 3) · samples ·
 patches photons, of at most 1 + max_bounces rays each.
 
-The covered share of a surface is geometry, and estimated with a few hemisphere rays as in gather.
+The covered share of a surface is geometry, and the same as in gather.
 """
 
 from dataclasses import asdict, dataclass, field, replace
@@ -164,13 +164,13 @@ def prepare_run(prepared, request, progress):
     scene, patches, threads = prepared.scene, prepared.patches, usable_threads(request.threads)
     ray_scene = prepared.plan.ray_scene or FacingScene(scene, patches, threads)
     ray_scene.canopy = prepared.canopy
-    covered_share, covered = find_cover(ray_scene, patches, threads)
+    covered = find_cover(ray_scene, patches, patches.receives, threads)
     count = len(scene.surfaces)
     surface = np.where(scene.triangle_surface < 0, count, scene.triangle_surface)
     area = np.bincount(surface, patches.area, count + 1)[:-1]
     per_replicate = -(-request.samples * int(patches.receives.sum()) // PHOTON_REPLICATES)
     target = Target(ray_scene, patches, surface, count, covered, brdfs_of_triangles(scene, request, prepared.materials))
-    return Run(target, area, per_replicate, threads, progress), covered_share
+    return Run(target, area, per_replicate, threads, progress), covered.mean(axis=1, dtype=np.float32)
 
 
 def trace_far_ground(run, box, plan, seed):

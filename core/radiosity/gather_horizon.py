@@ -160,7 +160,7 @@ def trace_patches(context, chosen, covered, sequence, cells):
     hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
     fate = np.empty(start_cells.shape, np.uint8)
     upwards = np.moveaxis(directions, -1, 0)
-    classify_rays(hits.triangle.reshape(fate.shape), upwards, patches.facing, fate, np.zeros(len(chosen), bool))
+    classify_rays(hits.triangle.reshape(fate.shape), upwards, patches.facing, fate)
     fate[fate == FAR_GROUND] = SKY  # at the very horizon
     if context.plan.terrain is not None:
         mark_hidden(fate, upwards, np.sin(np.radians(context.plan.terrain.elevation)), SKY, FAR_GROUND)

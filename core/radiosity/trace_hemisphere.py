@@ -13,16 +13,7 @@ from ..check_arrays import check_array
 from ..errors import InputError
 from ..form_factors.form_factors import FEWEST_RAYS, FormFactors, count_hits, count_starts
 from ..horizon.horizon import mark_hidden
-from ..patches.find_covered import (
-    COVERED,
-    OPEN,
-    UNKNOWN,
-    cells_near_cover,
-    enclosed_cells,
-    find_covered_cells,
-    lie_in_earth,
-    settled_cells,
-)
+from ..patches.find_covered import cells_near_cover, enclosed_cells, find_covered_cells, lie_in_earth
 from ..patches.stop_in_crowns import stop_in_crowns
 from ..rays.places import Places
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
@@ -33,7 +24,6 @@ from .replicates import tally_deviations
 
 RAYS_PER_TASK = 1 << 17
 SKY, FAR_GROUND, FRONT, LEAVES, BACK, DARK = range(6)  # fate of a ray; the last three carry nothing
-AGREEING_RAYS = 3  # so many rays of a cell suffice, if they agree, to tell whether it lies inside something
 
 
 def trace_hemisphere(
@@ -133,15 +123,10 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells, terrain=None):  #
     hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
     hit = hits.triangle.reshape(start_cells.shape)
     fate = np.empty(hit.shape, np.uint8)
-    suspect = np.zeros(len(chosen), bool)
-    classify_rays(hit, np.moveaxis(directions, -1, 0), patches.facing, fate, suspect)
+    classify_rays(hit, np.moveaxis(directions, -1, 0), patches.facing, fate)
 
-    # A patch with a ray that hit a back may lie inside something.
-    suspect = np.flatnonzero(suspect)
-    covered = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
-    verdict = settled_cells(classify_cells(fate[suspect], start_cells[suspect]))
-    covered[suspect] = find_covered_cells(ray_scene, patches, chosen[suspect], verdict)
-    within = suspect[covered[suspect].any(axis=1)]
+    covered = find_covered_cells(ray_scene, patches, chosen)
+    within = np.flatnonzero(covered.any(axis=1))
     mark_dark(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))
     # Along the ground line the start of each ray is tested for being below ground.
     partly = within[~covered[within].all(axis=1)]
@@ -190,8 +175,8 @@ def mark_dark(fate, within, start_cells, covered, enclosed):
 
 
 @njit(nogil=True, cache=True)
-def classify_rays(hit, directions, facing, fate, suspect):
-    """Write the fate of each ray, and which patches have rays that hit backs, into the last two arguments.
+def classify_rays(hit, directions, facing, fate):
+    """Write the fate of each ray into the last argument.
 
     Parameters
     ----------
@@ -199,7 +184,6 @@ def classify_rays(hit, directions, facing, fate, suspect):
     directions : (3, c, rays) float32
     facing : (p, 4) float32
     fate : (c, rays) uint8
-    suspect : (c,) bool
     """
     for patch in range(len(hit)):
         for ray in range(hit.shape[1]):
@@ -210,40 +194,6 @@ def classify_rays(hit, directions, facing, fate, suspect):
                 continue
             along = x * facing[met, 0] + y * facing[met, 1] + z * facing[met, 2] + facing[met, 3]
             fate[patch, ray] = BACK if along > 0 else FRONT
-            suspect[patch] |= along > 0
-
-
-@njit(nogil=True, cache=True)
-def classify_cells(fate, start_cells):
-    """Which cells of patches lie inside something, where their own rays agree.
-
-    A cell is open if none of its rays hits a back, and covered if all do. Rays that escape downwards are inconclusive:
-    they may come from an open place or from below the ground.
-
-    Parameters
-    ----------
-    fate, start_cells : (c, rays) uint8
-
-    Returns
-    -------
-    (c, CELL_DIVISIONS²) int8
-        COVERED, OPEN or UNKNOWN.
-    """
-    verdict = np.full((len(fate), CELL_DIVISIONS**2), UNKNOWN)
-    backs, others, below = np.zeros((3, CELL_DIVISIONS**2), np.int64)
-    for patch in range(len(fate)):
-        backs[:], others[:], below[:] = 0, 0, 0
-        for ray in range(fate.shape[1]):
-            met, cell = fate[patch, ray], start_cells[patch, ray]
-            backs[cell] += met == BACK
-            below[cell] += met == FAR_GROUND
-            others[cell] += met in (SKY, FRONT)
-        for cell in range(CELL_DIVISIONS**2):
-            if backs[cell] == 0 and others[cell] >= AGREEING_RAYS:
-                verdict[patch, cell] = OPEN
-            elif backs[cell] >= AGREEING_RAYS and others[cell] == below[cell] == 0:
-                verdict[patch, cell] = COVERED
-    return verdict
 
 
 @njit(nogil=True, cache=True)

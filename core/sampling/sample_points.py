@@ -166,6 +166,11 @@ def cell_places(divisions):
     return row, np.arange(divisions**2) - row * (2 * divisions - row)
 
 
+def upright_cells(divisions):
+    """Cells that are not inverted, among them all that share an edge with the triangle: (cells,) int."""
+    return np.flatnonzero(cell_places(divisions)[1] % 2 == 0)
+
+
 @functools.cache
 def cell_contacts(divisions):
     """Which cells share an edge or a vertex: (cells, cells) bool."""

@@ -66,7 +66,7 @@ def light_by_gather(scene, surface, **settings):
 def light_by_paths(scene, surface, sets=6):
     """The same by paths, with the error of their mean."""
     tracing = prepare_gather(prepare_scene(scene, Request()), Request(), silent)
-    covered = find_cover(tracing.ray_scene, tracing.patches, tracing.threads)[1]
+    covered = find_cover(tracing.ray_scene, tracing.patches, tracing.patches.receives, tracing.threads)
     chosen = np.flatnonzero(scene.triangle_surface == surface)
     chosen = np.repeat(chosen, 20)
     share = tracing.patches.area[chosen] / tracing.patches.area[chosen].sum()

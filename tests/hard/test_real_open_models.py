@@ -152,17 +152,17 @@ def test_no_wall_is_brightened_or_blackened_beyond_its_own_rays(town):
     assert covered[~called].max() < 0.65
 
 
-def any_back_covers(ray_scene, patches, chosen, verdict):
+def any_back_covers(ray_scene, patches, chosen, starts):
     """The naive rule: whoever sees a back lies inside."""
     return np.ones((len(chosen), trace_hemisphere.CELL_DIVISIONS**2), bool)
 
 
-def nothing_covers(ray_scene, patches, chosen, verdict):
+def nothing_covers(ray_scene, patches, chosen, starts):
     """The other naive rule: every ray speaks for itself."""
     return np.zeros((len(chosen), trace_hemisphere.CELL_DIVISIONS**2), bool)
 
 
-def backs_are_fronts(hit, directions, facing, fate, suspect):
+def backs_are_fronts(hit, directions, facing, fate):
     """A tracer that does not know backs."""
     missed = np.where(directions[2] > 0, trace_hemisphere.SKY, trace_hemisphere.FAR_GROUND)
     fate[:] = np.where(hit < 0, missed, trace_hemisphere.FRONT)

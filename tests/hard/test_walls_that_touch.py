@@ -89,7 +89,7 @@ def reflections_by_paths(scene, members):
     """Means over some surfaces, of all reflections and without the first: two (SETS, 2)."""
     prepared = prepare_scene(scene, Request())
     tracing = prepare_gather(prepared, Request(), silent)
-    covered = find_cover(tracing.ray_scene, tracing.patches, tracing.threads)[1]
+    covered = find_cover(tracing.ray_scene, tracing.patches, tracing.patches.receives, tracing.threads)
     surface = prepared.scene.triangle_surface  # with the backs of sheets
     chosen = np.flatnonzero((surface >= 0) & members[surface] & tracing.patches.receives)
     area = tracing.patches.area[chosen] / scene.surfaces.area[members].sum()
