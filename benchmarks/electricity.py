@@ -26,6 +26,7 @@ from citypv.core.energy.pv_system import build_system
 from citypv.core.request import Request
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.transfer.kept_matrix import keep_matrix
+from citypv.core.transfer.take_rows import take_rows
 from citypv.core.weather.read_weather import read_weather
 
 LATITUDE, LONGITUDE, ALTITUDE = 52.5, 13.4, 40.0
@@ -136,24 +137,6 @@ def main():
     print(
         f"{CHECKED} surfaces against pvlib: hour by hour {worst:.2f} of what is allowed, full load hours {annual:.1e}"
     )
-
-
-def take_rows(transfer, rows):
-    """Some surfaces of a Transfer."""
-    surfaces = transfer.surfaces
-    taken = {one.name: take(getattr(surfaces, one.name), rows) for one in fields(surfaces)}
-    names = ("covered_share", "sky_view_factor", "far_ground_view_factor", "diffuse_relative", "visible_share")
-    names += ("direct_reflected", "diffuse_relative_standard_error", "direct_annual_standard_error")
-    return replace(
-        transfer, surfaces=type(surfaces)(**taken), **{name: getattr(transfer, name)[rows] for name in names}
-    )
-
-
-def take(values, rows):
-    """Some rows of a list or an array; None of None."""
-    if values is None:
-        return None
-    return [values[row] for row in rows] if isinstance(values, list) else values[rows]
 
 
 def peak_memory():

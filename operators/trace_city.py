@@ -3,6 +3,7 @@
 import bpy
 
 from ..core.progress import SUN_STAGE
+from ..core.sky.light_sources import SOURCES
 from .compile_loops import COMPILING, compile_loops
 from .keep_report import keep_report
 from .plan_effects import keep_plan
@@ -54,8 +55,9 @@ class TraceCity(Step, bpy.types.Operator):
         if request.estimator == "forward" or wants_rounds(request):
             return None
         sky, sun = count_rays(request)
-        names = COMPILING, "reading weather", "sky and reflections", "reflections of the sky", "horizon", SUN_STAGE
-        return dict(zip(names, (0.01 * sky, 0.1 * sky, sky, 0.1 * sky, 0.2 * sky, sun), strict=True))
+        stages = {COMPILING: 0.01 * sky, "reading weather": 0.1 * sky, "sky and reflections": sky}
+        stages |= {"reflections of the sky": 0.1 * sky} | dict.fromkeys(SOURCES, 0.2 * sky)
+        return stages | {SUN_STAGE: sun}
 
     @staticmethod
     def work(task, progress):

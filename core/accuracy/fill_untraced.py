@@ -1,10 +1,10 @@
 """A Transfer of a part of a city, completed to one of the whole city."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 
-from ..transfer.transfer import Horizon
+from ..transfer.transfer import SourceLight
 
 FILLED = ("diffuse_relative", "sky_view_factor", "far_ground_view_factor")
 
@@ -34,10 +34,11 @@ def fill_untraced(transfer, names):
     def fill(values):
         return fill_means(np.asarray(values), traced, names, area)
 
-    horizon = transfer.horizon and Horizon(
-        **{one.name: fill(getattr(transfer.horizon, one.name)) for one in fields(Horizon)}
-    )
-    return replace(transfer, horizon=horizon, **{name: fill(getattr(transfer, name)) for name in FILLED})
+    sources = {
+        name: SourceLight(**{field: fill(values) for field, values in vars(light).items()})
+        for name, light in transfer.sources.items()
+    }
+    return replace(transfer, sources=sources, **{name: fill(getattr(transfer, name)) for name in FILLED})
 
 
 def fill_means(values, traced, names, area):

@@ -18,14 +18,14 @@ from ..radiosity.continue_rounds import ROWS, keep_patches
 from ..radiosity.gather_context import prepare_gather
 from ..radiosity.gather_diffuse import Diffuse
 from ..radiosity.gather_direct import Annual, first_light_of_block, keep_block
-from ..radiosity.gather_horizon import trace_horizon
+from ..radiosity.gather_source import trace_source
 from ..radiosity.hemisphere import empty_tallies
 from ..radiosity.shadow_points import points_above
 from ..radiosity.solve_radiosity import variance_of_replicates
 from ..radiosity.sun_blocks import SunProgress, block_of_suns, cut_into_blocks
 from ..radiosity.view_hemispheres import fill_closed_forms, trace_in_turn
 from ..transfer.kept_matrix import keep_matrix
-from ..transfer.transfer import Horizon
+from ..transfer.transfer import SourceLight
 
 
 def trace_alone(total, request, progress, folder=None, *, prepared):
@@ -61,8 +61,11 @@ def trace_alone(total, request, progress, folder=None, *, prepared):
     fill_closed_forms(rays, patches, plan)
     clock.lap("sky and reflections")
     diffuse = Diffuse(None, None, rays.sky + reflect(context, rays, kept.emitted.sky, request.ground_albedo), 0.0)
-    horizon, horizon_rays = view_horizon(context, rays, cells, total.horizon) if plan.horizon else (None, None)
-    clock.lap("horizon")
+    sources, source_rays = {}, {}
+    for source in plan.sources:
+        name = source.name
+        sources[name], source_rays[name] = view_source(context, source, rays, cells, total.sources[name])
+        clock.lap(name)
     suns = without_hidden(total.suns, plan.terrain)
     visible_share, annual, shadow_rays = see_suns(context, rays, suns, folder)
     annual.by_replicate = reflect(context, rays, kept.emitted.suns, kept.emitted.far_ground)
@@ -79,13 +82,13 @@ def trace_alone(total, request, progress, folder=None, *, prepared):
         diffuse_relative=total.diffuse_relative + gain(context, kept, light, "diffuse"),
         visible_share=visible_share,
         direct_reflected=scale_reflected(total, reflected, folder),
-        horizon=horizon,
+        sources=sources,
         patch_light=light,
         bare=None,
         record=replace(
             total.record,
             hemisphere_rays=rays.ray_count,
-            horizon_rays=horizon_rays,
+            source_rays=source_rays,
             shadow_rays=shadow_rays,
             seconds=clock.seconds,
             processor_seconds=clock.processor_seconds,
@@ -138,9 +141,9 @@ def see_suns(context, rays, suns, folder):
     return visible_share, annual, ray_count
 
 
-def view_horizon(context, rays, cells, before):
-    """Horizon with the first light of this round in place of that of those before, and the number of rays."""
-    first = trace_horizon(context, rays.covered, cells)
+def view_source(context, source, rays, cells, before):
+    """SourceLight with the first light of this round in place of that of those before, and the number of rays."""
+    first = trace_source(context, source, rays.covered, cells)
     view = context.merge @ first.light.mean(axis=1, dtype=float)
     error = np.sqrt(context.merge.power(2) @ variance_of_replicates(first.light))
-    return Horizon(view, before.relative + view - before.view_factor, error), first.ray_count
+    return SourceLight(view, before.relative + view - before.view_factor, error), first.ray_count

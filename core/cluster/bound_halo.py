@@ -11,12 +11,11 @@ from ..effects.pilot import draw_starts, random_points
 from ..sampling.hemisphere_rays import rays_from_patches
 from ..sampling.sample_points import cosine_direction
 from ..scene.scene import FAR
-from ..sky.horizon_band import HEIGHT
+from ..sky.light_sources import SOURCES
 from ..sky.sky_models import split_sky
 from .tiles import RISE
 
 STREAM = 0x7E1E
-WHOLE_HORIZON = np.pi / (2 * HEIGHT)  # light of the horizon that goes with a share of the sky close above the level
 
 
 def measure_halo(prepared, seed, inner, city):
@@ -93,7 +92,8 @@ def bound_hours(shares, albedo, weather, sky, irradiation):
     if albedo >= 1 or not irradiation > 0:
         return None
     parts, data = split_sky(weather, sky), weather.data
-    dome, horizon = float(np.mean(parts.dome)), float(np.mean(parts.horizon))
+    low = float(np.mean(parts.dome))
+    low += sum(SOURCES[name].low * max(float(np.mean(light)), 0.0) for name, light in parts.sources.items())
     brightest = albedo / (1 - albedo) * float((data["dni"] + data["dhi"]).mean())
-    lost = shares["sky"] * (dome + WHOLE_HORIZON * max(horizon, 0.0)) / (1 - albedo)
+    lost = shares["sky"] * low / (1 - albedo)
     return 100 * (lost + shares["reflected"] * brightest) / irradiation

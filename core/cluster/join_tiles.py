@@ -7,7 +7,7 @@ import numpy as np
 from ..effects.judge_effects import judge
 from ..materials.read_albedo import materials_of_surfaces
 from ..transfer.kept_matrix import keep_matrix
-from ..transfer.transfer import ErrorParts, Horizon, Transfer
+from ..transfer.transfer import ErrorParts, SourceLight, Transfer
 
 COLUMNS = (
     "covered_share",
@@ -18,8 +18,8 @@ COLUMNS = (
     "direct_annual_standard_error",
 )
 MATRICES = ("visible_share", "direct_reflected")
-SUMS = ("patches", "hemisphere_rays", "horizon_rays", "shadow_rays", "embree_thread_seconds")
-STAGES = ("seconds", "processor_seconds")
+SUMS = ("patches", "hemisphere_rays", "shadow_rays", "embree_thread_seconds")
+BY_KEY = ("source_rays", "seconds", "processor_seconds")
 LARGEST = ("max_bounces", "brightest_albedo", "threads", "last_bounce_share_diffuse", "last_bounce_share_direct")
 
 
@@ -59,7 +59,7 @@ def join_tiles(parts, prepared, request, folder=None):
 
 def empty_like(part, scene, count, folder):
     """A Transfer with room for all surfaces."""
-    parts, horizon = part.error_parts, part.horizon
+    parts = part.error_parts
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
@@ -68,7 +68,7 @@ def empty_like(part, scene, count, folder):
         **{name: np.zeros(count) for name in COLUMNS},
         **{name: keep_matrix((count, len(part.suns)), folder) for name in MATRICES},
         error_parts=parts and ErrorParts(**room_for(parts, count)),
-        horizon=horizon and Horizon(**room_for(horizon, count)),
+        sources={name: SourceLight(**room_for(light, count)) for name, light in part.sources.items()},
         terrain=part.terrain,
     )
 
@@ -89,7 +89,7 @@ def copy_state(whole, folder):
         **copies,
         **{name: getattr(whole, name).copy() for name in COLUMNS},
         error_parts=whole.error_parts and copy_columns(whole.error_parts),
-        horizon=whole.horizon and copy_columns(whole.horizon),
+        sources={name: copy_columns(light) for name, light in whole.sources.items()},
     )
 
 
@@ -102,10 +102,11 @@ def fill_rows(whole, rows, part):
     """Write the rows of a tile."""
     for name in (*COLUMNS, *MATRICES):
         getattr(whole, name)[rows] = getattr(part, name)
-    for name in ("error_parts", "horizon"):
-        columns = getattr(whole, name)
-        for one in fields(columns) if columns is not None else ():
-            getattr(columns, one.name)[rows] = getattr(getattr(part, name), one.name)
+    pairs = [(light, part.sources[name]) for name, light in whole.sources.items()]
+    pairs += [(whole.error_parts, part.error_parts)] if whole.error_parts is not None else []
+    for columns, own in pairs:
+        for one in fields(columns):
+            getattr(columns, one.name)[rows] = getattr(own, one.name)
 
 
 def join_records(records, plan, request, figures):
@@ -129,7 +130,7 @@ def join_records(records, plan, request, figures):
     """
     area = np.array([sum(one["areas"].values()) for one in figures])
     found = {name: add_up([getattr(one, name) for one in records]) for name in SUMS}
-    found |= {name: add_dicts([getattr(one, name) for one in records]) for name in STAGES}
+    found |= {name: add_dicts([getattr(one, name) for one in records]) for name in BY_KEY}
     found |= {name: max(getattr(one, name) for one in records) for name in LARGEST}
     return replace(
         records[0],

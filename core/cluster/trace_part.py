@@ -113,6 +113,8 @@ def keep_column(value, own, count):
         return keep_own(value, own)
     if hasattr(value, "direction") or hasattr(value, "elevation"):  # of suns, and of distant terrain
         return value
+    if isinstance(value, dict):
+        return {name: keep_column(column, own, count) for name, column in value.items()}
     if is_dataclass(value) and not isinstance(value, type):
         columns = {one.name: getattr(value, one.name) for one in fields(value)}
         if not any(isinstance(column, np.ndarray) for column in columns.values()):

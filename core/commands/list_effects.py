@@ -41,7 +41,7 @@ def state_seconds(plan, seconds):
         "sky-rays": seconds.sky_rays,
         "shadow-rays": seconds.shadow_rays,
         "reflections": seconds.reflections,
-        "perez": seconds.horizon,
+        "perez": seconds.sources,
     }
     for effect in plan.effects:
         effect.seconds = found.get(effect.key, effect.seconds)

@@ -9,14 +9,14 @@ from ..effects.receivers import fewer_rays
 from ..form_factors.form_factor_products import multiply_visible, propagate
 from ..progress import silent
 from ..radiosity.gather_context import prepare_gather
-from ..radiosity.gather_horizon import LEVEL, SHARE, trace_patches
+from ..radiosity.gather_source import LEAST, trace_patches
 from ..radiosity.hemisphere import empty_tallies
 from ..radiosity.shadow_points import count_elements, points_above
 from ..radiosity.sun_blocks import block_of_suns
 from ..radiosity.sun_visibility import sun_visibility
 from ..radiosity.trace_hemisphere import trace_hemisphere
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, sobol_digits
-from ..sky.horizon_band import horizon_of_tilt
+from ..sky.light_sources import RAYS_SHARE
 
 PATCHES = 512
 SUNS = 48
@@ -30,7 +30,7 @@ class Seconds:
     sky_rays: float
     shadow_rays: float
     reflections: float  # products of the matrix with the light of sky and suns
-    horizon: float = 0.0  # rays to the horizon of Perez's sky, and what is reflected of it
+    sources: float = 0.0  # rays to the traced sources of the sky, and what is reflected of them
 
 
 def predict_seconds(prepared, request):
@@ -59,32 +59,32 @@ def predict_seconds(prepared, request):
     per_patch = np.where(whole > fixed, (whole - fixed) / max(len(few) - WARM_UP, 1), whole / len(few))
     full = np.ones(len(traced), bool) if plan.receivers is None else plan.receivers[traced]
     rays = full.sum() + (~full).sum() * fewer_rays(request.samples) / request.samples
-    towards_horizon = plan.horizon * len(facing_horizon(patches, traced))
-    work = np.array([rays, len(traced) * len(suns), rays * (1 + len(suns)) * plan.max_bounces, towards_horizon])
-    sky, sun, products, horizon = (float(seconds) for seconds in work * per_patch / context.threads)
-    # What patches receive of the horizon is reflected as is the light of one more sun.
-    return Seconds(sky, sun, products, horizon + plan.horizon * products / (1 + len(suns)))
+    towards_sources = np.mean([len(facing(patches, source, traced)) for source in plan.sources] or [0])
+    work = np.array([rays, len(traced) * len(suns), rays * (1 + len(suns)) * plan.max_bounces, towards_sources])
+    sky, sun, products, sources = (float(seconds) for seconds in work * per_patch / context.threads)
+    # What patches receive of a source is reflected as is the light of one more sun.
+    return Seconds(sky, sun, products, sources + len(plan.sources) * products / (1 + len(suns)))
 
 
-def facing_horizon(patches, chosen):
-    """Those of some patches that send rays to the horizon."""
-    return chosen[horizon_of_tilt(patches.normal[chosen]) > LEVEL]
+def facing(patches, source, chosen):
+    """Those of some patches that send rays to a source."""
+    return chosen[source.unshaded(patches.normal[chosen]) > LEAST]
 
 
-def time_horizon(context, few, covered):
-    """Seconds of one thread for rays from some patches to the horizon; 0 where it is not traced."""
-    chosen = facing_horizon(context.patches, few)
-    if not context.plan.horizon or not len(chosen):
+def time_source(context, source, few, covered):
+    """Seconds of one thread for rays from some patches to a source."""
+    chosen = facing(context.patches, source, few)
+    if not len(chosen):
         return 0.0
     started = time.perf_counter()
-    sequence = sobol_digits(-(-context.request.samples // (SHARE * HEMISPHERE_REPLICATES)))
+    sequence = sobol_digits(-(-context.request.samples // (RAYS_SHARE * HEMISPHERE_REPLICATES)))
     cells = count_elements(points_above(context.request.shadow_samples))
-    trace_patches(context, chosen, covered[chosen], sequence, cells)
+    trace_patches(context, source, (chosen, covered[chosen]), sequence, cells)
     return (time.perf_counter() - started) * len(few) / len(chosen)
 
 
 def time_stages(context, few, suns):
-    """Seconds of one thread for some patches: of sky rays; per sun; per light source and bounce; of horizon rays."""
+    """Seconds of one thread for some patches: of sky rays; per sun; per light source and bounce; of rays to sources."""
     patches, request, plan = context.patches, context.request, context.plan
     points, count = points_above(request.shadow_samples), min(SUNS, len(suns))
     chosen = np.zeros(len(patches), bool)
@@ -115,9 +115,9 @@ def time_stages(context, few, suns):
         progress=lambda share, done: None,
     )
     laps.append(time.perf_counter())
-    horizon = time_horizon(context, few, rays.covered)
+    sources = sum(time_source(context, source, few, rays.covered) for source in context.plan.sources)
     if not plan.reflections:
-        return np.append(np.diff([*laps, laps[-1]]) / [1, count, 1], horizon)
+        return np.append(np.diff([*laps, laps[-1]]) / [1, count, 1], sources)
     weights = part.weights, np.empty(len(patches), np.float32)
     visible = part.directions, light.visible_elements
     factor = np.ones((len(patches), count_elements(points)), np.float32)
@@ -126,4 +126,4 @@ def time_stages(context, few, suns):
     propagate(rays.form_factors, factor, arriving, weights)
     laps.append(time.perf_counter())
     sky, sun, _, products = np.diff(laps)
-    return np.array([sky, sun / count, products / (2 * count), horizon])
+    return np.array([sky, sun / count, products / (2 * count), sources])

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..sky.light_sources import SOURCES
 from ..sky.sky_models import split_sky
 from ..sun.solar_position import sun_direction
 from .effect import Effect
@@ -87,4 +88,5 @@ def sum_unshaded(weather, parts, tilt, azimuth, ground_albedo):
     step = max(1, MOST_HOURS // len(data))
     direct = [sunward @ np.maximum(towards @ normal[:, k : k + step], 0) for k in range(0, len(tilt), step)]
     ground = ground_albedo * (1 - normal[2]) / 2 * (level + parts.dome.sum())
-    return np.concatenate(direct) + parts.dome.sum() * (1 + normal[2]) / 2 + parts.horizon.sum() * np.sin(up) + ground
+    sources = sum(light.sum() * SOURCES[name].unshaded(normal.T) for name, light in parts.sources.items())
+    return np.concatenate(direct) + parts.dome.sum() * (1 + normal[2]) / 2 + sources + ground

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..patches.facing_scene import FacingScene
+from ..sky.light_sources import sources_of
 from .effect import Effect, Inputs
 from .pilot import Pilot
 from .table import TABLE, check_effects, check_needs, decide_effect
@@ -57,9 +58,9 @@ class EffectPlan:
         return self["far-ground"].on
 
     @property
-    def horizon(self) -> bool:
-        """Whether the horizon is traced as a source of light."""
-        return self["perez"].on
+    def sources(self) -> tuple:
+        """Sources of light in the sky that are traced beside its dome: of SkySource."""
+        return sources_of(self["perez"].setting)
 
     @property
     def terrain(self):

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..check_arrays import UNIT, check_array, check_unit
 from ..errors import InputError
+from ..sky.light_sources import SOURCES, name_untraced
 from ..sun.check_suns import check_place, check_suns, check_times
 from ..transfer.kept_matrix import is_on_disk, row_blocks
 from ..weather.check_weather import LIMITS
@@ -42,10 +43,10 @@ def check_transfer(transfer):
         error = np.asarray(getattr(transfer, name))
         known = np.where(np.isnan(error), 0, error) if error.dtype.kind == "f" else error
         check_array(name, known, (count,), least=0)
-    if transfer.horizon is not None:
-        check_array("horizon_view_factor", transfer.horizon.view_factor, (count,), least=0, most=1 + UNIT)
-        check_array("horizon_relative", transfer.horizon.relative, (count,), least=0)
-        check_array("horizon_relative_standard_error", transfer.horizon.standard_error, (count,), least=0)
+    for name, light in transfer.sources.items():
+        for field, values in vars(light).items():
+            most = {"most": 1 + UNIT} if field == "view_factor" else {}
+            check_array(SOURCES[name].variable(field), values, (count,), least=0, **most)
     if transfer.error_parts is not None:
         check_parts(transfer.error_parts, count)
     if not 0 <= transfer.ground_albedo <= 1:
@@ -82,8 +83,9 @@ def check_sky(transfer, sky):
     ------
     InputError
     """
-    if sky != "isotropic" and transfer.horizon is None:
-        problem = "the Transfer was traced without the light of the horizon"
+    missing = name_untraced(sky, transfer.sources)
+    if missing:
+        problem = f"the Transfer was traced without the light of {missing}"
         raise InputError(f"--sky {sky}", problem, "trace the city again with this sky, or give --sky isotropic")
 
 

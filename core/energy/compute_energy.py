@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from ..sky.sky_models import split_sky
+from ..sky.light_sources import SOURCES
+from ..sky.sky_models import SkyParts, split_sky
 from ..sun.solar_position import is_sunny
 from ..weather.weather import darken_hours
 from .check_inputs import check_hours, check_sky, check_transfer
@@ -50,7 +51,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     series : sequence of int
         Surfaces (row indices) whose time series are kept.
     sky : str
-        Model of the diffuse sky, of `sky_models.MODELS`. All but the isotropic one need the Transfer's horizon.
+        Model of the diffuse sky, of `sky_models.MODELS`. The Transfer must have its traced sources.
 
     Returns
     -------
@@ -133,10 +134,10 @@ class Task:
     hours_as_computed: Hours  # in the precision of the blocks
     model: PlainPower | FastPower
     ac: bool  # whether to compute AC power
-    taken: np.ndarray  # (3, n) from `diffuse_incidence_factors`
+    taken: np.ndarray  # (2 + k, n) from `diffuse_incidence_factors`
     neighbours: np.ndarray  # (s, m) int, from `order_neighbours`
     reach: float  # largest angle between an hour and its traced suns [°]
-    cap: float  # of `SkyParts`
+    sky: SkyParts
 
     def block(self, rows, group_weight):
         """Some surfaces."""
@@ -148,7 +149,7 @@ class Task:
             reach=self.reach,
             dtype=self.hours_as_computed.dni.dtype,
             taken=self.taken[:, rows],
-            cap=self.cap,
+            sky=self.sky,
         )
 
 
@@ -162,10 +163,10 @@ def prepare_task(transfer, weather, system, electric, sky):
         hours if plain else hours.as_type(np.float32),
         PlainPower(system) if plain else tabulate_power(system),
         system.feeds_grid,
-        diffuse_incidence_factors(transfer.surfaces.surface_tilt, system),
+        diffuse_incidence_factors(transfer.surfaces.surface_tilt, system, [SOURCES[name] for name in sky.sources]),
         order_neighbours(transfer.suns),
         largest_mismatch(transfer.suns, hours),
-        sky.cap,
+        sky,
     )
 
 

@@ -25,7 +25,7 @@ class Hours:
     dni: np.ndarray  # (h, 1) [Wm⁻²]
     sunward: np.ndarray  # (h, 1) [Wm⁻²] normal irradiance from the place of the sun: DNI and circumsolar light
     dome: np.ndarray  # (h, 1) [Wm⁻²] part of DHI that comes evenly from the whole sky
-    horizon: np.ndarray  # (h, 1) [Wm⁻²] of an unshaded wall by the horizon; negative where it is darker than the dome
+    sources: np.ndarray  # (h, k) [Wm⁻²] by each traced source, in its unit; negative where it is darker than the dome
     level: np.ndarray  # (h, 1) [Wm⁻²] of unshaded ground by DNI and circumsolar light
     temp_air: np.ndarray  # (h, 1) [°C]
     wind_speed: np.ndarray  # (h, 1) [ms⁻¹]
@@ -113,7 +113,7 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
         open=above,
         sunward=sunward * above,
         dome=sky.dome[used, None],
-        horizon=sky.horizon[used, None],
+        sources=sky.of_sources[used],
         level=level * above,
         spectral_factor=spectral_factor(airmass, system)[:, None],
         temp_air=at_rest[:, None],

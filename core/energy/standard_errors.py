@@ -79,14 +79,15 @@ def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
     points : numpy.ndarray, (n,)
         [h²] The part of `own` that is from shadow points.
     """
-    light = weather.data["dni"].sum() + sky.circumsolar.sum(), sky.dome.sum(), sky.horizon.sum()
+    light = [weather.data["dni"].sum() + sky.circumsolar.sum(), sky.dome.sum()]
+    light += [of_source.sum() for of_source in sky.sources.values()]
     annual = np.array(light) * (weather.interval / pd.Timedelta(hours=1)) / years / 1000.0
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
-    direct, diffuse, horizon = per_poa * annual[:, None]  # [h] per relative irradiance
+    direct, diffuse, *of_sources = per_poa * annual[:, None]  # [h] per relative irradiance
     parts = transfer.error_parts or no_parts(len(per_poa))
     own = join_own(direct, diffuse, own_direct(transfer), own_diffuse(transfer), parts.covariance)
-    if transfer.horizon is not None:
-        own = own + (horizon * transfer.horizon.standard_error) ** 2  # small: what others pass on is not kept apart
+    for name, hours in zip(sky.sources, of_sources, strict=True):
+        own = own + (hours * transfer.sources[name].standard_error) ** 2  # small: what others pass on is not kept apart
     passed_on = direct[:, None] * parts.direct_passed_on + diffuse[:, None] * parts.diffuse_passed_on
     discretisation = direct * parts.direct_discretisation + diffuse * parts.diffuse_discretisation
     points = np.minimum(direct**2 * parts.direct_points, own)

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..sky.sky_models import NO_CAP
 from .fill_behind import fill_behind
 
 
@@ -16,9 +15,9 @@ class Block:
     diffuse: np.ndarray  # (n,) per DHI
     far_ground: np.ndarray  # (n,) per direct horizontal irradiance
     sky: np.ndarray  # (n,) the part of `diffuse` that comes directly from the sky
-    horizon: np.ndarray  # (2, n) per irradiance of an unshaded wall: of a horizon brighter, and darker than the dome
-    horizon_view: np.ndarray  # (2, n) the part of `horizon` that comes directly from there
-    taken: np.ndarray  # (3, n) incidence angle modifiers of light from the sky, reflected light, and the horizon's
+    sources: np.ndarray  # (2 k, n) per irradiance of k traced sources: brighter, and then darker than the dome
+    source_view: np.ndarray  # (2 k, n) the part of `sources` that comes directly from there
+    taken: np.ndarray  # (2 + k, n) incidence angle modifiers of light from the sky, reflected light, and the sources'
     visible_share: np.ndarray  # (s, n), filled in for suns just behind
     reflected: np.ndarray  # (s, n) per DNI
     group_weight: np.ndarray  # (n, g) share of the group's area
@@ -36,7 +35,7 @@ class BlockSums:
     capacity_factor_ac: np.ndarray  # (h, g); (0, g) without AC
 
 
-def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken, cap=NO_CAP):
+def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken, sky=None):
     """Extract some surfaces of a Transfer.
 
     Parameters
@@ -52,10 +51,10 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken,
         Largest angle between an hour and its traced suns [°].
     dtype : numpy dtype
         Precision to compute in.
-    taken : numpy.ndarray, (3, n)
+    taken : numpy.ndarray, (2 + k, n)
         Of these surfaces, from `diffuse_incidence_factors`.
-    cap : float, optional
-        Of `SkyParts`; by default that of an isotropic sky.
+    sky : SkyParts, optional
+        With k traced sources; without it, none.
 
     Returns
     -------
@@ -66,14 +65,14 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken,
     # For a surface that no traced sun reaches: the visible share of the part of the sky that it faces.
     openness = np.clip(transfer.sky_view_factor[rows] / np.maximum((1.0 + normal[2]) / 2.0, 1e-9), 0.0, 1.0)
     fill_behind(visible, transfer.suns.direction @ normal, neighbours, reach, openness)
-    horizon, horizon_view = horizon_of_rows(transfer, rows, cap)
+    sources, source_view = sources_of_rows(transfer, rows, sky)
     return Block(
         normal=normal.astype(dtype),
         diffuse=transfer.diffuse_relative[rows].astype(dtype),
         far_ground=(transfer.far_ground_view_factor[rows] * transfer.ground_albedo).astype(dtype),
         sky=np.minimum(transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]).astype(dtype),
-        horizon=horizon.astype(dtype),
-        horizon_view=horizon_view.astype(dtype),
+        sources=sources.astype(dtype),
+        source_view=source_view.astype(dtype),
         taken=taken.astype(dtype),
         visible_share=visible,
         reflected=np.ascontiguousarray(transfer.direct_reflected[rows].T, dtype=dtype),
@@ -81,22 +80,23 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken,
     )
 
 
-def horizon_of_rows(transfer, rows, cap):
-    """Light of the horizon on some surfaces, per irradiance of an unshaded wall.
+def sources_of_rows(transfer, rows, sky):
+    """Light of the traced sources on some surfaces, per irradiance in their units.
 
-    A horizon darker than the dome takes light away, from no surface more than the dome gives it.
+    A source darker than the dome takes light away, from no surface more than the dome gives it.
 
     Returns
     -------
-    horizon, horizon_view : numpy.ndarray, (2, n)
-        Reflections included, and without them: of a horizon that is brighter, and darker than the dome.
+    sources, source_view : numpy.ndarray, (2 k, n)
+        Reflections included, and without them: of k sources that are brighter, and then darker than the dome.
     """
-    if transfer.horizon is None:
-        return np.zeros((2, 2, len(rows)))
-    view = transfer.horizon.view_factor[rows]
-    reflected = transfer.horizon.relative[rows] - view
-    views = np.stack([view, np.minimum(view, cap * transfer.sky_view_factor[rows])])
-    return views + reflected, views
+    if sky is None or not sky.sources:
+        return np.zeros((2, 0, len(rows)))
+    traced = [transfer.sources[name] for name in sky.sources]
+    view = np.stack([light.view_factor[rows] for light in traced])
+    reflected = np.stack([light.relative[rows] for light in traced]) - view
+    views = np.concatenate([view, np.minimum(view, sky.caps[:, None] * transfer.sky_view_factor[rows])])
+    return views + np.tile(reflected, (2, 1)), views
 
 
 def sum_block(block, hours, model, *, ac=False):
@@ -165,9 +165,10 @@ def run_model(model, block, hours, direct, projection):
     diffuse = diffuse_part(block, hours)
     taken = diffuse
     if (block.taken < 1).any():
-        sky, reflected, horizon = block.taken
+        sky, reflected, *sources = block.taken
         taken = diffuse * reflected + hours.dome * (block.sky * (sky - reflected))
-        taken += split_horizon(hours) @ (block.horizon_view * (horizon - reflected))
+        if sources:
+            taken += split_sources(hours) @ (block.source_view * (np.stack([*sources, *sources]) - reflected))
     return direct, diffuse, model.dc(direct, diffuse, taken, projection, hours)
 
 
@@ -182,19 +183,19 @@ def at_hours(values, hours):
 
 
 def diffuse_part(block, hours):
-    """Irradiance treated as diffuse: dome, horizon, reflections and far ground: (h, n) [Wm⁻²]."""
+    """Irradiance treated as diffuse: dome, traced sources, reflections and far ground: (h, n) [Wm⁻²]."""
     diffuse = at_hours(block.reflected, hours)
     diffuse *= hours.sunward
     shared = np.concatenate([hours.dome, hours.level], axis=1)
     diffuse += shared @ np.stack([block.diffuse, block.far_ground])
-    if hours.horizon.any():
-        diffuse += split_horizon(hours) @ block.horizon
+    if hours.sources.any():
+        diffuse += split_sources(hours) @ block.sources
     return diffuse
 
 
-def split_horizon(hours):
-    """Light of a horizon that is brighter, and darker than the dome: (h, 2) [Wm⁻²]."""
-    return np.concatenate([np.maximum(hours.horizon, 0), np.minimum(hours.horizon, 0)], axis=1)
+def split_sources(hours):
+    """Light of traced sources that are brighter, and then darker than the dome: (h, 2 k) [Wm⁻²]."""
+    return np.concatenate([np.maximum(hours.sources, 0), np.minimum(hours.sources, 0)], axis=1)
 
 
 def add_linear_parts(block, hours, weights, direct_sums):
@@ -223,4 +224,4 @@ def add_linear_parts(block, hours, weights, direct_sums):
         sums[row] += per_sun @ block.reflected
         sums[row] += float(level[row].sum(dtype=float)) * block.far_ground.astype(float)
     poa = sums[1] + float(hours.dome.sum(dtype=float)) * block.diffuse.astype(float)
-    return sums[0], poa + split_horizon(hours).sum(axis=0, dtype=float) @ block.horizon.astype(float)
+    return sums[0], poa + split_sources(hours).sum(axis=0, dtype=float) @ block.sources.astype(float)

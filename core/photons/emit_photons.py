@@ -15,7 +15,7 @@ import numpy as np
 
 from ..horizon.horizon import TerrainHorizon
 from ..sampling.random_numbers import GOLDEN, key_of_names, mix
-from ..sky.horizon_band import HEIGHT
+from ..sky.sky_source import SkySource
 
 MARGIN = 64 * np.finfo(np.float32).eps  # of the largest coordinate: margin of the box
 INWARDS = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)  # lid, bottom, sides
@@ -23,7 +23,7 @@ INWARDS = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0,
 
 @dataclass
 class Source:
-    """Light that enters the bounding box: parallel from a sun, isotropic from above or below the horizon, or level."""
+    """Light that enters the box: from a sun, isotropic from above or below the horizon, or from a part of the sky."""
 
     name: str
     low: np.ndarray  # (3,) float64 [m], corner of the box
@@ -32,7 +32,7 @@ class Source:
     rising: bool  # from below the horizon
     power: np.ndarray  # (6,) float64 [m²], power entering through each side of the box, per irradiance
     key: np.uint64  # of its random numbers
-    level: bool = False  # from the band at the horizon
+    of: SkySource | None = None  # a traced source in the sky; None: sun, dome or ground
     terrain: TerrainHorizon | None = None  # of distant terrain, which covers a part of the light
     beyond: bool = False  # whether only light from below that horizon counts, or only that from above
 
@@ -96,14 +96,10 @@ def far_ground_source(box, seed):
     return Source("far ground", *box, None, True, share * side_areas(box.size), key_of_names(["far ground"], seed)[0])
 
 
-def horizon_source(box, seed):
-    """The band at the horizon, that gives an irradiance of 1 to an unshaded wall.
-
-    A beam from azimuth φ and elevation e has the normal irradiance dφ de / (2 HEIGHT cos e); `weight_of_band` makes a
-    line at the horizon of it.
-    """
-    share = np.array([-np.pi * np.log(np.cos(HEIGHT)) / HEIGHT, 0, 1, 1, 1, 1])
-    return Source("horizon", *box, None, False, share * side_areas(box.size), key_of_names(["horizon"], seed)[0], True)
+def part_of_sky(source, box, seed, horizon=None):
+    """A SkySource that gives an irradiance of 1 in its unit; light from below the horizon of terrain is left out."""
+    key = key_of_names([source.name], seed)[0]
+    return Source(source.name, *box, None, False, source.sides * side_areas(box.size), key, source, terrain=horizon)
 
 
 def sun_source(box, direction, number, seed):
@@ -164,8 +160,8 @@ def emit_photons(source, replicate, place):
     origins = source.low + share * source.size
     if source.travel is not None:
         directions = np.broadcast_to(source.travel, origins.shape)
-    elif source.level:
-        directions = level_directions(axis, normal[row, axis], numbers[:, 2:])
+    elif source.of is not None:
+        directions = source.of.enter(axis, normal[row, axis], numbers[:, 2:])
     else:
         directions = diffuse_directions(axis, normal[row, axis], numbers[:, 2:], source.rising)
     return origins.astype(np.float32), directions.astype(np.float32)
@@ -195,29 +191,6 @@ def diffuse_directions(axis, sign, numbers, rising):
     height = np.abs(directions[:, 2])
     directions[:, 2] = height if rising else -height
     return directions
-
-
-def level_directions(axis, sign, numbers):
-    """Directions of light from the band at the horizon, inwards from the sides of the box.
-
-    Parameters
-    ----------
-    axis, sign : (m,)
-        Axis and sign of the inward normal.
-    numbers : (m, 2) float64
-
-    Returns
-    -------
-    (m, 3) float64
-    """
-    lid = axis == 2
-    # Through the lid all azimuths are equally dense, and elevations as tan e; through sides as cos φ, and evenly.
-    turn = 2 * np.pi * numbers[:, 0]
-    elevation = np.where(lid, np.arccos(np.cos(HEIGHT) ** numbers[:, 1]), HEIGHT * numbers[:, 1])
-    across = np.where(lid, np.sin(turn), 2 * numbers[:, 0] - 1)
-    along = np.where(lid, np.cos(turn), sign * np.sqrt(np.maximum(1 - across**2, 0)))
-    x, y = np.where(axis == 1, across, along), np.where(axis == 1, along, across)
-    return np.stack([np.cos(elevation) * x, np.cos(elevation) * y, -np.sin(elevation)], axis=1)
 
 
 def low_discrepancy(key, replicate, place, dimensions):

@@ -17,7 +17,6 @@ from ..patches.patches import Patches
 from ..patches.stop_in_crowns import stop_in_crowns
 from ..sampling.hemisphere_rays import CELL_DIVISIONS
 from ..sampling.sample_points import cell_of_point
-from ..sky.horizon_band import weight_of_band
 from .emit_photons import emit_photons
 from .scatter import draw_for_photons, leave_patches, scatter
 
@@ -37,7 +36,7 @@ class Tally:
     leaves: float = 0.0  # ended in crowns or at trunks
     covered: float = 0.0  # from the far ground, hit a covered cell below the ground
     cut: float = 0.0  # left after the last bounce
-    unweighed: float = 0.0  # from the horizon, by which photons count less than one: see `weight_of_band`
+    unweighed: float = 0.0  # from a part of the sky, by which photons count less than one: `SkySource.weigh`
 
     def add(self, other):
         """Add another tally to this one."""
@@ -119,8 +118,8 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
     for bounce in range(max_bounces + 1):
         found.ray_count += len(photons.number)
         photons, places = meet_fronts(target, photons, found.tally, source if bounce == 0 else None)
-        if source.level and bounce == 0:
-            photons = weigh_level(target, photons, places[0], found.tally)
+        if source.of is not None and bounce == 0:
+            photons = weigh_first(target, source.of, photons, places[0], found.tally)
         sums = found.first if bounce == 0 else found.reflected
         deposit(photons, target.surface[places[0]], sums)
         # Coincident surfaces of the same orientation are all lit, but the photon is reflected once.
@@ -215,18 +214,19 @@ def slip_past_edges(target, places, directions, front):
     return slipped
 
 
-def weigh_level(target, photons, hit, tally):
-    """Photons from the horizon with the weight that they have on the patches that they hit first.
+def weigh_first(target, source, photons, hit, tally):
+    """Photons of a part of the sky with the weight that they have on the patches that they hit first.
 
     Parameters
     ----------
     target : Target
+    source : SkySource
     photons : Photons
     hit : (m,) int32
     tally : Tally
         Changed in place.
     """
-    share = weight_of_band(target.patches.normal[hit], -photons.directions)
+    share = source.weigh(target.patches.normal[hit], -photons.directions)
     weight = np.rint(photons.weight * share / QUANTUM) * QUANTUM
     tally.unweighed += float((photons.weight - weight).sum())
     return replace(photons, weight=weight)

@@ -113,8 +113,8 @@ def photons_of_surroundings(target, faces, batch, is_sky):
     Photons
     origin : (m,) int
         Of all photons of the batch: the patch from which the light comes, SKY, FAR_GROUND or NOTHING.
-    height : (m,) float
-        Upward part of the direction from which it comes.
+    directions : (m, 3) float32
+        From which it comes.
     """
     patches = target.patches
     places, numbers = place_on_faces(faces, patches.area[faces], batch, 4)
@@ -128,7 +128,7 @@ def photons_of_surroundings(target, faces, batch, is_sky):
     origin[end_in_crowns(target, origins, directions, hits)] = NOTHING
     some = np.flatnonzero(origin != NOTHING)
     photons = reflect_first(target, batch, places.take(some), -directions[some], some)
-    return photons, origin, directions[:, 2]
+    return photons, origin, directions
 
 
 def end_in_crowns(target, origins, directions, places):

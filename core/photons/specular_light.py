@@ -19,7 +19,6 @@ from scipy import sparse
 from ..horizon.horizon import is_above
 from ..radiosity.gather_context import GatherContext
 from ..sampling.random_numbers import key_of_names
-from ..sky.horizon_band import HEIGHT
 from ..threads import map_in_order
 from .follow_photons import Target
 from .specular_faces import (
@@ -34,7 +33,6 @@ from .specular_faces import (
 
 REPLICATES = 8  # independent sets of photons; their variance gives the standard error
 PHOTONS_PER_TASK = 1 << 16
-BAND = np.pi / (HEIGHT + np.sin(2 * HEIGHT) / 2)  # π times the radiance of the band, which gives a wall 1
 BATCHES_PER_SUM = 128  # so many pieces of the matrix are added at once
 
 
@@ -53,7 +51,7 @@ class Surroundings:
     """What n surfaces receive by way of the faces, per radiosity of what these see; r replicates."""
 
     sky: np.ndarray  # (r, n) float64
-    band: np.ndarray  # (r, n) float64, of the horizon, per irradiance of an unshaded wall
+    sources: dict  # name of a traced part of the sky -> (r, n) float64, in its unit
     far_ground: np.ndarray  # (r, n) float64
     patches: sparse.csr_matrix  # (r · n, p), rows ordered by replicate
     mean: sparse.csr_matrix  # (n, p) float32, of the replicates
@@ -64,7 +62,7 @@ class SpecularLight:
     """Hooks for gather: irradiance of surfaces by paths with a reflection at the faces."""
 
     of_sky: Callable  # radiosity of patches under the sky, (p,) -> (r, n)
-    of_horizon: Callable  # radiosity of patches under the horizon of Perez's sky, (p,) -> (r, n)
+    of_source: Callable  # name of a traced part of the sky, radiosity of patches under it (p,) -> (r, n)
     of_suns: Callable  # SunBlock, index of its first sun, radiosity of patches (p, b) -> (n, b) and weighted sum (r, n)
 
 
@@ -85,7 +83,7 @@ def trace_specular(prepared, context, hemisphere):
     around = trace_surroundings(task)
     return SpecularLight(
         of_sky=lambda radiosity: light_of_sky(task, around, radiosity),
-        of_horizon=lambda radiosity: around.band + from_patches(around, radiosity),
+        of_source=lambda name, radiosity: around.sources[name] + from_patches(around, radiosity),
         of_suns=lambda suns, first, radiosity: light_of_suns(task, around, suns, first, radiosity),
     )
 
@@ -127,7 +125,8 @@ def trace_surroundings(task):
     count, patches = target.surface_count, len(context.patches)
     per_replicate = -(-context.request.samples * len(task.faces) // REPLICATES)
     batches = batches_of(key_of_names(["specular surroundings"], context.request.seed)[0], per_replicate)
-    columns = patches + 3  # the last three are the far ground, the sky and the band at the horizon
+    traced = context.plan.sources
+    columns = patches + 2 + len(traced)  # the last are the far ground, the sky and its parts that are traced
     matrix, pending, done = sparse.csr_matrix((REPLICATES * count, columns)), [], 0
     found = map_in_order(lambda batch: arrivals_from(task, batch), batches, context.threads)
     for batch, entries in zip(batches, found, strict=True):
@@ -139,10 +138,11 @@ def trace_surroundings(task):
         context.progress("specular light", done, per_replicate * REPLICATES, "photons")
     factor = per_area(task, float(context.patches.area[task.faces].sum()), per_replicate)
     matrix = sparse.diags_array(np.tile(factor, REPLICATES)) @ matrix
-    ends = matrix[:, patches:].toarray().reshape(REPLICATES, count, 3)
+    ends = matrix[:, patches:].toarray().reshape(REPLICATES, count, 2 + len(traced))
     mean = sparse.hstack([sparse.eye_array(count)] * REPLICATES).tocsr() / REPLICATES
     of_patches = matrix[:, :patches].tocsr()
-    return Surroundings(ends[:, :, 1], BAND * ends[:, :, 2], ends[:, :, 0], of_patches, (mean @ of_patches).tocsr())
+    parts = {source.name: source.radiance * ends[:, :, 2 + place] for place, source in enumerate(traced)}
+    return Surroundings(ends[:, :, 1], parts, ends[:, :, 0], of_patches, (mean @ of_patches).tocsr())
 
 
 def arrivals_from(task, batch):
@@ -153,12 +153,12 @@ def arrivals_from(task, batch):
     rows : (e,) int
         Replicate times number of surfaces plus surface.
     sources : (e,) int
-        Patch the light comes from, or the number of patches for the far ground, one more for the sky, and two more for
-        that part of the sky that is the band at the horizon.
+        Patch the light comes from, or the number of patches for the far ground, one more for the sky, and two or more
+        for that part of the sky that is a traced source.
     weights : (e,) float64
     """
     target, plan, patches = task.target, task.context.plan, len(task.context.patches)
-    photons, origin, height = photons_of_surroundings(
+    photons, origin, towards = photons_of_surroundings(
         target, task.faces, batch, lambda directions: (directions[:, 2] > 0) & is_above(plan.terrain, directions)
     )
     if not plan.far_ground:
@@ -172,8 +172,9 @@ def arrivals_from(task, batch):
         source = origin[arrived.number[own] - batch.numbers.start]
         rows = arrived.row[own] * target.surface_count + surface[own]
         entries.append((rows, np.where(source >= 0, source, patches + (source == SKY)), arrived.weight[own]))
-        low = (source == SKY) & (height[arrived.number[own] - batch.numbers.start] < np.sin(HEIGHT))
-        entries.append((rows[low], np.full(int(low.sum()), patches + 2), arrived.weight[own][low]))
+        for place, part in enumerate(plan.sources, patches + 2):
+            inside = (source == SKY) & part.contains(towards[arrived.number[own] - batch.numbers.start])
+            entries.append((rows[inside], np.full(int(inside.sum()), place), arrived.weight[own][inside]))
     return tuple(np.concatenate(parts) for parts in zip(*entries, strict=True))
 
 

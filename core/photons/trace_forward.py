@@ -8,7 +8,7 @@ patches photons, of at most 1 + max_bounces rays each.
 The covered share of a surface is geometry, and the same as in gather.
 """
 
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
@@ -28,8 +28,8 @@ from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.prepare_scene import prepare_scene
 from ..transfer.surface_means import area_means, cover_of_surfaces
 from ..transfer.trace_record import TraceRecord, note_interruption
-from ..transfer.transfer import Horizon, Transfer
-from .emit_photons import box_of_scene, far_ground_source, horizon_source, sky_source, sun_source, terrain_source
+from ..transfer.transfer import SourceLight, Transfer
+from .emit_photons import box_of_scene, far_ground_source, part_of_sky, sky_source, sun_source, terrain_source
 from .follow_photons import Tally, Target
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, standard_error, trace_sources
 
@@ -90,13 +90,13 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     merge = area_means(traced.triangle_surface, patches.area, len(scene.surfaces))
     traced_before = prepared.plan.ray_scene.thread_seconds if prepared.plan.ray_scene else 0.0  # by earlier rounds
     run, covered_share = prepare_run(prepared, request, progress)
-    run.begin("sky and far ground", 1 + plan.far_ground * (1 + (plan.terrain is not None)) + plan.horizon)
+    run.begin("sky and far ground", 1 + plan.far_ground * (1 + (plan.terrain is not None)) + len(plan.sources))
     clock.lap("plan, tree and cover")
 
     box = box_of_scene(traced, run.target.ray_scene.canopy)
     (sky,) = trace_sources(run, [sky_source(box, request.seed, plan.terrain)], plan.max_bounces)
     far = trace_far_ground(run, box, plan, request.seed)
-    band = trace_band(run, box, plan, request.seed)
+    parts = {source.name: trace_part(run, box, plan, source, request.seed) for source in plan.sources}
     clock.lap("sky and far ground")
     run.begin(SUN_STAGE, len(suns))
     weighed = without_hidden(suns, plan.terrain)
@@ -105,7 +105,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     diffuse = sky.whole + request.ground_albedo * far.whole
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
     covered_share = cover_of_surfaces(merge, covered_share)
-    tallies = [asdict(light.tally) for light in (sky, far, direct, band) if light]
+    traced = dict(zip(SOURCES, (sky, far, direct), strict=True)) | parts
     unreachable = (covered_share > WHOLE) | (run.area == 0)
     return Transfer(
         surfaces=scene.surfaces,
@@ -121,7 +121,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
         direct_reflected=direct.reflected,
         terrain=plan.terrain,
         direct_annual_standard_error=standard_error(direct.annual, direct.photons, unreachable),
-        horizon=band and horizon_of_light(band, unreachable),
+        sources={name: light_of_part(light, unreachable) for name, light in parts.items()},
         record=TraceRecord(
             request=request.as_dict(),
             effects=judge_effects(plan, Measured(max(sky.last, direct.last), share_of_far_ground(far, sky, request))),
@@ -130,8 +130,8 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
             patches=len(patches),
             threads=run.threads,
             photons_per_source=run.per_replicate * PHOTON_REPLICATES,
-            rays=sky.ray_count + far.ray_count + direct.ray_count + (band.ray_count if band else 0),
-            photons=dict(zip(SOURCES, tallies, strict=False)),
+            rays=sum(light.ray_count for light in traced.values()),
+            photons={name: asdict(light.tally) for name, light in traced.items()},
             seconds=clock.seconds,
             processor_seconds=clock.processor_seconds,
             embree_thread_seconds=run.target.ray_scene.thread_seconds - traced_before,
@@ -150,7 +150,7 @@ def share_of_far_ground(far, sky, request):
     return passed_on / whole if whole > 0 else 0.0
 
 
-SOURCES = ("sky", "far ground", "suns", "horizon")
+SOURCES = ("sky", "far ground", "suns")  # beside the traced parts of the sky
 
 
 def prepare_run(prepared, request, progress):
@@ -186,17 +186,15 @@ def trace_far_ground(run, box, plan, seed):
     return light
 
 
-def trace_band(run, box, plan, seed):
-    """Light from the horizon, per irradiance of an unshaded wall; None where the plan leaves it out."""
-    if not plan.horizon:
-        return None
-    (light,) = trace_sources(run, [replace(horizon_source(box, seed), terrain=plan.terrain)], plan.max_bounces)
+def trace_part(run, box, plan, source, seed):
+    """Light from a part of the sky that is traced by itself, in its unit."""
+    (light,) = trace_sources(run, [part_of_sky(source, box, seed, plan.terrain)], plan.max_bounces)
     return light
 
 
-def horizon_of_light(light, unreachable):
-    """Horizon of a Transfer from its photons."""
-    return Horizon(
+def light_of_part(light, unreachable):
+    """SourceLight of a Transfer from its photons."""
+    return SourceLight(
         view_factor=np.minimum(light.first.mean(axis=0), 1),
         relative=light.whole.mean(axis=0),
         standard_error=standard_error(light.whole, light.photon**2, unreachable),

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..patches.patches import take_patches
 from ..sampling.merge_nets import merge_nets
-from ..transfer.merge_transfers import MATRICES, MEANS, check_same, merge_horizon, merge_records, whole_error
+from ..transfer.merge_transfers import MATRICES, MEANS, check_same, merge_records, merge_sources, whole_error
 from ..transfer.noise import own_diffuse, own_direct
 from ..transfer.patch_light import Emitted, Net, OwnNoise, PatchFacts, PatchLight
 from .direct_errors import variance_of_shadow_points
@@ -148,7 +148,7 @@ def add_continued(total, other):
         diffuse_relative_standard_error=whole_error(*diffuse),
         direct_annual_standard_error=whole_error(*direct),
         error_parts=parts,
-        horizon=merge_horizon(total.horizon, other.horizon, weights),
+        sources=merge_sources(total.sources, other.sources, weights),
         bare=total.bare and add_continued(total.bare, other.bare),
         record=replace(record, degrees_of_freedom=total.record.degrees_of_freedom),
         patch_light=kept,

@@ -1,6 +1,6 @@
 """What clustering the suns costs: some patches looked at with the clustered suns and with every hour's sun."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from ..scene.check_scene import check_scene
 from ..sun.check_suns import check_suns
 from ..threads import usable_threads
 from ..transfer.prepare_scene import prepare_scene
+from ..transfer.take_rows import take_rows
 from ..trees.canopy import LeafyScene
 from .shadow_points import points_above
 from .sun_visibility import sun_visibility
@@ -98,33 +99,5 @@ def draw_patches(scene, area, seed):
 
 def take_surfaces(transfer, chosen, suns, visible_share):
     """Some surfaces of a Transfer under other suns, without reflections."""
-    surfaces = transfer.surfaces
-    rows = {field.name: take_rows(getattr(surfaces, field.name), chosen) for field in fields(surfaces)}
-    per_surface = (
-        "covered_share",
-        "sky_view_factor",
-        "far_ground_view_factor",
-        "diffuse_relative",
-        "diffuse_relative_standard_error",
-        "direct_annual_standard_error",
-        "albedo",
-        "material",
-    )
-    return replace(
-        transfer,
-        surfaces=type(surfaces)(**rows),
-        suns=suns,
-        visible_share=visible_share,
-        direct_reflected=np.zeros_like(visible_share),
-        **{name: take_rows(getattr(transfer, name), chosen) for name in per_surface},
-        horizon=transfer.horizon and transfer.horizon.take(chosen),
-        error_parts=None,
-        bare=None,
-    )
-
-
-def take_rows(column, chosen):
-    """Some rows of a list or an array; None of None."""
-    if column is None:
-        return None
-    return [column[index] for index in chosen] if isinstance(column, list) else column[chosen]
+    few = take_rows(replace(transfer, error_parts=None, bare=None), chosen)
+    return replace(few, suns=suns, visible_share=visible_share, direct_reflected=np.zeros_like(visible_share))

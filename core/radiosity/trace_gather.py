@@ -21,7 +21,7 @@ from .continue_rounds import keep_patches, with_noise
 from .gather_context import prepare_gather
 from .gather_diffuse import gather_diffuse
 from .gather_direct import gather_direct
-from .gather_horizon import gather_horizon
+from .gather_source import gather_source
 from .shadow_points import count_elements, points_above
 from .solve_radiosity import variance_of_replicates
 from .view_hemispheres import view_hemispheres
@@ -44,8 +44,8 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     prepared : PreparedScene, optional
         Of the scene, where it is known already.
     specular : callable, optional
-        `specular(context, hemisphere)` gives the light by way of mirrors, glossy faces and glass: `of_sky` and
-        `of_suns`, see `photons.specular_light`. Needed if the plan has such light.
+        `specular(context, hemisphere)` gives the light by way of mirrors, glossy faces and glass: `of_sky`,
+        `of_source` and `of_suns`, see `photons.specular_light`. Needed if the plan has such light.
 
     Returns
     -------
@@ -83,8 +83,11 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     if light:
         add_specular_sky(context, hemisphere, diffuse, light)
     clock.lap("diffuse reflections")
-    horizon, horizon_rays = gather_horizon(context, hemisphere, cells, light) if plan.horizon else (None, None)
-    clock.lap("horizon")
+    sources, source_rays = {}, {}
+    for source in plan.sources:
+        name = source.name
+        sources[name], source_rays[name] = gather_source(context, source, hemisphere, cells, light)
+        clock.lap(name)
     # Every sun is traced, since open hours lie between them; errors are those of the light that counts.
     weighed = without_hidden(suns, plan.terrain)
     direct = gather_direct(context, hemisphere, weighed, diffuse.by_replicate, folder, specular=light)
@@ -102,7 +105,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
         visible_share=direct.visible_share,
         direct_reflected=direct.reflected,
         direct_annual_standard_error=direct.error.standard_error,
-        horizon=horizon,
+        sources=sources,
         terrain=plan.terrain,
         error_parts=ErrorParts(
             diffuse_passed_on=diffuse.error.passed_on,
@@ -121,7 +124,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
             threads=context.threads,
             engine=ray_scene.engine,
             hemisphere_rays=hemisphere.ray_count,
-            horizon_rays=horizon_rays,
+            source_rays=source_rays,
             shadow_rays=direct.ray_count,
             seconds=clock.seconds,
             processor_seconds=clock.processor_seconds,

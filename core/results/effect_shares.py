@@ -1,14 +1,14 @@
 """What effects of the modules make of the full load hours: computed with each of them switched off."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC
-from ..scene.scene import Surfaces
 from ..threads import map_in_order, usable_threads
+from ..transfer.take_rows import take_rows
 from ..transfer.transfer import Transfer
 
 MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
@@ -92,32 +92,6 @@ def draw_surfaces(surfaces):
     area = np.cumsum(surfaces.area[order])
     steps = (np.arange(MOST_SURFACES) + 0.5) / MOST_SURFACES * area[-1]
     return order[np.searchsorted(area, steps)], np.ones(MOST_SURFACES)
-
-
-def take_rows(transfer, rows):
-    """Some surfaces of a Transfer, in each of its states."""
-    surfaces = transfer.surfaces
-    values = {one.name: getattr(surfaces, one.name) for one in fields(surfaces)}
-    few = {
-        name: [value[row] for row in rows] if isinstance(value, list) else None if value is None else value[rows]
-        for name, value in values.items()
-    }
-    names = (
-        *("covered_share", "sky_view_factor", "far_ground_view_factor", "diffuse_relative"),
-        *("diffuse_relative_standard_error", "visible_share", "direct_reflected", "direct_annual_standard_error"),
-    )
-    per_surface = {name: getattr(transfer, name)[rows] for name in names}
-    return replace(
-        transfer,
-        surfaces=Surfaces(**few),
-        **per_surface,
-        horizon=transfer.horizon and transfer.horizon.take(rows),
-        albedo=None,
-        material=None,
-        error_parts=None,
-        outlines=None,
-        bare=transfer.bare and take_rows(transfer.bare, rows),
-    )
 
 
 def unshaded_transfer(scene, suns, ground_albedo):

@@ -11,20 +11,21 @@ from ..files.open_netcdf import open_netcdf
 from ..horizon.horizon import TerrainHorizon
 from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
+from ..sky.light_sources import SOURCES
 from ..sun.suns import Suns
 from ..transfer.trace_record import record_of_dict
-from ..transfer.transfer import ErrorParts, Horizon, Transfer
+from ..transfer.transfer import ErrorParts, SourceLight, Transfer
 from .transfer_fields import (
     ALBEDO,
     BARE,
     ERROR_PARTS,
     FORMAT,
-    HORIZON,
     MATERIAL,
     OUTLINES,
     PER_SUN,
     PER_SURFACE,
     PER_SURFACE_AND_SUN,
+    SOURCE_LIGHT,
     TERRAIN,
     TEXTS,
     TRACED_AS,
@@ -85,7 +86,8 @@ def check_dimensions(path, dataset):
     expected |= {"normal": ("surface", "axis"), "direction": ("sun", "axis")}
     expected |= dict.fromkeys(TRACED_AS, ("surface",)) if ALBEDO in dataset else {}
     expected |= {name: part[0] for name, part in ERROR_PARTS.items()} if "direct_points" in dataset else {}
-    expected |= {name: ("surface",) for name, _ in HORIZON.values() if name in dataset}
+    names = [source.variable(field) for source in SOURCES.values() for field in SOURCE_LIGHT]
+    expected |= {name: ("surface",) for name in names if name in dataset}
     expected |= {name: dimensions for name, (dimensions, _) in OUTLINES.items() if name in dataset}
     expected |= {TERRAIN: ("azimuth",)} if TERRAIN in dataset else {}
     for name, dimensions in expected.items():
@@ -115,7 +117,7 @@ def transfer_of_dataset(dataset):
         **{name: values[name] for name in PER_SURFACE_AND_SUN},
         **(materials_of_dataset(dataset) if ALBEDO in dataset else {}),
         error_parts=error_parts_of_dataset(dataset),
-        horizon=horizon_of_dataset(dataset),
+        sources=sources_of_dataset(dataset),
         outlines=outlines_of_dataset(dataset),
         terrain=terrain_of_dataset(dataset),
     )
@@ -135,11 +137,13 @@ def error_parts_of_dataset(dataset):
     return ErrorParts(**{name: dataset[name].values for name in ERROR_PARTS})
 
 
-def horizon_of_dataset(dataset):
-    """Light of the horizon; None in files that were traced for isotropic skies only."""
-    if HORIZON["relative"][0] not in dataset:
-        return None
-    return Horizon(**{field: dataset[name].values for field, (name, _) in HORIZON.items()})
+def sources_of_dataset(dataset):
+    """Light of the traced sources: dict of SourceLight, empty in files that were traced for isotropic skies only."""
+    return {
+        name: SourceLight(**{field: dataset[source.variable(field)].values for field in SOURCE_LIGHT})
+        for name, source in SOURCES.items()
+        if source.variable("relative") in dataset
+    }
 
 
 def outlines_of_dataset(dataset):

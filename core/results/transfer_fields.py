@@ -47,10 +47,10 @@ TERRAIN_DETAILS = {
     "long_name": "elevation of distant terrain at equally spaced azimuths, clockwise from true north",
 }
 
-HORIZON = {  # field of Horizon -> name, long name; files lack them that were traced for isotropic skies only
-    "view_factor": ("horizon_view_factor", "light of the horizon, per that of an unshaded wall, without reflections"),
-    "relative": ("horizon_relative", "light of the horizon, per that of an unshaded wall, reflections included"),
-    "standard_error": ("horizon_relative_standard_error", "standard error of horizon_relative"),
+SOURCE_LIGHT = {  # field of SourceLight -> long name, of each traced source; files of isotropic skies have none
+    "view_factor": "light of {title}, per {unit}, without reflections",
+    "relative": "light of {title}, per {unit}, reflections included",
+    "standard_error": "standard error of {name}_relative",
 }
 
 OUTLINES = {  # name -> dimensions, attributes; files written before outlines were kept lack them

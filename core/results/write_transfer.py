@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 
 from ..progress import silent
+from ..sky.light_sources import SOURCES
 from ..transfer.kept_matrix import row_blocks
 from .netcdf_file import netcdf_file
 from .transfer_fields import (
@@ -14,12 +15,12 @@ from .transfer_fields import (
     BARE,
     ERROR_PARTS,
     FORMAT,
-    HORIZON,
     MATERIAL,
     OUTLINES,
     PER_SUN,
     PER_SURFACE,
     PER_SURFACE_AND_SUN,
+    SOURCE_LIGHT,
     TERRAIN,
     TERRAIN_DETAILS,
     TEXTS,
@@ -110,7 +111,8 @@ def describe_state(transfer):
         for name, (dimensions, long_name) in ERROR_PARTS.items():
             attributes_of_part = {"units": "1", "long_name": long_name}
             variables[name] = (dimensions, getattr(transfer.error_parts, name), attributes_of_part)
-    variables |= horizon_variables(transfer.horizon)
+    for name, light in transfer.sources.items():
+        variables |= variables_of_source(SOURCES[name], light)
     if transfer.outlines is not None:
         values = transfer.outlines.points, transfer.outlines.ring_start, transfer.outlines.surface_start
         for (name, (dimensions, details)), array in zip(OUTLINES.items(), values, strict=True):
@@ -123,13 +125,15 @@ def describe_state(transfer):
     return variables, attributes
 
 
-def horizon_variables(horizon):
-    """Variables of the light of the horizon: dict, empty where it was not traced."""
-    if horizon is None:
-        return {}
+def variables_of_source(source, light):
+    """Variables of the light of a traced source: dict."""
     return {
-        name: ("surface", getattr(horizon, field), {"units": "1", "long_name": long_name})
-        for field, (name, long_name) in HORIZON.items()
+        source.variable(field): (
+            "surface",
+            getattr(light, field),
+            {"units": "1", "long_name": words.format(name=source.name, title=source.title, unit=source.unit)},
+        )
+        for field, words in SOURCE_LIGHT.items()
     }
 
 

@@ -1,5 +1,7 @@
 """Which model of the sky weighs a Transfer."""
 
+from .light_sources import model_traced
+
 EFFECT = "perez"  # of the plan
 
 
@@ -21,5 +23,5 @@ def choose_sky(request, transfer):
     if asked is None and request.sky != "auto":
         return request.sky
     if asked is None:
-        return "isotropic" if transfer.horizon is None else "perez"
+        return model_traced(transfer.sources)
     return "perez" if asked else "isotropic"

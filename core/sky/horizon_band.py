@@ -94,6 +94,35 @@ def weight_of_band(normal, towards):
     return np.divide(faced, met * share, out=np.zeros(len(level)), where=share > 0)
 
 
+def lies_in_band(directions):
+    """Whether directions of the sky lie in the band: (m,) bool."""
+    return directions[:, 2] < np.sin(HEIGHT)
+
+
+def directions_inwards(axis, sign, numbers):
+    """Directions of light from the band, inwards from the sides of a box around a scene.
+
+    Parameters
+    ----------
+    axis, sign : (m,)
+        Axis and sign of the inward normal.
+    numbers : (m, 2) float64
+        Uniform.
+
+    Returns
+    -------
+    (m, 3) float64
+    """
+    lid = axis == 2
+    # Through the lid all azimuths are equally dense, and elevations as tan e; through sides as cos φ, and evenly.
+    turn = 2 * np.pi * numbers[:, 0]
+    elevation = np.where(lid, np.arccos(np.cos(HEIGHT) ** numbers[:, 1]), HEIGHT * numbers[:, 1])
+    across = np.where(lid, np.sin(turn), 2 * numbers[:, 0] - 1)
+    along = np.where(lid, np.cos(turn), sign * np.sqrt(np.maximum(1 - across**2, 0)))
+    x, y = np.where(axis == 1, across, along), np.where(axis == 1, along, across)
+    return np.stack([np.cos(elevation) * x, np.cos(elevation) * y, -np.sin(elevation)], axis=1)
+
+
 def level_normal(normal):
     """Horizontal direction that surfaces face: (c, 2), of unit length."""
     return normal[:, :2] / np.hypot(normal[:, 0], normal[:, 1])[:, None]

@@ -13,8 +13,8 @@ def isotropic_sky(weather):
     Returns
     -------
     dict
-        Fields of `SkyParts`, (t,) each [Wm⁻²].
+        Fields of `SkyParts`, [Wm⁻²].
     """
     dhi = weather.data["dhi"].to_numpy(float)
     nothing = np.zeros(len(dhi))
-    return {"dome": dhi, "circumsolar": nothing, "circumsolar_horizontal": nothing, "horizon": nothing}
+    return {"dome": dhi, "circumsolar": nothing, "circumsolar_horizontal": nothing, "sources": {}}

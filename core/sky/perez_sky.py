@@ -17,7 +17,7 @@ def perez_sky(weather):
     Returns
     -------
     dict
-        Fields of `SkyParts`, (t,) each [Wm⁻²]. With the sun below the horizon, where the model is not defined, the sky
+        Fields of `SkyParts`, [Wm⁻²]. With the sun below the horizon, where the model is not defined, the sky
         is isotropic.
 
     Notes
@@ -54,5 +54,5 @@ def perez_sky(weather):
         "dome": dome,
         "circumsolar": around / height,
         "circumsolar_horizontal": around,
-        "horizon": np.where(defined, parts["poa_horizon"] / np.sin(tilt), 0.0),
+        "sources": {"horizon": np.where(defined, parts["poa_horizon"] / np.sin(tilt), 0.0)},
     }

@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import InputError
 from ..sampling.random_numbers import mix_seed
 from .noise import own_diffuse, own_direct, variance_of_mean
-from .transfer import ErrorParts, Horizon
+from .transfer import ErrorParts, SourceLight
 
 MEANS = ("covered_share", "sky_view_factor", "far_ground_view_factor", "diffuse_relative")
 MATRICES = ("visible_share", "direct_reflected")
@@ -22,7 +22,7 @@ MOST_REPLICATES = 64  # kept side by side; deviations of further rounds are adde
 ROWS = 1 << 14
 SUMS = (
     "hemisphere_rays",
-    "horizon_rays",
+    "source_rays",
     "shadow_rays",
     "rays",
     "photons",
@@ -90,7 +90,7 @@ def add_round(total, other):
             own[1], parts and (parts.direct_passed_on, parts.direct_discretisation)
         ),
         error_parts=parts,
-        horizon=merge_horizon(total.horizon, other.horizon, weights),
+        sources=merge_sources(total.sources, other.sources, weights),
         bare=total.bare and add_round(total.bare, other.bare),
         record=merge_records(total.record, other.record, weights),
     )
@@ -154,11 +154,14 @@ def merge_parts(one, other, weights, rounds):
     )
 
 
-def merge_horizon(one, other, weights):
-    """Horizon of a weighted mean; None of None."""
-    if one is None:
-        return None
-    return Horizon(
+def merge_sources(one, other, weights):
+    """Light of each traced source in a weighted mean: dict of SourceLight."""
+    return {name: merge_light(light, other[name], weights) for name, light in one.items()}
+
+
+def merge_light(one, other, weights):
+    """SourceLight of a weighted mean."""
+    return SourceLight(
         weights[0] * one.view_factor + weights[1] * other.view_factor,
         weights[0] * one.relative + weights[1] * other.relative,
         np.sqrt(merge_variance(one.standard_error**2, other.standard_error**2, weights)),

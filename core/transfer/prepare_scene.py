@@ -13,11 +13,10 @@ from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..scene.add_backs import add_backs
 from ..scene.check_scene import check_scene
 from ..scene.scene import Scene
+from ..sky.light_sources import RAYS_SHARE
 from ..sun.suns import Suns
 from ..threads import usable_threads
 from .patch_light import Round
-
-HORIZON_SHARE = 4  # rays of a replicate for each of those to the horizon
 
 
 @dataclass
@@ -124,7 +123,7 @@ def continue_sampling(prepared, request, before, part, seed):
 
 def units_of_rounds(request):
     """Points of their sequences that replicates of rays and shadow points are given by a round of size 1: two int."""
-    rays = max(-(-request.samples // HEMISPHERE_REPLICATES), HORIZON_SHARE)
+    rays = max(-(-request.samples // HEMISPHERE_REPLICATES), RAYS_SHARE)
     return tuple(1 << (count - 1).bit_length() for count in (rays, request.shadow_samples))
 
 

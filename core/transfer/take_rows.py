@@ -17,8 +17,8 @@ def take_rows(transfer, rows):
     -------
     Transfer
     """
-    parts = {name: getattr(transfer, name) for name in ("surfaces", "error_parts", "horizon")}
-    taken = {name: part and _take_fields(part, rows) for name, part in parts.items()}
+    taken = {name: _take_fields(getattr(transfer, name), rows) for name in ("surfaces", "error_parts")}
+    taken["sources"] = {name: _take_fields(light, rows) for name, light in transfer.sources.items()}
     own = {name: value for name, value in vars(transfer).items() if isinstance(value, np.ndarray)}
     taken |= {name: np.asarray(value[rows]) for name, value in own.items()}
     material = transfer.material and [transfer.material[k] for k in rows]
@@ -27,6 +27,8 @@ def take_rows(transfer, rows):
 
 
 def _take_fields(part, rows):
+    if part is None:
+        return None
     values = {one.name: getattr(part, one.name) for one in fields(part)}
     return replace(part, **{name: _take(value, rows) for name, value in values.items()})
 

@@ -1,6 +1,10 @@
 """How a Transfer was made: settings, decisions, counts and measurements, so that the run can be judged and repeated."""
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
+
+from ..sky.light_sources import SOURCES
+
+OF_SOURCE = "_rays"  # after the name of a traced source: its entry in files
 
 
 @dataclass(frozen=True)
@@ -20,7 +24,7 @@ class TraceRecord:
     processor_seconds: dict | None = None  # stage -> [s] sum over threads
     engine: str | None = None  # packets or rays
     hemisphere_rays: int | None = None
-    horizon_rays: int | None = None  # None: the horizon was not traced as a source of light
+    source_rays: dict = field(default_factory=dict)  # name of each traced source of light in the sky -> rays
     shadow_rays: int | None = None
     discretisation_error: dict | None = None  # diffuse, direct: see `radiosity.gather_diffuse`
     degrees_of_freedom: dict | None = None  # of the standard errors' replicates
@@ -34,7 +38,9 @@ class TraceRecord:
 
     def as_dict(self):
         """Plain types by name, without what does not apply."""
-        return {name: value for name, value in asdict(self).items() if value is not None}
+        values = {name: value for name, value in asdict(self).items() if value is not None}
+        rays = values.pop("source_rays")
+        return values | {name + OF_SOURCE: count for name, count in rays.items()}
 
 
 def record_of_dict(values):
@@ -45,12 +51,14 @@ def record_of_dict(values):
     KeyError
         Names the missing or unknown key.
     """
-    known = {one.name for one in fields(TraceRecord)}
+    rays = {name: values[name + OF_SOURCE] for name in SOURCES if name + OF_SOURCE in values}
+    values = {name: value for name, value in values.items() if name.removesuffix(OF_SOURCE) not in rays}
+    known = {one.name for one in fields(TraceRecord)} - {"source_rays"}
     unknown = sorted(set(values) - known)
     if unknown:
         raise KeyError(unknown[0])
     try:
-        return TraceRecord(**values)
+        return TraceRecord(**values, source_rays=rays)
     except TypeError as error:
         raise KeyError(str(error)) from error
 

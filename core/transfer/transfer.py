@@ -1,6 +1,6 @@
 """Result of tracing, independent of weather: relative irradiance of every surface."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -39,16 +39,12 @@ def scale_direct(parts, growth):
 
 
 @dataclass
-class Horizon:
-    """The horizon as a source of light: relative irradiance of n surfaces, per irradiance of an unshaded wall by it."""
+class SourceLight:
+    """Relative irradiance of n surfaces by a traced source of light in the sky, in its unit (`sky.sky_source`)."""
 
-    view_factor: np.ndarray  # (n,) without reflections; sin(tilt) where nothing stands in the way
+    view_factor: np.ndarray  # (n,) without reflections, at most 1; where nothing stands before it, `SkySource.unshaded`
     relative: np.ndarray  # (n,) reflections included
     standard_error: np.ndarray  # (n,) of `relative`
-
-    def take(self, rows):
-        """Some surfaces of it: Horizon."""
-        return Horizon(self.view_factor[rows], self.relative[rows], self.standard_error[rows])
 
 
 @dataclass
@@ -77,7 +73,7 @@ class Transfer:
     material: list | None = None  # (n,) str, material used for tracing, "" if only an albedo was given
     albedos: list | None = None  # of dict: all albedos and materials, of `read_albedo.describe_albedo`
     error_parts: ErrorParts | None = None  # None: the standard errors are own noise only
-    horizon: Horizon | None = None  # None: not traced, for isotropic skies only
+    sources: dict = field(default_factory=dict)  # name -> SourceLight, those of `sky.light_sources` that were traced
     outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown
     bare: "Transfer | None" = None  # the same with deciduous trees without leaves; None: one state all year
     leaf_months: tuple = ()  # 1 to 12, in which this state holds if there is a bare one

@@ -11,7 +11,7 @@ from ..energy.fill_behind import order_neighbours
 from ..energy.groups import find_groups
 from ..energy.sum_block import Block, take_block
 from ..errors import InputError
-from ..sky.sky_models import NO_CAP
+from ..sky.light_sources import name_untraced, sources_of
 from ..sun.match_sky_grid import SkyTriangles, triangulate_sky
 from .group_errors import GroupErrors, find_group_errors
 
@@ -30,7 +30,7 @@ class Environment:
     first: np.ndarray  # (g + 1,) int64, first surface of each group, and n
     weight: np.ndarray  # (n,) float64, area over the counted area of the group
     block: Block  # of the n surfaces, float32
-    horizon: np.ndarray  # (3, n) float32: view of the horizon, its reflected light, sky view factor; 0 if not traced
+    sources: np.ndarray  # (2 k + 1, n) float32: view of k traced sources, their reflected light; sky view factor
     sky: SkyTriangles
     errors: GroupErrors | None = None  # of all surfaces, also where they are merged
 
@@ -45,7 +45,7 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
         Traced with a sky grid.
     system : PvSystem
     sky_model : str
-        Of `sky_models.MODELS`; all but the isotropic one need the Transfer's horizon.
+        Of `sky_models.MODELS`; the Transfer must have its traced sources.
 
     Returns
     -------
@@ -60,8 +60,10 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     check_sky_grid(source, transfer)
     check_portable(source, transfer)
     check_transfer(transfer)
-    if sky_model != "isotropic" and transfer.horizon is None:
-        problem = f"was traced without the light of the horizon, which --sky {sky_model} needs"
+    sources = sources_of(sky_model)
+    missing = name_untraced(sky_model, transfer.sources)
+    if missing:
+        problem = f"was traced without the light of {missing}, which --sky {sky_model} needs"
         raise InputError(source, problem, "trace it again, or give --sky isotropic")
     counted = find_counted_area(transfer, system)
     groups = find_groups(counted, transfer.surfaces.area)
@@ -79,17 +81,16 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
         neighbours=order_neighbours(transfer.suns),
         reach=sky.reach,
         dtype=SINGLE,
-        taken=diffuse_incidence_factors(transfer.surfaces.surface_tilt[rows], system),
-        cap=NO_CAP,
+        taken=diffuse_incidence_factors(transfer.surfaces.surface_tilt[rows], system, sources),
     )
-    horizon = np.zeros((3, len(rows)), SINGLE)
-    if transfer.horizon is not None:
-        view = transfer.horizon.view_factor[rows]
-        horizon[:] = view, transfer.horizon.relative[rows] - view, transfer.sky_view_factor[rows]
+    traced = [transfer.sources[one.name] for one in sources]
+    views = [light.view_factor[rows] for light in traced]
+    reflected = [light.relative[rows] - view for light, view in zip(traced, views, strict=True)]
+    light = np.stack([*views, *reflected, transfer.sky_view_factor[rows]]).astype(SINGLE)
     weight = groups.weight[rows, member]
     first = np.searchsorted(member, np.arange(len(groups.names) + 1)).astype(np.int64)
-    found = Environment(name, source, groups.names, groups.count, groups.area, first, weight, block, horizon, sky)
-    return replace(found, errors=find_group_errors(transfer, found, rows))
+    found = Environment(name, source, groups.names, groups.count, groups.area, first, weight, block, light, sky)
+    return replace(found, errors=find_group_errors(transfer, found, rows, traced))
 
 
 def check_sky_grid(source, transfer):

@@ -20,16 +20,16 @@ class GroupErrors:
     """Relative irradiance of g groups of n surfaces, and the parts of its error."""
 
     first: np.ndarray  # (g + 1,) int64, first surface of each group, and n
-    own: np.ndarray  # (4, n) own variance of direct and diffuse light, covariance, horizon's; times squared weight
+    own: np.ndarray  # (3 + k, n) own variance of direct and diffuse light, covariance, sources'; times squared weight
     direct_passed_on: np.ndarray  # (g, r) deviations of replicates of light that other surfaces re-emit
     diffuse_passed_on: np.ndarray  # (g, r)
     discretisation: np.ndarray  # (2, g) signed, of direct and of diffuse light
     sun_sampling: np.ndarray  # (g,) share of full load hours
     direct: np.ndarray  # (s, g) mean relative irradiance by the sun in each direction of the grid; far ground apart
-    shared: np.ndarray  # (3, g) mean relative irradiance by dome, horizon and sunlit far ground
+    shared: np.ndarray  # (2 + k, g) mean relative irradiance by dome, k traced sources and sunlit far ground
 
 
-def find_group_errors(transfer, environment, rows):
+def find_group_errors(transfer, environment, rows, traced=()):
     """Parts of the errors of an environment's groups.
 
     Parameters
@@ -39,6 +39,8 @@ def find_group_errors(transfer, environment, rows):
         Of this Transfer, before surfaces are merged.
     rows : numpy.ndarray, (n,) int
         The environment's surfaces.
+    traced : sequence of SourceLight
+        Of the environment's sky.
 
     Returns
     -------
@@ -49,11 +51,12 @@ def find_group_errors(transfer, environment, rows):
         environment.first,
         environment.weight,
     )
-    horizon = np.zeros(len(rows)) if transfer.horizon is None else transfer.horizon.standard_error[rows]
-    own = own_direct(transfer)[rows], own_diffuse(transfer)[rows], parts.covariance[rows], horizon**2
+    own = [own_direct(transfer)[rows], own_diffuse(transfer)[rows], parts.covariance[rows]]
+    own += [light.standard_error[rows] ** 2 for light in traced]
     discretisation = parts.direct_discretisation[rows], parts.diffuse_discretisation[rows]
     block = environment.block
-    light = np.stack([block.diffuse, environment.horizon[0] + environment.horizon[1], block.far_ground])
+    views, reflected = environment.sources[:-1].reshape(2, len(traced), len(rows))
+    light = np.stack([block.diffuse, *(views + reflected), block.far_ground])
     return GroupErrors(
         first=first,
         own=np.stack(own) * weight**2,
@@ -97,12 +100,14 @@ def carry_to_place(errors, hours, sunlight, full_load_hours):
     numpy.ndarray, (g,)
         [h] NaN where the Transfer does not know the error of direct light.
     """
-    light = hours.light.sum(axis=0, dtype=float) * hours.length / KILO  # (3,) [kWh/m²] sunward, dome, horizon
+    light = hours.light.sum(axis=0, dtype=float) * hours.length / KILO  # (2 + k,) [kWh/m²]
     poa = sum_irradiance(errors, hours, sunlight, light)
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
-    direct, diffuse, horizon = per_poa * light[:, None]  # (g,) [h] per relative irradiance
+    direct, diffuse, *sources = per_poa * light[:, None]  # (g,) [h] per relative irradiance
     member = np.repeat(np.arange(len(poa)), np.diff(errors.first))
-    own = join_own(direct[member], diffuse[member], *errors.own[:3]) + horizon[member] ** 2 * errors.own[3]
+    own = join_own(direct[member], diffuse[member], *errors.own[:3])
+    for hours_of_source, variance in zip(sources, errors.own[3:], strict=True):
+        own = own + hours_of_source[member] ** 2 * variance
     passed_on = direct[:, None] * errors.direct_passed_on + diffuse[:, None] * errors.diffuse_passed_on
     discretisation = direct * errors.discretisation[0] + diffuse * errors.discretisation[1]
     suns = errors.sun_sampling * full_load_hours
@@ -116,4 +121,4 @@ def sum_irradiance(errors, hours, sunlight, light):
     per_direction = np.bincount(sunlight.index.ravel(), share.ravel(), minlength=len(errors.direct))
     ground = sunlight.level.sum(dtype=float)
     scale = hours.length / KILO
-    return scale * (per_direction @ errors.direct + ground * errors.shared[2]) + light[1:] @ errors.shared[:2]
+    return scale * (per_direction @ errors.direct + ground * errors.shared[-1]) + light[1:] @ errors.shared[:-1]

@@ -45,7 +45,7 @@ def merge_surfaces(environment, most):
         environment,
         first=first.astype(np.int64),
         weight=np.bincount(member, environment.weight),
-        horizon=mean_of_pieces(environment.horizon, environment.weight, pieces).astype(SINGLE),
+        sources=mean_of_pieces(environment.sources, environment.weight, pieces).astype(SINGLE),
         block=merge_block(block, environment.weight, pieces, environment.sky.direction),
     )
 
@@ -115,8 +115,8 @@ def merge_block(block, weight, pieces, direction):
         diffuse=mean(block.diffuse).astype(SINGLE),
         far_ground=mean(block.far_ground).astype(SINGLE),
         sky=mean(block.sky).astype(SINGLE),
-        horizon=mean(block.horizon).astype(SINGLE),
-        horizon_view=mean(block.horizon_view).astype(SINGLE),
+        sources=np.zeros((0, len(pieces)), SINGLE),  # those of the environment count
+        source_view=np.zeros((0, len(pieces)), SINGLE),
         taken=mean(block.taken).astype(SINGLE),
         reflected=np.ascontiguousarray(mean(block.reflected), SINGLE),
         visible_share=np.stack(seen, axis=1).astype(SINGLE),

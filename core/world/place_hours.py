@@ -23,10 +23,10 @@ class PlaceHours:
 
     interval: np.ndarray  # (h,) int, index into the weather's time axis
     direction: np.ndarray  # (h, 3) float64, towards the sun at mid-interval
-    light: np.ndarray  # (h, 3) float32: from the place of the sun (normal), from the dome, from the horizon [Wm⁻²]
+    light: np.ndarray  # (h, 2 + k) float32: from the sun's place (normal), the dome, and k traced sources [Wm⁻²]
     dni: np.ndarray  # (h,) [Wm⁻²]
     ground: np.ndarray  # (h,) [Wm⁻²] of unshaded ground by circumsolar light
-    cap: float  # of `SkyParts`
+    caps: np.ndarray  # (k,) of `SkyParts`
     heating: np.ndarray  # (h, 2) float32: cell temperature per POA irradiance, and without any; both on -1 to 1
     spectral_factor: np.ndarray  # (h,) float32
     month: np.ndarray  # (h,) int, 0 to 11, UTC, of mid-interval
@@ -65,12 +65,12 @@ def prepare_place(weather, system, years, sky="isotropic"):
     return PlaceHours(
         interval=lit,
         direction=sun_direction(column["apparent_zenith"], column["solar_azimuth"]),
-        light=np.stack([column["dni"] + parts.circumsolar[lit], parts.dome[lit], parts.horizon[lit]], axis=1).astype(
-            SINGLE
-        ),
+        light=np.stack(
+            [column["dni"] + parts.circumsolar[lit], parts.dome[lit], *parts.of_sources[lit].T], axis=1
+        ).astype(SINGLE),
         dni=column["dni"],
         ground=parts.circumsolar_horizontal[lit],
-        cap=parts.cap,
+        caps=parts.caps,
         heating=np.stack([slope / HALF, (column["temp_air"] - MIDDLE) / HALF], axis=1).astype(SINGLE),
         spectral_factor=spectral_factor(airmass, system).astype(SINGLE),
         month=middle.month.to_numpy() - 1,

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..results.read_transfer import read_transfer
+from ..sky.light_sources import model_traced
 from .environment import build_environment
 from .unshaded import unshaded_transfer
 
@@ -21,7 +22,7 @@ def read_environments(texts, system, sky="isotropic", ground_albedo=0.25):
         folder.
     system : PvSystem
     sky : {"isotropic", "perez", "auto"}
-        Model of the sky; "auto": Perez's if all were traced for it.
+        Model of the sky; "auto": the one that all were traced for.
     ground_albedo : float
         Of the unshaded environment.
 
@@ -44,7 +45,7 @@ def read_environments(texts, system, sky="isotropic", ground_albedo=0.25):
             file = find_transfer(Path(path))
             transfers.append((name, str(file), read_transfer(file)))
     if sky == "auto":
-        sky = "isotropic" if any(one.horizon is None for *_, one in transfers) else "perez"
+        sky = model_traced(set.intersection(*(set(one.sources) for *_, one in transfers)))
     found = [build_environment(*one, system, sky) for one in transfers]
     names = [one.name for one in found]
     double = sorted({name for name in names if names.count(name) > 1})

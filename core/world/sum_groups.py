@@ -46,9 +46,10 @@ def sum_groups(environment, hours, sunlight, model):
     suns = sunlight.index, sunlight.weight, sunlight.direction, sunlight.level
     place = hours.direction.astype(np.float32), hours.light, hours.heating, hours.spectral_factor
     seen = block.visible_share, block.reflected, block.normal
-    view, reflected, sky = environment.horizon
-    views = np.stack([view, np.minimum(view, np.float32(hours.cap) * sky)])  # of a bright, and of a dark horizon
-    surfaces = block.diffuse, block.far_ground, block.sky, block.taken, views, reflected
+    view, reflected = environment.sources[:-1].reshape(2, len(hours.caps), len(environment.weight))
+    dark = np.minimum(view, hours.caps[:, None].astype(np.float32) * environment.sources[-1])
+    sources = np.stack([view, dark]), reflected  # views of bright, and of dark sources
+    surfaces = block.diffuse, block.far_ground, block.sky, block.taken, sources
     tables = model.incidence, model.efficiency, model.diffuse_share
     loop(suns, place, seen, surfaces, tables, (environment.first, environment.weight), found)
     return found
@@ -59,34 +60,35 @@ def loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
     """Fill `found`, (h, 2 g), hour by hour; see `sum_groups`. Inner loops are plain, so that they are vectorised."""
     index, weight, sun, level = suns
     direction, light, heating, spectral = place
-    diffuse, far_ground, sky, taken, views, back = surfaces
+    diffuse, far_ground, sky, taken, sources = surfaces
     incidence, efficiency, diffuse_share = tables
     first, area = groups
     count, group_count = len(diffuse), len(first) - 1
-    direct, scattered, beam, effective, total = np.zeros((5, count), np.float32)
+    direct, scattered, beam, low, caught_low, effective, total = np.zeros((7, count), np.float32)
     for hour in range(len(light)):
-        sunward, dome, horizon = light[hour]
+        sunward, dome = light[hour, 0], light[hour, 1]
         direct[:], beam[:], scattered[:] = NONE, NONE, NONE
         if sunward > NONE:
             for node in range(index.shape[1]):
                 add_sunlight(sun[hour, node], index[hour, node], weight[hour, node] * sunward, seen, direct, scattered)
             enter_glass(direction[hour], seen[2], incidence, direct, beam)
-        view = views[0] if horizon > NONE else views[1]
+        for source in range(light.shape[1] - 2):
+            add_source(source, light[hour, 2 + source], sources, taken[2 + source], (low, caught_low, scattered))
         ground = level[hour]
         hot, cold, bright = heating[hour, 0], heating[hour, 1], spectral[hour]
         for i in range(count):
-            straight, low = dome * sky[i], horizon * view[i]
-            rest = scattered[i] + ground * far_ground[i] + dome * diffuse[i] + low + horizon * back[i]
-            # Diffuse light after its incidence angle modifiers: of the dome, reflected, and of the horizon.
-            caught = rest * taken[1, i] + straight * (taken[0, i] - taken[1, i]) + low * (taken[2, i] - taken[1, i])
+            straight = dome * sky[i]
+            rest = scattered[i] + ground * far_ground[i] + dome * diffuse[i] + low[i]
+            # Diffuse light after its incidence angle modifiers: of the dome, reflected, and of the sources.
+            caught = (rest - low[i]) * taken[1, i] + straight * (taken[0, i] - taken[1, i]) + caught_low[i]
             effective[i] = bright * (beam[i] + diffuse_share * caught)
             total[i] = (direct[i] + rest) * hot + cold
         convert(effective, total, efficiency)
         add_groups(effective, area, first, found[hour, :group_count])
         for i in range(count):
-            straight, low = dome * sky[i], horizon * view[i]
-            effective[i] = bright * (beam[i] + diffuse_share * (straight * taken[0, i] + low * taken[2, i]))
-            total[i] = (direct[i] + straight + low) * hot + cold
+            straight = dome * sky[i]
+            effective[i] = bright * (beam[i] + diffuse_share * (straight * taken[0, i] + caught_low[i]))
+            total[i] = (direct[i] + straight + low[i]) * hot + cold
         convert(effective, total, efficiency)
         add_groups(effective, area, first, found[hour, group_count:])
 
@@ -104,6 +106,25 @@ def add_sunlight(sun, index, weight, seen, direct, scattered):  # noqa: PLR0917
         cosine = max(x * east[i] + y * north[i] + z * up[i], NONE)
         direct[i] += (a * seen_a[i] + b * seen_b[i] + c * seen_c[i]) * cosine
         scattered[i] += a * back_a[i] + b * back_b[i] + c * back_c[i]
+
+
+@njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
+def add_source(number, light, sources, taken, sums):
+    """Add a traced source to what comes from all, before and after the modules' glass, and to what is reflected."""
+    views, reflected = sources
+    low, caught, scattered = sums
+    view = views[0, number] if light > NONE else views[1, number]
+    back = reflected[number]
+    if not number:  # written, not added: one pass less than to clear them
+        for i in range(len(low)):
+            low[i] = light * view[i]
+            caught[i] = low[i] * taken[i]
+            scattered[i] += light * back[i]
+        return
+    for i in range(len(low)):
+        low[i] += light * view[i]
+        caught[i] += light * view[i] * taken[i]
+        scattered[i] += light * back[i]
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")

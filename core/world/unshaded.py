@@ -4,9 +4,9 @@ import numpy as np
 
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..scene.scene import Site, Surfaces
-from ..sky.horizon_band import horizon_of_tilt
+from ..sky.light_sources import SOURCES
 from ..sun.sky_grid import sky_grid_suns
-from ..transfer.transfer import Horizon, Transfer
+from ..transfer.transfer import SourceLight, Transfer
 
 ROOF_TILT = 35.0  # [°]; the paper's roofs have mean tilts of 28 to 42°
 SIDES = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
@@ -49,5 +49,11 @@ def unshaded_transfer(ground_albedo=0.25):
         visible_share=np.ones((count, len(suns)), np.float32),
         direct_reflected=np.zeros((count, len(suns)), np.float32),
         direct_annual_standard_error=zero,
-        horizon=Horizon(horizon_of_tilt(normal), horizon_of_tilt(normal), zero),
+        sources={name: unshaded_light(source, normal) for name, source in SOURCES.items()},
     )
+
+
+def unshaded_light(source, normal):
+    """SourceLight of unshaded surfaces by their normals, without reflections: beyond a source the ground is dark."""
+    light = source.unshaded(normal)
+    return SourceLight(light, light, np.zeros(len(normal)))

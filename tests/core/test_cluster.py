@@ -67,9 +67,12 @@ def assert_same_bits(one, other):
     assert one.surfaces.surface_id == other.surfaces.surface_id
     for name in FIGURES:
         assert getattr(one, name).tobytes() == getattr(other, name).tobytes(), name
-    for parts in ("error_parts", "horizon"):
-        found = (vars(getattr(transfer, parts)) for transfer in (one, other))
-        for (name, values), expected in zip(next(found).items(), next(found).values(), strict=True):
+    assert one.sources.keys() == other.sources.keys() == {"horizon"}
+    for first, second in (
+        (one.error_parts, other.error_parts),
+        *zip(one.sources.values(), other.sources.values(), strict=True),
+    ):
+        for (name, values), expected in zip(vars(first).items(), vars(second).values(), strict=True):
             assert values.tobytes() == expected.tobytes(), name
 
 

@@ -211,4 +211,4 @@ def test_a_ridge_hides_the_horizon_of_perez(slopes, tmp_path):
             trace = trace_forward if estimator == "forward" else trace_gather
             found = trace(slopes, suns_towards([[0, -0.6, 0.8]]), request, silent)
             expected = left * np.sin(np.radians(slopes.surfaces.surface_tilt))
-            assert_mean(found.horizon.view_factor, found.horizon.standard_error + 1e-3, expected)
+            assert_mean(found.sources["horizon"].view_factor, found.sources["horizon"].standard_error + 1e-3, expected)

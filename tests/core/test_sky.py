@@ -108,8 +108,8 @@ def trace(scene, **settings):
 def mean_of(transfer, rows, name="view_factor"):
     """Area-weighted mean of some surfaces' horizon, and its standard error."""
     share = transfer.surfaces.area[rows] / transfer.surfaces.area[rows].sum()
-    error = np.sqrt(((share * transfer.horizon.standard_error[rows]) ** 2).sum())
-    return share @ getattr(transfer.horizon, name)[rows], error
+    error = np.sqrt(((share * transfer.sources["horizon"].standard_error[rows]) ** 2).sum())
+    return share @ getattr(transfer.sources["horizon"], name)[rows], error
 
 
 @pytest.mark.parametrize("tilt", [5, 30, 60, 90, 100, 135, 170])
@@ -117,11 +117,11 @@ def test_the_horizon_of_an_open_plane_by_rays(tilt):
     """sin(tilt) whatever the azimuth: every ray towards the band stands in front of the plane and meets nothing."""
     for azimuth in (0, 77, 200):
         transfer = trace(open_plane(tilt, azimuth), effects={"sky-rays": True, "shadow-rays": True}, far_ground=False)
-        assert transfer.horizon.view_factor[0] == pytest.approx(np.sin(np.radians(tilt)), rel=1e-5)
-        assert transfer.record.horizon_rays == 64
+        assert transfer.sources["horizon"].view_factor[0] == pytest.approx(np.sin(np.radians(tilt)), rel=1e-5)
+        assert transfer.record.source_rays == {"horizon": 64}
         known = trace(open_plane(tilt, azimuth), far_ground=False)
-        assert known.horizon.relative[0] == pytest.approx(np.sin(np.radians(tilt)), rel=1e-6)
-        assert known.record.horizon_rays == 0
+        assert known.sources["horizon"].relative[0] == pytest.approx(np.sin(np.radians(tilt)), rel=1e-6)
+        assert known.record.source_rays == {"horizon": 0}
 
 
 def street(strips=8):
@@ -189,9 +189,9 @@ def test_photons_of_the_horizon_on_an_open_plane(tilt):
     forward = trace_forward(
         open_plane(tilt, 200), suns_towards([[0, 0, 1.0]]), Request(sky="perez", samples=200_000), silent
     )
-    error = forward.horizon.standard_error
+    error = forward.sources["horizon"].standard_error
     assert error[0] < 0.02
-    assert_mean(forward.horizon.relative, error, np.sin(np.radians(tilt)))
+    assert_mean(forward.sources["horizon"].relative, error, np.sin(np.radians(tilt)))
 
 
 def test_the_band_is_weighed_like_a_line_at_the_horizon():

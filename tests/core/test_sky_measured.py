@@ -27,7 +27,7 @@ from citypv.core.sky.choose_sky import choose_sky
 from citypv.core.sky.sky_models import split_sky
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.transfer.prepare_scene import prepare_scene
-from citypv.core.transfer.transfer import Horizon
+from citypv.core.transfer.transfer import SourceLight
 from citypv.core.weather.read_weather import read_weather
 
 BENCHMARK = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks" / "sky.py"))
@@ -76,7 +76,7 @@ def suns_of(weather, way="days:12"):
 def horizon_of(transfer, share):
     """The horizon of unshaded surfaces, of which a share is visible."""
     view = share * np.sin(np.radians(transfer.surfaces.surface_tilt))
-    return replace(transfer, horizon=Horizon(view, view, np.zeros(len(view))))
+    return replace(transfer, sources={"horizon": SourceLight(view, view, np.zeros(len(view)))})
 
 
 def test_no_sky_is_darker_than_black(berlin):
@@ -87,7 +87,7 @@ def test_no_sky_is_darker_than_black(berlin):
         little.visible_share[:] = 0
         series = compute_energy(little, berlin, series=[0, 1, 2], sky="perez").series
         assert series.poa_diffuse.min() > -1e-9
-    assert split_sky(berlin, "perez").horizon.min() < -1
+    assert split_sky(berlin, "perez").sources["horizon"].min() < -1
 
 
 def test_few_and_many_surfaces_agree_under_perez(berlin):
@@ -114,9 +114,11 @@ def test_annual_sums_are_those_of_the_hours(berlin):
 def test_errors_of_the_horizon_are_carried_to_hours(berlin):
     transfer = horizon_of(unshaded_transfer(suns_of(berlin), [90, 90], [180, 0]), 1)
     plain = compute_energy(transfer, berlin, sky="perez")
-    transfer.horizon.standard_error[:] = 0.05
+    transfer.sources["horizon"].standard_error[:] = 0.05
     found = compute_energy(transfer, berlin, sky="perez")
-    more = replace(transfer, horizon=Horizon(*(0 * one for one in vars(transfer.horizon).values())))
+    more = replace(
+        transfer, sources={"horizon": SourceLight(*(0 * one for one in vars(transfer.sources["horizon"]).values()))}
+    )
     change = plain.full_load_hours - compute_energy(more, berlin, sky="perez").full_load_hours
     np.testing.assert_allclose(found.full_load_hours_standard_error, 0.05 * np.abs(change), rtol=0.15)
 
@@ -166,7 +168,7 @@ def test_the_sky_of_a_transfer():
     assert choose_sky(Request(sky="isotropic"), auto) == "isotropic"
     assert choose_sky(Request(effects={"perez": False}), auto) == "isotropic"
     even = trace_gather(wall, suns, Request(sky="isotropic"), silent)
-    assert even.horizon is None and even.record.horizon_rays is None
+    assert even.sources == {} and even.record.source_rays == {}
     assert choose_sky(Request(), even) == "isotropic"
     assert choose_sky(Request(sky="perez"), even) == "perez"
     weather = read_weather(BARROW, 71.32, -156.62)
@@ -181,10 +183,10 @@ def test_the_horizon_goes_through_a_file(tmp_path):
     )
     write_transfer(tmp_path / "transfer.nc", transfer)
     again = read_transfer(tmp_path / "transfer.nc")
-    for name, values in vars(transfer.horizon).items():
-        np.testing.assert_array_equal(getattr(again.horizon, name), values)
-    write_transfer(tmp_path / "even.nc", replace(transfer, horizon=None))
-    assert read_transfer(tmp_path / "even.nc").horizon is None
+    for name, values in vars(transfer.sources["horizon"]).items():
+        np.testing.assert_array_equal(getattr(again.sources["horizon"], name), values)
+    write_transfer(tmp_path / "even.nc", replace(transfer, sources={}))
+    assert read_transfer(tmp_path / "even.nc").sources == {}
 
 
 def test_the_command_tells_which_sky(tmp_path, capsys):

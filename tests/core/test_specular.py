@@ -179,7 +179,10 @@ def test_the_horizon_of_perez_by_way_of_mirrors(tmp_path):
         share = np.where(scene.surfaces.kind == kind, area, 0)
         share /= share.sum()
         (one, error), (other, spread), (without, _) = (
-            (share @ traced.horizon.relative, np.sqrt(share**2 @ traced.horizon.standard_error**2))
+            (
+                share @ traced.sources["horizon"].relative,
+                np.sqrt(share**2 @ traced.sources["horizon"].standard_error ** 2),
+            )
             for traced in (hybrid, forward, black)
         )
         assert_mean(one, np.hypot(error, spread), other)

@@ -136,11 +136,15 @@ def test_gather_and_forward_agree_behind_a_tree():
     bare = trace_gather(wall_and_tree(trees=False), SUNS, Request(samples=1024, shadow_samples=64, **settings), silent)
     found = [
         (
-            [transfer.diffuse_relative, direct_relative(transfer) @ transfer.suns.weight, transfer.horizon.relative],
+            [
+                transfer.diffuse_relative,
+                direct_relative(transfer) @ transfer.suns.weight,
+                transfer.sources["horizon"].relative,
+            ],
             [
                 transfer.diffuse_relative_standard_error,
                 transfer.direct_annual_standard_error,
-                transfer.horizon.standard_error,
+                transfer.sources["horizon"].standard_error,
             ],
         )
         for transfer in (one, other, bare)

@@ -18,7 +18,7 @@ from citypv.core.sun.match_sky_grid import match_sky_grid, match_triangles, tria
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.sun.solar_position import solar_position
 from citypv.core.sun.sun_of_places import geocentric_sun, sun_of_place
-from citypv.core.transfer.transfer import Horizon
+from citypv.core.transfer.transfer import SourceLight
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment
@@ -47,7 +47,7 @@ def system():
 def skylines():
     transfer, rng = Horizons(60, seed=3).transfer(sky_grid_suns(400)), np.random.default_rng(4)
     view = np.hypot(*transfer.surfaces.normal[:, :2].T) * rng.random(60)
-    return replace(transfer, horizon=Horizon(view, view + 0.1 * rng.random(60), np.zeros(60)))
+    return replace(transfer, sources={"horizon": SourceLight(view, view + 0.1 * rng.random(60), np.zeros(60))})
 
 
 def world_of(transfer, places, system, name="clear-sky", **settings):
@@ -230,8 +230,8 @@ def test_days_with_the_sun_hardly_above_the_horizon_have_numbers(system):
 
 def test_merged_surfaces_keep_what_is_linear(skylines, system):
     """Half of the surfaces: the same area and light of the sky, and hours within 2 %."""
-    environment = build_environment("town", "test", skylines, system)
-    assert environment.horizon[0].any()
+    environment = build_environment("town", "test", skylines, system, "perez")
+    assert environment.sources[0].any()
     merged = merge_surfaces(environment, len(environment.weight) // 2)
     assert len(merged.weight) == len(environment.weight) // 2
     assert merged.first[-1] == len(merged.weight)
@@ -247,7 +247,9 @@ def test_merged_surfaces_keep_what_is_linear(skylines, system):
         ]
         assert np.abs(direct[1] - direct[0]).mean() < 0.02 * direct[0].mean()
     source = model_source(Places(np.array([30.0, 60.0]), np.array([31.0, 10.0])), "climate", Request())
-    whole, few = (compute_world([one], source, system, threads=1).full_load_hours for one in (environment, merged))
+    whole, few = (
+        compute_world([one], source, system, threads=1, sky="perez").full_load_hours for one in (environment, merged)
+    )
     np.testing.assert_allclose(few[..., 0], whole[..., 0], rtol=0.02)
     assert merge_surfaces(environment, 1000) is environment
 

@@ -11,7 +11,7 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
 from citypv.core.results.write_transfer import write_transfer
 from citypv.core.sun.sky_grid import sky_grid_suns
-from citypv.core.transfer.transfer import ErrorParts, Horizon
+from citypv.core.transfer.transfer import ErrorParts, SourceLight
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment
@@ -48,7 +48,7 @@ def town():
     groups = {"facade south": {"bias": 0.4, "rms": 1.0}}
     return replace(
         transfer,
-        horizon=Horizon(view, view + 0.1 * rng.random(COUNT), rng.uniform(0.001, 0.01, COUNT)),
+        sources={"horizon": SourceLight(view, view + 0.1 * rng.random(COUNT), rng.uniform(0.001, 0.01, COUNT))},
         diffuse_relative_standard_error=whole[0],
         direct_annual_standard_error=whole[1],
         error_parts=ErrorParts(*passed_on, *grid, covariance, np.zeros(COUNT)),

@@ -1,4 +1,4 @@
-"""The gather estimator for the horizon: rays towards it, its light on surfaces, and what they reflect of it."""
+"""The gather estimator for a source of light in the sky: rays towards it, its light on surfaces, what they reflect."""
 
 from dataclasses import dataclass
 
@@ -19,11 +19,9 @@ from ..sampling.sample_points import (
     cells_inside,
     sobol_digits,
 )
-from ..sky.horizon_band import horizon_directions, horizon_of_tilt
-from ..sky.seen_band import seen_band
+from ..sky.light_sources import RAYS_SHARE
 from ..threads import map_in_order
-from ..transfer.prepare_scene import HORIZON_SHARE
-from ..transfer.transfer import Horizon
+from ..transfer.transfer import SourceLight
 from .light_errors import ReflectedError, errors_of_surfaces
 from .patch_size_errors import steps_of_cells
 from .replicates import STEP, Deviations, propagate_deviations, tally_deviations
@@ -41,14 +39,12 @@ from .trace_hemisphere import (
     tally_rays,
 )
 
-SHARE = HORIZON_SHARE  # hemisphere rays for each ray towards the horizon, which is a small part of the light
-HORIZON = np.uint64(0x4071)  # sets the random numbers apart from those of the hemisphere rays
-LEVEL = 1e-6  # sine of the tilt up to which a patch does not face the horizon
+LEAST = 1e-6  # of a source's light on an unshaded patch, up to which that does not face it
 
 
 @dataclass
-class HorizonLight:
-    """First light of p patches from the horizon, per irradiance of an unshaded wall."""
+class FirstLight:
+    """First light of p patches from a source, in its unit."""
 
     light: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32
     element: np.ndarray  # (p, cells) float32, of the open part of each cell
@@ -56,12 +52,13 @@ class HorizonLight:
     ray_count: int
 
 
-def gather_horizon(context, hemisphere, cells, specular=None):
-    """Light of the horizon on the surfaces.
+def gather_source(context, source, hemisphere, cells, specular=None):
+    """Light of a source on the surfaces.
 
     Parameters
     ----------
     context : GatherContext
+    source : SkySource
     hemisphere : Hemisphere
     cells : int
         1, 4 or 16: into how many cells the light of a patch is resolved.
@@ -70,10 +67,10 @@ def gather_horizon(context, hemisphere, cells, specular=None):
 
     Returns
     -------
-    horizon : Horizon
+    light : SourceLight
     ray_count : int
     """
-    first = trace_horizon(context, hemisphere.covered, cells)
+    first = trace_source(context, source, hemisphere.covered, cells)
     merge, reflections, by_replicate = context.merge, None, first.light
     if context.plan.reflections:
         form_factors, threads = hemisphere.form_factors, context.threads
@@ -91,22 +88,23 @@ def gather_horizon(context, hemisphere, cells, specular=None):
     added = np.zeros((2, merge.shape[0]))
     if specular:
         factor = radiosity_factor(context.patches, hemisphere.covered_share)
-        added = specular.of_horizon(factor * by_replicate.mean(axis=1))
+        added = specular.of_source(source.name, factor * by_replicate.mean(axis=1))
     error.own = error.own + variance_of_replicates(added.T)
-    horizon = Horizon(
+    light = SourceLight(
         view_factor=merge @ first.light.mean(axis=1, dtype=float),
         relative=merge @ by_replicate.mean(axis=1, dtype=float) + added.mean(axis=0),
         standard_error=np.asarray(error.standard_error),
     )
-    return horizon, first.ray_count
+    return light, first.ray_count
 
 
-def trace_horizon(context, covered, cells):
-    """First light of all patches from the horizon.
+def trace_source(context, source, covered, cells):
+    """First light of all patches from a source.
 
     Parameters
     ----------
     context : GatherContext
+    source : SkySource
     covered : (p, CELL_DIVISIONS²) bool
         Cells that lie inside or under something.
     cells : int
@@ -114,18 +112,18 @@ def trace_horizon(context, covered, cells):
 
     Returns
     -------
-    HorizonLight
+    FirstLight
     """
     patches, plan = context.patches, context.plan
-    unshaded = horizon_of_tilt(patches.normal).astype(np.float32)
+    unshaded = source.unshaded(patches.normal).astype(np.float32)
     known = plan.unobstructed & patches.receives
-    traced = patches.receives & ~known & (unshaded > LEVEL) & ~covered.all(axis=1)
+    traced = patches.receives & ~known & (unshaded > LEAST) & ~covered.all(axis=1)
     full = np.ones(len(patches), bool) if plan.receivers is None else plan.receivers
     samples = context.request.samples
-    share = np.where(known, seen_band(np.where(known[:, None], patches.normal, [[0, 0, 1]]), plan.terrain), 0)
+    share = np.where(known, source.seen(np.where(known[:, None], patches.normal, [[0, 0, 1]]), plan.terrain), 0)
     share = share.astype(np.float32)[:, None]
     tasks = [*cut_rows(traced & full, samples), *cut_rows(traced & ~full, fewer_rays(samples))]
-    found = HorizonLight(
+    found = FirstLight(
         light=np.repeat(share, HEMISPHERE_REPLICATES, axis=1),
         element=np.repeat(share, cells, axis=1),
         deviations=Deviations(np.zeros((len(patches), cells, HEMISPHERE_REPLICATES), np.int16), STEP * unshaded),
@@ -134,13 +132,13 @@ def trace_horizon(context, covered, cells):
 
     def trace_rows(task):
         chosen, sequence = task
-        return trace_patches(context, chosen, covered[chosen], sequence, cells)
+        return trace_patches(context, source, (chosen, covered[chosen]), sequence, cells)
 
     done = 0
     for (chosen, sequence), part in zip(tasks, map_in_order(trace_rows, tasks, context.threads), strict=True):
         found.light[chosen], found.element[chosen], found.deviations.values[chosen] = part
         done += len(chosen) * len(sequence) * HEMISPHERE_REPLICATES
-        context.progress("horizon", done, found.ray_count, "rays")
+        context.progress(source.name, done, found.ray_count, "rays")
     found.light *= unshaded[:, None]
     found.element *= unshaded[:, None]
     return found
@@ -148,15 +146,33 @@ def trace_horizon(context, covered, cells):
 
 def cut_rows(traced, samples):
     """Patches, (p,) bool, in parts of some rays, and the points of each replicate of these: list of tuple."""
-    sequence, rows = sobol_digits(-(-samples // (SHARE * HEMISPHERE_REPLICATES))), np.flatnonzero(traced)
+    sequence, rows = sobol_digits(-(-samples // (RAYS_SHARE * HEMISPHERE_REPLICATES))), np.flatnonzero(traced)
     step = max(1, RAYS_PER_TASK // (len(sequence) * HEMISPHERE_REPLICATES))
     return [(rows[start : start + step], sequence) for start in range(0, len(rows), step)]
 
 
-def trace_patches(context, chosen, covered, sequence, cells):
-    """Share of the horizon that some patches see: of replicates and of cells, and deviations of the replicates."""
-    patches, ray_scene = context.patches, context.ray_scene
-    origins, directions, start_cells = horizon_rays(patches, chosen, sequence)
+def trace_patches(context, source, some, sequence, cells):
+    """Share of a source's light that some patches see: of replicates and of cells, and deviations of the replicates.
+
+    Parameters
+    ----------
+    context : GatherContext
+    source : SkySource
+    some : tuple of (c,) int and (c, CELL_DIVISIONS²) bool
+        The patches, and their covered cells.
+    sequence : (r, 4) uint32
+        Points of each replicate.
+    cells : int
+        As in `trace_source`.
+
+    Returns
+    -------
+    light : (c, HEMISPHERE_REPLICATES) float32
+    element : (c, cells) float32
+    deviation : (c, cells, HEMISPHERE_REPLICATES) int16
+    """
+    (chosen, covered), patches, ray_scene = some, context.patches, context.ray_scene
+    origins, directions, start_cells = source_rays(patches, source, chosen, sequence)
     hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
     fate = np.empty(start_cells.shape, np.uint8)
     upwards = np.moveaxis(directions, -1, 0)
@@ -178,8 +194,8 @@ def trace_patches(context, chosen, covered, sequence, cells):
     return sky, element, deviation
 
 
-def horizon_rays(patches, chosen, sequence):
-    """Rays from random points of patches towards the horizon, as `hemisphere_rays` are made.
+def source_rays(patches, source, chosen, sequence):
+    """Rays from random points of patches towards a source, as `hemisphere_rays` are made.
 
     Returns
     -------
@@ -187,9 +203,9 @@ def horizon_rays(patches, chosen, sequence):
     cells : (c, rays) uint8
         Of CELL_DIVISIONS², in which each ray starts.
     """
-    keys = mix(patches.key[chosen] ^ HORIZON)
-    digits = sequence[None, None] ^ shift_replicates(keys, patches.rays_before[chosen] // SHARE)[:, :, None]
+    keys = mix(patches.key[chosen] ^ source.stream)
+    digits = sequence[None, None] ^ shift_replicates(keys, patches.rays_before[chosen] // RAYS_SHARE)[:, :, None]
     numbers = (digits.reshape(len(chosen), -1, 4) * np.float32(2.0**-DIGITS)).astype(np.float32)
     b1, b2 = barycentric_of_square(numbers[..., 0], numbers[..., 1])
-    directions = horizon_directions(patches.normal[chosen], numbers[..., 2], numbers[..., 3])
+    directions = source.sample(patches.normal[chosen], numbers[..., 2], numbers[..., 3])
     return points_of_patches(patches, chosen, b1, b2), directions, cell_of_point(b1, b2, CELL_DIVISIONS)
