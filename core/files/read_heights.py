@@ -1,5 +1,6 @@
 """Read the heights of a raster around a place, as grids: fine nearby, at most 4,000 posts wide further out."""
 
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +34,26 @@ class HeightGrid:
         return np.linalg.solve(self.matrix[:, :2], places - self.matrix[:, 2:])
 
 
+@contextmanager
+def open_placed(path):
+    """Open a raster that says where it lies.
+
+    Yields
+    ------
+    Raster
+
+    Raises
+    ------
+    InputError
+        Not a raster, or one without reference system.
+    """
+    with open_raster(path) as raster:
+        if raster.crs is None:
+            cure = "give a GeoTIFF with its reference system, or a horizon file (azimuth,elevation)"
+            raise InputError(path, "names no coordinate reference system, so nothing tells where it lies", cure)
+        yield raster
+
+
 def read_heights(path, place, reach):
     """Heights of a raster within some distance of a place.
 
@@ -54,10 +75,7 @@ def read_heights(path, place, reach):
     InputError
         Not a raster, one without reference system, or one that does not reach the place.
     """
-    with open_raster(path) as raster:
-        if raster.crs is None:
-            cure = "give a GeoTIFF with its reference system, or a horizon file (azimuth,elevation)"
-            raise InputError(path, "names no coordinate reference system, so nothing tells where it lies", cure)
+    with open_placed(path) as raster:
         crs = raster.crs
         grids = []
         for distance in (NEAR, reach):

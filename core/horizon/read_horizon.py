@@ -6,7 +6,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..files.open_input import open_input
-from ..files.read_heights import read_heights
+from ..files.read_heights import open_placed, read_heights
 from ..files.read_terrain import RASTERS, RELIEFS
 from .horizon import STEPS
 from .horizon_of_terrain import GEODESIC, horizon_of_terrain
@@ -19,7 +19,7 @@ MESHES = (*RELIEFS, ".obj")
 
 
 def check_horizon(path):
-    """Refuse a file that is neither a raster nor a list of angles.
+    """Refuse a file that is neither a raster with a reference system nor a list of angles.
 
     Raises
     ------
@@ -27,6 +27,9 @@ def check_horizon(path):
     """
     if not is_raster(path):
         read_horizon_table(path)
+        return
+    with open_placed(path):
+        pass
 
 
 def is_raster(path):

@@ -31,6 +31,8 @@ def folder(tmp_path, monkeypatch):
     """The current folder, with files that mean nothing as a horizon."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "albedo.csv").write_text("surface,material\nroof,mirror\n", encoding="utf-8")
+    grid = "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2\n3 4\n"
+    (tmp_path / "heights.asc").write_text(grid, encoding="utf-8")
     for name in ("mesh.obj", "city.gml"):
         (tmp_path / name).write_text("v 0 0 0\n", encoding="utf-8")
     return tmp_path
@@ -46,6 +48,7 @@ def folder(tmp_path, monkeypatch):
         (["--albedo-file", "albedo.csv"], "albedo.csv: line 2: mirror needs an albedo; give one"),
         (["--horizon", "nowhere.tif"], "nowhere.tif: no such file"),
         (["--horizon", "albedo.csv"], "albedo.csv: has neither two columns nor one"),
+        (["--horizon", "heights.asc"], "heights.asc: names no coordinate reference system"),
         (["--horizon", "mesh.obj"], "mesh.obj: is a mesh or a city, from which no horizon is read; give heights"),
         (["--horizon", "city.gml"], "city.gml: is a mesh or a city, from which no horizon is read; give heights"),
     ],
