@@ -14,6 +14,7 @@ from ..racks.lay_racks import city_with_racks
 from ..results.effect_shares import shares_of_effects, state_outcome
 from ..results.output_folder import whole_folder
 from ..results.read_transfer import read_transfer
+from ..results.share_of_sky import state_sky
 from ..results.write_cityjson import write_cityjson
 from ..results.write_geopackage import write_geopackage
 from ..results.write_gltf import write_gltf
@@ -211,12 +212,14 @@ def write_results(work, transfer, weather, request, log, *, scene=None, draw=Non
         log.write("Blender")
         draw(work, scene, transfer, energy, weather.label)
         log.clock.lap("Blender")
-    shares = shares_of_effects(transfer, weather, build_system(request), request.threads, sky=energy.sky)
+    system = build_system(request)
+    shares = shares_of_effects(transfer, weather, system, request.threads, sky=energy.sky)
     if shares:
         log.write(f"  of the full load hours: {', '.join(f'{key} {share:+.1%}' for key, share in shares.items())}")
     log.clock.lap("shares of effects")
     summary = summarise(transfer, energy, weather, request, scene=scene, seconds=log.clock.seconds)
     state_outcome(summary, shares, request)
+    state_sky(summary, transfer, weather, system, sky=energy.sky, threads=request.threads)
     if tiles:
         log.write(f"  {add_bound(summary, tiles, transfer, energy, weather)}")
     write_summary(work / "summary.json", summary)
