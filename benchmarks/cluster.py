@@ -1,10 +1,13 @@
 """A city in tiles: seconds and memory by its size, and the efficiency of two workers.
 
-    python benchmarks/cluster.py growth --sides 1 2 4 7        a city file repeated side by side; some tiles are traced
+    python benchmarks/cluster.py growth --sides 1 3 7 --out berlin.json
+                                                               a city file repeated side by side; some tiles are traced
+    python benchmarks/cluster.py plot berlin.json the_hague.json --out growth.png
     python benchmarks/cluster.py efficiency --side 2           one and two workers, by the clock, on a quiet machine
     python benchmarks/cluster.py ground --sides 1 4            reading side² files against building their ground
 
-Seconds of `growth` and `ground` are processor seconds of one thread.
+Seconds of `growth` and `ground` are processor seconds of one thread. `growth` reads, places and cuts the whole city, and
+writes every tile to disk; it traces the sample.
 """
 
 import argparse
@@ -25,6 +28,7 @@ from citypv.core.cluster.trace_part import trace_part
 from citypv.core.cluster.trace_tiles import ClusterSettings, make_tasks, trace_tiles
 from citypv.core.ground.build_ground import build_ground
 from citypv.core.request import Request
+from citypv.core.results.write_summary import peak_memory
 from citypv.core.scene import build_scene as building
 from citypv.core.study import place_city, read_buildings, read_year
 
@@ -34,14 +38,21 @@ GAP = 10.0  # [m] between copies
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=("growth", "efficiency", "ground"))
+    parser.add_argument("what", choices=("growth", "plot", "efficiency", "ground"))
+    parser.add_argument("files", nargs="*", help="of growth --out, to plot")
     parser.add_argument("--city", default=str(CITY))
     parser.add_argument("--sides", type=int, nargs="+", default=[1, 2, 4])
     parser.add_argument("--side", type=int, default=2)
     parser.add_argument("--tile", type=float, default=1000.0)
     parser.add_argument("--sample", type=int, default=2, help="tiles traced of each city")
+    parser.add_argument("--latitude", type=float)
+    parser.add_argument("--longitude", type=float)
+    parser.add_argument("--name", help="of the city in the plot")
+    parser.add_argument("--out", help="file of figures of growth, or of the plot")
     options = parser.parse_args()
-    request = Request(threads=1)
+    if options.what == "plot":
+        return draw_growth(options.files, options.out)
+    request = Request(threads=1, latitude=options.latitude, longitude=options.longitude)
     city = read_buildings([options.city], request)
     {"growth": measure_growth, "efficiency": measure_efficiency, "ground": measure_ground}[options.what](
         city, request, options
@@ -72,33 +83,94 @@ def repeat_city(city, side):
 
 
 def measure_growth(city, request, options):
-    print("km2  triangles  tiles | scene s/km2 | in a tile: own of all triangles, s/km2 of its own, peak MB")
+    print("km2  triangles  tiles | read, place, cut s/km2, peak MB | in a tile: own of all, s/km2 of its own, peak MB")
+    rows = []
     for side in options.sides:
-        whole, area = repeat_city(city, side)
-        started = time.process_time()
-        scene = place_city(whole, request)
-        built = time.process_time() - started
-        weather = read_year(scene.site, request)
-        settings = ClusterSettings("serial", options.tile)
-        prepared = plan_tiles(scene, weather, request, settings, print)
-        scene = prepare_whole(prepared.scene)
-        squares = assign_tiles(scene, options.tile)
-        sample = pick(squares, options.sample)
-        with tempfile.TemporaryDirectory() as folder:
-            found = []
-            tasks = list(
-                make_tasks(scene, sample, (prepared, weather, request, settings), Path(folder), (set(), found))
-            )
-            figures = [run_alone(task) for task in tasks]
-        share = sum(len(rows) for _, rows in sample) / len(scene.surfaces)  # of the city's area, by surfaces
-        own, every = (sum(one[key] for one in figures) for key in ("own_triangles", "triangles"))
-        seconds = sum(one["processor_seconds"] for one in figures)
-        peak = max(one["peak_memory_bytes"] for one in figures) / 1e6
+        rows.append(grow(city, side, request, options))
         print(
-            f"{area:5.1f} {len(scene.triangles):9,} {len(squares):5} | {built / area:6.1f} | "
-            f"{own:,} of {every:,}, {seconds / (share * area):6.1f}, {peak:,.0f}",
+            "{area:5.1f} {triangles:9,} {tiles:5} | {read:.2f} {place:.2f} {cut:.2f}, {client_peak:,.0f} | "
+            "{own_triangles:,} of {tile_triangles:,}, {trace:6.1f}, {worker_peak:,.0f}".format(**rows[-1]),
             flush=True,
         )
+        if options.out:
+            Path(options.out).write_text(json.dumps({"name": options.name or Path(options.city).stem, "rows": rows}))
+
+
+def grow(city, side, request, options):
+    """Figures of a city, side × side times: read, placed and cut into tiles on disk; a sample of tiles is traced."""
+    clock = [time.process_time()]
+
+    def lap():
+        clock.append(time.process_time())
+        return clock[-1] - clock[-2]
+
+    read_buildings([options.city], request)
+    read = lap() * side**2
+    whole, area = repeat_city(city, side)
+    lap()
+    scene = place_city(whole, request)
+    del whole
+    place = lap()
+    weather = read_year(scene.site, request)
+    settings = ClusterSettings("serial", options.tile)
+    prepared = plan_tiles(scene, weather, request, settings, lambda line: None)
+    lap()
+    scene = prepare_whole(prepared.scene)
+    squares = assign_tiles(scene, options.tile)
+    sample = pick(squares, options.sample)
+    with tempfile.TemporaryDirectory() as folder:
+        chosen, wanted = [], {name for name, _ in sample}
+        for task in make_tasks(scene, squares, (prepared, weather, request, settings), Path(folder), (set(), [])):
+            part = Path(task[1])
+            if part.name.rpartition("_")[0] in wanted:
+                chosen.append(task)
+            else:
+                part.unlink()  # written as in a run, but the disk need not hold them all
+        cut = lap()
+        peak = peak_memory() / 1e6
+        figures = [run_alone(task) for task in chosen]
+    share = sum(len(rows) for _, rows in sample) / len(scene.surfaces)  # of the city's area, by surfaces
+    return {
+        "side": side,
+        "area": area,
+        "triangles": len(scene.triangles),
+        "surfaces": len(scene.surfaces),
+        "tiles": len(squares),
+        "read": read / area,
+        "place": place / area,
+        "cut": cut / area,
+        "client_peak": peak,
+        "own_triangles": sum(one["own_triangles"] for one in figures),
+        "tile_triangles": sum(one["triangles"] for one in figures),
+        "trace": sum(one["processor_seconds"] for one in figures) / (share * area),
+        "worker_peak": max(one["peak_memory_bytes"] for one in figures) / 1e6,
+    }
+
+
+def draw_growth(files, out):
+    """Seconds per km², and peak memory of a worker and of the process that cuts, by area."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, (left, right) = pyplot.subplots(1, 2, figsize=(9, 3.6), constrained_layout=True)
+    for number, file in enumerate(files):
+        found = json.loads(Path(file).read_text("utf-8"))
+        area = [row["area"] for row in found["rows"]]
+        colour = f"C{number}"
+        left.loglog(area, [row["trace"] for row in found["rows"]], "o-", color=colour, label=f"{found['name']}: trace")
+        prepare = [row["read"] + row["place"] + row["cut"] for row in found["rows"]]
+        left.loglog(area, prepare, "o--", color=colour, label=f"{found['name']}: read, place, cut")
+        right.loglog(area, [row["worker_peak"] for row in found["rows"]], "o-", color=colour, label="worker")
+        right.loglog(
+            area, [row["client_peak"] for row in found["rows"]], "o--", color=colour, label="process that cuts"
+        )
+    left.set(xlabel="area [km²]", ylabel="processor seconds per km²")
+    right.set(xlabel="area [km²]", ylabel="peak memory [MB]")
+    left.legend(fontsize=7)
+    right.legend(*[part[:2] for part in right.get_legend_handles_labels()], fontsize=7)
+    figure.savefig(out, dpi=120)
 
 
 def pick(squares, count):

@@ -11,7 +11,7 @@ from ..threads import map_in_order, usable_threads
 
 HOPS = 8  # largest number of faces that a ray is followed to
 SPACINGS = 16  # of float32: distance of ray origins from their face
-RAYS_PER_TASK = 1 << 18
+RAYS_PER_TASK = 1 << 16  # of some 700 bytes each
 PERPENDICULAR = 4  # points per triangle with a ray straight ahead
 
 
@@ -136,6 +136,13 @@ def look_straight(faces, rows, side, reach):
     -------
     (r,) float64
     """
+    step = RAYS_PER_TASK // PERPENDICULAR
+    parts = [look_some(faces, rows[first : first + step], side, reach) for first in range(0, len(rows), step)]
+    return np.concatenate(parts) if parts else np.zeros(0)
+
+
+def look_some(faces, rows, side, reach):
+    """What `look_straight` returns, of some triangles."""
     points = additive_recurrence(PERPENDICULAR, 2)
     weights = barycentric_of_square(*(np.tile(points[:, k], len(rows)) for k in (0, 1)))
     owner = np.repeat(rows, PERPENDICULAR)

@@ -8,6 +8,7 @@ from ..errors import InputError
 from .flip_edges import find_inner_edges, flip_edges
 
 MOST_PIECES = 50e6  # more would not fit into memory
+AT_ONCE = 1 << 16  # triangles whose corners are taken together, so that they need little memory
 SHORTEST = 1e-3  # [m] least patch size that can be given for a single triangle
 ELONGATED = 4.0  # longest edge over height, from which a triangle is first cut crosswise
 STRIP = 0.85  # of the patch size: strips narrower than this are cut so that the diagonals of their pieces fit as well
@@ -111,6 +112,15 @@ def cut_edges(ends, parts):
 
 def measure_triangles(vertices, triangles):
     """Edges ab, bc and ca (t, 3), and the height over the longest of them (t,), in metres."""
+    length, height = np.empty((len(triangles), 3)), np.empty(len(triangles))
+    for first in range(0, len(triangles), AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        length[some], height[some] = measure_some(vertices, triangles[some])
+    return length, height
+
+
+def measure_some(vertices, triangles):
+    """What `measure_triangles` returns, of a few of them."""
     corners = vertices[triangles]
     length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
@@ -169,10 +179,8 @@ def flip_thin(vertices, triangles, surface, thin):
 
 def check_pieces(vertices, triangles, patch_size):
     """Refuse more pieces than fit into memory, for example because one vertex is far away by mistake."""
-    corners = vertices[triangles]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0)
-    doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    height = np.divide(doubled, longest, out=np.zeros(len(longest)), where=longest > 0)
+    length, height = measure_triangles(vertices, triangles)
+    longest = length.max(axis=1, initial=0)
     pieces = (1 + longest / patch_size) * (1 + height / patch_size)
     if pieces.sum() > MOST_PIECES:
         problem = f"{patch_size.min():g} m gives about {pieces.sum():.0e} patches"
