@@ -3,7 +3,7 @@
 from math import isfinite
 
 from ..operators.choose_preset import ITEMS, describe_price, find_preset, read_prices
-from ..operators.effect_switches import ELECTRIC, OF_LIGHT, name_effect, name_switch
+from ..operators.effect_switches import ELECTRIC, OF_LIGHT, name_switch
 from ..operators.plan_effects import read_plan
 from ..operators.session import find_city
 from .report import draw_sentence
@@ -43,7 +43,7 @@ def draw_effect(layout, settings, key, plan):
     """Show one line of the table."""
     column = layout.column(align=True)
     line = column.split(factor=0.42)
-    line.label(text=name_effect(key))
+    line.label(text=settings.bl_rna.properties[name_switch(key)].name)
     cells = line.row(align=True)
     cells.use_property_split = False
     cells.prop(settings, name_switch(key), expand=True)

@@ -3,17 +3,16 @@
 import bpy
 
 from ..operators.build_properties import settings_of_panel
-from ..operators.keep_transfer import describe_missing
 from ..operators.read_materials import describe_material
 from ..operators.run_step import Step
-from ..operators.session import find_city, list_cities
-from ..operators.show_result import has_result
+from ..operators.session import find_city
 from ..operators.step_state import STEPS, state_of_step
 from .draw_light import draw_effects, draw_electric_effects, draw_presets
 from .draw_refine import draw_refine
 from .draw_results import draw_best, draw_probed, draw_table
+from .draw_steps import draw_cities, draw_lines, draw_missing, draw_missing_light, draw_running, draw_setting, draw_step
 from .failures import draw_failures
-from .report import draw_report, draw_rows, draw_sentence
+from .report import draw_report, draw_rows
 
 STATES = {"done": "CHECKMARK", "stale": "FILE_REFRESH", "next": "FORWARD"}  # icons
 
@@ -48,6 +47,7 @@ class MainPanel(_Panel, bpy.types.Panel):
         if find_city(context.scene)[0] is None:
             column.operator("citypv.berlin_example", icon="WORLD")
         draw_table(self.layout, context, "citypv_totals", ("Per year", "kWp", "MWh", "h"))
+        draw_lines(self.layout, context, "citypv_interrupted", icon="INFO")
         draw_cities(self.layout, context)
 
 
@@ -123,7 +123,7 @@ class TracePanel(_Step, bpy.types.Panel):
         if settings.suns == "sky-grid":
             column.prop(settings, "sky_grid")
         for name in (*settings_of_panel("trace"), "albedo_source"):
-            column.prop(settings, name)
+            draw_setting(column, settings, name)
         if settings.albedo_source == "file":
             column.prop(settings, "albedo_file")
         head, sampling = column.panel("citypv_sampling", default_closed=True)
@@ -137,7 +137,6 @@ class TracePanel(_Step, bpy.types.Panel):
         draw_running(self.layout, "Plan effects")
         draw_refine(column, context)
         draw_step(self.layout, column, "citypv.trace", "LIGHT_SUN")
-        draw_lines(self.layout, context, "citypv_interrupted")
         draw_table(self.layout, context, "citypv_albedos", ("Material", "Albedo", "Surfaces"))
         draw_lines(self.layout, context, "citypv_unread")
 
@@ -156,8 +155,8 @@ class EnergyPanel(_Step, bpy.types.Panel):
             column.prop(settings, "weather_point")
         else:
             column.prop(settings, "year")
-        for name in settings_of_panel("energy"):
-            column.prop(settings, name)
+        for name in (*settings_of_panel("weather"), *settings_of_panel("energy")):
+            draw_setting(column, settings, name)
         column.operator("citypv.find_module", icon="VIEWZOOM")
         head, effects = column.panel("citypv_electric_effects", default_closed=True)
         head.label(text="Effects of the modules")
@@ -237,53 +236,3 @@ class MaterialPanel(bpy.types.Panel):
 
 
 PANELS = (MainPanel, ImportPanel, ClassifyPanel, TracePanel, EnergyPanel, ColourPanel, ProbePanel, ResultsPanel)
-
-
-def draw_cities(layout, context):
-    """Show the cities of the file, if there are several: the one to be seen, and buttons for the others."""
-    cities, (shown, _) = list_cities(context.scene), find_city(context.scene)
-    for city in cities if len(cities) > 1 else ():
-        icon = "RADIOBUT_ON" if city == shown else "RADIOBUT_OFF"
-        text = city.get("citypv_report", [city.name])[0]
-        layout.operator("citypv.switch_city", text=f"{city.name}: {text}", icon=icon).name = city.name
-
-
-def draw_missing(layout, context):
-    """Say why the choice *Show* is not what the view shows."""
-    settings, (city, _) = context.scene.citypv, find_city(context.scene)
-    if city is not None and not has_result(city, settings.attribute):
-        layout.label(text="Not computed yet: run the steps above", icon="INFO")
-    elif not settings.auto_range and not settings.low < settings.high:
-        layout.label(text="Low must be below High", icon="ERROR")
-
-
-def draw_missing_light(layout, context):
-    """Say which file with traced light is missing, if one is."""
-    missing = describe_missing(find_city(context.scene)[0])
-    if missing:
-        draw_sentence(layout.box().column(align=True), missing, "ERROR")
-        layout.operator("citypv.retrace", icon="FILE_REFRESH")
-
-
-def draw_step(layout, column, operator, icon):
-    """Show the button of a step and, while it runs, its progress and a cancel button."""
-    draw_running(layout, column.operator(operator, icon=icon).bl_rna.name)
-
-
-def draw_running(layout, title):
-    """Show progress and a cancel button while the step with this title runs."""
-    if Step.current is not None and Step.current.title == title:
-        row = layout.row(align=True)
-        row.progress(factor=Step.current.share, text=f"{100 * Step.current.share:.0f} %")
-        row.operator("citypv.cancel", text="", icon="CANCEL")
-        # Each on a line of its own: the sidebar is narrow.
-        lines = layout.column(align=True)
-        for text in filter(None, (Step.current.stage, Step.current.rate, Step.current.left)):
-            draw_sentence(lines, text)
-
-
-def draw_lines(layout, context, key, icon="NONE"):
-    """Show a sentence that a step stored on the city."""
-    city, _ = find_city(context.scene)
-    if city is not None and city.get(key):
-        draw_sentence(layout.box().column(align=True), city[key], icon)

@@ -10,7 +10,9 @@ from ..operators.keep_before import CompareBefore, ForgetBefore, KeepBefore, fol
 from ..operators.legend_note import MOMENT
 from ..operators.session import find_city
 from ..operators.timeline import StartTimeline, StopTimeline, follow_timeline_show
-from .panels import _Panel, draw_lines, draw_step, draw_table
+from .draw_results import draw_table
+from .draw_steps import draw_lines, draw_step
+from .panels import _Panel
 from .report import draw_sentence
 
 SHOWN = [(one.name, one.title, one.meaning) for one in VIEWS if one.name in TIMED]
@@ -34,7 +36,7 @@ class Seeing(bpy.types.PropertyGroup):
         subtype="PERCENTAGE",
     )
     time_budget: FloatProperty(
-        name="Time", description="Time in which the last round has to end [s]; 0: no limit", default=60.0, min=0
+        name="Time [s]", description="Time in which the last round has to end [s]; 0: no limit", default=60.0, min=0
     )
     frames_before: IntVectorProperty(name="Frames before", description="Start, end and current frame", size=3)
     world_before: PointerProperty(name="World before", description="World of the scene", type=bpy.types.World)

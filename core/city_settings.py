@@ -13,7 +13,7 @@ class CitySettings:
     unit: str = setting(
         "m",
         "city",
-        "of files that name no reference system",
+        "unit of length of files that name no reference system",
         kind="choice",
         title="Unit",
         panel="import",
@@ -24,7 +24,7 @@ class CitySettings:
         "city",
         "upward axis of files that do not say (OBJ)",
         kind="choice",
-        title="Up",
+        title="Up axis",
         panel="import",
         choices={"z": "The file's z axis points up", "y": "The file's y axis points up"},
     )
@@ -33,7 +33,7 @@ class CitySettings:
         "city",
         "turn over polygons that face into their building, or leave all as they are drawn",
         kind="choice",
-        title="Orient",
+        title="Orientation",
         panel="import",
         choices={
             "auto": "Turn over what faces into its building, where rays from both sides agree",

@@ -7,12 +7,30 @@ from .find_module import suggest_modules
 
 SEARCHES = {"Module": suggest_modules}  # title of a text -> its suggestions
 LARGEST = 2**31 - 1  # Blender keeps whole numbers in 32 bits
+AUTO = "auto_"  # + setting: switch of one that may be left to the program
+START = 3  # number that the user begins with
 UNSET = -1  # stands for None in whole numbers that may be left to the program, as Blender has no None
 
 
 def build_properties():
     """Properties of all settings that have a title, by the names of the settings: dict."""
-    return {name: build_property(default, details) for name, default, details in declared_settings() if details.title}
+    declared = [(name, default, details) for name, default, details in declared_settings() if details.title]
+    switches = {AUTO + name: build_switch(name, details) for name, _, details in declared if left_to_program(details)}
+    return {name: build_property(default, details) for name, default, details in declared} | switches
+
+
+def build_switch(name, details):
+    """Property that leaves a setting to the program: on while its number is UNSET."""
+
+    def leave(settings, left):
+        setattr(settings, name, UNSET if left else START)
+
+    return BoolProperty(
+        name="Automatic",
+        description=_sentence(details.words),
+        get=lambda settings: getattr(settings, name) == UNSET,
+        set=leave,
+    )
 
 
 def build_property(default, details):
@@ -28,7 +46,7 @@ def build_property(default, details):
     bpy.props._PropertyDeferred
     """
     unit = f" [{details.unit}]" if details.unit and details.subtype == "NONE" else ""
-    named = {"name": details.title, "description": details.words[0].upper() + details.words[1:] + unit}
+    named = {"name": details.title, "description": _sentence(details.words) + unit}
     if details.kind == "choice":
         items = [(value, name_choice(value), words) for value, words in details.choices.items()]
         return EnumProperty(**named, items=items, default=default)
@@ -46,7 +64,8 @@ def build_property(default, details):
     if details.kind == "integer":
         return IntProperty(**{**named, "max": int(named.get("max", LARGEST)), "min": int(named.get("min", -LARGEST))})
     lowest = {"min": details.above + 10**-3} if details.above is not None else {}
-    return FloatProperty(**named, **lowest, subtype=details.subtype, precision=3)
+    precision = 1 if details.subtype == "PERCENTAGE" else 3
+    return FloatProperty(**named, **lowest, subtype=details.subtype, precision=precision)
 
 
 def name_choice(value):
@@ -70,3 +89,7 @@ def read_properties(settings):
 def settings_of_panel(panel):
     """Names of the settings that a panel shows without changes: list of str."""
     return [name for name, _, details in declared_settings() if details.panel == panel]
+
+
+def _sentence(words):
+    return words[0].upper() + words[1:]

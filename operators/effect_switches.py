@@ -1,10 +1,7 @@
 """The switches of the plan of effects: one for each line of `core.effects.table`."""
 
-from pathlib import Path
-
 from bpy.props import EnumProperty
 
-from ..core import effects
 from ..core.effects.table import TABLE
 
 STATES = (
@@ -24,22 +21,9 @@ def name_switch(key):
 def build_switches():
     """Properties that switch the effects, by their names: dict."""
     return {
-        name_switch(key): EnumProperty(name=name_effect(key), description=describe_effect(key), items=STATES)
-        for key in TABLE
+        name_switch(key): EnumProperty(name=row.title, description=row.words, items=STATES)
+        for key, row in TABLE.items()
     }
-
-
-def name_effect(key):
-    """Title of an effect."""
-    return key.replace("-", " ").capitalize() if key != "aoi" else "Incidence angle"
-
-
-def describe_effect(key):
-    """What an effect is: the first sentence of its file, which is not imported for this."""
-    path = Path(effects.__path__[0], f"{key.replace('-', '_')}.py")
-    with path.open(encoding="utf-8") as file:
-        sentence = file.readline()
-    return sentence.strip().strip('"').partition(": ")[2].rstrip(".").capitalize()
 
 
 def read_switches(settings):

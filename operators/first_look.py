@@ -12,7 +12,7 @@ from .trace_city import TraceCity, count_rays
 LOOK = {"samples": 16, "shadow_samples": 4, "suns": "days:4", "estimator": "gather"}
 WORTH = 8  # so many times its rays must a trace have for a look before it
 STAGE = "first look"
-TOLD = "First look, by 16 rays, 4 shadow points and 4 days: Trace light computes it as set above"
+TOLD = "First look, by 16 rays, 4 shadow points and 4 days. Trace light computes it as set in its step"
 
 
 def settings_of_look(request):

@@ -85,7 +85,8 @@ class Job:
         now = time.monotonic()
         self.share = share_of_step(self._stages, stage, done / total if total else 0.0, self.share)
         self.stage, self.left = stage, describe_left(now - self._began, self.share)
-        self.rate = f"{with_prefix(done / (now - self._started))}{unit}/s" if done and now > self._started else ""
+        told = done and unit and now > self._started
+        self.rate = f"{with_prefix(done / (now - self._started))}{unit}/s" if told else ""
         self.text = f"{stage}: " + ", ".join(filter(None, (f"{100 * self.share:.0f} %", self.rate, self.left)))
 
     def _run(self, work):

@@ -13,7 +13,12 @@ STEPS = {  # step -> settings of the panel that are not declared by core
     "trace": ("suns", "days", "typical_days", "sky_grid", "albedo_source", "albedo_file"),
     "energy": ("weather", "weather_file", "weather_point", "year"),
 }
-PANELS = {"import": ("import",), "classify": ("classify",), "trace": ("trace", "sampling"), "energy": ("energy",)}
+PANELS = {
+    "import": ("import",),
+    "classify": ("classify",),
+    "trace": ("trace", "sampling"),
+    "energy": ("weather", "energy"),
+}
 
 
 def remember_step(city, step, settings, *earlier):

@@ -4,25 +4,35 @@ A key stands for the file of its name, with underscores for hyphens, which has `
 """
 
 from importlib import import_module
+from typing import NamedTuple
 
 from ..errors import InputError
 
 BOTH = ("gather", "forward")
 
-TABLE = {  # key -> estimators for which it may be switched on
-    "trees": BOTH,
-    "terrain-horizon": BOTH,
-    "sky-rays": BOTH,
-    "shadow-rays": BOTH,
-    "receivers": ("gather",),
-    "reflections": BOTH,
-    "reflectors": ("gather",),
-    "far-ground": BOTH,
-    "perez": BOTH,
-    "specular": BOTH,
-    "aoi": BOTH,
-    "spectrum": BOTH,
-    "temperature": BOTH,
+
+class Row(NamedTuple):
+    """What is known of an effect before any scene."""
+
+    title: str  # in Blender's panel
+    words: str  # what it is, for tooltips
+    estimators: tuple = BOTH  # for which it may be switched on
+
+
+TABLE = {
+    "trees": Row("Trees", "Crowns that let part of the light through, in leaf and bare"),
+    "terrain-horizon": Row("Terrain horizon", "Terrain far from the city that hides suns and sky"),
+    "sky-rays": Row("Sky rays", "What stands between the surfaces and the sky"),
+    "shadow-rays": Row("Shadow rays", "What stands between the surfaces and the suns"),
+    "receivers": Row("Receivers", "Fewer rays for surfaces whose numbers are not wanted", ("gather",)),
+    "reflections": Row("Reflections", "How often light is followed from surface to surface"),
+    "reflectors": Row("Reflectors", "Ground that no surface sees is left out of reflections", ("gather",)),
+    "far-ground": Row("Far ground", "Light from the open ground beyond the city, up to the horizon"),
+    "perez": Row("Perez sky", "A sky that is brighter around the sun and at the horizon, instead of an even one"),
+    "specular": Row("Specular", "Mirrors, glossy faces, glass and water"),
+    "aoi": Row("Incidence angle", "Direct light that the glass of the modules reflects at flat angles"),
+    "spectrum": Row("Spectrum", "The influence of the spectrum on the current of the modules"),
+    "temperature": Row("Temperature", "Modules lose power as they get warm"),
 }
 RAYS = ("sky-rays", "shadow-rays")  # photons need none of them, so that forward cannot leave them out
 
@@ -38,8 +48,8 @@ def check_effects(request):
     for key, on in request.effects.items():
         if key not in TABLE:
             raise InputError("--effects", f"no effect is called {key!r}", f"use {', '.join(TABLE)}")
-        if on and request.estimator not in TABLE[key]:
-            name = TABLE[key][0]
+        if on and request.estimator not in TABLE[key].estimators:
+            name = TABLE[key].estimators[0]
             raise InputError("--effects", f"{key} is for {name} only", f"leave it out or use --estimator {name}")
 
 

@@ -233,7 +233,7 @@ def test_weather_from_far_away_is_refused_and_flagged(addon, city_file):
     city, _ = run_steps(addon, city_file, "import_city", "classify", "trace")
     addon.weather = "file"
     addon.weather_file = str(WEATHER / "USA_NY_New.York-CentralPark_TMY3.epw.gz")
-    with pytest.raises(RuntimeError, match=r"from the latitude 52\.50° that was traced; .* or Allow distance 1310"):
+    with pytest.raises(RuntimeError, match=r"from the latitude 52\.50° that was traced; .* or Within \[km\] 1310"):
         bpy.ops.citypv.energy()
     addon.allow_distance = 1400
     assert bpy.ops.citypv.energy() == {"FINISHED"}

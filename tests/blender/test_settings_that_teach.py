@@ -10,6 +10,7 @@ from citypv.citypv_addon.menus import GROUPS
 from citypv.core.commands.command_line import build_parser
 from citypv.core.effects.table import TABLE
 from citypv.core.energy.pv_system import ELECTRIC
+from citypv.core.request import declared_settings
 from citypv.operators import effect_switches, read_preferences
 from citypv.operators.choose_preset import find_preset, read_prices
 from citypv.operators.find_module import suggest_modules
@@ -47,6 +48,32 @@ def test_each_line_of_the_table_has_a_switch_with_words(addon):
     assert read_settings(addon).effects == {}
     addon.effect_sky_rays, addon.effect_aoi = "on", "off"
     assert read_settings(addon).effects == {"sky-rays": True, "aoi": False}
+
+
+def test_reflections_are_left_to_the_program_by_a_switch(addon):
+    assert addon.auto_max_bounces
+    assert read_settings(addon).max_bounces is None
+    addon.auto_max_bounces = False
+    assert read_settings(addon).max_bounces == addon.max_bounces > 0
+    addon.max_bounces = 5
+    addon.auto_max_bounces = True
+    assert read_settings(addon).max_bounces is None
+
+
+def test_every_setting_has_words_and_its_unit(addon):
+    declared = {name: details for name, _, details in declared_settings()}
+    seeing = bpy.context.scene.citypv_seeing
+    for group in (addon, seeing):
+        for one in group.bl_rna.properties:
+            if one.identifier in ("rna_type", "name"):
+                continue
+            assert len(one.description) > 8, one.identifier
+            assert all(item.description for item in getattr(one, "enum_items", ())), one.identifier
+    for name, details in declared.items():
+        if details.title and details.unit:
+            one = addon.bl_rna.properties[name]
+            told = one.subtype in ("DISTANCE", "PERCENTAGE") or f"[{details.unit}]" in one.name + one.description
+            assert told, name
 
 
 def test_plan_and_predictions_of_a_city(addon, city_file):
