@@ -6,17 +6,17 @@ import numpy as np
 from .attributes import CHANGE
 from .best_buildings import keep_best, rank_buildings
 from .compare_results import compare_with_before
-from .keep_transfer import describe_missing, find_kept, has_transfer, read_kept, reopen_session
-from .read_settings import read_settings
+from .keep_transfer import read_kept
 from .run_step import Step
-from .session import find_city, find_own_city
+from .session import find_own_city
 from .show_result import show_result
 from .step_state import remember_step
 from .summarise import sum_totals, summarise_energy, summarise_totals
+from .traced_step import OfTransfer
 from .write_attributes import write_results, write_surface_values
 
 
-class WeighEnergy(Step, bpy.types.Operator):
+class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
     """Compute irradiation and full load hours of every surface from the traced light and a year of weather"""
 
     bl_idname = "citypv.energy"
@@ -24,18 +24,6 @@ class WeighEnergy(Step, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     stages = {"reading weather": 1, "electricity": 4}
-
-    @classmethod
-    def poll(cls, context):
-        """The city has been traced, in this session or before the file was saved."""
-        city, _ = find_city(context.scene)
-        cls.poll_message_set(describe_missing(city) or "Trace the light first")
-        return city is not None and has_transfer(city)
-
-    def prepare(self, context):
-        """Take the transfer, or its file, and the settings."""
-        city, _ = find_city(context.scene)
-        return reopen_session(city), find_kept(city), read_settings(context.scene.citypv)
 
     @staticmethod
     def work(task, progress):

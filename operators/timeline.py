@@ -4,18 +4,18 @@ import bpy
 
 from .colour_faces import RANGE
 from .follow_frame import FRAMES, TIMED, show_moment, timeline_of
-from .keep_transfer import describe_missing, find_kept, has_transfer, read_kept, reopen_session
-from .read_settings import read_settings
+from .keep_transfer import read_kept
 from .run_step import Step, redraw_panels
 from .session import find_city, find_own_city
 from .show_result import has_result, show_result
 from .sun_and_sky import remove_light
+from .traced_step import OfTransfer
 from .write_attributes import remove_face_attribute, write_results
 
 NOON = 5 * 24 + 13  # June, 12 to 13 h
 
 
-class StartTimeline(Step, bpy.types.Operator):
+class StartTimeline(OfTransfer, Step, bpy.types.Operator):
     """Let the frames run through the hours of the twelve months: direct light on the faces, sun and sky to match"""
 
     bl_idname = "citypv.timeline"
@@ -23,18 +23,6 @@ class StartTimeline(Step, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     stages = {"reading weather": 1, "electricity": 2, "hours of the months": 2}
-
-    @classmethod
-    def poll(cls, context):
-        """The city has been traced, in this session or before the file was saved."""
-        city, _ = find_city(context.scene)
-        cls.poll_message_set(describe_missing(city) or "Trace the light first")
-        return city is not None and has_transfer(city)
-
-    def prepare(self, context):
-        """Take the transfer, or its file, and the settings."""
-        city, _ = find_city(context.scene)
-        return reopen_session(city), find_kept(city), read_settings(context.scene.citypv)
 
     @staticmethod
     def work(task, progress):
