@@ -6,9 +6,10 @@ import numpy as np
 
 from ..effects.judge_effects import judge
 from ..energy.compute_energy import compute_energy
-from ..sky.horizon_band import horizon_of_tilt
-from ..transfer.transfer import Horizon
-from .effect_shares import draw_surfaces, take_rows
+from ..sky.light_sources import sources_of
+from ..transfer.take_rows import take_rows
+from ..transfer.transfer import SourceLight
+from .effect_shares import draw_surfaces
 
 KEY = "perez"
 ISOTROPIC = "isotropic"
@@ -44,7 +45,7 @@ def state_sky(summary, transfer, weather, system, *, sky, threads=None):
 def share_of_sky(transfer, weather, system, threads=None):
     """Share of full load hours that Perez's sky adds, or takes if negative.
 
-    Where the horizon was not traced, each surface sees as much of it as of the sky that it faces.
+    Where a source of light was not traced, each surface sees as much of it as of the sky that it faces.
 
     Returns
     -------
@@ -54,7 +55,7 @@ def share_of_sky(transfer, weather, system, threads=None):
         The same of the kind and orientation where it is largest, without sign.
     """
     rows, weight = draw_surfaces(transfer.surfaces)
-    few = with_horizon(take_rows(transfer, rows))
+    few = with_sources(take_rows(transfer, rows))
     of_sky = [compute_energy(few, weather, system, threads, sky=sky).full_load_hours for sky in (KEY, ISOTROPIC)]
     names = np.char.add(np.asarray(few.surfaces.kind, str), np.asarray(few.surfaces.orientation, str))
     groups = [np.where(names == name, weight, 0) for name in np.unique(names)]
@@ -68,12 +69,11 @@ def change(perez, isotropic, weight):
     return float(weight @ (perez - isotropic)) / whole if whole > 0 else 0.0
 
 
-def with_horizon(transfer):
-    """A Transfer, and its state without leaves, whose surfaces see as much of the horizon as of the sky."""
-    bare = transfer.bare and with_horizon(transfer.bare)
-    if transfer.horizon is not None:
-        return replace(transfer, bare=bare)
+def with_sources(transfer):
+    """A Transfer, and its state without leaves, whose surfaces see as much of each source of light as of the sky."""
+    bare = transfer.bare and with_sources(transfer.bare)
     normal = np.asarray(transfer.surfaces.normal, float)
     openness = np.clip(transfer.sky_view_factor / np.maximum((1 + normal[:, 2]) / 2, 1e-9), 0, 1)
-    view = horizon_of_tilt(normal) * openness
-    return replace(transfer, bare=bare, horizon=Horizon(view, view, np.zeros(len(view))))
+    views = {one.name: one.unshaded(normal) * openness for one in sources_of(KEY)}
+    estimated = {name: SourceLight(view, view, np.zeros(len(view))) for name, view in views.items()}
+    return replace(transfer, bare=bare, sources=estimated | transfer.sources)
