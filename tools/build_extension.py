@@ -1,8 +1,8 @@
-"""Build the Blender extension: a zip for each platform and Python, with all packages of core as unmodified wheels.
+"""Build the Blender extension: a zip for each platform and Python, with all packages of core as wheels.
 
     .venv/bin/python tools/build_extension.py [--platform linux-x64 …] [--python 3.11 …] [--no-wheels] [--out dist]
 
-NumPy is not among the wheels, for it would shadow Blender's.
+NumPy is not among the wheels, for it would shadow Blender's. Large tests of packages are left out of theirs.
 """
 
 import argparse
@@ -16,6 +16,7 @@ from pathlib import Path
 
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name, parse_wheel_filename
+from slim_wheel import copy_wheel
 
 ROOT = Path(__file__).resolve().parent.parent
 CONTENTS = ("__init__.py", "__main__.py", "LICENSE", "core", "operators", "citypv_addon", "examples/berlin")
@@ -140,7 +141,7 @@ def lay_out(folder, platform, python, wheels):
         else:
             shutil.copy(source, folder)
     for wheel in wheels:
-        shutil.copy(wheel, folder / "wheels")
+        copy_wheel(wheel, folder / "wheels")
     _, first, beyond = LINES[python] if python else (None, None, None)
     changed = {"platforms": f'platforms = ["{platform}"]'}
     if first:
