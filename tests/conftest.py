@@ -1,12 +1,46 @@
-"""The order of files on several workers: those with long tests first, so that none is left over at the end."""
+"""Which files run together on several workers, and their order: the longest first, so that none is left at the end."""
 
-from collections import Counter
+from pathlib import PurePath
 
 import pytest
+
+# Files whose tests trace the same scenes, and do so once where they run in one process.
+TOGETHER = {
+    "hard/test_walls_that_touch.py": "hard/test_gather_is_forward.py",
+}
+LONGEST = [
+    "blender/test_window.py",
+    "hard/test_gather_is_forward.py",
+    "hard/test_forward_laws.py",
+    "core/test_forward_agrees.py",
+    "hard/test_budget_is_true.py",
+    "core/test_fuzz_readers.py",
+    "core/test_cancel_command.py",
+    "core/test_forward.py",
+    "core/test_cluster.py",
+    "core/test_town.py",
+]
+
+
+def name_group(path):
+    """File, or the file beside whose tests those of this one run."""
+    name = "/".join(PurePath(path).parts[-2:])
+    return TOGETHER.get(name, name)
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config, items):
     if hasattr(config, "workerinput"):
-        long = Counter(item.path for item in items if item.get_closest_marker("slow"))
-        items.sort(key=lambda item: -long[item.path])
+        order = {name: number for number, name in enumerate(LONGEST)}
+        items.sort(key=lambda item: order.get(name_group(item.path), len(order)))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    from xdist.scheduler import LoadFileScheduling
+
+    class Scheduler(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            return name_group(super()._split_scope(nodeid))
+
+    return Scheduler(config, log)

@@ -29,8 +29,13 @@ keymap.keymap_items.new("wm.note_button", "F8", "PRESS")
 """
 
 
+PAGES = 5  # of the sidebar
+NEXT = ["key", "Next", *["click", 4] * 2]  # a window's height down and 80 pixels up, so that pages overlap
+STEP = 18  # pixels from row to row: a button is 20 high
+
+
 def find_button(window, operator, *, below=False):
-    """Find where an operator's button is. Scrolls from the top of the sidebar down to it, or up from its end.
+    """Find where an operator's button is, on the pages of the sidebar from the top down, or from its end up.
 
     An operator with several buttons is given with its arguments, as Blender writes them. The page on which it was seen
     last is tried first.
@@ -39,11 +44,12 @@ def find_button(window, operator, *, below=False):
     left, bottom, width, height = window.ask(PREPARE + "answer = (sidebar.x, sidebar.y, sidebar.width, sidebar.height)")
     top, place = window.size[1] - bottom - height, left + width // 4  # where short buttons are as well
     known = [page for page, commands in window.places.items() if any(call in command for command in commands)]
-    pages = sorted(range(8), key=lambda page: (page not in known, -page if below else page))
+    pages = sorted(range(PAGES), key=lambda page: (page not in known, -page if below else page))
+    rows = range(top + 40, top + height - 8, STEP)
     for page in pages:
-        window.point("mousemove", place, top + height // 2, *["click", 4] * 90, *["click", 5] * 8 * page)
-        time.sleep(0.5)
-        rows = range(top + 40, top + height - 8, 14)
+        window.point("mousemove", place, top + height // 2, "key", "Home", *NEXT * page)
+        note_buttons(window, place, rows[:1])  # all keys before it have been heard
+        draw_window(window)
         window.places[page] = note_buttons(window, place, rows)
         for row, command in zip(rows, window.places[page], strict=True):
             if call in command and call in note_buttons(window, place, [row])[0]:
@@ -56,10 +62,18 @@ def note_buttons(window, place, rows):
     if not window.ask("answer = 'noted' in bpy.app.driver_namespace"):
         window.ask(NOTE)
     window.ask("bpy.app.driver_namespace['noted'] = []")
-    for row in rows:
-        window.point("mousemove", place, row, "sleep", 0.01, "mousemove", place + 2, row, "sleep", 0.02, "key", "F8")
+    moves = (("mousemove", place, row, "sleep", 0.01, "mousemove", place + 2, row, "sleep", 0.02) for row in rows)
+    window.point(*(word for move in moves for word in (*move, "key", "F8")))
     window.wait_for(f"len(bpy.app.driver_namespace['noted']) >= {len(rows)}")
     return window.ask("answer = bpy.app.driver_namespace['noted']")
+
+
+def draw_window(window):
+    """Draw everything that has changed, now."""
+    window.ask(
+        "with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):\n"
+        "    bpy.ops.wm.redraw_timer(type='DRAW_WIN_SWAP', iterations=1)"
+    )
 
 
 def press(window, operator, *, below=False):
@@ -90,7 +104,8 @@ def keep_picture(window, name):
     """Take a picture once everything is drawn, for people to look at."""
     window.point("mousemove", 500, 300)
     window.wait_for(f"{RUNNING} is None", 600)
-    time.sleep(3)
+    time.sleep(0.5)
+    draw_window(window)
     window.take_picture(window.pictures / f"{name}.png")
 
 

@@ -2,7 +2,6 @@
 
 import copy
 import json
-import os
 from pathlib import Path
 
 import citygml_text as text
@@ -10,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from thorough import draw_count
 
 from citypv.core.errors import InputError
 from citypv.core.files.read_city import READERS, read_city
@@ -62,14 +62,6 @@ def read_safely(folder, data, suffix, build=True):
         assert "; " in str(error)
         return False
     return True
-
-
-THOROUGH = os.environ.get("CITYPV_THOROUGH") == "1"
-
-
-def examples(count):
-    """Of so many files half, unless CITYPV_THOROUGH=1 asks for all."""
-    return count if THOROUGH else count // 2
 
 
 def thorough(count):
@@ -239,7 +231,7 @@ def cityjson(draw, seeds):
     [(".gml", citygml(), 2000), (".obj", obj(), 3000), (".json", cityjson(spoilt_seeds(".json")), 2000)],
 )
 def test_files_from_grammars(tmp_path, suffix, grammar, count):
-    outcomes, count = [], examples(count)
+    outcomes, count = [], draw_count(count, count // 4)
 
     @thorough(count)
     @given(grammar)
@@ -257,7 +249,7 @@ def test_real_files_spoilt(tmp_path, suffix, count):
     seeds = spoilt_seeds(suffix)
     if not seeds:
         pytest.skip(f"no small files of {suffix} or no reader of them")
-    outcomes, count = [], examples(count)
+    outcomes, count = [], draw_count(count, count // 4)
 
     @thorough(count)
     @given(spoilt(seeds))

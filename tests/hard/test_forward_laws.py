@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from closed import room
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from scenes import join, scene_of_triangles, suns_towards
-from test_laws import SCENES, SUNS, law, random_parts, seeds
+from test_laws import SUNS, random_parts, seeds
+from test_laws import law as law_of_gather
+from thorough import draw_count
 
 from citypv.core.photons import trace_sources
 from citypv.core.photons.trace_forward import trace_forward
@@ -15,6 +17,9 @@ from citypv.core.request import Request
 from citypv.core.scene.refine import refine_triangles
 
 pytestmark = pytest.mark.once
+
+SCENES = draw_count(200, 50)
+law = settings(law_of_gather, max_examples=SCENES)
 
 PATCHES = 0.04  # of the reflected part: what gather errs by where light is even over patches of six metres
 FIELDS = ("diffuse_relative", "visible_share", "direct_reflected", "diffuse_relative_standard_error")

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from real_cities import SUNS
 from scipy import stats
 from test_closed_forms import direct_relative
-from test_gather_is_forward import SUNS
 from test_narrow_gaps import light_by_paths, scene_of
 from test_orientation import bowl, box, valley
 from towns import city_of_polygons

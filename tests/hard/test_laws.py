@@ -1,6 +1,5 @@
 """Laws on random scenes: what must hold in any town, whatever it looks like."""
 
-import os
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +8,7 @@ from closed import box, room
 from hypothesis import given, settings
 from hypothesis import strategies as draw
 from scenes import join, strip, suns_towards
+from thorough import draw_count
 from towns import city_of_polygons, moved, turned
 
 from citypv.core.effects.plan_effects import plan_effects
@@ -22,7 +22,7 @@ from citypv.core.scene.build_scene import build_scene
 
 pytestmark = pytest.mark.once
 
-SCENES = 200 if os.environ.get("CITYPV_THOROUGH") == "1" else 100
+SCENES = draw_count(200, 100)
 SUNS = np.array([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.9, 0.1, 0.15], [0, 0, 1]])
 GRAZING = 1  # of some 57 surfaces × 4 suns
 FIELDS = ("sky_view_factor", "far_ground_view_factor", "diffuse_relative", "visible_share", "direct_reflected")

@@ -15,6 +15,7 @@ from closed import box
 from scenes import join, strip, suns_towards
 from small_city import write_small_city
 
+from citypv.core.commands.command_line import main
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
@@ -35,16 +36,19 @@ def same(one, other):
     return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in FIELDS)
 
 
+FEW = ["--suns", "typical-days:4", "--samples", "16", "--shadow-samples", "4"]
+
+
 def start(city, out, *more, code="from citypv.core.commands.command_line import main; raise SystemExit(main())"):
-    arguments = ["simulate", str(city), "--out", str(out), "--suns", "typical-days:4", *more]
+    """A process of its own, for what ends it."""
+    arguments = ["simulate", str(city), "--out", str(out), *FEW, *more]
     return subprocess.Popen(
         [sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
 
 
-def finish(process):
-    process.communicate(timeout=120)
-    return process.returncode
+def run(city, out, *more):
+    return main(["simulate", str(city), "--out", str(out), "--quiet", *FEW, *more])
 
 
 @pytest.mark.parametrize("stage", ["sky and reflections", "suns"])
@@ -114,7 +118,7 @@ def test_killed_in_the_middle(tmp_path, word):
     assert process.returncode == -signal.SIGKILL
     assert not out.exists()
     if word == "Electricity":
-        assert finish(start(city, out, "--quiet")) == 0
+        assert run(city, out) == 0
         assert {path.name for path in out.iterdir()} == WHOLE
 
 
@@ -143,7 +147,7 @@ def test_out_of_disk_while_writing(tmp_path, limit):
 def test_killed_while_results_are_replaced(tmp_path):
     """With --overwrite the summary goes first and comes last: where it stands, what is beside it belongs to it."""
     city, out = write_small_city(tmp_path / "city.gml"), tmp_path / "out"
-    assert finish(start(city, out, "--quiet")) == 0
+    assert run(city, out) == 0
     code = (
         "import os, pathlib; replace = pathlib.Path.replace\n"
         "def stop(self, target):\n"
@@ -153,9 +157,10 @@ def test_killed_while_results_are_replaced(tmp_path):
         "from citypv.core.commands.command_line import main; raise SystemExit(main())"
     )
     process = start(city, out, "--quiet", "--overwrite", "--seed", "1", code=code)
-    assert finish(process) == -signal.SIGKILL
+    process.communicate(timeout=120)
+    assert process.returncode == -signal.SIGKILL
     assert not (out / "summary.json").exists()
     started = time.time()
-    assert finish(start(city, out, "--quiet", "--overwrite")) == 0
+    assert run(city, out, "--overwrite") == 0
     assert {path.name for path in out.iterdir()} == WHOLE
     assert min(path.stat().st_mtime for path in out.iterdir()) > started - 1

@@ -6,8 +6,8 @@ against photons, and against small patches.
 
 import numpy as np
 import pytest
+from real_cities import SUNS
 from test_closed_forms import direct_relative
-from test_gather_is_forward import SUNS
 from test_walls_that_touch import follow_paths
 from towns import OUTWARDS, city_of_polygons
 

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from test_gather_is_forward import SUNS
+from real_cities import SUNS
 from towns import OUTWARDS, city_of_polygons
 
 from citypv.core.energy.compute_energy import compute_energy

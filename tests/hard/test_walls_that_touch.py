@@ -8,23 +8,17 @@ Each path starts at a random point and goes on, at random, from the very place t
 Nothing is taken for even, and of the code that is tested only tree, fronts and cover are used.
 """
 
-from functools import cache
-
 import numpy as np
 import pytest
-from test_closed_forms import direct_relative
-from test_gather_is_forward import CITIES, ROOT, SUNS, lies_alone, middle_of
+from real_cities import SAMPLES, SUNS, city_and_alone, light_of_run
 
-from citypv.core.files.read_city import read_city
 from citypv.core.patches.find_covered import lie_in_earth, meets_back
 from citypv.core.photons.scatter import leave_patches
 from citypv.core.progress import silent
 from citypv.core.radiosity.gather_context import prepare_gather
 from citypv.core.radiosity.measure_cover import find_cover
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.sampling.sample_points import cell_of_point, cosine_direction
-from citypv.core.scene.build_scene import build_scene
 from citypv.core.transfer.prepare_scene import prepare_scene
 
 BOUNCES = 3
@@ -98,30 +92,16 @@ def reflections_by_paths(scene, members):
     return found[:, 1:].sum(axis=1), found[:, 2:].sum(axis=1)
 
 
-@cache
-def middle_of_city(name):
-    """Scene, and which of its surfaces lie alone."""
-    file, place, half, _ = CITIES[name]
-    scene = build_scene(middle_of(read_city([ROOT / file]), half), **place)
-    return scene, lies_alone(scene)
-
-
-@cache
 def light_of_gather(name):
     """Light of all surfaces after no, one and BOUNCES reflections: (3, SEEDS, n, 2) under the sky and the suns."""
-    scene, _ = middle_of_city(name)
-    return np.array([[light_of_run(scene, bounces, seed) for seed in range(SEEDS)] for bounces in (0, 1, BOUNCES)])
-
-
-def light_of_run(scene, bounces, seed):
-    """The same of one run: (n, 2)."""
-    transfer = trace_gather(scene, SUNS, Request(max_bounces=bounces, seed=seed, report="all"), silent)
-    return np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight], axis=1)
+    runs = [(name, ("gather", bounces, SAMPLES), seed, False) for bounces in (0, 1, BOUNCES) for seed in range(SEEDS)]
+    light = np.array([light_of_run(*run) for run in runs])
+    return light.reshape(3, SEEDS, *light.shape[1:])
 
 
 def reflections_by_gather(name, members):
     """All of them, and without the first, by gather: two (SEEDS, 2)."""
-    area = middle_of_city(name)[0].surfaces.area[members]
+    area = city_and_alone(name, False)[0].surfaces.area[members]
     none, first, whole = np.average(light_of_gather(name)[:, :, members], axis=2, weights=area)
     return whole - none, whole - first
 
@@ -140,7 +120,7 @@ def compare(gather, paths):
 ])  # fmt: skip
 def test_reflected_light_is_that_of_paths(name, group, bias, later):
     """All of it, and what comes after the first reflection."""
-    scene, alone = middle_of_city(name)
+    scene, alone = city_and_alone(name, False)
     kinds = {"walls": ["facade"], "roofs": ["flat", "roof", "steep"]}[group]
     members = np.isin(scene.surfaces.kind, kinds) & (alone == (group == "roofs"))
     both = zip(reflections_by_gather(name, members), reflections_by_paths(scene, members), strict=True)

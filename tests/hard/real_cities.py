@@ -1,0 +1,107 @@
+"""Berlin and Manhattan, whole or cut to their middle, and the light of runs on them, each traced once in a process."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from scenes import suns_towards
+from test_closed_forms import direct_relative
+
+from citypv.core.city.city import City
+from citypv.core.files.read_city import read_city
+from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.rays.ray_scene import RayScene
+from citypv.core.request import Request
+from citypv.core.scene.build_scene import build_scene
+
+ROOT = Path(__file__).parents[2]
+PLACE = {"latitude": 40.757, "longitude": -73.97}
+CITIES = {  # file, its place, half the side of the square that is cut out [m]
+    "Berlin": ("examples/berlin/berlin_3910_5817.gml", {}, 220.0),
+    "Manhattan": ("tests/data/obj/nyc_midtown_citicorp_1km.obj.gz", PLACE, 110.0),
+}
+SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4]])
+SAMPLES = 256  # of gather
+
+
+@cache
+def city_and_alone(name, whole):
+    """Scene, and which of its surfaces lie alone."""
+    file, place, half = CITIES[name]
+    city = read_city([ROOT / file])
+    scene = build_scene(city if whole else middle_of(city, half), **place)
+    return scene, lies_alone(scene)
+
+
+@cache
+def light_of_run(name, way, seed, whole):
+    """Light of all surfaces under the sky and the suns: (n, 2); `way` is the estimator, its reflections and samples."""
+    estimator, bounces, samples = way
+    trace = {"gather": trace_gather, "forward": trace_forward}[estimator]
+    request = Request(max_bounces=bounces, seed=seed, samples=samples, estimator=estimator, report="all")
+    transfer = trace(city_and_alone(name, whole)[0], SUNS, request, silent)
+    return np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight], axis=1)
+
+
+def middle_of(city, half):
+    """The buildings whose points' middle lies in a square about the middle of the city."""
+    building = np.array(city.building_id)
+    ring = np.repeat(np.arange(len(city)), np.diff(city.polygon_start))
+    of_point = np.repeat(ring, np.diff(np.append(city.ring_start[:-1], len(city.points))))
+    names, index = np.unique(building, return_inverse=True)
+    if len(names) < 20:  # the file knows no buildings: polygon by polygon
+        index = np.arange(len(city))
+    count = np.bincount(index[of_point])
+    middle = np.stack([np.bincount(index[of_point], city.points[:, axis]) / count for axis in (0, 1)], axis=1)
+    away = np.abs(middle - np.median(middle, axis=0)).max(axis=1)
+    kept = np.flatnonzero((away < half)[index])
+    rings = [city.rings(polygon) for polygon in kept]
+    lengths = [len(ring) for polygon in rings for ring in polygon]
+    return City(
+        surface_id=[city.surface_id[polygon] for polygon in kept],
+        building_id=[city.building_id[polygon] for polygon in kept],
+        thematic=[city.thematic[polygon] for polygon in kept],
+        points=np.concatenate([ring for polygon in rings for ring in polygon]),
+        ring_start=np.concatenate([[0], np.cumsum(lengths)]),
+        polygon_start=np.concatenate([[0], np.cumsum([len(polygon) for polygon in rings])]),
+        crs=city.crs,
+    )
+
+
+def lies_alone(scene):
+    """Whether no face of another surface lies within a centimetre of a surface, seen from ten points of each triangle.
+
+    Surfaces are dealt into two heaps, again and again, and each is held against the other heap: (n,) bool.
+    """
+    generator = np.random.default_rng(3)
+    surface, corners = scene.triangle_surface, scene.vertices[scene.triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    share = generator.dirichlet([1, 1, 1], (len(corners), 10))
+    points = np.einsum("tkc,tcx->tkx", share, corners)
+    met = np.zeros(points.shape[:2], bool)
+    for _ in range(10):
+        heap = generator.integers(0, 2, len(scene.surfaces) + 1)[surface]
+        for mine in (0, 1):
+            others, own = RayScene(scene.vertices, scene.triangles[heap != mine]), heap == mine
+            for side in (1, -1):
+                towards = -side * np.repeat(normal[own], points.shape[1], axis=0)
+                start = points[own] + 0.01 * side * normal[own][:, None]
+                depth = depth_of_hits(others, scene.triangles[heap != mine], scene.vertices, start, towards)
+                met[own] |= (depth <= 0.02).reshape(-1, points.shape[1])
+    listed = surface >= 0
+    shared = np.bincount(surface[listed], met.any(axis=1)[listed], len(scene.surfaces))
+    return shared == 0
+
+
+def depth_of_hits(tree, triangles, vertices, start, towards):
+    """How far rays go until they meet something: (m,) float64 [m], inf for nothing."""
+    start = start.reshape(-1, 3)
+    hit = tree.trace_closest(start.astype(np.float32), towards.astype(np.float32))
+    corners = vertices[triangles[np.maximum(hit, 0)]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    along = (normal * towards).sum(axis=1)
+    away = ((corners[:, 0] - start) * normal).sum(axis=1)
+    return np.divide(away, along, out=np.full(len(hit), np.inf), where=(hit >= 0) & (along != 0))
