@@ -4,11 +4,10 @@ import importlib.util
 from pathlib import Path
 
 import h5py
-import xarray
 
 from ..errors import InputError
 
-ENGINE = "h5netcdf"  # writes NetCDF 4, which is HDF5
+ENGINE = "h5netcdf"  # NetCDF 4 is HDF5
 CLASSIC = (b"CDF\x01", b"CDF\x02")
 CDF5 = b"CDF\x05"
 
@@ -34,6 +33,8 @@ def open_netcdf(path, **options):
     OSError, ValueError, TypeError
         Not NetCDF, or a damaged file.
     """
+    import xarray  # takes long, and a run without such files needs none of it
+
     with Path(path).open("rb") as stream:
         start = stream.read(4)
     if start == CDF5:

@@ -1,9 +1,38 @@
-"""A file for the HDF5 library to write to, which keeps an error until the library has closed it."""
+"""NetCDF 4 without xarray: variables, and a file for HDF5 that keeps an error until the library has closed it."""
 
 import errno
 import io
 from contextlib import contextmanager
 from pathlib import Path
+
+import h5py
+import numpy as np
+
+TEXT = h5py.string_dtype()
+
+
+def write_variables(group, variables):
+    """Write variables to a NetCDF file or a group of it. Their dimensions are made, with the lengths they have there.
+
+    Parameters
+    ----------
+    group : h5netcdf.File or h5netcdf.Group
+    variables : dict of str to tuple
+        Dimensions (str or tuple of str), values, and where there are any attributes and options of packing.
+    """
+    sizes = {name: dimension.size for name, dimension in group.dimensions.items()}
+    for dimensions, values, *_ in variables.values():
+        names = (dimensions,) if isinstance(dimensions, str) else dimensions
+        sizes |= dict(zip(names, np.shape(values), strict=True))
+    group.dimensions = sizes
+    for name, (dimensions, values, *more) in variables.items():
+        array = np.asarray(values)
+        details, packing = more[0] if more else {}, more[1] if len(more) > 1 and array.size else {}
+        kind = TEXT if array.dtype.kind in "OU" else array.dtype
+        axes = (dimensions,) if isinstance(dimensions, str) else tuple(dimensions)
+        variable = group.create_variable(name, axes, kind, **packing)
+        variable[...] = array
+        variable.attrs.update(details)
 
 
 @contextmanager

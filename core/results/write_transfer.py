@@ -3,13 +3,12 @@
 import json
 
 import h5netcdf
-import h5py
 import numpy as np
 
 from ..progress import silent
 from ..sky.light_sources import SOURCES
 from ..transfer.kept_matrix import row_blocks
-from .netcdf_file import netcdf_file
+from .netcdf_file import netcdf_file, write_variables
 from .transfer_fields import (
     ALBEDO,
     BARE,
@@ -29,7 +28,6 @@ from .transfer_fields import (
 from .write_summary import finite
 
 STAGE = "writing transfer.nc"
-TEXT = h5py.string_dtype()
 CHUNK = 1 << 20  # bytes that are packed together: whole rows
 
 
@@ -62,18 +60,7 @@ def write_state(file, state):
     """Write all of a Transfer but the matrices of surfaces × suns to a file or a group of it."""
     variables, attributes = describe_state(state)
     file.attrs.update(attributes)
-    sizes = {"surface": len(state.surfaces), "sun": len(state.suns.direction)}
-    for dimensions, values, *_ in variables.values():
-        sizes |= dict(zip([dimensions] if isinstance(dimensions, str) else dimensions, np.shape(values), strict=True))
-    file.dimensions = sizes
-    for name, (dimensions, values, *more) in variables.items():
-        array = np.asarray(values)
-        details, packing = more[0] if more else {}, more[1] if len(more) > 1 and array.size else {}
-        kind = TEXT if array.dtype.kind in "OU" else array.dtype
-        axes = (dimensions,) if isinstance(dimensions, str) else tuple(dimensions)
-        variable = file.create_variable(name, axes, kind, **packing)
-        variable[...] = array
-        variable.attrs.update(details)
+    write_variables(file, variables)
 
 
 def describe_state(transfer):
