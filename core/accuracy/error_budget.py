@@ -1,7 +1,6 @@
 """The error budget of a run: what each source of error does to full load hours, of groups and of single surfaces."""
 
 import numpy as np
-import pandas as pd
 import pvlib
 
 from ..energy.standard_errors import carry_to_hours, noise_of_mean, sun_sampling_share
@@ -76,18 +75,15 @@ def shares_of_sky_model(weather, names):
     ----------
     R. Perez et al. (1990), doi:10.1016/0038-092X(90)90055-H, as in `pvlib.irradiance.perez`.
     """
-    data = weather.data
-    position = pvlib.solarposition.get_solarposition(
-        data.index + weather.interval / 2, weather.latitude, weather.longitude
-    ).set_index(data.index)
+    data = {name: column.to_numpy() for name, column in weather.data.items()}
     light = {
-        "dni_extra": pvlib.irradiance.get_extra_radiation(data.index),
-        "airmass": pvlib.atmosphere.get_relative_airmass(position["apparent_zenith"].clip(upper=89.9)),
+        "dni_extra": pvlib.irradiance.get_extra_radiation(weather.data.index).to_numpy(),
+        "airmass": pvlib.atmosphere.get_relative_airmass(np.minimum(data["apparent_zenith"], 89.9)),
     }
-    return {name: share_of_sky_model(data, position, light, name) for name in names}
+    return {name: share_of_sky_model(data, light, name) for name in names}
 
 
-def share_of_sky_model(data, position, light, name):
+def share_of_sky_model(data, light, name):
     """That of one kind and orientation: float or None."""
     kind, orientation = name
     if kind not in TILTS or orientation not in AZIMUTHS:
@@ -95,10 +91,10 @@ def share_of_sky_model(data, position, light, name):
     sums = {}
     for model in ("perez", "isotropic"):
         plane = pvlib.irradiance.get_total_irradiance(
-            TILTS[kind], AZIMUTHS[orientation], position["apparent_zenith"], position["azimuth"],
+            TILTS[kind], AZIMUTHS[orientation], data["apparent_zenith"], data["solar_azimuth"],
             data["dni"], data["ghi"], data["dhi"], model=model, **light,
         )  # fmt: skip
-        sums[model] = float(pd.Series(plane["poa_global"]).fillna(0).sum())
+        sums[model] = float(np.nansum(plane["poa_global"]))
     return sums["perez"] / sums["isotropic"] - 1 if sums["isotropic"] > 0 else None
 
 

@@ -17,6 +17,7 @@ from ..progress import CancelledError, TerminalProgress
 from ..version import __version__
 from .add_cluster import add_cluster, cluster_of_options
 from .add_options import add_options, free_settings, imply_settings, request_of_options
+from .import_command import import_command
 
 KNOBS = ("suns", "samples", "shadow_samples")  # that `--time-budget` chooses where they are not given
 EPILOGUE = "Every option and every file written is described in docs/command_line.md."
@@ -189,16 +190,15 @@ def run_simulate(options):
     for name in pictures:
         if options.draw is None or importlib.util.find_spec("bpy") is None:
             raise InputError(f"--{name}", "needs Blender's Python module", "pip install 'citypv[blender]'")
-    from .simulate import EXPORTS, simulate
-
-    interrupted = simulate(
+    command = import_command("simulate")
+    interrupted = command.simulate(
         options.city,
         options.out,
         request_of_options(options),
         overwrite=options.overwrite,
         stream=output_stream(options),
         draw=partial(options.draw, pictures=pictures) if pictures else None,
-        exports=[name for name in EXPORTS if getattr(options, name)],
+        exports=[name for name in command.EXPORTS if getattr(options, name)],
         cluster=cluster_of_options(options),
         free=options.free,
     )
@@ -210,9 +210,7 @@ def run_simulate(options):
 
 def run_yield(options):
     """`citypv yield`."""
-    from .simulate import recompute
-
-    recompute(
+    import_command("simulate").recompute(
         options.transfer,
         options.out,
         request_of_options(options),
