@@ -64,7 +64,7 @@ def reference(scene, weather, paths, seed=1):
             if np.array_equal(kept["key"], key):
                 return kept["chosen"], kept["light"], kept["error"]
     chosen = draw_triangles(scene)
-    suns = choose_suns("hourly", weather.data.index, weather.interval, weather.latitude, weather.longitude)
+    suns = choose_suns("hourly", *weather.axis)
     tracer, generator = RayScene(scene.vertices, scene.triangles), np.random.default_rng(seed)
     sums = np.zeros((2, len(chosen)))
     for start in range(0, paths, max(1, BATCH // len(chosen))):

@@ -99,7 +99,7 @@ def own_chain(weather, plane, sky, albedo):
     along = [-np.cos(azimuth), np.sin(azimuth), 0]
     across = [-np.cos(tilt) * np.sin(azimuth), -np.cos(tilt) * np.cos(azimuth), np.sin(tilt)]
     scene = join_parts([rectangle([0, 0, 0], along, across)])
-    suns = choose_suns("hourly", weather.data.index, weather.interval, weather.latitude, weather.longitude)
+    suns = choose_suns("hourly", *weather.axis)
     transfer = trace_gather(scene, suns, Request(sky=sky, ground_albedo=albedo), silent)
     series = compute_energy(transfer, weather, sky=sky, series=[0]).series
     return (series.poa_direct + series.poa_diffuse)[:, 0]

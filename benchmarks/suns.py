@@ -120,8 +120,7 @@ class Looker:
     def energy(self, way):
         """Energy of the patches, the number of suns, and the seconds it took to look for these."""
         weather, count = self.weather, len(self.patches)
-        year = weather.data.index, weather.interval, weather.latitude, weather.longitude
-        suns = choose_suns(way, *year)
+        suns = choose_suns(way, *weather.axis)
         before = time.perf_counter()
         light = sun_visibility(
             self.ray_scene,

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .accuracy.sun_sampling import measure_ways
+from .accuracy.sun_sampling import TracedYear, measure_ways
 from .accuracy.trace_alone import trace_alone
 from .effects.table import check_effects, check_needs
 from .energy.compute_energy import compute_energy as compute_surface_energy
@@ -172,8 +172,7 @@ def prepare_study(scene, weather, request, *, materials=None):
 
 def choose_year(weather, request):
     """Sun positions to trace for the year of a weather: Suns."""
-    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
-    return spread_suns(choose_suns(request.suns, *year, request.seed, position=weather.data))
+    return spread_suns(choose_suns(request.suns, *weather.axis, request.seed, position=weather.data))
 
 
 def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepared=None):
@@ -184,12 +183,11 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
     after some suns (see `core.progress`) gets a Transfer of those, which stand for the whole year then; before, the
     CancelledError.
     """
-    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
     suns = choose_year(weather, request) if prepared is None or prepared.suns is None else prepared.suns
     trace = ESTIMATORS[request.estimator]
     prepared = prepared or prepare_scene(scene, request, weather=weather)
     transfer = trace_seasons(trace, scene, suns, request, progress=progress, folder=folder, prepared=prepared)
-    return weigh_kept_suns(transfer, year) if transfer.record.interrupted else transfer
+    return weigh_kept_suns(transfer, weather.axis) if transfer.record.interrupted else transfer
 
 
 def trace_round(scene, total, request, part, *, progress=silent, folder=None, prepared):
@@ -236,7 +234,7 @@ def trace_round(scene, total, request, part, *, progress=silent, folder=None, pr
     return replace(transfer, record=replace(transfer.record, rounds=part.size))
 
 
-def weigh_kept_suns(transfer, year):
+def weigh_kept_suns(transfer, axis):
     """Let the suns that were traced until an interruption stand for the whole year.
 
     The error of the direct part is that of weights in proportion to the earlier ones. Other weights can make it larger:
@@ -245,25 +243,25 @@ def weigh_kept_suns(transfer, year):
     Parameters
     ----------
     transfer : Transfer
-    year : tuple
-        Times, interval, latitude and longitude, as of `choose_suns`.
+    axis : TimeAxis
+        Of the year.
 
     Returns
     -------
     Transfer
     """
-    suns = weigh_by_year(transfer.suns, *year)
+    suns = weigh_by_year(transfer.suns, *axis)
     growth = np.sqrt((suns.weight**2).sum() / (transfer.suns.weight**2).sum())
     growth = max(1.0, growth)
     parts = transfer.error_parts and scale_direct(transfer.error_parts, growth)
     error = transfer.direct_annual_standard_error * growth
-    bare = transfer.bare and weigh_kept_suns(transfer.bare, year)
+    bare = transfer.bare and weigh_kept_suns(transfer.bare, axis)
     return replace(transfer, suns=suns, direct_annual_standard_error=error, error_parts=parts, bare=bare)
 
 
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent, *, prepared=None):
     """What the choice of suns does to the full load hours: the dict of `accuracy.sun_sampling.measure_ways`."""
-    return measure_ways((scene, weather, transfer, request), [transfer.suns], progress, prepared=prepared)[0]
+    return measure_ways(TracedYear(scene, weather, transfer, request), [transfer.suns], progress, prepared=prepared)[0]
 
 
 def compute_energy(transfer, weather, request, progress=silent):

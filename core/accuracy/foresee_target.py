@@ -19,7 +19,7 @@ from ..sun.spread_suns import spread_suns
 from .fill_untraced import fill_untraced
 from .pilot import FEW_SUNS, RUNS, choose_square, trace_part
 from .refine import CELLS, unreachable
-from .sun_sampling import measure_ways, name_groups, shares_of_names
+from .sun_sampling import TracedYear, measure_ways, name_groups, shares_of_names
 from .yield_errors import SAMPLED
 
 PATCHES = 2_000  # of the square
@@ -66,8 +66,7 @@ def foresee_target(inputs, progress=silent):
 def trace_square(inputs, way, progress):
     """PilotRun of a square in the middle of the city under suns chosen in some way, its Transfer, seconds of energy."""
     scene, prepared, weather, request = inputs
-    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
-    suns = spread_suns(choose_suns(way, *year, request.seed, position=weather.data))
+    suns = spread_suns(choose_suns(way, *weather.axis, request.seed, position=weather.data))
     traced = prepared.patches.receives & ~prepared.plan.unobstructed
     square = choose_square(prepared.scene, prepared.patches, traced, PATCHES)
     progress("pilot", 0, 1, "runs")
@@ -82,10 +81,9 @@ def trace_square(inputs, way, progress):
 def measure_suns(inputs, transfer, ways, progress):
     """Suns of some ways to choose them, and what each does to full load hours: two lists."""
     scene, prepared, weather, request = inputs
-    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
-    suns = [choose_suns(way, *year, request.seed, position=weather.data) for way in ways]
+    suns = [choose_suns(way, *weather.axis, request.seed, position=weather.data) for way in ways]
     whole = fill_untraced(transfer, name_groups(transfer.surfaces))
-    return suns, measure_ways((scene, weather, whole, request), suns, progress, prepared=prepared)
+    return suns, measure_ways(TracedYear(scene, weather, whole, request), suns, progress, prepared=prepared)
 
 
 def with_suns(errors, measured, names):

@@ -102,9 +102,8 @@ def run_pilot(scene, prepared, weather, request, progress=silent):
     -------
     Pilot
     """
-    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
     ways = (SUNS, FEW_SUNS)
-    suns, few_suns = (spread_suns(choose_suns(way, *year, request.seed, position=weather.data)) for way in ways)
+    suns, few_suns = (spread_suns(choose_suns(way, *weather.axis, request.seed, position=weather.data)) for way in ways)
     traced = prepared.patches.receives & ~prepared.plan.unobstructed
     near = choose_square(prepared.scene, prepared.patches, traced, PATCHES)
     inputs = scene, prepared, weather, request

@@ -1,5 +1,7 @@
 """What a choice of suns does to full load hours, measured on patches of the scene itself against every hour's sun."""
 
+from typing import NamedTuple
+
 import numpy as np
 from threadpoolctl import threadpool_limits
 
@@ -7,17 +9,30 @@ from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..progress import silent
 from ..radiosity.sun_sampling_error import trace_sun_samples
+from ..request import Request
+from ..scene.scene import Scene
 from ..sky.choose_sky import choose_sky
 from ..sun.choose_suns import choose_suns
 from ..threads import map_in_order, usable_threads
+from ..transfer.transfer import Transfer
+from ..weather.weather import Weather
 
 
-def measure_ways(inputs, ways, progress=silent, *, prepared=None):
+class TracedYear(NamedTuple):
+    """A scene as it was traced, and the weather that weighs it."""
+
+    scene: Scene
+    weather: Weather
+    transfer: Transfer
+    request: Request
+
+
+def measure_ways(traced, ways, progress=silent, *, prepared=None):
     """Error of full load hours by some choices of suns. Reflections are left out: they change more slowly than shadows.
 
     Parameters
     ----------
-    inputs : tuple of Scene, Weather, Transfer and Request
+    traced : TracedYear
     ways : list of Suns
     progress : callable
     prepared : PreparedScene, optional
@@ -29,11 +44,10 @@ def measure_ways(inputs, ways, progress=silent, *, prepared=None):
         by patch) and its `rms_standard_error`, and how many `patches`; and the same for each kind and orientation
         under `groups`.
     """
-    scene, weather, transfer, request = inputs
+    scene, weather, transfer, request = traced
     if all(suns.way == "hourly" for suns in ways) or not transfer.surfaces.eligible.any():
         return [no_error(0) for _ in ways]
-    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
-    hourly = choose_suns("hourly", *year, request.seed, position=weather.data)
+    hourly = choose_suns("hourly", *weather.axis, request.seed, position=weather.data)
     *clustered, exact = trace_sun_samples(scene, transfer, [*ways, hourly], request, progress, prepared=prepared)
     system, sky = build_system(request), choose_sky(request, transfer)
     threads = usable_threads(request.threads)

@@ -71,7 +71,7 @@ def trace_alone(total, request, progress, folder=None, *, prepared):
     annual.by_replicate = reflect(context, rays, kept.emitted.suns, kept.emitted.far_ground)
     annual.lit_ground = kept.emitted.far_ground
     clock.lap("suns")
-    light = keep_patches(context, rays, (diffuse, annual), prepared.round)
+    light = keep_patches(context, rays, diffuse, annual, prepared.round)
     far = context.merge @ rays.far_ground.mean(axis=1)
     reflected = gain(context, kept, light, "reflected")
     reflected -= kept.emitted.far_ground * (far - total.far_ground_view_factor)

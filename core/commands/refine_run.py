@@ -1,12 +1,17 @@
 """Further rounds of a run for `--target-error` and `--time-budget`."""
 
 import time
+from typing import NamedTuple
 
 from ..accuracy.choose_counted import choose_counted
 from ..accuracy.refine import Goal, largest_round, refine_transfer, unreachable
 from ..accuracy.yield_errors import split_errors
 from ..progress import TerminalProgress
+from ..request import Request
+from ..scene.scene import Scene
 from ..study import compute_energy, trace_round
+from ..transfer.prepare_scene import PreparedScene
+from ..weather.weather import Weather
 
 WRITING = 20e6  # [B/s] of the matrices of transfer.nc, and of the tables beside them
 ADAPTIVE = 8  # times more samples in the same time where only some surfaces get them: at most
@@ -18,6 +23,15 @@ def wants_rounds(request):
     return request.target_error is not None or request.time_budget is not None
 
 
+class RunInputs(NamedTuple):
+    """What a run traces, and for which year."""
+
+    scene: Scene
+    prepared: PreparedScene
+    weather: Weather
+    request: Request
+
+
 def refine_run(transfer, inputs, log, progress, *, folder, told=False):
     """Trace rounds until the target is met or the time is up.
 
@@ -25,7 +39,7 @@ def refine_run(transfer, inputs, log, progress, *, folder, told=False):
     ----------
     transfer : Transfer
         The first round, with its error of sun sampling.
-    inputs : tuple of Scene, PreparedScene, Weather and Request
+    inputs : RunInputs
     log : RunLog
     progress : Interruption
     folder : path-like

@@ -40,7 +40,7 @@ from ..sun.check_distance import describe_distance
 from ..transfer.kept_matrix import is_on_disk
 from ..transfer.patch_light import Round
 from ..transfer.prepare_scene import build_tree
-from .refine_run import refine_run, wants_rounds
+from .refine_run import RunInputs, refine_run, wants_rounds
 from .run_log import RunLog
 from .simulate_tiles import add_bound, check_cluster_settings, drop_kept, kept_beside, prepare_run, trace_in_tiles
 from .spend_budget import spend_budget
@@ -161,7 +161,9 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
         except CancelledError:
             log.write("The error of sun sampling was not measured")
         if wants_rounds(request) and not heard.asked:
-            transfer = refine_run(transfer, (scene, prepared, weather, request), log, heard, folder=folder, told=told)
+            transfer = refine_run(
+                transfer, RunInputs(scene, prepared, weather, request), log, heard, folder=folder, told=told
+            )
     if heard.asked:
         count = len(transfer.suns)
         noted = transfer.record.interrupted or {"suns_traced": count, "of": count}

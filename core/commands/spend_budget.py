@@ -119,8 +119,7 @@ def make_offers(inputs, free, progress):
 def price_rounds(inputs, square):
     """Prices from patches drawn from the whole city, and from the run of a square."""
     scene, prepared, weather, request = inputs
-    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
-    suns = spread_suns(choose_suns(FEW_SUNS, *year, request.seed, position=weather.data))
+    suns = spread_suns(choose_suns(FEW_SUNS, *weather.axis, request.seed, position=weather.data))
     runs = [("A", FEW), *((name, TIMED) for name in RUNS)]
     empty, *timed = (
         trace_part((scene, prepared, weather, request, suns), draw_patches(prepared, many, request.seed), RUNS[name])[0]

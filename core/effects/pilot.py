@@ -8,6 +8,7 @@ equation, term by term).
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -53,6 +54,16 @@ class Pilot:
     rays: int
 
 
+class Paths(NamedTuple):
+    """Places at which k paths are that go on."""
+
+    patch: np.ndarray  # (k,) int
+    row: np.ndarray  # (k,) int, of the Pilot
+    weight: np.ndarray  # (k,) float32
+    b1: np.ndarray  # (k,) float32, barycentric weights of the point
+    b2: np.ndarray  # (k,) float32
+
+
 def trace_pilot(ray_scene, patches, scene, surroundings, seed):
     """Follow random paths from the eligible surfaces, or from all if none is eligible.
 
@@ -83,13 +94,14 @@ def trace_pilot(ray_scene, patches, scene, surroundings, seed):
         first=np.full(len(start), -1),
         rays=0,
     )
-    place = start, np.arange(len(start)), np.ones(len(start), np.float32), random_points(generator, len(start))
+    rows = np.arange(len(start))
+    paths = Paths(start, rows, np.ones(len(start), np.float32), *random_points(generator, len(start)))
     for order in range(LONGEST + 1):
-        find_suns(ray_scene, patches, place, surroundings, generator, order=order, found=found)
-        place = next_places(ray_scene, patches, place, surroundings, generator, order=order, found=found)
-        if not len(place[0]):
+        find_suns(ray_scene, patches, paths, surroundings, generator, order=order, found=found)
+        paths = follow_paths(ray_scene, patches, paths, surroundings, generator, order=order, found=found)
+        if not len(paths.patch):
             return found
-    found.alive[place[1]] = place[2]
+    found.alive[paths.row] = paths.weight
     return found
 
 
@@ -132,12 +144,12 @@ def random_points(generator, count):
     return u, v - u
 
 
-def find_suns(ray_scene, patches, place, surroundings, generator, *, order, found):
+def find_suns(ray_scene, patches, paths, surroundings, generator, *, order, found):
     """Add the light that reaches each path's place from one random sun."""
     suns, canopy = surroundings.suns, surroundings.canopy
     if suns is None or not len(suns):
         return
-    patch, path, weight, (b1, b2) = place
+    patch, path, weight, b1, b2 = paths
     share = np.maximum(suns.weight, 0)
     towards = suns.direction[generator.choice(len(suns), len(patch), p=share / share.sum())].astype(np.float32)
     cosine = np.maximum(np.einsum("ij,ij->i", towards, patches.normal[patch]), 0)
@@ -152,21 +164,20 @@ def find_suns(ray_scene, patches, place, surroundings, generator, *, order, foun
         found.unshaded[:] = cosine
 
 
-def next_places(ray_scene, patches, place, surroundings, generator, *, order, found):
+def follow_paths(ray_scene, patches, paths, surroundings, generator, *, order, found):
     """Send each path on, and add what it finds of sky and far ground.
 
     Parameters
     ----------
-    place : tuple
-        Patch, path (row of `found`), weight and barycentric weights of the paths that go on.
+    paths : Paths
     surroundings : Surroundings
 
     Returns
     -------
-    tuple
-        The next `place`.
+    Paths
+        Those that go on, at their next places.
     """
-    patch, path, weight, (b1, b2) = place
+    patch, path, weight, b1, b2 = paths
     ground_albedo, suns = surroundings.ground_albedo, surroundings.suns
     local = cosine_direction(*generator.random((2, len(patch), 1), np.float32))
     origins, directions = rays_from_patches(patches, patch, b1[:, None], b2[:, None], local)
@@ -190,7 +201,7 @@ def next_places(ray_scene, patches, place, surroundings, generator, *, order, fo
     on = (hit >= 0) & ~meets_back(patches, hit, directions) & (weight > NEGLIGIBLE)
     if order == 0:
         found.first[path[on]] = hit[on]
-    return hit[on], path[on], weight[on], (b1[on], b2[on])
+    return Paths(hit[on], path[on], weight[on], b1[on], b2[on])
 
 
 def height_of_suns(suns, terrain):

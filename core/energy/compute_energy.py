@@ -23,7 +23,7 @@ from .hourly_series import compute_series
 from .hours import Hours, prepare_hours
 from .plain_power import PlainPower
 from .pv_system import default_system
-from .standard_errors import standard_errors_of_hours
+from .standard_errors import YearSums, standard_errors_of_hours
 from .sum_block import BlockSums, sum_block, take_block
 
 BLOCK = 1024  # surfaces at a time: enough that threads wait little for the interpreter, few enough for the cache
@@ -81,7 +81,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     by_month = np.where(electric[:, None], sums.capacity_factor_by_month * hour / years, np.nan)
     poa = sums.poa_global * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
-    found = full_load_hours, poa, years
+    found = YearSums(full_load_hours, poa, years)
     errors, *errors_of_means = standard_errors_of_hours(transfer, weather, found, groups, parts)
     ac = system.feeds_grid
     return Energy(

@@ -91,9 +91,8 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
     data, sunny = data.iloc[used], sunny[used]
     sunward = (data["dni"].to_numpy() + sky.circumsolar[used])[:, None]
     # No sun below 2° was traced: if light comes from there, the nearest one represents it.
-    place = weather.latitude, weather.longitude
     lowest = 0.0 if (sunward[~sunny] > 0).any() else MINIMUM_ELEVATION
-    match = match_suns(suns, data.index, weather.interval, *place, lowest=lowest, position=data)
+    match = match_suns(suns, *weather.axis._replace(times=data.index), lowest=lowest, position=data)
     relative = pvlib.atmosphere.get_relative_airmass(data["apparent_zenith"].to_numpy(), "kastenyoung1989")
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, data["pressure"].to_numpy())
     # The model is linear in the irradiance: 1 Wm⁻² in air of 0 °C gives the slope.

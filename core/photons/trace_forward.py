@@ -9,8 +9,10 @@ The covered share of a surface is geometry, and the same as in gather.
 """
 
 from dataclasses import asdict, dataclass, field
+from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 
 from ..effects.judge_effects import Measured, judge_effects
 from ..horizon.horizon import without_hidden
@@ -18,10 +20,11 @@ from ..materials.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..patches.facing_scene import FacingScene
 from ..progress import SUN_STAGE, CancelledError, Clock
 from ..radiosity.measure_cover import find_cover
-from ..request import check_request
+from ..request import Request, check_request
 from ..scene.check_scene import check_scene
 from ..sun.check_suns import check_suns
 from ..sun.keep_suns import end_of_days, keep_suns
+from ..sun.suns import Suns
 from ..threads import usable_threads
 from ..transfer.incidence import projection_in_front
 from ..transfer.kept_matrix import keep_columns, keep_matrix
@@ -29,7 +32,7 @@ from ..transfer.prepare_scene import prepare_scene
 from ..transfer.surface_means import area_means, cover_of_surfaces
 from ..transfer.trace_record import TraceRecord, note_interruption
 from ..transfer.transfer import SourceLight, Transfer
-from .emit_photons import box_of_scene, far_ground_source, part_of_sky, sky_source, sun_source, terrain_source
+from .emit_photons import Box, box_of_scene, far_ground_source, part_of_sky, sky_source, sun_source, terrain_source
 from .follow_photons import Tally, Target
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, standard_error, trace_sources
 
@@ -48,6 +51,21 @@ class Direct:
     last: float = 0.0  # share of the last bounce in the total, largest over all suns
     ray_count: int = 0
     tally: Tally = field(default_factory=Tally)
+
+
+class SunsOnBox(NamedTuple):
+    """Suns that light the box around a scene."""
+
+    box: Box
+    suns: Suns
+    request: Request
+
+
+class BesideSuns(NamedTuple):
+    """What the result of a sun needs beside its light."""
+
+    merge: sparse.csr_matrix  # (n, p), averages patches over surfaces
+    beyond: np.ndarray  # (n,) float64, light from the far ground after its first arrival
 
 
 def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None):
@@ -100,7 +118,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     clock.lap("sky and far ground")
     run.begin(SUN_STAGE, len(suns))
     weighed = without_hidden(suns, plan.terrain)
-    direct = trace_direct(run, (box, weighed, request), far, plan.max_bounces, merge, folder=folder)
+    direct = trace_direct(run, SunsOnBox(box, weighed, request), far, plan.max_bounces, merge, folder=folder)
     clock.lap("suns")
     diffuse = sky.whole + request.ground_albedo * far.whole
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
@@ -207,7 +225,7 @@ def trace_direct(run, lit, far, max_bounces, merge, *, folder):
     Parameters
     ----------
     run : Run
-    lit : tuple of Box, Suns and Request
+    lit : SunsOnBox
     far : Light
         Of the far ground, which reflects the suns' light.
     max_bounces : int
@@ -233,7 +251,7 @@ def trace_direct(run, lit, far, max_bounces, merge, *, folder):
     done = 0
     try:
         for index, light in enumerate(trace_sources(run, sources, max_bounces)):
-            add_sun(run, suns, index, light, (merge, height[index] * beyond_first), found=found)
+            add_sun(run, suns, index, light, BesideSuns(merge, height[index] * beyond_first), found=found)
             done = index + 1
     except CancelledError:
         found.kept = max((end for end in end_of_days(suns) if end <= done), default=0)
@@ -251,7 +269,7 @@ def trace_direct(run, lit, far, max_bounces, merge, *, folder):
     return found
 
 
-def add_sun(run, suns, index, light, merge_and_beyond, *, found):
+def add_sun(run, suns, index, light, beside, *, found):
     """Add the result of one sun.
 
     Parameters
@@ -262,12 +280,11 @@ def add_sun(run, suns, index, light, merge_and_beyond, *, found):
         Index of the sun.
     light : Light
         Result of the sun.
-    merge_and_beyond : tuple of (n, p) sparse and (n,) float64
-        Averages patches over surfaces; light from the far ground after its first arrival.
+    beside : BesideSuns
     found : Direct
         Output.
     """
-    merge, beyond = merge_and_beyond
+    merge, beyond = beside
     aoi_projection = projection_in_front(run.target.patches.normal, suns.direction[index : index + 1].astype("f4"))
     unshaded = merge @ aoi_projection[:, 0].astype(float)
     first = np.minimum(light.first.mean(axis=0), unshaded)

@@ -2,11 +2,19 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..transfer.incidence import projection_in_front
 from .solve_radiosity import radiosity_factor, variance_of_replicates
+
+
+class LightOfSuns(NamedTuple):
+    """What p patches get of b suns without mirrors, glossy faces and glass."""
+
+    visible_share: np.ndarray  # (p, b) float32
+    reflected: np.ndarray  # (p, b) float32, without the first reflection of the far ground
 
 
 @dataclass
@@ -31,8 +39,7 @@ def add_specular_suns(context, hemisphere, part, lights, block, *, found, specul
     Parameters
     ----------
     part : SunBlock
-    lights : tuple of SunLight and (p, b) float32
-        First light of patches, and reflected light without the first bounce off the far ground.
+    lights : LightOfSuns
     block : slice
         Of the suns.
     found : Direct
@@ -40,9 +47,8 @@ def add_specular_suns(context, hemisphere, part, lights, block, *, found, specul
     specular : Specular
         Written.
     """
-    light, reflected = lights
     patches = context.patches
-    radiosity = reflected + light.visible_share * projection_in_front(patches.normal, part.directions)
+    radiosity = lights.reflected + lights.visible_share * projection_in_front(patches.normal, part.directions)
     if context.plan.far_ground:
         lit_ground = np.maximum(part.directions[:, 2], 0) * np.float32(context.request.ground_albedo)
         radiosity += np.outer(hemisphere.far_ground.mean(axis=1), lit_ground)

@@ -14,7 +14,7 @@ from ..sampling.merge_nets import merge_nets
 from ..transfer.merge_transfers import MATRICES, MEANS, check_same, merge_records, merge_sources, whole_error
 from ..transfer.noise import own_diffuse, own_direct
 from ..transfer.patch_light import Emitted, Net, OwnNoise, PatchFacts, PatchLight
-from .direct_errors import variance_of_shadow_points
+from .direct_errors import SeenSky, variance_of_shadow_points
 from .shadow_points import shift_points
 from .solve_radiosity import covariance_of_replicates, variance_of_replicates
 
@@ -22,14 +22,15 @@ MOST_POINTS = 1024  # of a net; larger ones stay apart
 ROWS = 1 << 14  # of matrices at a time
 
 
-def keep_patches(context, hemisphere, lights, part):
+def keep_patches(context, hemisphere, diffuse, annual, part):
     """Light of the patches of a run that send all rays, for merging with further rounds.
 
     Parameters
     ----------
     context : GatherContext
     hemisphere : Hemisphere
-    lights : tuple of Diffuse and Annual
+    diffuse : Diffuse
+    annual : Annual
     part : Round
 
     Returns
@@ -37,7 +38,6 @@ def keep_patches(context, hemisphere, lights, part):
     PatchLight
         Its noise is still to be told: `tell_noise`.
     """
-    diffuse, annual = lights
     patches, plan = context.patches, context.plan
     full = patches.receives if plan.receivers is None else plan.receivers
     rows = np.flatnonzero(full & patches.receives)
@@ -100,7 +100,7 @@ def variance_of_nets(kept):
     variance = np.zeros(len(kept.rows))
     for net in kept.nets:
         patches = replace(facts.patches, points_before=np.full(len(kept.rows), net.before, np.uint32))
-        sky = facts.sky, facts.rays
+        sky = SeenSky(facts.sky, facts.rays)
         found = variance_of_shadow_points(net.light, facts.covered, patches, facts.suns, sky)
         variance += (net.light.shape[1] / count) ** 2 * found
     variance[~facts.sent] = 0  # known exactly

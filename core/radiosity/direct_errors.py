@@ -1,6 +1,7 @@
 """Variance of the direct light of patches, estimated from their shadow points."""
 
 import functools
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,6 +29,13 @@ WRONG_SIDE = 0.25  # of points along the edge of the covered part, in cells of w
 LARGEST_STEP = 32767  # of 16-bit numbers
 
 
+class SeenSky(NamedTuple):
+    """What patches see of the sky."""
+
+    share: np.ndarray  # (p,) float32, visible share
+    rays: np.ndarray | int  # (p,) int or one for all, by which it was found
+
+
 def variance_of_shadow_points(by_point, covered, patches, suns, sky):
     """Variance of the mean light of patches.
 
@@ -46,8 +54,7 @@ def variance_of_shadow_points(by_point, covered, patches, suns, sky):
     patches : Patches
     suns : SunBlock
         Those in `by_point`.
-    sky : tuple of (p,) float32, and (p,) int or int
-        Visible share of the sky, and by how many rays it was found.
+    sky : SeenSky
 
     Returns
     -------

@@ -10,8 +10,8 @@ from ..progress import CancelledError
 from ..sampling.random_numbers import mix
 from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.surface_means import average_surfaces
-from .add_specular import Specular, add_specular_suns
-from .direct_errors import deviations_of_spread, spread_of_elements, variance_of_shadow_points
+from .add_specular import LightOfSuns, Specular, add_specular_suns
+from .direct_errors import SeenSky, deviations_of_spread, spread_of_elements, variance_of_shadow_points
 from .light_errors import LightError, ReflectedError, errors_of_surfaces
 from .patch_size_errors import estimate_discretisation_error, steps_of_cells
 from .replicates import propagate_deviations
@@ -149,9 +149,8 @@ def gather_block(context, hemisphere, suns, block, *, progress, found, annual):
         found.last = max(found.last, last)
         annual.propagated += propagated
         if annual.specular:
-            add_specular_suns(
-                context, hemisphere, part, (light, reflected), block, found=found, specular=annual.specular
-            )
+            lights = LightOfSuns(light.visible_share, reflected)
+            add_specular_suns(context, hemisphere, part, lights, block, found=found, specular=annual.specular)
         if context.plan.far_ground:
             annual.lit_ground += context.request.ground_albedo * float(
                 part.weights @ np.maximum(part.directions[:, 2], 0)
@@ -190,7 +189,7 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
     patches, merge, threads = context.patches, context.merge, context.threads
     samples = context.request.samples
     rays = np.where(only_pass_on(context), fewer_rays(samples), samples)
-    sky = hemisphere.sky.mean(axis=1), rays
+    sky = SeenSky(hemisphere.sky.mean(axis=1), rays)
     variance = variance_of_shadow_points(annual.by_point, hemisphere.covered, patches, suns, sky)
     variance[~send_shadow_rays(context, hemisphere)] = 0  # known exactly, even with a single point
     from_points = merge.power(2) @ variance

@@ -1,6 +1,7 @@
 """Points of a patch from which shadow rays start, and which of them represents which part of it."""
 
 import functools
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -44,6 +45,14 @@ def split_net(point_count, parts):
     return np.sort(np.array(order).reshape(parts, -1), axis=1)
 
 
+class ShadowPoints(NamedTuple):
+    """Points of c patches, m each, from which shadow rays start."""
+
+    position: np.ndarray  # (c, m, 3) float32 [m]
+    open_points: np.ndarray  # (c, m) bool, False where the point lies deep inside something
+    representative_points: np.ndarray  # (c, cells) uint, which stands for each of the cells of `count_elements`
+
+
 def shadow_points(patches, chosen, covered, point_count):
     """Evenly distributed points on some patches.
 
@@ -57,11 +66,7 @@ def shadow_points(patches, chosen, covered, point_count):
 
     Returns
     -------
-    position : (c, m, 3) float32 [m]
-    open_points : (c, m) bool
-        False where the point lies deep inside something.
-    representative_points : (c, cells) uint
-        The point that represents each of the cells of `count_elements`.
+    ShadowPoints
     """
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     position = np.empty((len(chosen), point_count, 3), np.float32)
@@ -78,7 +83,7 @@ def shadow_points(patches, chosen, covered, point_count):
     all_covered = np.zeros(representative_points.shape, bool)
     all_covered[partly] = find_covered_elements(covered[partly], len(middles))
     choose_representatives(places, (in_covered, all_covered), middles, representative_points)
-    return position, ~dark, representative_points
+    return ShadowPoints(position, ~dark, representative_points)
 
 
 def places_of_points(keys, before, point_count):

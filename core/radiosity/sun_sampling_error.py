@@ -14,6 +14,7 @@ from ..transfer.prepare_scene import prepare_scene
 from ..transfer.take_rows import take_rows
 from ..trees.canopy import LeafyScene
 from .shadow_points import points_above
+from .sun_blocks import block_of_suns
 from .sun_visibility import sun_visibility
 
 PATCHES = 500
@@ -69,7 +70,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
             np.zeros(len(few), bool),
             np.zeros((len(few), 1), bool),
             point_count=points_above(request.shadow_samples),
-            suns=(suns.direction.astype(np.float32), suns.weight.astype(np.float32)),
+            suns=block_of_suns(suns, slice(None)),
             behind=False,
             threads=usable_threads(request.threads),
             progress=lambda share, rays, way=suns.way: progress(f"error check, {way}", rays, rays / share, "rays"),

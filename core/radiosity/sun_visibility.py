@@ -5,6 +5,7 @@ looked at one of them. So their light is resolved by as many cells as that of th
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -14,7 +15,8 @@ from ..errors import InputError
 from ..sampling.random_numbers import mix
 from ..threads import map_in_order
 from ..transfer.incidence import projection_in_front
-from .shadow_points import count_elements, shadow_points, split_net
+from .shadow_points import ShadowPoints, count_elements, shadow_points, split_net
+from .sun_blocks import SunBlock
 
 POINTS_PER_TASK = 1 << 14
 TURNS = 4
@@ -30,6 +32,22 @@ class SunLight:
     by_point: np.ndarray  # (p, m) float32, irradiance of each point, weighted sum over the suns
     representative_points: np.ndarray  # (p, cells) uint, the point that represents each cell
     ray_count: int
+
+
+class SunsInTurns(NamedTuple):
+    """Suns of a block, each of which is looked at from one in `turns` of the points."""
+
+    block: SunBlock
+    before: int  # number of suns before this block
+    turns: int  # 1 or TURNS
+
+
+class SunsOfTurn(NamedTuple):
+    """Suns that are looked at from the same points."""
+
+    directions: np.ndarray  # (s, 3) float32
+    weights: np.ndarray  # (s,) float32
+    columns: np.ndarray  # (s,) int, of `SunLight.visible_share`
 
 
 def sun_visibility(
@@ -119,8 +137,9 @@ def sun_visibility(
     def trace_rows(task):
         chosen, turns = task
         points = shadow_points(patches, chosen, covered[chosen], point_count)
-        found.representative_points[chosen] = points[2]
-        return trace_in_turns(ray_scene, patches, chosen, points, (suns, first_sun, turns), behind=behind, found=found)
+        found.representative_points[chosen] = points.representative_points
+        in_turns = SunsInTurns(suns, first_sun, turns)
+        return trace_in_turns(ray_scene, patches, chosen, points, in_turns, behind=behind, found=found)
 
     done, whole = 0, sum(len(chosen) / turns for chosen, turns in tasks)
     for (chosen, turns), ray_count in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
@@ -137,10 +156,8 @@ def trace_in_turns(ray_scene, patches, chosen, points, suns, *, behind, found):
     ----------
     chosen : (c,) int
         The patches.
-    points : tuple of (c, m, 3) float32, (c, m) bool and (c, cells) int
-        Of `shadow_points`.
-    suns : tuple of SunBlock and two int
-        Their number before this block, and the number of turns: 1 or TURNS.
+    points : ShadowPoints
+    suns : SunsInTurns
     behind : bool
     found : SunLight
         Written: the rows of these patches.
@@ -150,48 +167,47 @@ def trace_in_turns(ray_scene, patches, chosen, points, suns, *, behind, found):
     int
         Number of rays.
     """
-    (directions, weights), first_sun, turns = suns
-    parts = split_net(points[0].shape[1], turns)
+    (directions, weights), before, turns = suns
+    parts = split_net(points.open_points.shape[1], turns)
     begun = mix(patches.key[chosen] ^ np.uint64(0x7142)) % np.uint64(turns)
     ray_count = 0
     for turn in range(turns):
-        first = (turn - first_sun) % turns
+        first = (turn - before) % turns
         taken = parts[(turn + begun.astype(int)) % turns]
         some = points if turns == 1 else take_points(points, taken)
-        part = directions[first::turns], turns * weights[first::turns], np.arange(first, len(directions), turns)
-        ray_count += trace_shadow_rays(ray_scene, patches, chosen, (*some, taken), part, behind=behind, found=found)
+        columns = np.arange(first, len(directions), turns)
+        part = SunsOfTurn(directions[first::turns], turns * weights[first::turns], columns)
+        ray_count += trace_shadow_rays(ray_scene, patches, chosen, some, part, taken=taken, behind=behind, found=found)
     return ray_count
 
 
 def take_points(points, taken):
-    """Some points of each patch, (c, k) int: as `points`, where representatives that are not among them are -1."""
-    position, open_points, representative_points = points
-    place = np.full(open_points.shape, -1)
+    """Some points of each patch, (c, k) int: ShadowPoints, where representatives that are not among them are -1."""
+    place = np.full(points.open_points.shape, -1)
     np.put_along_axis(place, taken, np.arange(taken.shape[1])[None], axis=1)
-    return (
-        np.take_along_axis(position, taken[:, :, None], axis=1),
-        np.take_along_axis(open_points, taken, axis=1),
-        np.take_along_axis(place, representative_points.astype(int), axis=1),
+    return ShadowPoints(
+        np.take_along_axis(points.position, taken[:, :, None], axis=1),
+        np.take_along_axis(points.open_points, taken, axis=1),
+        np.take_along_axis(place, points.representative_points.astype(int), axis=1),
     )
 
 
-def trace_shadow_rays(ray_scene, patches, chosen, points, suns, *, behind, found):
-    """Shadow rays from the points of some patches to some suns; as `trace_in_turns`, with two more arrays.
+def trace_shadow_rays(ray_scene, patches, chosen, points, suns, *, taken, behind, found):
+    """Shadow rays from the points of some patches to some suns; as `trace_in_turns`.
 
     Parameters
     ----------
-    points : tuple
-        The last is (c, k) int, columns of `found.by_point`.
-    suns : tuple of (s, 3) float32, (s,) float32 and (s,) int
-        Directions, weights, and columns of `found.visible_share`.
+    suns : SunsOfTurn
+    taken : (c, k) int
+        Columns of `found.by_point`.
     """
-    (position, *points), (directions, weights, columns) = points, suns
-    aoi_projection = projection_in_front(patches.normal[chosen], directions)
+    aoi_projection = projection_in_front(patches.normal[chosen], suns.directions)
     wanted = np.ones(aoi_projection.shape, bool) if behind else aoi_projection > 0
-    free = ray_scene.trace_shadow_rays(position, wanted, directions)
+    free = ray_scene.trace_shadow_rays(points.position, wanted, suns.directions)
     light = found.visible_share, found.visible_elements, found.by_point
-    add_points(free, tuple(points), (aoi_projection, weights.astype(np.float32), columns), chosen, light)
-    return int(wanted.sum()) * position.shape[1]
+    lit = aoi_projection, suns.weights.astype(np.float32), suns.columns
+    add_points(free, (points.open_points, points.representative_points, taken), lit, chosen, light)
+    return int(wanted.sum()) * points.position.shape[1]
 
 
 @njit(nogil=True, cache=True)

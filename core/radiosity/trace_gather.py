@@ -143,7 +143,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     )
     if prepared.round is None or transfer.record.interrupted:
         return transfer
-    return with_noise(transfer, keep_patches(context, hemisphere, (diffuse, direct.annual), prepared.round))
+    return with_noise(transfer, keep_patches(context, hemisphere, diffuse, direct.annual, prepared.round))
 
 
 def measure_outcome(context, hemisphere, diffuse, direct):

@@ -1,10 +1,12 @@
 """From a City to the Scene for ray tracing: local origin, true north, triangles, kinds, ground."""
 
 import copy
+from typing import NamedTuple
 
 import numpy as np
 
 from ..city.check_geometry import check_city, check_extent, check_terrain
+from ..city.city import City
 from ..city.measure_polygons import measure_polygons, polygon_bounds
 from ..city.triangulate import triangulate
 from ..errors import InputError
@@ -98,13 +100,29 @@ def build_scene(
     closure = (np.array(surfaces.thematic) == "ClosureSurface")[triangle_surface]
     carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
     scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
-    extent = patch_size, choose_reach(ground_albedo)
-    scene, floating = _lay_ground(scene, (city, points, surfaces, under), ground, terrain, extent)
+    extent, placed = Extent(patch_size, choose_reach(ground_albedo)), PlacedCity(city, points, surfaces, under)
+    scene, floating = _lay_ground(scene, placed, ground, terrain, extent)
     scene.trees = build_crowns(city.trees, report, lambda places: bring_to_origin(places, site))
     scene.footprint &= ~find_hanging(scene, floating)
     scene.sheet = find_sheets(scene)
     _note_sheets(scene)
     return scene
+
+
+class PlacedCity(NamedTuple):
+    """A city in the scene's axes, as ground is laid under it."""
+
+    city: City
+    points: np.ndarray  # (m, 3) float64 [m], of the city, z up, local origin
+    surfaces: Surfaces
+    footprint: np.ndarray  # (n,) bool
+
+
+class Extent(NamedTuple):
+    """Size of the ground that is laid, and of its patches."""
+
+    patch_size: float | None  # [m]
+    reach: float  # beyond the city [building heights]
 
 
 def merge_vertices(points, triangles):
@@ -172,33 +190,31 @@ def _note_lost_area(points, triangles, triangle_surface, surfaces, report):
         report.repair(reason, [surfaces.surface_id[i] for i in np.flatnonzero(lost)])
 
 
-def _lay_ground(scene, parts, ground, terrain, extent):
+def _lay_ground(scene, placed, ground, terrain, extent):
     """The scene with its ground, and the footprints that do not touch it.
 
     Parameters
     ----------
     scene : Scene
-    parts : tuple of City, points, Surfaces and footprint
-        As in `find_feet`.
+    placed : PlacedCity
     ground : str
     terrain : Terrain or None
-    extent : tuple of float or None [m] and float [building heights]
-        Patch size, and reach of the ground beyond the city.
+    extent : Extent
     """
-    chosen, words = choose_terrain(parts[0], ground, terrain)
+    chosen, words = choose_terrain(placed.city, ground, terrain)
     scene.report.notes += words
     if chosen is not None:
         moved = chosen.moved(lambda places: bring_to_origin(places, scene.site))
         check_terrain(moved)
-        feet = feet_or_corners(*parts, _height_of_terrain(moved))
+        feet = feet_or_corners(*placed, _height_of_terrain(moved))
         if terrain is not None or reaches_feet(moved, feet):
-            return _stand_on_terrain(scene, feet, parts[1], moved, extent), feet.hanging
+            return _stand_on_terrain(scene, feet, placed.points, moved, extent), feet.hanging
         words = f"Terrain of the file left out: no height under any building or within {NEAR:g} m of one."
         scene.report.notes[-1] = words
     known = _height_of_own_ground(scene)
     if ground == "none":
-        return scene, np.union1d(find_feet(*parts, known).hanging, _above_own_ground(*parts, known))
-    vertices, triangles, floating = build_ground(*parts, extent[0], ground_height=known, reach=extent[1])
+        return scene, np.union1d(find_feet(*placed, known).hanging, _above_own_ground(placed, known))
+    vertices, triangles, floating = build_ground(*placed, extent.patch_size, ground_height=known, reach=extent.reach)
     if len(floating):
         names = [scene.surfaces.surface_id[i] for i in floating[:5]]
         scene.report.notes.append(
@@ -223,10 +239,11 @@ def _height_of_own_ground(scene):
     return ground_height
 
 
-def _above_own_ground(city, points, _surfaces, footprint, known):
+def _above_own_ground(placed, known):
     """Footprints all of whose corners lie over the model's own ground, (h,) int; no other ground is laid under them."""
+    city, points = placed.city, placed.points
     over = np.isfinite(known(points, np.zeros(len(points), bool))).astype(float)
-    return np.flatnonzero(footprint & (polygon_bounds(over, city.ring_start, city.polygon_start)[0] > 0))
+    return np.flatnonzero(placed.footprint & (polygon_bounds(over, city.ring_start, city.polygon_start)[0] > 0))
 
 
 def _note_sheets(scene):

@@ -9,6 +9,7 @@ from .days_of_year import days_of_year_suns
 from .hourly import hourly_suns
 from .keep_suns import weigh_by_year
 from .sky_grid import sky_grid_suns
+from .time_axis import TimeAxis
 
 CURE = "give hourly, days:N, typical-days:N or sky-grid:N"
 FEWEST_DIRECTIONS, MOST_DIRECTIONS = 16, 1_000_000
@@ -48,7 +49,7 @@ def choose_suns(way, times, interval, latitude, longitude, seed=0, *, position=N
     check_seed(seed)
     if name == "hourly":
         return hourly_suns(times, interval, latitude, longitude, position)
-    year = times, interval, latitude, longitude
+    year = TimeAxis(times, interval, latitude, longitude)
     if name == "sky-grid":
         return weigh_by_year(sky_grid_suns(count), *year, position=position)
     days = len(times) * interval // pd.Timedelta(days=1)

@@ -46,14 +46,16 @@ def build_timeline(transfer, weather, energy, system):
     Timeline
         The sun is that of the months' average days (`month_hours`). Hours that the weather lacks are dark.
     """
-    place, middle = (weather.latitude, weather.longitude), weather.data.index[len(weather.data) // 2]
-    relative, direction = relative_direct(transfer, month_hours(middle.year, place[1]), HOUR, *place)
+    axis = weather.axis
+    hours = month_hours(axis.times[len(axis.times) // 2].year, axis.longitude)
+    relative, direction = relative_direct(transfer, *axis._replace(times=hours, interval=HOUR))
     dni, dhi = (
-        np.nan_to_num(mean_of_months(weather.data[name], weather.data.index, weather.interval, place[1]))
+        np.nan_to_num(mean_of_months(weather.data[name], axis.times, axis.interval, axis.longitude))
         for name in ("dni", "dhi")
     )
     by_month = energy.full_load_hours_by_month
-    return Timeline(relative, direction, dni, dhi, by_month, _sum_months(transfer, energy, system), zone_of(place[1]))
+    energy_by_month = _sum_months(transfer, energy, system)
+    return Timeline(relative, direction, dni, dhi, by_month, energy_by_month, zone_of(axis.longitude))
 
 
 def describe_moment(timeline, moment):

@@ -1,10 +1,22 @@
 """Extract one place from gridded weather."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..errors import InputError
 
 CELL = 0.25  # [°] of ERA5; used where a grid has a single row or column
+
+
+class GridPoint(NamedTuple):
+    """A place of a grid, or between its points."""
+
+    latitude: float  # [°]
+    longitude: float  # [°]
+
+    def __str__(self):
+        return f"{self.latitude:g}°, {self.longitude:g}°"
 
 
 def interpolate_point(source, dataset, latitude, longitude, point):
@@ -25,8 +37,8 @@ def interpolate_point(source, dataset, latitude, longitude, point):
     -------
     dataset : xarray.Dataset
         Without the two dimensions.
-    place : tuple of float
-        Latitude and longitude [°] the values belong to.
+    place : GridPoint
+        The values belong to.
     """
     if point not in ("nearest", "bilinear"):
         raise InputError("--weather-point", f"{point!r} is unknown", "give nearest or bilinear")
@@ -46,7 +58,7 @@ def interpolate_point(source, dataset, latitude, longitude, point):
         latitude + sum(weight * north[row] for row, weight in rows),
         longitude + sum(weight * east[column] for column, weight in columns),
     )
-    return values, tuple(round(value, 5) for value in place)
+    return values, GridPoint(*(round(value, 5) for value in place))
 
 
 def weigh_neighbours(distance, point):

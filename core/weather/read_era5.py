@@ -73,7 +73,7 @@ def read_era5(paths, latitude, longitude, altitude, point):
     source, names = ", ".join(map(str, paths)), ", ".join(path.name for path in paths)
     check_variables(source, set(table))
     # The values are those of the grid; the sun is that of the requested place.
-    label = f"ERA5 {names} ({point}: {place[0]:g}°, {place[1]:g}°)"
+    label = f"ERA5 {names} ({point}: {place})"
     return Record(convert_era5(table, rates), latitude, longitude, altitude, source, label)
 
 
@@ -124,8 +124,8 @@ def read_files(files, latitude, longitude, point):
     -------
     table : pandas.DataFrame
         Of the files' variables in our units, indexed by stamps in UTC.
-    place : tuple of float
-        Latitude and longitude [°] the values belong to.
+    place : GridPoint
+        The values belong to.
     rates : set of str
         Variables that are means in Wm⁻², not sums.
     """
@@ -138,10 +138,8 @@ def read_files(files, latitude, longitude, point):
         if table is None:
             table, place, rates = found
             continue
-        if max(abs(here[0] - place[0]), abs(here[1] - place[1])) > SAME_PLACE:
-            problem = (
-                f"its grid point {here[0]:g}°, {here[1]:g}° differs from {place[0]:g}°, {place[1]:g}° of the others"
-            )
+        if max(abs(here.latitude - place.latitude), abs(here.longitude - place.longitude)) > SAME_PLACE:
+            problem = f"its grid point {here} differs from {place} of the others"
             raise InputError(path, problem, "download all variables on the same grid")
         if rates & set(own) != means & set(table):
             raise InputError(path, "is in Wm⁻² while other files are in Jm⁻², or vice versa", "use one unit")

@@ -4,6 +4,8 @@ from dataclasses import dataclass, field, replace
 
 import pandas as pd
 
+from ..sun.time_axis import TimeAxis
+
 
 @dataclass
 class Weather:
@@ -22,6 +24,11 @@ class Weather:
     # ghi, dhi, dni [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], pressure [Pa]
     # and, of the sun at mid-interval, solar_zenith, apparent_zenith, solar_azimuth [°].
     # Below 2° of apparent elevation dni is the measured one, or 0 if it would have to be derived; see add_sun.
+
+    @property
+    def axis(self):
+        """Its intervals and its place: TimeAxis."""
+        return TimeAxis(self.data.index, self.interval, self.latitude, self.longitude)
 
 
 def darken_hours(weather, dark):

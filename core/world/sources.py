@@ -60,13 +60,13 @@ def model_source(places, name, request, off_land="blank"):
         records = climate_records(places, chunk, land, suns, request)
         found = []
         for one, own, known in zip(chunk, suns, records, strict=True):
-            place = places.latitude[one], places.longitude[one]
+            latitude, longitude = places.latitude[one], places.longitude[one]
             if known is not None:
                 found.append((add_sun(known, INTERVAL, request.horizon_cut, own), CLIMATE))
             elif name == "climate" and off_land == "blank":
                 found.append((None, NOTHING))
             else:
-                clear = clear_sky(*place, look_up_altitude(*place), request.year, sun=own)
+                clear = clear_sky(latitude, longitude, look_up_altitude(latitude, longitude), request.year, sun=own)
                 found.append((add_sun(clear, INTERVAL, request.horizon_cut, own), CLEAR))
         return found
 

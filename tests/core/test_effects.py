@@ -145,7 +145,7 @@ def test_reach_of_the_ground():
 @pytest.fixture(scope="module")
 def berlin():
     weather = read_weather(ERA5, 52.51, 13.39)
-    suns = choose_suns("hourly", weather.data.index, weather.interval, weather.latitude, weather.longitude)
+    suns = choose_suns("hourly", *weather.axis)
     return weather, unshaded_transfer(suns, TILT, AZIMUTH)
 
 

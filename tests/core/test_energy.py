@@ -28,7 +28,7 @@ def berlin():
 
 
 def suns_of(weather, way):
-    return choose_suns(way, weather.data.index, weather.interval, weather.latitude, weather.longitude)
+    return choose_suns(way, *weather.axis)
 
 
 def pvlib_called_directly(weather, tilt, azimuth, albedo=0.25, name=MODULE):

@@ -65,8 +65,7 @@ def open_plane(tilt, azimuth):
 @pytest.mark.parametrize(("path", "latitude", "longitude"), STATIONS, ids=["New York", "Santiago", "Barrow"])
 def test_a_year_on_open_planes(path, latitude, longitude):
     weather = read_weather(path, latitude, longitude)
-    year = weather.data.index, weather.interval, weather.latitude, weather.longitude
-    suns = choose_suns("typical-days:12", *year)
+    suns = choose_suns("typical-days:12", *weather.axis)
     low = weather.data["apparent_zenith"] > 88
     expected = pvlib_alone(path, low_suns=bool((weather.data["dni"][low] > 0).any()))
     for (tilt, azimuth), truth in zip(PLANES, expected, strict=True):

@@ -34,7 +34,7 @@ FACES = (
 def weighed(request):
     """Transfer, weather and energy of a hundred random horizons."""
     weather = read_weather(request.param, 52.5, 13.4)
-    suns = choose_suns("typical-days:6", weather.data.index, weather.interval, weather.latitude, weather.longitude)
+    suns = choose_suns("typical-days:6", *weather.axis)
     transfer = Horizons(100, 4).transfer(suns)
     transfer.surfaces.kind[3] = "ground"
     transfer.surfaces.eligible[3] = False

@@ -84,7 +84,7 @@ def test_a_year_on_open_planes(station):
     reading of the file, with the sun of another year, within 0.2 %."""
     path, latitude, longitude = STATIONS[station]
     weather = read_weather(path, latitude, longitude)
-    suns = choose_suns("hourly", weather.data.index, weather.interval, weather.latitude, weather.longitude)
+    suns = choose_suns("hourly", *weather.axis)
     own = columns_of(weather)
     alone = read_with_pvlib(path, low_suns=bool((own["dni"][own["zenith"] > 88] > 0).any()))
     for tilt in TILTS:

@@ -70,7 +70,7 @@ def berlin():
 
 
 def suns_of(weather, way="days:12"):
-    return choose_suns(way, weather.data.index, weather.interval, weather.latitude, weather.longitude)
+    return choose_suns(way, *weather.axis)
 
 
 def horizon_of(transfer, share):

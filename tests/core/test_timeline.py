@@ -26,7 +26,7 @@ def berlin():
 
 
 def suns_of(weather, way):
-    return choose_suns(way, weather.data.index, weather.interval, weather.latitude, weather.longitude)
+    return choose_suns(way, *weather.axis)
 
 
 @pytest.mark.parametrize("way", ["hourly", "days:24", "sky-grid:300"])
