@@ -7,6 +7,7 @@ import numpy as np
 from ..effects.judge_effects import judge
 from ..materials.read_albedo import materials_of_surfaces
 from ..transfer.kept_matrix import keep_matrix
+from ..transfer.merge_transfers import MATRICES
 from ..transfer.transfer import ErrorParts, SourceLight, Transfer
 
 COLUMNS = (
@@ -17,7 +18,6 @@ COLUMNS = (
     "diffuse_relative_standard_error",
     "direct_annual_standard_error",
 )
-MATRICES = ("visible_share", "direct_reflected")
 SUMS = ("patches", "hemisphere_rays", "shadow_rays", "embree_thread_seconds")
 BY_KEY = ("source_rays", "seconds", "processor_seconds")
 LARGEST = ("max_bounces", "brightest_albedo", "threads", "last_bounce_share_diffuse", "last_bounce_share_direct")

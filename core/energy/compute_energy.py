@@ -11,6 +11,7 @@ from threadpoolctl import threadpool_limits
 from ..sky.light_sources import SOURCES
 from ..sky.sky_models import SkyParts, split_sky
 from ..sun.solar_position import is_sunny
+from ..sun.values_at import largest_mismatch
 from ..weather.weather import darken_hours
 from .check_inputs import check_hours, check_sky, check_transfer
 from .counted_area import find_counted_area
@@ -165,7 +166,7 @@ def prepare_task(transfer, weather, system, electric, sky):
         system.feeds_grid,
         diffuse_incidence_factors(transfer.surfaces.surface_tilt, system, [SOURCES[name] for name in sky.sources]),
         order_neighbours(transfer.suns),
-        largest_mismatch(transfer.suns, hours),
+        largest_mismatch(transfer.suns, hours.direction, hours.match, hours.match_weight),
         sky,
     )
 
@@ -229,16 +230,6 @@ def spread_hours(values, hours, count):
 def cut_blocks(rows):
     """Blocks of at most BLOCK surfaces: list of (n,) int."""
     return [rows[first : first + BLOCK] for first in range(0, len(rows), BLOCK)]
-
-
-def largest_mismatch(suns, hours):
-    """Largest angle between the sun of an hour and the traced suns that represent it [°]."""
-    angle = 0.0
-    for column in range(hours.match.shape[1]):
-        used = hours.match_weight[:, column] != 0
-        cosine = np.einsum("hi,hi->h", suns.direction[hours.match[used, column]], hours.direction[used])
-        angle = max(angle, float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).max(initial=0.0)))
-    return angle
 
 
 def count_years(weather):

@@ -72,3 +72,23 @@ def fill_behind(visible_share, projection, neighbours, reach, openness):
         sun, surface = sun[~in_front], surface[~in_front]
         if not len(sun):
             return
+
+
+def filled_share(transfer, rows, neighbours, reach, dtype=np.float32):
+    """Visible share of some surfaces of a Transfer for each sun, those just behind filled in: (s, n).
+
+    Parameters
+    ----------
+    transfer : Transfer
+    rows : numpy.ndarray or slice
+        n surfaces.
+    neighbours, reach
+        As in `fill_behind`.
+    dtype : numpy dtype
+    """
+    normal = transfer.surfaces.normal[rows].T
+    visible = np.array(transfer.visible_share[rows].T, dtype, order="C")
+    # For a surface that no traced sun reaches: the visible share of the part of the sky that it faces.
+    openness = np.clip(transfer.sky_view_factor[rows] / np.maximum((1.0 + normal[2]) / 2.0, 1e-9), 0.0, 1.0)
+    fill_behind(visible, transfer.suns.direction @ normal, neighbours, reach, openness)
+    return visible

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .fill_behind import fill_behind
+from ..sun.values_at import values_at
+from .fill_behind import filled_share
 
 
 @dataclass
@@ -61,10 +62,6 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken,
     Block
     """
     normal = transfer.surfaces.normal[rows].T
-    visible = np.ascontiguousarray(transfer.visible_share[rows].T, dtype=dtype)
-    # For a surface that no traced sun reaches: the visible share of the part of the sky that it faces.
-    openness = np.clip(transfer.sky_view_factor[rows] / np.maximum((1.0 + normal[2]) / 2.0, 1e-9), 0.0, 1.0)
-    fill_behind(visible, transfer.suns.direction @ normal, neighbours, reach, openness)
     sources, source_view = sources_of_rows(transfer, rows, sky)
     return Block(
         normal=normal.astype(dtype),
@@ -74,7 +71,7 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken,
         sources=sources.astype(dtype),
         source_view=source_view.astype(dtype),
         taken=taken.astype(dtype),
-        visible_share=visible,
+        visible_share=filled_share(transfer, rows, neighbours, reach, dtype),
         reflected=np.ascontiguousarray(transfer.direct_reflected[rows].T, dtype=dtype),
         group_weight=group_weight.astype(dtype),
     )
@@ -144,7 +141,7 @@ def sum_block(block, hours, model, *, ac=False):
 def direct_part(block, hours):
     """Cosine of the angle of incidence, and direct irradiance per `sunward` without reflections: (h, n), (h, n)."""
     projection = np.maximum(hours.direction @ block.normal, 0)
-    direct = at_hours(block.visible_share, hours)
+    direct = values_at(block.visible_share, hours.match, hours.match_weight)
     direct *= projection
     return projection, direct
 
@@ -172,19 +169,9 @@ def run_model(model, block, hours, direct, projection):
     return direct, diffuse, model.dc(direct, diffuse, taken, projection, hours)
 
 
-def at_hours(values, hours):
-    """Values of the traced suns, (s, n), at the hours they represent: (h, n)."""
-    if hours.match.shape[1] == 1:
-        return np.take(values, hours.match[:, 0], axis=0, mode="clip")
-    return sum(
-        np.take(values, hours.match[:, column], axis=0, mode="clip") * hours.match_weight[:, column, None]
-        for column in range(hours.match.shape[1])
-    )
-
-
 def diffuse_part(block, hours):
     """Irradiance treated as diffuse: dome, traced sources, reflections and far ground: (h, n) [Wm⁻²]."""
-    diffuse = at_hours(block.reflected, hours)
+    diffuse = values_at(block.reflected, hours.match, hours.match_weight)
     diffuse *= hours.sunward
     shared = np.concatenate([hours.dome, hours.level], axis=1)
     diffuse += shared @ np.stack([block.diffuse, block.far_ground])

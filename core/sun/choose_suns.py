@@ -9,7 +9,7 @@ from .days_of_year import days_of_year_suns
 from .hourly import hourly_suns
 from .keep_suns import weigh_by_year
 from .sky_grid import sky_grid_suns
-from .time_axis import TimeAxis
+from .suns import TimeAxis
 
 CURE = "give hourly, days:N, typical-days:N or sky-grid:N"
 FEWEST_DIRECTIONS, MOST_DIRECTIONS = 16, 1_000_000

@@ -1,8 +1,19 @@
-"""The sun positions that are traced."""
+"""The sun positions that are traced, and the time axes that they stand for."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
+
+
+class TimeAxis(NamedTuple):
+    """Intervals at a place on Earth, for which suns are chosen."""
+
+    times: pd.DatetimeIndex  # (t,) start of each, tz-aware
+    interval: pd.Timedelta  # length of each
+    latitude: float  # [°]
+    longitude: float  # [°]
 
 
 @dataclass

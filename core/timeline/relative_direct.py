@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from ..energy.fill_behind import fill_behind, order_neighbours
+from ..energy.fill_behind import filled_share, order_neighbours
 from ..horizon.horizon import is_above
 from ..sun.match_suns import match_suns
 from ..sun.solar_position import is_sunny, solar_position, sun_direction
+from ..sun.values_at import largest_mismatch, values_at
 
 BLOCK = 1024  # surfaces at a time
 
@@ -58,25 +59,13 @@ def _add_blocks(transfer, direction, index, weight):
     # (t, n): direct sunlight, light by way of the open ground, and all other reflections of sunlight.
     suns, surfaces = transfer.suns, transfer.surfaces
     neighbours, found = order_neighbours(suns), np.empty((len(direction), len(surfaces)), np.float32)
-    reach = _largest_angle(suns, direction, index, weight)
+    match, reach = (index, weight), largest_mismatch(suns, direction, index, weight)
     height = np.maximum(direction[:, 2:], 0.0)
     for first in range(0, len(surfaces), BLOCK):
         rows = slice(first, first + BLOCK)
         normal = surfaces.normal[rows].T
-        visible = np.array(transfer.visible_share[rows].T)
-        openness = np.clip(transfer.sky_view_factor[rows] / np.maximum((1 + normal[2]) / 2, 1e-9), 0, 1)
-        fill_behind(visible, suns.direction @ normal, neighbours, reach, openness)
-        part = _at(visible, index, weight) * np.maximum(direction @ normal, 0)
-        part += _at(np.asarray(transfer.direct_reflected[rows]).T, index, weight)
+        visible = filled_share(transfer, rows, neighbours, reach)
+        part = values_at(visible, *match) * np.maximum(direction @ normal, 0)
+        part += values_at(np.asarray(transfer.direct_reflected[rows]).T, *match)
         found[:, rows] = part + height * (transfer.far_ground_view_factor[rows] * transfer.ground_albedo)
     return found
-
-
-def _at(values, index, weight):
-    return sum(values[index[:, column]] * weight[:, column, None] for column in range(index.shape[1]))
-
-
-def _largest_angle(suns, direction, index, weight):
-    # Between a sun and the traced ones that represent it [°].
-    cosine = np.einsum("tki,ti->tk", suns.direction[index], direction)[weight != 0]
-    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).max(initial=0.0))

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import pandas as pd
 
-from ..sun.time_axis import TimeAxis
+from ..sun.suns import TimeAxis
 
 
 @dataclass
