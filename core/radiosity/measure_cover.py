@@ -60,6 +60,8 @@ def find_cover(ray_scene, patches, wanted, threads, progress=silent):
         return find_covered_cells(ray_scene, patches, chosen)
 
     done = 0
+    if tasks:
+        progress(COVER_STAGE, done, len(rows), "patches")
     for chosen, cells in zip(tasks, map_in_order(find_rows, tasks, threads), strict=True):
         covered[chosen] = cells
         done += len(chosen)

@@ -152,12 +152,14 @@ def test_no_wall_is_brightened_or_blackened_beyond_its_own_rays(town):
     assert covered[~called].max() < 0.65
 
 
-def any_back_covers(ray_scene, patches, chosen, starts):
+def any_back_covers(ray_scene, patches, chosen):
     """The naive rule: whoever sees a back lies inside."""
-    return np.ones((len(chosen), trace_hemisphere.CELL_DIVISIONS**2), bool)
+    _, rows, _, by_ray, _ = walls_of("Manhattan")
+    sees_back = by_ray[np.searchsorted(rows, chosen), BACK] > 0
+    return np.repeat(sees_back[:, None], trace_hemisphere.CELL_DIVISIONS**2, axis=1)
 
 
-def nothing_covers(ray_scene, patches, chosen, starts):
+def nothing_covers(ray_scene, patches, chosen):
     """The other naive rule: every ray speaks for itself."""
     return np.zeros((len(chosen), trace_hemisphere.CELL_DIVISIONS**2), bool)
 
