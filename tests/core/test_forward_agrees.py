@@ -136,7 +136,7 @@ def forward_town():
     town = np.load(ROOT / "tests" / "data" / "town.npz")
     scene = scene_of_triangles(town["vertices"], town["triangles"])
     suns = suns_towards(town["sun"][TOWN_SUNS])
-    request = Request(estimator="forward", samples=48, far_ground=False)
+    request = Request(estimator="forward", samples=40, far_ground=False)
     return town, scene, suns, trace_forward(scene, suns, request, silent)
 
 
