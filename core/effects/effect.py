@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from ..horizon.read_horizon import read_horizon
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
 from ..request import Request
 from ..scene.scene import Scene
+from ..sun.solar_position import MINIMUM_ELEVATION
 from ..threads import usable_threads
 from .pilot import Pilot, Surroundings, trace_pilot
 
@@ -56,12 +58,26 @@ class Inputs:
         return FacingScene(self.scene, self.patches, usable_threads(self.request.threads))
 
     @cached_property
+    def horizons(self):
+        """Horizon of the terrain as seen from the site, and from the corners of the scene; None where none is given."""
+        path = self.request.horizon
+        return None if path is None else read_horizon(path, self.scene)
+
+    @property
+    def terrain(self):
+        """Horizon that hides suns and sky; None where it is level, too low to count, or switched off."""
+        if self.horizons is None:
+            return None
+        horizon = self.horizons[0]
+        return horizon if self.asked("terrain-horizon", horizon.elevation.max() > MINIMUM_ELEVATION) else None
+
+    @cached_property
     def pilot(self) -> Pilot | None:
         """Where the light of the receivers comes from, traced when an effect needs it."""
         request = self.request
         far_ground = request.ground_albedo if self.asked("far-ground", request.far_ground) else 0.0
-        foliage, terrain = (self.decided[key].setting for key in ("trees", "terrain-horizon"))
-        around = Surroundings(far_ground, self.suns, foliage and foliage.canopy(bare=True), terrain)
+        foliage = self.decided["trees"].setting
+        around = Surroundings(far_ground, self.suns, foliage and foliage.canopy(bare=True), self.terrain)
         return trace_pilot(self.ray_scene, self.patches, self.scene, around, request.seed)
 
     @property

@@ -21,9 +21,9 @@ class Row(NamedTuple):
 
 TABLE = {
     "trees": Row("Trees", "Crowns that let part of the light through, in leaf and bare"),
-    "terrain-horizon": Row("Terrain horizon", "Terrain far from the city that hides suns and sky"),
     "sky-rays": Row("Sky rays", "What stands between the surfaces and the sky"),
     "shadow-rays": Row("Shadow rays", "What stands between the surfaces and the suns"),
+    "terrain-horizon": Row("Terrain horizon", "Terrain far from the city that hides suns and sky"),
     "receivers": Row("Receivers", "Fewer rays for surfaces whose numbers are not wanted", ("gather",)),
     "reflections": Row("Reflections", "How often light is followed from surface to surface"),
     "reflectors": Row("Reflectors", "Ground that no surface sees is left out of reflections", ("gather",)),

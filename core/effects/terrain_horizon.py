@@ -2,33 +2,156 @@
 
 import numpy as np
 
+from ..horizon.horizon import TerrainHorizon, is_above
 from ..horizon.horizon_share import bound_between, bound_of_horizon, hidden_shares, suns_of_year
-from ..horizon.read_horizon import read_horizon
+from ..sky.sky_models import split_sky
+from ..sky.terrain_loss import first_light, light_behind, sum_direct, sunlit_year
 from ..sun.solar_position import MINIMUM_ELEVATION
 from .effect import Effect
 
 KEY = "terrain-horizon"
 POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
+STEP = 5.0  # [°] to which tilts and azimuths are rounded
+CERTAINTY = 2  # standard errors
+LEAST_LIGHT = 0.01  # of the unshaded one, below which a group's share is not divided by it
+UP = np.array([[0.0, 0.0, 1.0]])
 
 
 def decide(inputs):
     """Called for when the horizon rises above the 2° below which no direct light is traced."""
-    path, site = inputs.request.horizon, inputs.scene.site
-    if path is None:
+    if inputs.horizons is None:
         return Effect(KEY, False, "none", "no --horizon is given: the horizon is level", None)
-    horizon, corners = read_horizon(path, inputs.scene)
-    suns = suns_of_year(site.latitude, site.longitude)
+    horizon, corners = inputs.horizons
     top = int(horizon.elevation.argmax())
     highest, azimuth = horizon.elevation[top], horizon.azimuth[top]
     where = f"{highest:.1f}° in the {POINTS[round(azimuth / 45) % 8]} (azimuth {azimuth:.0f}°)"
-    if not inputs.asked(KEY, highest > MINIMUM_ELEVATION):
+    if inputs.terrain is None:
         low = f"no higher than the {MINIMUM_ELEVATION:g}° below which no sun is traced"
         words = "switched off" if inputs.asked(KEY) is False else low
-        return Effect(KEY, False, "none", f"{words}: it rises to {where}", bound_of_horizon(horizon, suns))
-    sky, sun = hidden_shares(horizon, suns)
-    extent = f"hides {sky[0]:.1%} of the sky and {sun[0]:.1%} of the sunlight of level ground"
+        return Effect(KEY, False, "none", f"{words}: it rises to {where}", bound_off(inputs, horizon))
+    sky, sun = shares_of_level_ground(inputs, horizon)
+    extent = f"hides {sky:.1%} of the sky and {sun:.1%} of the sunlight of level ground"
     reason = f"it rises to {where}"
     if corners:
         apart = max(float(np.abs(corner.elevation - horizon.elevation).max()) for corner in corners)
         reason += f"; corners of the scene see it up to {apart:.1f}° higher or lower"
-    return Effect(KEY, True, extent, reason, bound_between(horizon, corners, suns), setting=horizon)
+    return Effect(KEY, True, extent, reason, bound_on(inputs, horizon, corners), setting=horizon)
+
+
+def shares_of_level_ground(inputs, horizon):
+    """Shares of sky and of the year's sunlight that a horizon hides from level ground: two float."""
+    sky, sun = hidden_shares(horizon, suns_of_year(inputs.scene.site.latitude, inputs.scene.site.longitude))
+    if inputs.weather is None:
+        return float(sky[0]), float(sun[0])
+    year = year_of(inputs)
+    behind, whole = (
+        float(sum_direct(year, UP, chosen)[0]) for chosen in (~is_above(horizon, year.towards), slice(None))
+    )
+    return float(sky[0]), behind / whole if whole > 0 else 0.0
+
+
+def bound_off(inputs, horizon):
+    """What any kind and orientation of receivers loses or gains behind a horizon at most, as a share of its light."""
+    if inputs.weather is None:
+        site = inputs.scene.site
+        return bound_of_horizon(horizon, suns_of_year(site.latitude, site.longitude))
+    return largest_share(inputs, lambda year, normal, albedo: light_behind(year, normal, horizon, albedo))
+
+
+def bound_on(inputs, horizon, corners):
+    """The same of what lies between this horizon and those of the corners, where the buildings have theirs."""
+    if inputs.weather is None:
+        site = inputs.scene.site
+        return bound_between(horizon, corners, suns_of_year(site.latitude, site.longitude))
+
+    def between(year, normal, albedo):
+        found = np.zeros((2, len(normal)))
+        for corner in corners:
+            # Where one rises and the other falls, both count: the light between their lower and higher edge.
+            edges = [TerrainHorizon(edge(horizon.elevation, corner.elevation)) for edge in (np.minimum, np.maximum)]
+            low, high = (np.array(light_behind(year, normal, one, albedo)) for one in edges)
+            found = np.maximum(found, np.abs(high - low))
+        return found
+
+    return largest_share(inputs, between, horizon)
+
+
+def year_of(inputs):
+    """SunlitYear of the weather, under the sky that the run asks for."""
+    sky = inputs.request.sky if inputs.request.sky == "isotropic" else "perez"
+    return sunlit_year(inputs.weather, split_sky(inputs.weather, sky))
+
+
+def largest_share(inputs, change, behind=None):
+    """Largest change of the light of any kind and orientation of receivers, and of level ground, which reflects.
+
+    What stands in the way of light from the terrain's part of the sky makes the change smaller, but also the light that
+    it is a share of: that is known from the pilot.
+
+    Parameters
+    ----------
+    inputs : Inputs
+    change : callable
+        `change(year, normal, albedo)` gives what unobstructed surfaces lose and gain: (2, k).
+    behind : TerrainHorizon, optional
+        Whose losses the light has already suffered.
+
+    Returns
+    -------
+    float
+    """
+    year, albedo = year_of(inputs), inputs.request.ground_albedo
+    surfaces = inputs.scene.surfaces
+    wanted = np.asarray(surfaces.eligible if surfaces.eligible.any() else np.ones(len(surfaces), bool))
+    names = np.char.add(np.char.add(np.asarray(surfaces.kind, str), " "), np.asarray(surfaces.orientation, str))
+    largest, least = 0.0, 1.0
+    for name in np.unique(names[wanted]):
+        members = np.flatnonzero(wanted & (names == name))
+        normal, area = planes_of(surfaces, members)
+        light = first_light(year, normal)
+        if behind is not None:
+            light = light - light_behind(year, normal, behind, albedo)[0]
+        left = share_left(inputs, name, area @ (1 + normal[:, 2]) / 2 / area.sum())
+        least = min(least, left)
+        largest = max(largest, max(change(year, normal, albedo) @ area) / max(area @ light * left, 1e-9))
+    return float(max(largest, change_of_level(year, change, albedo) / least))
+
+
+def change_of_level(year, change, albedo):
+    """Largest change of the light of level ground: float."""
+    light = float(first_light(year, UP)[0])
+    return float(np.max(change(year, UP, albedo))) / light if light > 0 else 0.0
+
+
+def planes_of(surfaces, members):
+    """Normals of some surfaces, alike ones together, and their areas: (k, 3) and (k,) float64."""
+    tilt = STEP * np.round(np.asarray(surfaces.surface_tilt, float)[members] / STEP)
+    azimuth = STEP * np.round(np.asarray(surfaces.surface_azimuth, float)[members] / STEP)
+    planes, which = np.unique(np.stack([tilt, azimuth]), axis=1, return_inverse=True)
+    area = np.bincount(which.ravel(), np.maximum(np.asarray(surfaces.area, float)[members], 1e-9))
+    up, turn = np.radians(planes)
+    return np.stack([np.sin(up) * np.sin(turn), np.sin(up) * np.cos(turn), np.cos(up)], axis=1), area
+
+
+def share_left(inputs, name, sky_view):
+    """What shade leaves of a group's first light, less its uncertainty; 1 where nothing shades any receiver.
+
+    Parameters
+    ----------
+    inputs : Inputs
+    name : str
+        Kind and orientation.
+    sky_view : float
+        Of the group, unobstructed.
+    """
+    pilot = inputs.pilot_if_wanted
+    if pilot is None or name not in pilot.groups:
+        return 1.0
+    members = pilot.group == pilot.groups.index(name)
+    weight = pilot.weight[members] / pilot.weight[members].sum()
+    ratio = inputs.direct_over_diffuse
+    found = pilot.sky[members, 0] + ratio * pilot.sun[members, 0].astype(float)
+    mean = weight @ found
+    error = np.sqrt((weight**2 * (found - mean) ** 2).sum())
+    whole = sky_view + ratio * (weight @ pilot.unshaded[members])
+    return float(max(mean - CERTAINTY * error, LEAST_LIGHT * whole) / whole)
