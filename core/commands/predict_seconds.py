@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..effects.receivers import fewer_rays
-from ..form_factors.form_factor_products import multiply_visible, propagate
+from ..form_factors.form_factor_products import links_of, multiply_visible, propagate
 from ..progress import silent
 from ..radiosity.gather_context import prepare_gather
 from ..radiosity.gather_source import LEAST, trace_patches
@@ -121,6 +121,7 @@ def time_stages(context, few, suns):
     weights = part.weights, np.empty(len(patches), np.float32)
     visible = part.directions, light.visible_elements
     factor = np.ones((len(patches), count_elements(points)), np.float32)
+    links_of(rays.form_factors, factor)  # once for all reflections of a run
     laps.append(time.perf_counter())
     arriving = multiply_visible(rays.form_factors, patches.albedo, patches.normal, visible)
     propagate(rays.form_factors, factor, arriving, weights)

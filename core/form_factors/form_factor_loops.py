@@ -68,65 +68,65 @@ def add_single(rows, scale, product, factor, light):
         product[chosen[row], 0] = share * total
 
 
-@njit(nogil=True, cache=True, inline="always")
-def radiosity_met(key, scale, factor, light):
-    """Radiosity of the place of a key, a factor (p,) times light (p, cells) or (p, 1)."""
-    to_patch, to_cell, share = scale
-    patch = key >> to_patch
-    cell = 0 if light.shape[1] == 1 else (key >> to_cell) - (patch << (to_patch - to_cell))
-    return share * factor[patch] * light[patch, cell]
-
-
 @njit(nogil=True, cache=True)
-def add_starts(rows, scale, product, factor, light):
-    """Radiosity of cells times the share of rays that hit them, by the cells in which the rays start."""
-    chosen, start, key, count = rows
+def add_starts(rows, scale, product, radiosity):
+    """Radiosity of cells, (p · cells,), times the share of rays that hit them, by the cells in which the rays start."""
+    (chosen, start, key, count), (_, to_cell, share) = rows, scale
     for row in range(len(chosen)):
         total = product[chosen[row]]
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
             begun = (key[entry] >> REPLICATE_BITS) & (len(total) - 1)
-            total[begun] += np.float32(count[entry]) * radiosity_met(key[entry], scale, factor, light)
+            total[begun] += share * np.float32(count[entry]) * radiosity[key[entry] >> to_cell]
 
 
 @njit(nogil=True, cache=True)
-def weigh_row(row, rows, scale, factor, places):
-    """Like `merge_row` for whole patches, with each ray weighted by the factor, (p · cells,), of the cell that it hits.
+def link_patches(rows, scale, factor):
+    """Patches that the rays of each row meet, once each, with their weights: form factor times factor (p · cells,).
 
-    Parameters
-    ----------
-    places : tuple of (m,) int32 and (m,) float32
-        Written.
+    Returns
+    -------
+    start : (c + 1,) int64
+        Where those of each row begin. Each has a multiple of four, so that they can be processed in fours.
+    patch : (l,) int32
+    weight : (l,) float32
+        0 for those that fill up a four.
     """
-    (start, key, count), (to_patch, to_cell, share), (met, weight) = rows, scale, places
-    found, entry, last = 0, start[row], start[row + 1]
-    while entry < last:
-        patch, total = key[entry] >> to_patch, np.float32(0)
-        while entry < last and key[entry] >> to_patch == patch:
-            total += np.float32(count[entry]) * factor[key[entry] >> to_cell]
-            entry += 1
-        met[found], weight[found] = patch, share * total
-        found += 1
-    met[found : found + 3], weight[found : found + 3] = 0, 0
-    return found
+    (_, first, key, count), (to_patch, to_cell, share) = rows, scale
+    start = np.zeros(len(first), np.int64)
+    for row in range(len(first) - 1):
+        found, last = 0, -1
+        for entry in range(first[row], first[row + 1]):
+            found += key[entry] >> to_patch != last
+            last = key[entry] >> to_patch
+        start[row + 1] = start[row] + (found + 3) // 4 * 4
+    patch, weight = np.zeros(start[-1], np.int32), np.zeros(start[-1], np.float32)
+    for row in range(len(first) - 1):
+        place, entry = start[row], first[row]
+        while entry < first[row + 1]:
+            met, total = key[entry] >> to_patch, np.float32(0)
+            while entry < first[row + 1] and key[entry] >> to_patch == met:
+                total += np.float32(count[entry]) * factor[key[entry] >> to_cell]
+                entry += 1
+            patch[place], weight[place] = met, share * total
+            place += 1
+    return start, patch, weight
 
 
 @njit(nogil=True, cache=True, fastmath={"reassoc"})
-def add_patches(rows, scale, product, radiosity, sums):
-    """Radiosity of cells, a factor (p · cells,) times light (p, s), times the share of rays that hit them.
+def add_patches(chosen, links, product, light, sums):
+    """Light of patches, (p, s), times the weights of `link_patches`.
 
     `sums` is a tuple of (s,) and (p,) float32 as in `propagate`, and whether to add to the product or overwrite it.
     """
-    (chosen, start, key, count), (weights, arrived, add), (factor, light) = rows, sums, radiosity
-    met, weight = room_for_rows(start)
+    (start, patch, weight), (weights, arrived, add) = links, sums
     total = np.empty(light.shape[1], np.float32)
     for row in range(len(chosen)):
-        found = weigh_row(row, (start, key, count), scale, factor, (met, weight))
         total[:] = 0
         # Four at a time, so that the sums need not be loaded and stored for each.
-        for four in range(0, found, 4):
-            first, second = light[met[four]], light[met[four + 1]]
-            third, fourth = light[met[four + 2]], light[met[four + 3]]
+        for four in range(start[row], start[row + 1], 4):
+            first, second = light[patch[four]], light[patch[four + 1]]
+            third, fourth = light[patch[four + 2]], light[patch[four + 3]]
             a, b, c, d = weight[four], weight[four + 1], weight[four + 2], weight[four + 3]
             for column in range(len(total)):
                 pair = a * first[column] + b * second[column]
@@ -139,29 +139,48 @@ def add_patches(rows, scale, product, radiosity, sums):
 
 
 @njit(nogil=True, cache=True)
-def add_elements(rows, scale, product, factor, light):
-    """Radiosity of cells times the share of rays that hit them, by replicate."""
-    chosen, start, key, count = rows
+def add_elements(rows, scale, product, radiosity):
+    """Radiosity of cells, (p · cells,), times the share of rays that hit them, by replicate."""
+    (chosen, start, key, count), (_, to_cell, share) = rows, scale
     for row in range(len(chosen)):
         total = product[chosen[row]]
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
-            met = np.float32(count[entry]) * radiosity_met(key[entry], scale, factor, light)
+            met = np.float32(count[entry]) * radiosity[key[entry] >> to_cell]
             total[key[entry] & (HEMISPHERE_REPLICATES - 1)] += met
+        for replicate in range(HEMISPHERE_REPLICATES):
+            total[replicate] *= share
+
+
+@njit(nogil=True, cache=True)
+def add_steps(rows, scale, product, radiosity):
+    """Two kinds of radiosity of cells, (p · cells, 2): of the first the sum by replicate, of the second that of all."""
+    (chosen, start, key, count), (_, to_cell, share) = rows, scale
+    for row in range(len(chosen)):
+        total, whole = product[chosen[row]], NONE
+        total[:] = 0
+        for entry in range(start[row], start[row + 1]):
+            rays, met = np.float32(count[entry]), radiosity[key[entry] >> to_cell]
+            total[key[entry] & (HEMISPHERE_REPLICATES - 1)] += rays * met[0]
+            whole += rays * met[1]
+        for replicate in range(HEMISPHERE_REPLICATES):
+            total[replicate] *= share
+        total[HEMISPHERE_REPLICATES] = share * whole
 
 
 @njit(nogil=True, cache=True)
 def add_columns(rows, scale, product, factor, places):
-    """Factor (p,) times k kinds of light of cells, (p · cells, k), times the share of rays that hit them."""
+    """Factor (p,) times light of cells in each replicate, (p · cells, 4), times the share of rays that hit them."""
     (chosen, start, key, count), (to_patch, to_cell, share) = rows, scale
+    total = np.empty(HEMISPHERE_REPLICATES, np.float32)
     for row in range(len(chosen)):
-        total = product[chosen[row]]
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
             weight = share * np.float32(count[entry]) * factor[key[entry] >> to_patch]
             met = places[key[entry] >> to_cell]
-            for column in range(len(total)):
+            for column in range(HEMISPHERE_REPLICATES):
                 total[column] += weight * np.float32(met[column])
+        product[chosen[row]] = total
 
 
 @njit(nogil=True, cache=True)

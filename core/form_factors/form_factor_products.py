@@ -4,7 +4,16 @@ import numpy as np
 
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..threads import map_in_order
-from .form_factor_loops import add_columns, add_elements, add_patches, add_single, add_starts, add_visible
+from .form_factor_loops import (
+    add_columns,
+    add_elements,
+    add_patches,
+    add_single,
+    add_starts,
+    add_steps,
+    add_visible,
+    link_patches,
+)
 
 
 def multiply(form_factors, factor, light, threads=1):
@@ -52,11 +61,33 @@ def propagate(form_factors, factor, light, sums, threads=1, *, out=None, total=N
         np.multiply(product[:, 0], weight[0], out=arrived)
         return product if total is None else np.add(total, product, out=total)
     arrived[:] = 0
-    if total is None:
-        out = empty_product(form_factors, light.shape[1]) if out is None else out
-        return run_rows(form_factors, out, threads, add_patches, (factor.ravel(), light), (weight, arrived, False))
-    given = (factor.ravel(), light), (weight, arrived, True)
-    return run_rows(form_factors, total, threads, add_patches, *given, fresh=False)
+    fresh = total is None
+    product = total if total is not None else empty_product(form_factors, light.shape[1]) if out is None else out
+    if fresh:
+        clear_unsent(form_factors, product)
+    links = links_of(form_factors, factor, threads)
+
+    def work(part):
+        rows, linked = part
+        add_patches(rows.chosen, linked, product, light, (weight, arrived, not fresh))
+
+    for _ in map_in_order(work, zip(form_factors.rows, links, strict=True), threads):
+        pass
+    return product
+
+
+def links_of(form_factors, factor, threads=1):
+    """Patches that each row meets, with weights, for `add_patches`: list of tuples, of `link_patches`.
+
+    They are kept with the form factors, since all reflections of all lights take the same factor.
+    """
+    if form_factors.links is None or form_factors.links[0] is not factor:
+        flat = factor.ravel()
+        linked = map_in_order(
+            lambda rows: link_patches(*loop_inputs(form_factors, rows), flat), form_factors.rows, threads
+        )
+        form_factors.links = factor, list(linked)
+    return form_factors.links[1]
 
 
 def multiply_elements(form_factors, factor, light, threads=1):
@@ -74,7 +105,30 @@ def multiply_elements(form_factors, factor, light, threads=1):
         Replicates separately.
     """
     product = empty_product(form_factors, HEMISPHERE_REPLICATES)
-    return run_rows(form_factors, product, threads, add_elements, factor, light) * np.float32(HEMISPHERE_REPLICATES)
+    radiosity = radiosity_of_cells(form_factors, factor, light)
+    return run_rows(form_factors, product, threads, add_elements, radiosity) * np.float32(HEMISPHERE_REPLICATES)
+
+
+def multiply_steps(form_factors, factor, steps, threads=1):
+    """The same for two kinds of light of cells at once, the first by replicate.
+
+    Parameters
+    ----------
+    factor : (p,) float32
+    steps : (p, cells, 2) float32
+
+    Returns
+    -------
+    (p, HEMISPHERE_REPLICATES) float32
+        F · (factor ∘ first), replicates separately.
+    (p, 2) float32
+        F · (factor ∘ each of them), the mean over the replicates.
+    """
+    product = empty_product(form_factors, HEMISPHERE_REPLICATES + 1)
+    radiosity = (factor[:, None, None] * steps).reshape(-1, 2)
+    by_replicate, second = np.split(run_rows(form_factors, product, threads, add_steps, radiosity), [-1], axis=1)
+    both = np.concatenate([by_replicate.sum(axis=1, keepdims=True), second], axis=1)
+    return by_replicate * np.float32(HEMISPHERE_REPLICATES), both
 
 
 def multiply_starts(form_factors, factor, light, threads=1):
@@ -91,7 +145,12 @@ def multiply_starts(form_factors, factor, light, threads=1):
         Their sum is the light of the patch.
     """
     product = empty_product(form_factors, form_factors.starts)
-    return run_rows(form_factors, product, threads, add_starts, factor, light)
+    return run_rows(form_factors, product, threads, add_starts, radiosity_of_cells(form_factors, factor, light))
+
+
+def radiosity_of_cells(form_factors, factor, light):
+    """Factor (p,) times light (p, cells) or (p, 1), of each cell: (p · cells,) float32."""
+    return np.broadcast_to(factor[:, None] * light, (len(factor), form_factors.cells)).ravel()
 
 
 def multiply_visible(form_factors, albedo, normal, suns, threads=1):
@@ -116,19 +175,20 @@ def multiply_visible(form_factors, albedo, normal, suns, threads=1):
 
 
 def multiply_columns(form_factors, factor, light, threads=1):
-    """F · (factor ∘ light), the mean over the replicates, for several kinds of light of cells at once.
+    """F · (factor ∘ light), the mean over the replicates, for light of cells that differs between the replicates.
 
     Parameters
     ----------
     factor : (p,) float32
-    light : (p, cells, k) float32 or int16
+    light : (p, cells, HEMISPHERE_REPLICATES) float32 or int16
 
     Returns
     -------
-    (p, k) float32
+    (p, HEMISPHERE_REPLICATES) float32
     """
-    product = empty_product(form_factors, light.shape[2])
-    return run_rows(form_factors, product, threads, add_columns, factor, light.reshape(-1, light.shape[2]))
+    product = empty_product(form_factors, HEMISPHERE_REPLICATES)
+    places = light.reshape(-1, HEMISPHERE_REPLICATES)
+    return run_rows(form_factors, product, threads, add_columns, factor, places)
 
 
 def empty_product(form_factors, columns):
@@ -136,20 +196,29 @@ def empty_product(form_factors, columns):
     return np.empty((form_factors.count, columns), np.float32)
 
 
-def run_rows(form_factors, product, threads, loop, *arrays, fresh=True):
-    """Run a loop over all rows and return `product`, (p, columns) float32: overwritten, or added to if not `fresh`."""
-    if fresh:
-        without = np.ones(len(product), bool)
-        for rows in form_factors.rows:
-            without[rows.chosen] = False
-        product[without] = 0
-    to_cell = np.int32(form_factors.start_bits)  # shifts a key to the cell that was hit
-    to_patch = np.int32(to_cell + form_factors.cells.bit_length() - 1)
+def run_rows(form_factors, product, threads, loop, *arrays):
+    """Run a loop over all rows and return `product`, (p, columns) float32, overwritten."""
+    clear_unsent(form_factors, product)
 
     def work(rows):
-        share = np.float32(1 / (HEMISPHERE_REPLICATES * (rows.rays or form_factors.rays)))
-        loop((rows.chosen, rows.start, rows.key, rows.count), (to_patch, to_cell, share), product, *arrays)
+        loop(*loop_inputs(form_factors, rows), product, *arrays)
 
     for _ in map_in_order(work, form_factors.rows, threads):
         pass
     return product
+
+
+def clear_unsent(form_factors, product):
+    """Set the product of patches that sent no rays to 0."""
+    without = np.ones(len(product), bool)
+    for rows in form_factors.rows:
+        without[rows.chosen] = False
+    product[without] = 0
+
+
+def loop_inputs(form_factors, rows):
+    """`rows` and `scale` of the compiled loops."""
+    to_cell = np.int32(form_factors.start_bits)  # shifts a key to the cell that was hit
+    to_patch = np.int32(to_cell + form_factors.cells.bit_length() - 1)
+    share = np.float32(1 / (HEMISPHERE_REPLICATES * (rows.rays or form_factors.rays)))
+    return (rows.chosen, rows.start, rows.key, rows.count), (to_patch, to_cell, share)

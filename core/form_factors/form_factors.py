@@ -5,7 +5,7 @@ patch is re-emitted from the cell where it arrived, incoming light is resolved b
 replicates can be propagated through the product.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit
@@ -42,6 +42,7 @@ class FormFactors:
     cells: int  # of each patch: 1, 4 or 16
     rays: int  # of each replicate, where the rows do not say
     starts: int = 1  # cells by which the starts of rays are resolved: as many as `cells`, or 1
+    links: tuple | None = field(default=None, repr=False, compare=False)  # last factor and lists of `links_of`
 
     @property
     def start_bits(self):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..form_factors.form_factor_products import multiply_columns, multiply_elements
+from ..form_factors.form_factor_products import multiply_steps
 from ..sampling.sample_points import cells_inside
 from .direct_errors import shares_of_cells
 from .solve_radiosity import variance_of_replicates
@@ -50,9 +50,7 @@ def steps_of_cells(context, hemisphere, first):
     whole = average_groups(first, open_share, np.zeros(cells, int))
     halves = average_groups(first, open_share, cells_inside(round(np.sqrt(cells)), 2)) if cells > 4 else first
     steps = np.stack([halves - first, whole - halves] if cells > 4 else [whole - first] * 2, axis=2)
-    received = multiply_columns(hemisphere.form_factors, context.patches.albedo, steps, context.threads)
-    second = np.ascontiguousarray(steps[:, :, 0])
-    by_replicate = multiply_elements(hemisphere.form_factors, context.patches.albedo, second, context.threads)
+    by_replicate, received = multiply_steps(hemisphere.form_factors, context.patches.albedo, steps, context.threads)
     return Steps(received, variance_of_replicates(by_replicate))
 
 
