@@ -11,9 +11,10 @@ help:
 	@echo "make versions   renew tools/versions.txt, the versions the set-up installs"
 	@echo "make clean      remove the environments and everything built (not results/)"
 
-# One line where there is no Python at all, as in a bare Debian.
-NEEDS_PYTHON = command -v python3 > /dev/null || { echo "[set-up] missing Python, which sets up everything else; type:\
- sudo apt-get install -y python3 python3-venv && make demo"; exit 1; }
+# One line where there is no Python at all, as in a bare Debian, which has no sudo either.
+NEEDS_PYTHON = command -v python3 > /dev/null || { as="su -c"; if [ "$$(id -u)" = 0 ]; then as="sh -c"; \
+ elif command -v sudo > /dev/null; then as="sudo sh -c"; fi; echo "[set-up] missing Python, which sets up everything else;\
+ type: $$as 'apt-get update && apt-get install -y python3 python3-venv' && make demo"; exit 1; }
 
 demo:
 	@$(NEEDS_PYTHON)

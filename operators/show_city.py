@@ -10,6 +10,7 @@ from .place_camera import AZIMUTH, ELEVATION, camera_axes
 from .session import find_city
 
 SHADING, TRANSFORM = PREFIX + "shading_before", PREFIX + "transform_before"  # properties of the scene
+VIEW_WIDTH = 72.0  # [mm] of the sensor of a 3D view that is wider than high
 KEPT = ("type", "light", "color_type", "show_cavity", "show_object_outline")
 
 
@@ -28,7 +29,8 @@ def show_city(points=None, shaded=False, screens=None):
         By default those that are to be seen, one in each window.
     """
     for screen in seen_screens() if screens is None else screens:
-        for space in _spaces_of(screen):
+        for area in _areas_of(screen):
+            space = area.spaces.active
             shading = space.shading
             shading.type = "SOLID"
             shading.light, shading.color_type = ("STUDIO", "MATERIAL") if shaded else ("FLAT", "VERTEX")
@@ -36,7 +38,7 @@ def show_city(points=None, shaded=False, screens=None):
             # Blender's floor grid lies in the ground plane and would show through.
             space.overlay.show_floor = space.overlay.show_axis_x = space.overlay.show_axis_y = False
             if points is not None and len(points):
-                _look_at(space, points)
+                _look_at(space, points, _hidden_share(area))
 
 
 def match_view(stage):
@@ -78,10 +80,23 @@ def _seen_spaces():
 
 
 def _spaces_of(screen):
-    return [area.spaces.active for area in screen.areas if area.type == "VIEW_3D"]
+    return [area.spaces.active for area in _areas_of(screen)]
 
 
-def _look_at(space, points):
+def _areas_of(screen):
+    return [area for area in screen.areas if area.type == "VIEW_3D"]
+
+
+def _hidden_share(area):
+    # Of the width of the view, by the sidebar that lies over its right side.
+    view = next(region for region in area.regions if region.type == "WINDOW")
+    sidebar = next(region for region in area.regions if region.type == "UI")
+    if not area.spaces.active.show_region_ui or not view.x < sidebar.x < view.x + view.width:
+        return 0.0
+    return (view.x + view.width - sidebar.x) / view.width
+
+
+def _look_at(space, points, hidden):
     low, high = points.min(axis=0), points.max(axis=0)
     size = float(np.linalg.norm(high - low))
     # A closer near plane reduces the depth resolution of distant surfaces.
@@ -89,6 +104,8 @@ def _look_at(space, points):
     region = space.region_3d
     right, up, forward = camera_axes(AZIMUTH, ELEVATION)
     region.view_perspective = "PERSP"
-    region.view_location = Vector(((low + high) / 2).tolist())
+    # The middle of the city stands in the middle of what the sidebar leaves free.
+    shift = hidden / 2 * VIEW_WIDTH / space.lens * size
+    region.view_location = Vector(((low + high) / 2 + shift * np.asarray(right)).tolist())
     region.view_rotation = Matrix(np.column_stack((right, up, -forward)).tolist()).to_quaternion()
     region.view_distance = size

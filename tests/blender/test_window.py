@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from window_files import drop_city, drop_weather, press_step, three_clicks, undo_to_import
 from window_seeing import compare_albedos, measure_frames, scrub_timeline
 from window_steps import PREPARE, RUNNING, find_on_screen, keep_picture, press, read_reports
 
@@ -61,21 +62,18 @@ def is_there(attribute):
     return f"any('citypv_{attribute}' in mesh.attributes for mesh in bpy.data.meshes)"
 
 
-@pytest.mark.parametrize(
-    ("operator", "evidence"),
-    [
-        ("citypv.import_city", is_there("surface")),
-        ("citypv.classify", is_there("kind")),
-        ("citypv.trace", is_there("diffuse_relative")),
-        ("citypv.energy", is_there("full_load_hours")),
-    ],
-)
-def test_a_button_does_its_step_and_the_window_stays_alive(window, operator, evidence):
-    assert not window.ask(f"answer = {evidence}")
-    press(window, operator)
-    window.wait_for(evidence, 300)  # the loops are compiled first
-    window.take_picture(window.pictures / f"{operator}.png")
-    assert "Traceback" not in window.read_log()
+@pytest.mark.parametrize(("operator", "name"), [("import_city", "surface"), ("classify", "kind")])
+def test_a_button_does_its_step_and_the_window_stays_alive(window, operator, name):
+    press_step(window, f"citypv.{operator}", is_there(name))
+
+
+def test_undo_goes_back_to_the_shape_of_the_import(window):
+    undo_to_import(window)
+
+
+@pytest.mark.parametrize(("operator", "name"), [("trace", "diffuse_relative"), ("energy", "full_load_hours")])
+def test_light_and_energy_are_shown_too(window, operator, name):
+    press_step(window, f"citypv.{operator}", is_there(name))
 
 
 def test_the_view_shows_the_city_in_many_colours_and_the_legend(window, tmp_path):
@@ -226,14 +224,11 @@ def test_the_command_line_runs_inside_blender(window):
     assert '"buildings": 3' in told.replace("building_count", "buildings")
 
 
-def test_three_clicks_and_the_probe_of_a_face(window):
-    window.ask(
-        f"s = bpy.context.scene.citypv; s.city_path = '/exchange/{NAME}'\n"
-        "s.suns, s.typical_days, s.samples, s.shadow_samples = 'typical-days', 1, 64, 4"
-    )
-    press(window, "citypv.solar_city")
-    window.wait_for(f"'City' in bpy.data.objects and 'citypv_totals' in {CITY}", 600)
-    keep_picture(window, "solar-city")
+def test_three_clicks_show_each_result_as_soon_as_it_is_there(window):
+    three_clicks(window, f"/{load_tool().EXCHANGE}/{NAME}")
+
+
+def test_the_probe_of_a_face(window):
     press(window, "citypv.probe", below=True)
     window.point("mousemove", *find_on_screen(window, "City", (0, -0.6, 0.8)), "click", 1)
     window.wait_for(f"'citypv_charts' in {CITY}")
@@ -244,22 +239,12 @@ def test_three_clicks_and_the_probe_of_a_face(window):
     assert "Traceback" not in window.read_log()
 
 
+def test_dropped_weather_is_used_at_once(window):
+    drop_weather(window, Path(ROOT) / load_tool().EXCHANGE)
+
+
 def test_a_dropped_city_is_another_one_and_undo_goes_back_to_the_first(window, row_file):
-    tool = load_tool()
-    shutil.copy(row_file, Path(ROOT) / tool.EXCHANGE / "row.gml")
-    window.ask(
-        PREPARE + "region = next(r for r in area.regions if r.type == 'WINDOW')\n"
-        "with bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=area, region=region):\n"
-        f"    drop = {{'directory': '/{tool.EXCHANGE}/', 'files': [{{'name': 'row.gml'}}]}}\n"
-        "    bpy.ops.wm.drop_import_file('INVOKE_DEFAULT', **drop)"
-    )
-    cities = "[o for o in bpy.data.objects if o.get('citypv_part') == 'city' and 'citypv_totals' in o]"
-    window.wait_for(f"len({cities}) == 2", 600)
-    assert window.ask(f"answer = sum(o.visible_get() for o in {cities})") == 1
-    keep_picture(window, "two-cities")
-    window.point("mousemove", 400, 400, "key", "ctrl+z")
-    window.wait_for(f"len({cities}) == 1 and {CITY}.visible_get()")
-    assert "Traceback" not in window.read_log()
+    drop_city(window, row_file, Path(ROOT) / load_tool().EXCHANGE)
 
 
 def test_a_saved_city_is_reopened_with_its_light(window):

@@ -126,9 +126,17 @@ def test_make_without_any_python_is_one_line(tmp_path):
     if make is None:
         pytest.skip("make is not on this machine")
     (tmp_path / "sh").symlink_to("/bin/sh")
+    (tmp_path / "id").write_text("#!/bin/sh\necho 1000\n")
+    (tmp_path / "id").chmod(0o755)
     done = subprocess.run(
         [make, "demo"], cwd=ROOT, env={"PATH": str(tmp_path)}, capture_output=True, text=True, check=False
     )
     assert done.returncode == 2
-    assert "type: sudo apt-get install -y python3 python3-venv && make demo" in done.stdout
+    install = "'apt-get update && apt-get install -y python3 python3-venv' && make demo"
+    assert f"type: su -c {install}" in done.stdout  # a bare Debian has no sudo
     assert len(done.stdout.strip().splitlines()) == 1
+    (tmp_path / "sudo").symlink_to("/bin/true")
+    done = subprocess.run(
+        [make, "demo"], cwd=ROOT, env={"PATH": str(tmp_path)}, capture_output=True, text=True, check=False
+    )
+    assert f"type: sudo sh -c {install}" in done.stdout
