@@ -105,7 +105,8 @@ def _look_at(space, points, hidden):
     right, up, forward = camera_axes(AZIMUTH, ELEVATION)
     region.view_perspective = "PERSP"
     # The middle of the city stands in the middle of what the sidebar leaves free.
-    shift = hidden / 2 * VIEW_WIDTH / space.lens * size
+    distance = size / (1 - hidden)
+    shift = hidden / 2 * VIEW_WIDTH / space.lens * distance
     region.view_location = Vector(((low + high) / 2 + shift * np.asarray(right)).tolist())
     region.view_rotation = Matrix(np.column_stack((right, up, -forward)).tolist()).to_quaternion()
-    region.view_distance = size
+    region.view_distance = distance
