@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
+from citypv.core.selfcheck.plain_scenes import join_parts
 from citypv.core.study import read_scene, read_year
 from citypv.core.sun.choose_suns import choose_suns
 

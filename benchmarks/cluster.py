@@ -6,8 +6,8 @@
     python benchmarks/cluster.py efficiency --side 2           one and two workers, by the clock, on a quiet machine
     python benchmarks/cluster.py ground --sides 1 4            reading side² files against building their ground
 
-Seconds of `growth` and `ground` are processor seconds of one thread. `growth` reads, places and cuts the whole city, and
-writes every tile to disk; it traces the sample.
+Seconds of `growth` and `ground` are processor seconds of one thread. `growth` reads, places and cuts the whole city,
+and writes every tile to disk; it traces the sample.
 """
 
 import argparse

@@ -56,6 +56,7 @@ LAYERS = (
         "plots",
         "study",
         "cluster",
+        "selfcheck",
         "commands",
     ),
 )

@@ -285,7 +285,7 @@ def run_accuracy(options):
 
 def run_selfcheck(options):
     """`citypv selfcheck`: status 1 if a check fails."""
-    from .selfcheck import describe_check, describe_outcome, report_checks, selfcheck
+    from ..selfcheck.selfcheck import describe_check, describe_outcome, report_checks, selfcheck
 
     checks = selfcheck(None if options.json else lambda check: print(describe_check(check), flush=True))
     print(json.dumps(report_checks(checks), indent=2, ensure_ascii=False) if options.json else describe_outcome(checks))

@@ -59,8 +59,8 @@ def describe_series(energy):
 
 def describe_factor(values, words):
     """Capacity factors (time, group) as a variable, with the words that say what they are."""
-    missing = {"fillvalue": np.float32(np.nan)}
-    return ("time", "group"), values.astype(np.float32), {**MEAN, "long_name": words}, {"compression": "gzip", **missing}
+    how = {"compression": "gzip", "fillvalue": np.float32(np.nan)}
+    return ("time", "group"), values.astype(np.float32), {**MEAN, "long_name": words}, how
 
 
 def seconds_since_1970(times):

@@ -8,7 +8,6 @@ from scipy import stats
 from test_closed_forms import ALBEDO, SUNS, canyon, direct_relative, tilted_square
 from test_tracing import three_houses
 
-from citypv.core.commands.plain_scenes import room
 from citypv.core.effects.table import TABLE
 from citypv.core.errors import InputError
 from citypv.core.materials.brdf_lambertian import Lambertian
@@ -24,6 +23,7 @@ from citypv.core.progress import silent
 from citypv.core.rays.places import Places
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
+from citypv.core.selfcheck.plain_scenes import room
 
 FIELDS = ("sky_view_factor", "far_ground_view_factor", "covered_share", "visible_share", "direct_reflected")
 ERRORS = ("diffuse_relative", "diffuse_relative_standard_error", "direct_annual_standard_error")

@@ -11,7 +11,6 @@ from test_closed_forms import direct_relative
 from test_walls_that_touch import follow_paths
 from towns import OUTWARDS, city_of_polygons
 
-from citypv.core.commands.hard_checks import narrow_gap
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.radiosity.gather_context import prepare_gather
@@ -20,6 +19,7 @@ from citypv.core.radiosity.patch_size_errors import ABRUPT, SMOOTH, remaining_er
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
+from citypv.core.selfcheck.hard_checks import narrow_gap
 from citypv.core.transfer.prepare_scene import prepare_scene
 
 pytestmark = pytest.mark.once
