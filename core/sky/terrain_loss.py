@@ -13,8 +13,7 @@ import numpy as np
 from ..horizon.horizon import is_above
 from ..horizon.lost_sky import lost_sky
 from ..sun.solar_position import sun_direction
-from .horizon_band import horizon_of_tilt
-from .seen_band import seen_band
+from .light_sources import SOURCES
 
 
 @dataclass
@@ -24,7 +23,7 @@ class SunlitYear:
     towards: np.ndarray  # (t, 3) float64, to the sun, of the intervals in which it shines
     direct: np.ndarray  # (t,) float64 [Wm⁻²], normal irradiance from there, circumsolar light included
     dome: float  # [Wm⁻²] summed over all intervals
-    horizon: float  # [Wm⁻²] the same, on an unshaded wall
+    sources: dict  # name -> float [Wm⁻²], the same by each traced source, in its unit
 
 
 def sunlit_year(weather, parts):
@@ -33,7 +32,8 @@ def sunlit_year(weather, parts):
     direct = data["dni"].to_numpy(float) + parts.circumsolar
     lit = direct > 0
     towards = sun_direction(data["apparent_zenith"].to_numpy()[lit], data["solar_azimuth"].to_numpy()[lit])
-    return SunlitYear(towards, direct[lit], float(parts.dome.sum()), float(parts.horizon.sum()))
+    sources = {name: float(light.sum()) for name, light in parts.sources.items()}
+    return SunlitYear(towards, direct[lit], float(parts.dome.sum()), sources)
 
 
 def first_light(year, normal):
@@ -44,8 +44,8 @@ def first_light(year, normal):
     year : SunlitYear
     normal : (k, 3) float64
     """
-    of_sky = year.dome * (1 + normal[:, 2]) / 2 + year.horizon * horizon_of_tilt(normal)
-    return of_sky + sum_direct(year, normal, slice(None))
+    of_sources = sum(light * SOURCES[name].unshaded(normal) for name, light in year.sources.items())
+    return year.dome * (1 + normal[:, 2]) / 2 + of_sources + sum_direct(year, normal, slice(None))
 
 
 def light_behind(year, normal, horizon, ground_albedo):
@@ -68,12 +68,13 @@ def light_behind(year, normal, horizon, ground_albedo):
     level = np.array([[0.0, 0.0, 1.0]])
     dark = float(sum_direct(year, level, hidden)[0])  # what the open ground loses of the sun
     lit = float(sum_direct(year, level, ~hidden)[0]) + year.dome
-    # Terrain takes the place of dome and horizon in the same directions: what hides one hides the other.
-    of_dome = lost_sky(normal, horizon) * (year.dome - ground_albedo * lit)
-    of_band = year.horizon * horizon_of_tilt(normal) * (1 - seen_band(normal, horizon))
-    lost = sum_direct(year, normal, hidden) + np.maximum(of_dome, 0) + np.maximum(of_band, 0)
-    lost += ground_albedo * (1 - normal[:, 2]) / 2 * dark
-    return lost, np.maximum(-of_dome, 0) + np.maximum(-of_band, 0)
+    # Terrain takes the place of the sky in the same directions: what hides one hides the other.
+    of_sky = [lost_sky(normal, horizon) * (year.dome - ground_albedo * lit)]
+    for name, light in year.sources.items():
+        source = SOURCES[name]
+        of_sky.append(light * source.unshaded(normal) * (1 - source.seen(normal, horizon)))
+    lost = sum_direct(year, normal, hidden) + ground_albedo * (1 - normal[:, 2]) / 2 * dark
+    return lost + np.maximum(of_sky, 0).sum(axis=0), np.maximum(np.negative(of_sky), 0).sum(axis=0)
 
 
 def sum_direct(year, normal, members):
