@@ -44,7 +44,8 @@ def merge_row(row, rows, shift, met, weight):
             entry += 1
         met[found], weight[found] = place, rays
         found += 1
-    met[found : found + 3], weight[found : found + 3] = 0, 0
+    for spare in range(found, found + 3):
+        met[spare], weight[spare] = 0, 0
     return found
 
 

@@ -167,8 +167,9 @@ def list_keys(keys, start, key):
     """Write the hits of all patches into `key`, patch after patch; they come last in the sorted rows of `keys`."""
     rays = keys.shape[1]
     for patch in range(len(keys)):
-        found = start[patch + 1] - start[patch]
-        key[start[patch] : start[patch + 1]] = keys[patch, rays - found :]
+        before = rays - (start[patch + 1] - start[patch])
+        for entry in range(start[patch], start[patch + 1]):
+            key[entry] = keys[patch, before + entry - start[patch]]
 
 
 @njit(nogil=True, cache=True)

@@ -40,11 +40,12 @@ class FacingScene(LeafyScene):
 
     def trace_places(self, ray_origins, ray_directions):
         """As of `RayScene`; a hit on the back of a face with a coincident front is assigned to the front."""
+        ray_directions = np.asfortranarray(ray_directions, np.float32)
         places = super().trace_places(ray_origins, ray_directions)
         if len(self.coincident):
-            turn_to_fronts(self._pairs(), self._kinds, np.asarray(ray_directions, np.float32), tuple(places))
+            turn_to_fronts(self._pairs(), self._kinds, ray_directions, tuple(places))
         if self._other_side is not None:
-            turn_sheets(self._other_side, self._kinds[0], np.asarray(ray_directions, np.float32), tuple(places))
+            turn_sheets(self._other_side, self._kinds[0], ray_directions, tuple(places))
         return places
 
     def find_doubles(self, places):

@@ -169,10 +169,19 @@ def pairs_in_grid(chosen, grid, size, faces):
                 level = level or lies_in_plane(corners, normal, other, one, reach)
                 if level and not separated(corners, normal, one, other, reach):
                     if found == len(pairs):
-                        pairs = np.concatenate((pairs, np.empty_like(pairs)))
+                        pairs = twice_as_long(pairs)
                     pairs[found, 0], pairs[found, 1] = one, other
                     found += 1
     return pairs[:found]
+
+
+@njit(nogil=True, cache=True)
+def twice_as_long(pairs):
+    """The same pairs with room for as many more."""
+    longer = np.empty((2 * len(pairs), 2), np.int32)
+    for pair in range(len(pairs)):
+        longer[pair, 0], longer[pair, 1] = pairs[pair, 0], pairs[pair, 1]
+    return longer
 
 
 @njit(nogil=True, cache=True, inline="always")
@@ -199,7 +208,7 @@ def lies_in_plane(corners, normal, one, other, reach):
 @njit(nogil=True, cache=True)
 def separated(corners, normal, one, other, reach):
     """Whether an edge of one of two triangles separates them up to `reach`, seen along the normal of the first."""
-    n0, n1, n2 = normal[one]
+    n0, n1, n2 = normal[one, 0], normal[one, 1], normal[one, 2]
     for owner in (one, other):
         for corner in range(3):
             after = (corner + 1) % 3

@@ -76,8 +76,9 @@ def fill_buckets(members, boxes, size, buckets):
     for member in members:
         for place in range(touch_cells(boxes[member], size, mask, touched)):
             start[touched[place]] += 1
-    start = np.cumsum(start)
-    listed = np.empty(start[-1], np.int64)
+    for bucket in range(buckets):
+        start[bucket + 1] += start[bucket]
+    listed = np.empty(start[buckets], np.int64)
     for member in members:
         for place in range(touch_cells(boxes[member], size, mask, touched)):
             start[touched[place]] -= 1

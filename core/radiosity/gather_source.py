@@ -175,7 +175,7 @@ def trace_patches(context, source, some, sequence, cells):
     origins, directions, start_cells = source_rays(patches, source, chosen, sequence)
     hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
     fate = np.empty(start_cells.shape, np.uint8)
-    upwards = np.moveaxis(directions, -1, 0)
+    upwards = np.ascontiguousarray(np.moveaxis(directions, -1, 0))
     classify_rays(hits.triangle.reshape(fate.shape), upwards, patches.facing, fate)
     fate[fate == FAR_GROUND] = SKY  # at the very horizon
     if context.plan.terrain is not None:

@@ -241,7 +241,10 @@ def tally_rays(fate, start_cells, near_cover, cell_of, cells):
                 started[cell] += (not near_cover[patch, start]) | (met < BACK)
             sky[patch, replicate] = np.float32(upwards) / np.float32(per_replicate)
             far_ground[patch, replicate] = np.float32(downwards) / np.float32(per_replicate)
-        whole = np.float32(free.sum() / max(started.sum(), 1))
+        escaped, begun = 0, 0
+        for cell in range(cells):
+            escaped, begun = escaped + free[cell], begun + started[cell]
+        whole = np.float32(escaped / max(begun, 1))
         for cell in range(cells):
             open_share[patch, cell] = started[cell] / all_rays[cell] if all_rays[cell] else 1
             element_far_ground[patch, cell] = below[cell] / rays

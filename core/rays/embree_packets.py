@@ -45,16 +45,16 @@ class PacketTree:
 
     def trace_places(self, origins, directions):
         """First triangle hit by each ray and barycentric coordinates of the hit: (n,) int32, (n,) and (n,) float32."""
+        rays = np.ascontiguousarray(origins.T), np.ascontiguousarray(directions.T)
         hit = np.empty(len(origins), np.int32)
         b1, b2 = np.empty((2, len(origins)), np.float32)
-        packet_loops.trace_closest(self._closest, (origins, directions), (hit, b1, b2))
+        packet_loops.trace_closest(self._closest, rays, (hit, b1, b2))
         return hit, b1, b2
 
     def trace_blocked(self, origins, direction):
         """Whether each ray is blocked, for one direction (1, 3): (n,) bool."""
-        blocked = np.empty(len(origins), bool)
-        packet_loops.trace_blocked(self._blocked, origins, direction[0], blocked)
-        return blocked
+        position, wanted = np.ascontiguousarray(origins)[:, None], np.ones((len(origins), 1), bool)
+        return ~self.trace_shadow_rays(position, wanted, direction)[:, 0, 0]
 
     def trace_shadow_rays(self, position, wanted, directions):
         """Which points of patches, (c, m, 3), see the requested suns, (c, s): (c, s, m) bool."""

@@ -42,7 +42,7 @@ def trace_closest(tree, rays, found):
     ----------
     tree : tuple of int
         Addresses of Embree's function, scene and arguments, and the packet width.
-    rays : tuple of (n, 3) and (n, 3) float32
+    rays : tuple of (3, n) and (3, n) float32
         Origins and directions.
     found : tuple of (n,) int32, (n,) and (n,) float32
         Output: triangle, -1 for none, and barycentric coordinates of the hit.
@@ -59,8 +59,8 @@ def trace_closest(tree, rays, found):
             valid[lane] = -1 if lane < lanes else 0
             ray = first + min(lane, lanes - 1)
             for axis in range(3):
-                packet[(ORIGIN + axis) * width + lane] = origins[ray, axis]
-                packet[(DIRECTION + axis) * width + lane] = directions[ray, axis]
+                packet[(ORIGIN + axis) * width + lane] = origins[axis, ray]
+                packet[(DIRECTION + axis) * width + lane] = directions[axis, ray]
             packet[FAR * width + lane] = np.inf
             words[MESH * width + lane] = NONE
             words[INSTANCE * width + lane] = NONE
@@ -70,26 +70,6 @@ def trace_closest(tree, rays, found):
             hit[first + lane] = words[TRIANGLE * width + lane] if met else NONE
             b1[first + lane] = packet[B1 * width + lane]
             b2[first + lane] = packet[B2 * width + lane]
-
-
-@njit(nogil=True, cache=True)
-def trace_blocked(tree, origins, direction, blocked):
-    """Whether each ray of one direction is blocked, written to `blocked`, (n,) bool."""
-    function, scene, arguments, width = tree
-    packet, valid = aligned(ROWS * width), aligned(width).view(np.int32)
-    packet.view(np.int32)[MASK * width : (MASK + 1) * width] = -1
-    count = len(origins)
-    for first in range(0, count, width):
-        lanes = min(width, count - first)
-        for lane in range(width):
-            valid[lane] = -1 if lane < lanes else 0
-            for axis in range(3):
-                packet[(ORIGIN + axis) * width + lane] = origins[first + min(lane, lanes - 1), axis]
-                packet[(DIRECTION + axis) * width + lane] = direction[axis]
-            packet[FAR * width + lane] = np.inf
-        call_embree(function, valid.ctypes.data, scene, packet.ctypes.data, arguments)
-        for lane in range(lanes):
-            blocked[first + lane] = packet[FAR * width + lane] < 0
 
 
 @njit(nogil=True, cache=True)

@@ -105,7 +105,7 @@ def make_rays(places, shift, sequence, made):
                     to[sample] = corner + b1[sample] * first_edge + b2[sample] * second_edge
                     towards[sample] = along[sample] * one + across[sample] * other + height[sample] * up
             for sample in range(samples):
-                cells[patch, first + sample] = cell_at(b1[sample], b2[sample], CELL_DIVISIONS)
+                cells[patch, first + sample] = cell_at(b1[sample], b2[sample], np.int64(CELL_DIVISIONS))
 
 
 @njit(nogil=True, cache=True)
@@ -114,10 +114,12 @@ def table_of_angles(count):
     leading = 0
     while (1 << leading) < count:
         leading += 1
-    angles = np.empty(1 << leading, np.float32)
-    for entry in range(len(angles)):
-        angles[entry] = TURN * np.float32(entry) / np.float32(len(angles))
-    return np.cos(angles), np.sin(angles), DIGITS - leading
+    entries = 1 << leading
+    cosine, sine = np.empty(entries, np.float32), np.empty(entries, np.float32)
+    for entry in range(entries):
+        angle = TURN * np.float32(entry) / np.float32(entries)
+        cosine[entry], sine[entry] = np.cos(angle), np.sin(angle)
+    return cosine, sine, DIGITS - leading
 
 
 @njit(nogil=True, cache=True, inline="always")

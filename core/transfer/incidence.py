@@ -20,11 +20,14 @@ def projection_in_front(normal, directions):
     -------
     (c, s) float32
     """
-    aoi_projection = np.empty((len(normal), len(directions)), np.float32)
-    east, north, up = directions[:, 0].copy(), directions[:, 1].copy(), directions[:, 2].copy()
+    count = len(directions)
+    aoi_projection, along = np.empty((len(normal), count), np.float32), np.empty((3, count), np.float32)
+    for sun in range(count):
+        for axis in range(3):
+            along[axis, sun] = directions[sun, axis]
     for patch in range(len(normal)):
-        x, y, z = normal[patch]
-        for sun in range(len(east)):
-            cosine = x * east[sun] + y * north[sun] + z * up[sun]
+        x, y, z = normal[patch, 0], normal[patch, 1], normal[patch, 2]
+        for sun in range(count):
+            cosine = x * along[0, sun] + y * along[1, sun] + z * along[2, sun]
             aoi_projection[patch, sun] = cosine if cosine >= EDGE_ON else NOTHING
     return aoi_projection

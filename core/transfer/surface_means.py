@@ -73,4 +73,5 @@ def add_rows(start, patches, weights, values, means):
             source, weight = values[patches[entry]], weights[entry]
             for column in range(len(total)):
                 total[column] += weight * source[column]
-        means[row] = total
+        for column in range(len(total)):
+            means[row, column] = total[column]
