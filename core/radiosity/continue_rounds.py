@@ -13,8 +13,9 @@ from ..patches.patches import take_patches
 from ..sampling.merge_nets import merge_nets
 from ..transfer.merge_transfers import MATRICES, MEANS, check_same, merge_records, merge_sources, whole_error
 from ..transfer.noise import own_diffuse, own_direct
-from ..transfer.patch_light import Emitted, Net, OwnNoise, PatchFacts, PatchLight
+from ..transfer.patch_light import Emitted, Net, OwnNoise, PatchFacts, PatchLight, Uneven
 from .direct_errors import SeenSky, variance_of_shadow_points
+from .light_errors import patch_size_error
 from .shadow_points import shift_points
 from .solve_radiosity import covariance_of_replicates, variance_of_replicates
 
@@ -68,12 +69,12 @@ def keep_patches(context, hemisphere, diffuse, annual, part):
     )
 
 
-def with_noise(transfer, kept):
+def with_noise(transfer, kept, uneven):
     """A round's Transfer with the light of its patches: what of its errors these explain, and what they do not."""
     own, whole = tell_noise(kept), noise_of(transfer)
     rest = OwnNoise(*(np.maximum(all_of_it - part, 0) for all_of_it, part in zip(whole, own, strict=True)))
     rest = rest._replace(covariance=whole.covariance - own.covariance)
-    return replace(transfer, patch_light=replace(kept, own=own, rest=rest))
+    return replace(transfer, patch_light=replace(kept, own=own, rest=rest, uneven=uneven))
 
 
 def noise_of(transfer):
@@ -135,6 +136,7 @@ def add_continued(total, other):
     kept = merge_light(total.patch_light, other.patch_light, weights)
     own = OwnNoise(*(part + rest for part, rest in zip(kept.own, kept.rest, strict=True)))
     parts = merge_error_parts(total.error_parts, other.error_parts, weights, own)
+    parts = with_discretisation(parts, kept.uneven)
     for name in MATRICES:
         average_rows(getattr(total, name), getattr(other, name), weight)
     diffuse, direct = (
@@ -175,6 +177,7 @@ def merge_light(one, other, weights):
         emitted=one.emitted if other.round.alone else other.emitted,
         own=None,
         rest=one.rest if other.round.alone else merge_rest(one.rest, other.rest, weights),
+        uneven=one.uneven if other.round.alone else merge_uneven(one.uneven, other.uneven, weights),
     )
     told = tell_noise(kept)
     still = weights[1] == 0
@@ -211,8 +214,34 @@ def merge_error_parts(one, other, weights, own):
     def mean(name):
         return blend_rows(getattr(one, name), getattr(other, name), weights)
 
-    names = ("diffuse_passed_on", "direct_passed_on", "diffuse_discretisation", "direct_discretisation")
+    names = ("diffuse_passed_on", "direct_passed_on")
     return replace(one, **{name: mean(name) for name in names}, covariance=own.covariance, direct_points=own.points)
+
+
+def merge_uneven(one, other, weights):
+    """Uneven light of all rounds, of the sky and of the suns."""
+    return tuple(
+        mine
+        and Uneven(
+            blend_rows(mine.received, others.received, weights),
+            weights[0] ** 2 * mine.variance + weights[1] ** 2 * others.variance,
+            blend_rows(mine.light, others.light, weights),
+        )
+        for mine, others in zip(one, other, strict=True)
+    )
+
+
+def with_discretisation(parts, uneven):
+    """ErrorParts with patch-size errors told from the light of all rounds.
+
+    Those of single rounds, in which noise hides much of it and turns its sign, would cancel in their mean, though all
+    rounds have the same patches.
+    """
+    for name, light in zip(("diffuse", "direct"), uneven, strict=True):
+        if light is not None:
+            left = patch_size_error(light, getattr(parts, f"{name}_passed_on"))
+            parts = replace(parts, **{f"{name}_discretisation": left})
+    return parts
 
 
 def blend_rows(one, other, weights):

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..transfer.patch_light import Uneven
 from .patch_size_errors import Steps, remaining_error
 from .solve_radiosity import variance_of_replicates
 
@@ -19,6 +20,7 @@ class LightError:
     own: np.ndarray  # (n,) variance from rays and points of the surface itself, independent of all other surfaces
     passed_on: np.ndarray  # (n, HEMISPHERE_REPLICATES) deviations of the light that others re-emit
     discretisation: np.ndarray  # (n,) signed, error from light that is uneven within cells of patches; 0 where small
+    uneven: Uneven | None = None  # what `discretisation` is told from
 
     @property
     def standard_error(self):
@@ -27,7 +29,7 @@ class LightError:
 
     def scaled(self, factor):
         """Error of the light times a factor."""
-        return LightError(factor**2 * self.own, factor * self.passed_on, factor * self.discretisation)
+        return LightError(factor**2 * self.own, factor * self.passed_on, factor * self.discretisation, self.uneven)
 
 
 class ReflectedError(NamedTuple):
@@ -59,7 +61,20 @@ def errors_of_surfaces(merge, variance, reflections=None):
         none = np.zeros((merge.shape[0], HEMISPHERE_REPLICATES))
         return LightError(own, none, none[:, 0])
     passed_on = merge @ reflections.deviations.astype(float)
-    # The light of cells contains noise, and so do the steps, of the rays that look at it as well.
-    noise = variance_of_replicates(passed_on) + merge.power(2) @ reflections.steps.variance
-    left = remaining_error(merge @ reflections.steps.received.astype(float), noise)
-    return LightError(own, passed_on, np.where(np.abs(left) > SMALL_SHARE * reflections.light, left, 0))
+    steps = reflections.steps
+    received = merge @ steps.received.astype(float)
+    uneven = Uneven(received, merge.power(2) @ steps.variance, np.asarray(reflections.light))
+    return LightError(own, passed_on, patch_size_error(uneven, passed_on), uneven)
+
+
+def patch_size_error(uneven, passed_on):
+    """Discretisation error of surfaces, signed, 0 where small: (n,) float64.
+
+    Parameters
+    ----------
+    uneven : Uneven
+    passed_on : (n, HEMISPHERE_REPLICATES) float64
+        The light of cells contains noise, and so do the steps, of the rays that look at it as well.
+    """
+    left = remaining_error(uneven.received, variance_of_replicates(passed_on) + uneven.variance)
+    return np.where(np.abs(left) > SMALL_SHARE * uneven.light, left, 0)

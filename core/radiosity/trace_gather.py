@@ -143,7 +143,8 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     )
     if prepared.round is None or transfer.record.interrupted:
         return transfer
-    return with_noise(transfer, keep_patches(context, hemisphere, diffuse, direct.annual, prepared.round))
+    kept = keep_patches(context, hemisphere, diffuse, direct.annual, prepared.round)
+    return with_noise(transfer, kept, (diffuse.error.uneven, direct.error.uneven))
 
 
 def measure_outcome(context, hemisphere, diffuse, direct):

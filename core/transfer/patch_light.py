@@ -54,6 +54,14 @@ class Emitted(NamedTuple):
     far_ground: float  # annual radiosity of the far ground under the suns
 
 
+class Uneven(NamedTuple):
+    """What the patch-size error of n surfaces is told from: linear in their light, so that rounds can be averaged."""
+
+    received: np.ndarray  # (n, 2) of `Steps`, averaged over patches
+    variance: np.ndarray  # (n,) of the former, by the surfaces' own rays
+    light: np.ndarray  # (n,) all light
+
+
 @dataclass
 class PatchLight:
     """Light of k patches by one or several rounds."""
@@ -67,3 +75,5 @@ class PatchLight:
     emitted: Emitted
     own: OwnNoise  # of these patches
     rest: OwnNoise  # of all others, and of light by way of mirrors
+    # Uneven of all n surfaces in light of the sky, and annual light of the suns; None without reflections.
+    uneven: tuple = (None, None)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,13 +16,14 @@ from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.sampling.merge_nets import merge_nets
 from citypv.core.sampling.sample_points import sobol_digits, sobol_points
-from citypv.core.study import read_year, trace_round, trace_scene
+from citypv.core.study import prepare_study, read_scene, read_year, trace_round, trace_scene
 from citypv.core.transfer.merge_transfers import own_matrices
 from citypv.core.transfer.patch_light import Round
 from citypv.core.transfer.prepare_scene import build_tree, prepare_scene, reseed
 
 pytestmark = pytest.mark.once
 
+NRW = Path(__file__).parents[1] / "data/citygml/nrw_LoD2_32_280_5659_1_NW.gml.gz"
 DOUBLING, RUNS = (1, 2), 10  # rounds after the first: four times its samples
 
 
@@ -145,3 +147,22 @@ def test_both_states_of_trees_go_on(bounces):
         assert (np.abs(light - true) <= 6 * np.hypot(error, left) + 1e-6)[:, alone].all()
         assert found.patch_light.round.size == 8
     assert total.record.rounds == 8
+
+
+@pytest.mark.slow
+def test_rounds_do_not_lower_the_error_by_patch_size():
+    """All rounds have the same patches: together they state the error that one run with all their samples states."""
+    scene = read_scene([NRW], Request(patch_size=20.0))
+    request = Request(patch_size=20.0, suns="days:4", max_bounces=2, threads=1)
+    weather = read_year(scene.site, request)
+    prepared = replace(build_tree(prepare_study(scene, weather, request), request), round=Round())
+    more = replace(request, samples=4 * request.samples, shadow_samples=4 * request.shadow_samples)
+    one = trace_gather(scene, prepared.suns, more, silent, prepared=prepared)
+    total = own_matrices(trace_gather(scene, prepared.suns, request, silent, prepared=prepared))
+    for size in DOUBLING:
+        total = add_round(total, trace_round(scene, total, request, Round(size), prepared=prepared))
+    for part in ("diffuse_discretisation", "direct_discretisation"):
+        stated, expected = (
+            np.sqrt((getattr(found.error_parts, part)[scene.surfaces.eligible] ** 2).mean()) for found in (total, one)
+        )
+        assert expected > 0 and 0.75 < stated / expected < 1.35
