@@ -39,7 +39,8 @@ class World:
     group_count: np.ndarray  # (e, g) surfaces; 0 where an environment lacks a group
     group_area: np.ndarray  # (e, g) [m²] counted area
     full_load_hours: np.ndarray  # (p, e, g, 61) float32 [h]: annual, 12 months, 24 hours UTC, 24 solar hours; NaN: none
-    standard_error: np.ndarray  # (p, e, g) float32 [h] of the annual full load hours, by what the Transfers know
+    standard_error: np.ndarray  # (p, e, g, 13) float32 [h] of the year and months, by what the Transfers know
+    gain_error: np.ndarray  # (p, e, g) float32, standard error of the year's gain by reflections
     without_reflections: np.ndarray  # (p, e, g, 13) float32 [h]: annual and months
     weather: np.ndarray  # (p,) int8, a key of sources.MEANINGS
     label: str  # of the weather
@@ -91,6 +92,7 @@ def empty_world(environments, source, way, sky):
         np.zeros(shape[1:], int),
         np.zeros(shape[1:]),
         np.full((*shape, PERIODS), np.nan, np.float32),
+        np.full((*shape, PLAIN_PERIODS), np.nan, np.float32),
         np.full(shape, np.nan, np.float32),
         np.full((*shape, PLAIN_PERIODS), np.nan, np.float32),
         np.zeros(shape[0], np.int8),
@@ -131,13 +133,14 @@ def fill_places(world, environments, chunk, results, first=0):
         world.weather[place] = code
         world.years = years or world.years
         for number, ((values, errors), own) in enumerate(zip(hours, columns, strict=False), start=first):
-            world.standard_error[place, number, own] = errors
+            world.standard_error[place, number, own] = errors[:PLAIN_PERIODS].T
+            world.gain_error[place, number, own] = errors[PLAIN_PERIODS]
             world.full_load_hours[place, number, own] = values[:, : len(own)].T
             world.without_reflections[place, number, own] = values[:PLAIN_PERIODS, len(own) :].T
 
 
 def compute_place(environments, weather, code, system, model, ways):  # noqa: PLR0917
-    """What the weather is, its years, and for each environment hours of periods, (61, 2 g), and their errors, (g,)."""
+    """What the weather is, its years, and for each environment hours of periods, (61, 2 g), and errors, (14, g)."""
     if weather is None:
         return code, None, []
     years = count_years(weather)
@@ -149,7 +152,9 @@ def compute_place(environments, weather, code, system, model, ways):  # noqa: PL
             matched[one.sky.count] = match_place(one.sky, hours, weather, way)
         sunlight = matched[one.sky.count]
         values = sum_periods(sum_groups(one, hours, sunlight, model), hours)
-        found.append((values, carry_to_place(one.errors, hours, sunlight, values[0, : len(one.groups)])))
+        count = len(one.groups)
+        errors = carry_to_place(one.errors, hours, sunlight, values[:PLAIN_PERIODS, :count], values[0, count:])
+        found.append((values, np.vstack(errors)))
     return code, years, found
 
 

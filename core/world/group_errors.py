@@ -1,7 +1,9 @@
 """Standard errors of the groups' full load hours at any place, from what a Transfer knows of its own.
 
 The arithmetic is that of `energy.standard_errors`, with one difference: full load hours per irradiance are those of the
-group, not of each surface, so that a place costs a few sums over surfaces.
+group, not of each surface, so that a place costs a few products of groups, for the year and each of its months. Noise
+of light from the sun is taken as independent between directions of the grid: a month has fewer of them than the year,
+and more noise in proportion to its light.
 """
 
 from dataclasses import dataclass
@@ -9,18 +11,20 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..energy.standard_errors import join_own, sun_sampling_share
+from ..energy.standard_errors import PROPORTION, join_own, sun_sampling_share
 from ..transfer.noise import no_parts, own_diffuse, own_direct, variance_of_mean
+from .place_hours import MONTHS
 
 KILO = 1000.0
+BRIGHTEST = 0.9  # of what rays meet that miss the sky, over the sky
 
 
 @dataclass
 class GroupErrors:
-    """Relative irradiance of g groups of n surfaces, and the parts of its error."""
+    """Relative irradiance of g groups, and the parts of its error."""
 
-    first: np.ndarray  # (g + 1,) int64, first surface of each group, and n
-    own: np.ndarray  # (3 + k, n) own variance of direct and diffuse light, covariance, sources'; times squared weight
+    own: np.ndarray  # (3 + k, g) own variance of direct and diffuse light, covariance, sources'; of the group's mean
+    split: np.ndarray  # (7, g) the same of the gain by reflections: see `sum_split`
     direct_passed_on: np.ndarray  # (g, r) deviations of replicates of light that other surfaces re-emit
     diffuse_passed_on: np.ndarray  # (g, r)
     discretisation: np.ndarray  # (2, g) signed, of direct and of diffuse light
@@ -57,9 +61,10 @@ def find_group_errors(transfer, environment, rows, traced=()):
     block = environment.block
     views, reflected = environment.sources[:-1].reshape(2, len(traced), len(rows))
     light = np.stack([block.diffuse, *(views + reflected), block.far_ground])
+    sky, diffuse = transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]
     return GroupErrors(
-        first=first,
-        own=np.stack(own) * weight**2,
+        own=mean_of_groups(np.stack(own) * weight, first, weight),
+        split=sum_split(sky, diffuse, own, parts.direct_points[rows], (first, weight)),
         direct_passed_on=mean_of_groups(parts.direct_passed_on[rows].T, first, weight).T,
         diffuse_passed_on=mean_of_groups(parts.diffuse_passed_on[rows].T, first, weight).T,
         discretisation=mean_of_groups(np.stack(discretisation), first, weight),
@@ -84,41 +89,113 @@ def mean_direct(block, direction, first, weight):
     return np.stack(found, axis=1)
 
 
-def carry_to_place(errors, hours, sunlight, full_load_hours):
-    """Standard errors of the groups' full load hours at a place.
+def sum_split(sky, diffuse, own, points, groups):
+    """Own variance of groups, told apart by whether light was reflected.
+
+    A ray that misses the sky meets faces that send m of what the sky would, so that noise δ of the visible sky is noise
+    (1 - m) δ of diffuse light. All own noise of diffuse light is taken to be of this kind.
+
+    Parameters
+    ----------
+    sky, diffuse : (n,) float64
+        Sky view factor, and relative diffuse irradiance.
+    own : sequence of (n,) float64
+        As in `GroupErrors.own`, of surfaces.
+    points : (n,) float64
+        Part of the own variance of direct light that is from shadow points.
+    groups : tuple of (g + 1,) int64 and (n,) float64
+        First surface of each, and weights.
+
+    Returns
+    -------
+    (7, g) float64
+        Variance of direct light from what reflects, and from shadow points; that of diffuse light over (1 - m)², times
+        m², m and 1; the covariance over 1 - m, times m and 1.
+    """
+    direct, scattered, covariance = own[:3]
+    brightness = np.clip((diffuse - sky) / np.maximum(1 - sky, 1e-9), 0, BRIGHTEST)  # m
+    points = np.minimum(points, direct)
+    whole, together = scattered / (1 - brightness) ** 2, covariance / (1 - brightness)
+    rows = direct - points, points, whole * brightness**2, whole * brightness, whole, together * brightness, together
+    return mean_of_groups(np.stack(rows) * groups[1], *groups)
+
+
+def carry_to_place(errors, hours, sunlight, full_load_hours, plain):
+    """Standard errors of the groups' full load hours at a place, and of their gain by reflections.
 
     Parameters
     ----------
     errors : GroupErrors
     hours : PlaceHours
     sunlight : Sunlight
-    full_load_hours : numpy.ndarray, (g,)
-        [h] per year.
+    full_load_hours : numpy.ndarray, (13, g)
+        [h] of the year and its months.
+    plain : numpy.ndarray, (g,)
+        [h] per year without reflected light.
 
     Returns
     -------
-    numpy.ndarray, (g,)
+    hours : numpy.ndarray, (13, g)
         [h] NaN where the Transfer does not know the error of direct light.
+    gain : numpy.ndarray, (g,)
+        Of `full_load_hours[0] / plain - 1`; NaN without any light.
     """
-    light = hours.light.sum(axis=0, dtype=float) * hours.length / KILO  # (2 + k,) [kWh/m²]
-    poa = sum_irradiance(errors, hours, sunlight, light)
+    light, poa, spread = sum_light(errors, hours, sunlight)
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
-    direct, diffuse, *sources = per_poa * light[:, None]  # (g,) [h] per relative irradiance
-    member = np.repeat(np.arange(len(poa)), np.diff(errors.first))
-    own = join_own(direct[member], diffuse[member], *errors.own[:3])
-    for hours_of_source, variance in zip(sources, errors.own[3:], strict=True):
-        own = own + hours_of_source[member] ** 2 * variance
-    passed_on = direct[:, None] * errors.direct_passed_on + diffuse[:, None] * errors.diffuse_passed_on
+    direct, diffuse, *sources = per_poa * light.T[:, :, None]  # (13, g) [h] per relative irradiance
+    passed_on = direct[..., None] * errors.direct_passed_on + diffuse[..., None] * errors.diffuse_passed_on
     discretisation = direct * errors.discretisation[0] + diffuse * errors.discretisation[1]
+    common = variance_of_mean(passed_on) + discretisation**2
+    for hours_of_source, variance in zip(sources, errors.own[3:], strict=True):
+        common = common + hours_of_source**2 * variance
     suns = errors.sun_sampling * full_load_hours
-    variance = np.add.reduceat(own, errors.first[:-1]) + variance_of_mean(passed_on)
-    return np.sqrt(variance + discretisation**2 + suns**2)
+    own = join_own(direct, diffuse, *errors.own[:3])
+    growth = np.maximum(spread[0] / spread - 1, 0)[:, None] * direct**2  # a month's suns are fewer than the year's
+    fewer = growth * (errors.own[0] + variance_of_mean(errors.direct_passed_on))
+    gain = np.divide(full_load_hours[0], plain, out=np.full_like(plain, np.nan), where=plain > 0) - 1
+    reflected = common[0] + own_of_gain(errors.split, direct[0], diffuse[0], gain) + (gain * suns[0]) ** 2
+    return np.sqrt(own + common + fewer + suns**2), np.sqrt(reflected) / np.where(plain > 0, plain, np.nan)
 
 
-def sum_irradiance(errors, hours, sunlight, light):
-    """Annual irradiance of the groups [kWh/m²]: (g,). Cosines are those of the grid's directions."""
-    share = sunlight.weight * hours.light[:, :1, None]  # (h, m, 3) [Wm⁻²]
-    per_direction = np.bincount(sunlight.index.ravel(), share.ravel(), minlength=len(errors.direct))
-    ground = sunlight.level.sum(dtype=float)
-    scale = hours.length / KILO
-    return scale * (per_direction @ errors.direct + ground * errors.shared[-1]) + light[1:] @ errors.shared[:-1]
+def own_of_gain(split, direct, diffuse, gain):
+    """Variance of hours with reflections minus (1 + gain) times those without, by the surfaces' own rays: (g,) [h²].
+
+    What is seen of sky and sun counts in both, so that its noise is multiplied by the gain only.
+
+    Parameters
+    ----------
+    split : numpy.ndarray, (7, g)
+        Of `sum_split`.
+    direct, diffuse : numpy.ndarray, (g,)
+        [h] per relative irradiance.
+    gain : numpy.ndarray, (g,)
+    """
+    reflected, points, square, linear, whole, cross, together = split
+    sky = square + 2 * gain * linear + gain**2 * whole  # (m + gain)² / (1 - m)² of the own variance
+    variance = diffuse**2 * sky + direct**2 * (reflected + gain**2 * points)
+    return np.maximum(variance - 2 * direct * diffuse * (cross + gain * together), PROPORTION**2 * variance)
+
+
+def sum_light(errors, hours, sunlight):
+    """Light of the year and its months, and the groups' irradiance by it.
+
+    Cosines are those of the grid's directions.
+
+    Returns
+    -------
+    light : numpy.ndarray, (13, 2 + k) [kWh/m²]
+        From the place of the sun (normal), from the dome and from each traced source.
+    poa : numpy.ndarray, (13, g) [kWh/m²]
+    spread : numpy.ndarray, (13,)
+        Number of directions from which as much light would come from each: (Σ u)² / Σ u².
+    """
+    scale, count = hours.length / KILO, len(errors.direct)
+    weight = sunlight.weight * hours.light[:, :1, None]  # (h, m, 3) [Wm⁻²]
+    cell = hours.month[:, None, None] * count + sunlight.index
+    suns = np.bincount(cell.ravel(), weight.ravel(), minlength=MONTHS * count).reshape(MONTHS, count)
+    columns = [*hours.light.T, sunlight.level]
+    months = np.stack([np.bincount(hours.month, column, minlength=MONTHS) for column in columns], axis=1)
+    months, suns = (scale * np.concatenate([part.sum(axis=0, keepdims=True), part]) for part in (months, suns))
+    light, ground = months[:, :-1], months[:, -1:]
+    spread = np.maximum(suns.sum(axis=1) ** 2, 1e-12) / np.maximum((suns**2).sum(axis=1), 1e-12)
+    return light, suns @ errors.direct + ground * errors.shared[-1] + light[:, 1:] @ errors.shared[:-1], spread

@@ -78,11 +78,21 @@ def add_mix(world, weights):
         group_area=np.concatenate([world.group_area, [world.group_area[members].sum(axis=0) * whole]]),
         full_load_hours=mean(world.full_load_hours).astype(np.float32),
         standard_error=join_errors(world.standard_error, share, members),
+        gain_error=join_gains(world, share, members),
         without_reflections=mean(world.without_reflections).astype(np.float32),
     )
 
 
 def join_errors(values, share, members):
-    """Standard errors, with that of a mix of environments whose errors are independent: (p, e + 1, g)."""
-    mix = np.sqrt(np.einsum("e,peg->pg", share**2, values[:, members].astype(float) ** 2))
+    """Standard errors, with that of a mix of environments whose errors are independent: (p, e + 1, g, …)."""
+    mix = np.sqrt(np.einsum("e,pe...->p...", share**2, values[:, members].astype(float) ** 2))
     return np.concatenate([values, mix[:, None].astype(np.float32)], axis=1)
+
+
+def join_gains(world, share, members):
+    """Standard errors of the gain by reflections, with that of a mix: (p, e + 1, g)."""
+    plain = world.without_reflections[..., 0].astype(float)
+    whole = np.einsum("e,peg->pg", share, plain[:, members])
+    hours = join_errors(world.gain_error * plain, share, members)[:, -1]
+    mix = np.divide(hours, whole, out=np.full_like(whole, np.nan), where=whole > 0)
+    return np.concatenate([world.gain_error, mix[:, None].astype(np.float32)], axis=1)

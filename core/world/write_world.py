@@ -27,6 +27,8 @@ PLAIN = {
     "full_load_hours_without_reflections_by_month": (1, 1 + MONTHS, "month", "of each month, without reflected light"),
 }
 
+GAIN = "gain_by_reflections"
+
 
 def dataset_of_world(world):
     """A World as a dataset: latitude × longitude (or station) × environment × group × period.
@@ -49,12 +51,8 @@ def dataset_of_world(world):
             part = values[..., first] if dimension is None else values[..., first:last]
             dimensions = (*at, "environment", "group", *([dimension] if dimension else []))
             variables[name] = (dimensions, part.reshape(*shape, *part.shape[1:]), {**HOURS_UNIT, "long_name": words})
+    add_errors(variables, world, shape)
     annual = variables["full_load_hours"]
-    error = "full_load_hours_standard_error"
-    annual[2]["ancillary_variables"] = error
-    words = "standard error of the full load hours of a year, by tracing"
-    found = world.standard_error.reshape(*shape, *world.standard_error.shape[1:])
-    variables[error] = (annual[0], found, {**HOURS_UNIT, "long_name": words})
     variables["capacity_factor"] = (
         annual[0],
         annual[1] / np.float32(8760),
@@ -70,6 +68,24 @@ def dataset_of_world(world):
     variables["area"] = (owner, world.group_area, {"units": "m2", "long_name": "area that counts"})
     variables["surface_count"] = (owner, world.group_count, {"units": "1", "long_name": "number of eligible surfaces"})
     return xarray.Dataset(variables, coordinates(world, grid), attributes(world))
+
+
+def add_errors(variables, world, shape):
+    """Add the gain by reflections, and the standard errors of hours, months and gain, each beside its own variable."""
+    annual, plain = (variables[name][1].astype(float) for name in ("full_load_hours", next(iter(PLAIN))))
+    gain = np.divide(annual, plain, out=np.full_like(annual, np.nan), where=plain > 0) - 1
+    words = {"units": "1", "long_name": "full load hours of a year over those without reflected light, minus one"}
+    variables[GAIN] = (variables["full_load_hours"][0], gain.astype(np.float32), words)
+    errors = world.standard_error
+    for name, found in (
+        ("full_load_hours", errors[..., 0]),
+        ("full_load_hours_by_month", errors[..., 1:]),
+        (GAIN, world.gain_error),
+    ):
+        dimensions, _, words = variables[name]
+        words["ancillary_variables"] = f"{name}_standard_error"
+        about = {"units": words["units"], "long_name": f"standard error by tracing: {words['long_name']}"}
+        variables[words["ancillary_variables"]] = (dimensions, found.reshape(*shape, *found.shape[1:]), about)
 
 
 def coordinates(world, grid):

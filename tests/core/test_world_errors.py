@@ -75,17 +75,21 @@ def test_errors_are_those_of_yield(town, system, sky):
     for row, weather in enumerate(weathers):
         energy = compute_energy(town, weather, system, threads=1, sky=sky)
         assert world.groups == energy.groups
-        np.testing.assert_allclose(world.standard_error[row, 0], energy.group_standard_error, rtol=AS_YIELD)
-        np.testing.assert_allclose(merged.standard_error[row, 0], energy.group_standard_error, rtol=AS_YIELD)
-    relative = world.standard_error[:, 0] / world.full_load_hours[:, 0, :, 0]
+        np.testing.assert_allclose(world.standard_error[row, 0, :, 0], energy.group_standard_error, rtol=AS_YIELD)
+        np.testing.assert_allclose(merged.standard_error[row, 0, :, 0], energy.group_standard_error, rtol=AS_YIELD)
+    relative = world.standard_error[:, 0, :, 0] / world.full_load_hours[:, 0, :, 0]
     assert (np.ptp(relative, axis=0) > 0.05 * relative.mean(axis=0)).any()  # one share for all places would not do
 
 
 @pytest.mark.once
 def test_errors_are_as_large_as_the_scatter(system):
-    """Noise of known size in the diffuse, and in another run in the reflected light of single surfaces."""
+    """Of the year, its months and the gain: noise of known size in the reflected light of single surfaces, and in the
+    visible sky, beside which rays meet faces of half its brightness.
+    """
     plain, rng = Horizons(COUNT, seed=3).transfer(sky_grid_suns(100)), np.random.default_rng(7)
     plain.direct_reflected += np.float32(0.05)
+    np.clip(plain.sky_view_factor, 0.1, 0.9, out=plain.sky_view_factor)
+    plain.diffuse_relative[:] = (1 + plain.sky_view_factor) / 2
     plain.direct_annual_standard_error[:] = NOISE
     plain.diffuse_relative_standard_error[:] = 2 * NOISE
     weathers = [read_weather(BARROW, 0.0, 0.0), read_weather(PVGIS, 0.0, 0.0)]
@@ -95,14 +99,33 @@ def test_errors_are_as_large_as_the_scatter(system):
 
     def noisy():
         diffuse, direct = rng.normal(size=(2, COUNT, 1)) * NOISE
-        reflected = plain.direct_reflected + direct.astype(np.float32)
-        return replace(plain, diffuse_relative=plain.diffuse_relative + 2 * diffuse[:, 0], direct_reflected=reflected)
+        return replace(
+            plain,
+            diffuse_relative=plain.diffuse_relative + 2 * diffuse[:, 0],
+            sky_view_factor=plain.sky_view_factor + 4 * diffuse[:, 0],
+            direct_reflected=plain.direct_reflected + direct.astype(np.float32),
+        )
 
-    stated = world_of(plain).standard_error[:, 0]
-    found = np.array([world_of(noisy()).full_load_hours[:, 0, :, 0] for _ in range(DRAWS)])
-    ratio = found.var(axis=0, ddof=1) / stated**2
+    stated, draws = world_of(plain), [world_of(noisy()) for _ in range(DRAWS)]
+    periods = np.array([one.full_load_hours[:, 0, :, :13] for one in draws])
+    gain = np.array([one.full_load_hours[:, 0, :, 0] / one.without_reflections[:, 0, :, 0] for one in draws])
     # Some 6 independent groups of 60 draws: 7 % of the variance; hours are proportional to light within 10 %.
+    ratio = periods.var(axis=0, ddof=1) / np.maximum(stated.standard_error[:, 0], 1e-6) ** 2
+    np.testing.assert_allclose(np.sqrt(ratio[..., 0].mean(axis=1)), 1.0, atol=0.17)
+    lit = stated.full_load_hours[:, 0, :, 1:13] > 1.0  # [h]: no month of polar night
+    np.testing.assert_allclose(np.sqrt(ratio[..., 1:][lit].mean()), 1.0, atol=0.17)
+    ratio = gain.var(axis=0, ddof=1) / stated.gain_error[:, 0] ** 2
     np.testing.assert_allclose(np.sqrt(ratio.mean(axis=1)), 1.0, atol=0.17)
+    assert (stated.standard_error[:, 0, :, 1:].sum(axis=2) > stated.standard_error[:, 0, :, 0] * 0.99).all()
+
+
+def test_months_share_the_errors_of_light_that_is_passed_on(town, system):
+    """With all noise common to the year and proportional to light, months add up to it; alone they are less certain."""
+    world = world_at([build_environment("town", "test", town, system)], [read_weather(PVGIS, 0.0, 0.0)], system)
+    year, months = world.standard_error[0, 0, :, 0], world.standard_error[0, 0, :, 1:]
+    hours = world.full_load_hours[0, 0, :, 1:13]
+    np.testing.assert_allclose(months.sum(axis=1), year, rtol=0.15)
+    assert (months > 0).all() and (months < hours).all()
 
 
 def test_a_mix_has_independent_errors_and_closed_forms_have_none(town, system):
@@ -114,12 +137,20 @@ def test_a_mix_has_independent_errors_and_closed_forms_have_none(town, system):
     town_error, unshaded, mix = world.standard_error[0]
     assert (unshaded == 0).all() and (town_error > 0).all()
     np.testing.assert_allclose(mix, 0.25 * town_error, rtol=1e-6)
+    town_gain, unshaded, mix = world.gain_error[0]
+    plain = world.without_reflections[0, ..., 0]
+    assert (unshaded == 0).all() and (town_gain > 0).all()
+    np.testing.assert_allclose(mix, 0.25 * town_gain * plain[0] / plain[2], rtol=1e-5)
 
 
 def test_an_unknown_error_stays_unknown(town, system):
     unknown = replace(town, direct_annual_standard_error=np.full(COUNT, np.nan))
     world = world_at([build_environment("town", "test", unknown, system)], [read_weather(PVGIS, 0.0, 0.0)], system)
-    assert np.isnan(world.standard_error).all() and np.isfinite(world.full_load_hours).all()
+    assert (
+        np.isnan(world.standard_error).all()
+        and np.isnan(world.gain_error).all()
+        and np.isfinite(world.full_load_hours).all()
+    )
 
 
 def test_the_file_has_them_and_tasks_do_not_change_them(town, tmp_path):
@@ -129,9 +160,12 @@ def test_the_file_has_them_and_tasks_do_not_change_them(town, tmp_path):
         command = ["world", str(tmp_path / "transfer.nc"), "unshaded", *options, *more, "--out", str(tmp_path / name)]
         assert main(command) == 0
     with xr.open_dataset(tmp_path / "one" / "world.nc") as one, xr.open_dataset(tmp_path / "tasks" / "world.nc") as two:
-        hours, error = one["full_load_hours"], one["full_load_hours_standard_error"]
-        assert hours.attrs["ancillary_variables"] == error.name
-        assert error.attrs["units"] == "h" and error.dims == hours.dims
-        np.testing.assert_array_equal(np.isnan(error), np.isnan(hours))
-        assert float((error / hours).max()) < 0.1
+        for name, unit in (("full_load_hours", "h"), ("full_load_hours_by_month", "h"), ("gain_by_reflections", "1")):
+            values, error = one[name], one[f"{name}_standard_error"]
+            assert values.attrs["ancillary_variables"] == error.name
+            assert error.attrs["units"] == values.attrs["units"] == unit and error.dims == values.dims
+            np.testing.assert_array_equal(np.isnan(error), np.isnan(values))
+        hours, plain = one["full_load_hours"], one["full_load_hours_without_reflections"]
+        np.testing.assert_allclose(one["gain_by_reflections"], hours / plain - 1, atol=1e-6)
+        assert float((one["full_load_hours_standard_error"] / hours).max()) < 0.1
         xr.testing.assert_equal(one, two)
