@@ -1,6 +1,8 @@
 """Numbers of docs/world.md: the paper's at 10° E, what the shift in time costs, and the cost of a place.
 
     python benchmarks/world.py A=DIR B=DIR C=DIR [--sky isotropic|perez] [--shift] [--cost] [--threads N]
+    python benchmarks/world.py A=DIR B=DIR C=DIR --parallel     the United States between their coasts, along parallels
+    python benchmarks/world.py CITY… --scatter 16               stated errors against traces with so many seeds
 
 The environments are folders of runs with --suns sky-grid:N. Without options: the table at 10° E, under the built-in
 climate (off land the clear sky), with the sky of --sky and the default settings else, and with --method paper.
@@ -8,13 +10,16 @@ climate (off land the clear sky), with the sky of --sky and the default settings
 
 import argparse
 import time
+from dataclasses import replace
 
 import numpy as np
 
 from citypv.core.energy.pv_system import build_system, default_system
 from citypv.core.methods import settings_of_method
 from citypv.core.request import Request
+from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.world.compute_world import compute_world
+from citypv.core.world.environment import build_environment
 from citypv.core.world.merge_surfaces import merge_surfaces
 from citypv.core.world.places import Places, grid_places
 from citypv.core.world.read_environments import read_environments
@@ -25,6 +30,7 @@ SHIFT_LATITUDES, SHIFT_LONGITUDES = (
     np.array([-50.0, -30, 0, 20, 40, 60, 70, 80]),
     [2.0, 7.5, 10, 52.5, 97.5, 180 - 1e-6],
 )
+PARALLELS = (34.0, 36.0, 38.0, 39.0, 40.0, 41.0)  # from the Pacific to the Atlantic, without Mexico and Canada
 SHOWN = ["facade_south", "facade_east", "facade_west", "facade_north", "roof_south", "roof_east"]
 
 
@@ -34,9 +40,15 @@ def main():
     parser.add_argument("--sky", choices=("isotropic", "perez"), default="isotropic", help="of the default settings")
     parser.add_argument("--shift", action="store_true", help="errors of the paper's shift by latitude and longitude")
     parser.add_argument("--cost", action="store_true", help="seconds per place against surfaces, and error of merging")
+    parser.add_argument("--parallel", action="store_true", help="south facades from coast to coast")
+    parser.add_argument("--scatter", type=int, metavar="SEEDS", help="trace a city again and again, on 145 directions")
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
-    if options.shift:
+    if options.scatter:
+        print_scatter(options)
+    elif options.parallel:
+        print_parallel(options)
+    elif options.shift:
         print_shift(options)
     elif options.cost:
         print_cost(options)
@@ -64,6 +76,49 @@ def print_meridian(options):
             east, south = (hours[:, number, groups.index(f"facade_{side}")] for side in ("east", "south"))
             crossing = np.flatnonzero(east < south)
             print(f"  south beats east from {places.latitude[crossing[0]]:g}° N on" if len(crossing) else "  never")
+
+
+def print_parallel(options):
+    """Least, largest, and both coasts' full load hours along parallels of the United States, on land."""
+    environments, _ = read_environments([*options.environments, "unshaded"], default_system(), options.sky)
+    for north in PARALLELS:
+        places = grid_places(np.array([north]), np.arange(-125.0, -65.0))
+        source = model_source(places, "climate", Request())
+        world = compute_world(environments, source, default_system(), sky=options.sky, threads=options.threads)
+        groups = ["_".join(pair) for pair in world.groups]
+        for number, name in enumerate(world.environments):
+            hours = world.full_load_hours[:, number, groups.index("facade_south"), 0]
+            land = np.flatnonzero(np.isfinite(hours))
+            hours, east = hours[land], places.longitude[land]
+            low, high = hours.argmin(), hours.argmax()
+            coasts, range_ = hours[[0, -1]], hours[[low, high]]
+            print(
+                f"{north:g}° N, {name}: coasts {hours[0]:,.0f} h ({east[0]:g}°), {hours[-1]:,.0f} h ({east[-1]:g}°): "
+                f"{100 * (coasts.max() / coasts.min() - 1):.0f} %; extremes {hours[low]:,.0f} h "
+                f"({east[low]:g}°), {hours[high]:,.0f} h ({east[high]:g}°): {100 * (range_[1] / range_[0] - 1):.0f} %"
+            )
+
+
+def print_scatter(options):
+    """Scatter over seeds against stated errors of the year, its months and the gain, root mean square."""
+    base = Request(threads=options.threads, suns="sky-grid:145", samples=64)
+    scene = read_scene(options.environments, base)
+    places = Places(np.array([52.0, 20.0]), np.array([13.0, 10.0]))
+    source, worlds = model_source(places, "clear-sky", base), []
+    for seed in range(1, options.scatter + 1):
+        request = replace(base, seed=seed)
+        transfer = trace_scene(scene, read_year(scene.site, request), request)
+        environment = build_environment(str(seed), "trace", transfer, default_system())
+        worlds.append(compute_world([environment], source, default_system(), threads=options.threads))
+    periods = np.array([world.full_load_hours[..., :13] for world in worlds])
+    gain = np.array([world.full_load_hours[..., 0] / world.without_reflections[..., 0] for world in worlds])
+    for name, found, stated in (
+        ("year", periods[..., 0], [world.standard_error[..., 0] for world in worlds]),
+        ("months", periods[..., 1:], [world.standard_error[..., 1:] for world in worlds]),
+        ("gain", gain, [world.gain_error for world in worlds]),
+    ):
+        ratio = found.var(axis=0, ddof=1) / (np.array(stated) ** 2).mean(axis=0)
+        print(f"{name}: scatter over stated {np.sqrt(np.nanmean(ratio)):.2f}, largest {np.sqrt(np.nanmax(ratio)):.2f}")
 
 
 def print_shift(options):
