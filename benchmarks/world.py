@@ -3,16 +3,20 @@
     python benchmarks/world.py A=DIR B=DIR C=DIR [--sky isotropic|perez] [--shift] [--cost] [--threads N]
     python benchmarks/world.py A=DIR B=DIR C=DIR --parallel     the United States between their coasts, along parallels
     python benchmarks/world.py CITY… --scatter 16               stated errors against traces with so many seeds
+    python benchmarks/world.py unshaded --reading               seconds to read ERA5 on 0.25°, from a made file
 
 The environments are folders of runs with --suns sky-grid:N. Without options: the table at 10° E, under the built-in
 climate (off land the clear sky), with the sky of --sky and the default settings else, and with --method paper.
 """
 
 import argparse
+import tempfile
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import xarray
 
 from citypv.core.energy.pv_system import build_system, default_system
 from citypv.core.methods import settings_of_method
@@ -23,8 +27,11 @@ from citypv.core.world.environment import build_environment
 from citypv.core.world.merge_surfaces import merge_surfaces
 from citypv.core.world.places import Places, grid_places
 from citypv.core.world.read_environments import read_environments
-from citypv.core.world.sources import model_source
+from citypv.core.world.read_era5_grid import open_era5_grid
+from citypv.core.world.sources import grid_source, model_source
 
+ERA5 = Path(__file__).parent.parent / "examples" / "berlin" / "era5_berlin_2017.nc"
+VARIABLES = ("ssrd", "fdir", "t2m", "u10", "v10", "sp")
 MERIDIAN = 10.0
 SHIFT_LATITUDES, SHIFT_LONGITUDES = (
     np.array([-50.0, -30, 0, 20, 40, 60, 70, 80]),
@@ -42,10 +49,13 @@ def main():
     parser.add_argument("--cost", action="store_true", help="seconds per place against surfaces, and error of merging")
     parser.add_argument("--parallel", action="store_true", help="south facades from coast to coast")
     parser.add_argument("--scatter", type=int, metavar="SEEDS", help="trace a city again and again, on 145 directions")
+    parser.add_argument("--reading", action="store_true", help="seconds per point of a file of ERA5")
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
     if options.scatter:
         print_scatter(options)
+    elif options.reading:
+        print_reading()
     elif options.parallel:
         print_parallel(options)
     elif options.shift:
@@ -97,6 +107,36 @@ def print_parallel(options):
                 f"{100 * (coasts.max() / coasts.min() - 1):.0f} %; extremes {hours[low]:,.0f} h "
                 f"({east[low]:g}°), {hours[high]:,.0f} h ({east[high]:g}°): {100 * (range_[1] / range_[0] - 1):.0f} %"
             )
+
+
+def print_reading():
+    """Processor seconds to read the points of a made file of one year, beside those of the built-in climate."""
+    north, east = 52 - np.arange(8) / 4, 9 + np.arange(32) / 4
+    noise = np.random.default_rng(0).normal(1, 1e-3, (8760, 8, 32)).astype(np.float32)  # as hard to pack as real data
+    for title, chunks in (("whole years of 32 points", (8760, 1, 32)), ("whole maps of 24 hours", (24, 8, 32))):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "era5.nc"
+            with xarray.open_dataset(ERA5) as one:
+                point = one.isel(latitude=0, longitude=0, drop=True)
+                wide = point[list(VARIABLES)].expand_dims(latitude=north, longitude=east).transpose("time", ...)
+                wide = wide.astype(np.float32)
+                wide[list(VARIABLES[2:])] *= noise  # of all but radiation, which is checked against the sun
+                settings = {"zlib": True, "complevel": 1, "shuffle": True, "chunksizes": chunks}
+                wide.to_netcdf(path, engine="h5netcdf", encoding=dict.fromkeys(wide, settings))
+            grid = open_era5_grid([path])
+            with grid.stack:
+                places = grid_places(grid.latitude, grid.longitude)
+                source = grid_source(grid, places, (np.arange(len(north)), np.arange(len(east))), Request())
+                print(f"{title}: {time_reading(source):.4f} s per point, {path.stat().st_size / 256e3:,.0f} kB each")
+    print(f"built-in climate: {time_reading(model_source(places, 'climate', Request())):.4f} s per point")
+
+
+def time_reading(source):
+    """Processor seconds per place."""
+    started = time.process_time()
+    for chunk in source.chunks:
+        source.read(chunk)
+    return (time.process_time() - started) / len(source.places)
 
 
 def print_scatter(options):
