@@ -203,6 +203,10 @@ def measure_efficiency(city, request, options):
     print(f"{area:.1f} km2: 1 worker {one:.1f} s, 2 workers {two:.1f} s, efficiency {one / two / 2:.0%}")
 
 
+class GroundBuiltError(Exception):
+    """Ends the placing of a city after what is measured."""
+
+
 def measure_ground(city, request, options):
     for side in options.sides:
         started = time.process_time()
@@ -210,17 +214,17 @@ def measure_ground(city, request, options):
             read_buildings([options.city], request)
         read = time.process_time() - started
         whole, _ = repeat_city(city, side)
-        spent = []
 
-        def timed(*arguments, spent=spent, **more):
+        def timed(*arguments, **more):
             started = time.process_time()
-            found = build_ground(*arguments, **more)
-            spent.append(time.process_time() - started)
-            return found
+            build_ground(*arguments, **more)
+            raise GroundBuiltError(time.process_time() - started)
 
         building.build_ground = timed
-        place_city(whole, request)
-        print(f"{side**2} tiles: reading {read:.2f} s, ground {spent[0]:.2f} s")
+        try:
+            place_city(whole, request)
+        except GroundBuiltError as built:
+            print(f"{side**2} tiles: reading {read:.2f} s, ground {built.args[0]:.2f} s", flush=True)
 
 
 if __name__ == "__main__":
