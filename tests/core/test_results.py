@@ -2,6 +2,8 @@
 
 import csv
 import json
+import subprocess
+import sys
 from dataclasses import replace
 
 import netCDF4
@@ -18,6 +20,7 @@ from citypv.core.files import open_netcdf
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_faces import write_faces
 from citypv.core.results.write_groups import write_groups
+from citypv.core.results.write_summary import peak_memory
 from citypv.core.results.write_timeseries import write_timeseries
 from citypv.core.results.write_transfer import write_transfer
 from citypv.core.sun.choose_suns import choose_suns
@@ -159,6 +162,15 @@ def test_a_series_without_groups_keeps_names_of_text(weighed, tmp_path):
         assert data.sizes["group"] == 0 and data["group"].dtype.kind in "OSU"
     with netCDF4.Dataset(tmp_path / "none.nc") as data:
         assert data["group"].dtype is str
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="not reported")
+def test_the_peak_of_memory_is_of_this_process_alone():
+    """A worker that a large process has started reports its own memory: here beside 600 MB."""
+    large = np.ones(75_000_000)
+    code = "from citypv.core.results.write_summary import peak_memory; print(peak_memory())"
+    own = int(subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout)
+    assert 2e7 < own < 5e8 < large.nbytes < peak_memory()
 
 
 def test_files_that_are_no_transfer(weighed, tmp_path):
