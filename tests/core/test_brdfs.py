@@ -35,6 +35,7 @@ def count_cells(directions, across, around):
     return np.bincount(row * around + column, minlength=across * around)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("zenith", ZENITHS)
 @pytest.mark.parametrize("brdf", SPREADING, ids=str)
 def test_samples_follow_their_density(brdf, zenith):
@@ -60,6 +61,7 @@ def test_samples_follow_their_density(brdf, zenith):
     assert chance > 1e-3, statistic
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("zenith", ZENITHS)
 @pytest.mark.parametrize("brdf", SPREADING, ids=str)
 def test_share_is_what_the_law_says(brdf, zenith):
@@ -77,6 +79,7 @@ def test_share_is_what_the_law_says(brdf, zenith):
     assert share.mean() == pytest.approx(whole.sum() * angle, abs=4 * error + 1e-4)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("zenith", [*ZENITHS, 89.9])
 @pytest.mark.parametrize("brdf", [Lambertian(1.0), Mirror(1.0), Glossy(1.0, 0.05), Glossy(1.0, 1.0)], ids=str)
 def test_white_furnace(brdf, zenith):
@@ -91,6 +94,7 @@ def test_white_furnace(brdf, zenith):
         assert (share == 1).all()
 
 
+@pytest.mark.once
 def test_what_glossy_faces_lose():
     """At α = 1 straight on 1 - ln 2 is left, by integration; all over the hemisphere what the docstring says."""
     count = 400_000
@@ -103,6 +107,7 @@ def test_what_glossy_faces_lose():
         assert 1 - share.mean() == pytest.approx(lost, abs=0.006)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("brdf", SPREADING, ids=str)
 def test_reciprocity(brdf):
     generator = np.random.default_rng(8)

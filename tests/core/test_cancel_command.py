@@ -136,7 +136,7 @@ def test_interrupt_before_the_first_block_leaves_nothing(city, tmp_path, capfd, 
 
 @POSIX
 @pytest.mark.slow
-@pytest.mark.parametrize("estimator", ["gather", "forward"])
+@pytest.mark.parametrize("estimator", ["gather", pytest.param("forward", marks=pytest.mark.once)])
 def test_a_process_that_is_interrupted_in_the_suns(city, tmp_path, estimator):
     """By Ctrl-C from outside, at the first line that tells of suns."""
     command = [sys.executable, "-m", "citypv", "simulate", str(city), "--out", "out", "--suns", "hourly"]

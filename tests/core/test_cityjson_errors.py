@@ -113,6 +113,7 @@ def places(node, path=()):
         yield from places(value, (*path, key))
 
 
+@pytest.mark.once
 def test_a_wrong_value_anywhere_ends_in_a_city_or_in_one_line(tmp_path):
     outcomes = []
     for *way, last in [path for path in places(FULL) if path]:
@@ -173,6 +174,7 @@ BOMBS = {
 }
 
 
+@pytest.mark.once
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows tells no peak of memory this way")
 @pytest.mark.parametrize(
     "name", [name if name[0] != "t" else pytest.param(name, marks=pytest.mark.slow) for name in BOMBS]

@@ -59,6 +59,7 @@ def test_where_nodes_are_missing():
     np.testing.assert_allclose(weight, [[0, 0.75, 0.25, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 0]])
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(
     ("latitude", "longitude", "minutes"),
     [(*place, 60) for place in PLACES]
@@ -79,6 +80,7 @@ def test_the_suns_place_is_met_at_every_time_step(latitude, longitude, minutes):
     assert found.max() < 7.0
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("longitude", [5.0, 7.5, -105.0, 179.9])
 @pytest.mark.parametrize("latitude", [-33.4, 52.5, 80.0])
 def test_traced_elsewhere_on_the_latitude(latitude, longitude):
@@ -91,6 +93,7 @@ def test_traced_elsewhere_on_the_latitude(latitude, longitude):
     assert np.median(found) < 0.2
 
 
+@pytest.mark.once
 def test_a_bent_function_has_no_bias():
     """Mean over the year of a smooth function of the sun's place, against pvlib's sun of every hour.
 
@@ -124,6 +127,7 @@ def test_a_day_for_every_day_is_every_hour():
     assert angles(suns, year_of(), HOUR, 52.5, 13.4).max() < 1e-4
 
 
+@pytest.mark.once
 def test_the_year_of_tracing_does_not_matter():
     """Another year, many years, a year before 1970: the season is that of the sun, not of the calendar."""
     suns = choose_suns("days:24", year_of(2017), HOUR, 52.5, 13.4)

@@ -21,6 +21,7 @@ def test_the_exponential_distribution_has_its_mean():
         assert exponential_quantile(solve_exponential(np.array(mean)), quantile).mean() == pytest.approx(mean, abs=1e-4)
 
 
+@pytest.mark.once
 def test_days_spread_as_bendt_has_it():
     """The share of days below a clearness index against Bendt's formula with γ of Herzog's fit."""
     month = np.repeat(np.arange(12), 400)
@@ -41,6 +42,7 @@ def test_days_follow_each_other_as_graham_has_it():
     np.testing.assert_allclose(np.sort(quantile), (np.arange(36500) + 0.5) / 36500)
 
 
+@pytest.mark.once
 def test_normal_numbers_are_normal():
     drawn = draw_normals(7, (200_000,))
     assert drawn.mean() == pytest.approx(0, abs=4 / np.sqrt(200_000))
@@ -49,6 +51,7 @@ def test_normal_numbers_are_normal():
     np.testing.assert_array_equal(draw_normals(-3, (5,)), draw_normals(-3, (5,)))
 
 
+@pytest.mark.once
 def test_sums_are_met_below_the_ceiling():
     rng = np.random.default_rng(0)
     clearness, outside = rng.uniform(0, 0.8, (3, 48)), np.ones((3, 48))

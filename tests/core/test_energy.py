@@ -91,6 +91,7 @@ def test_relative_direct_irradiance_of_unshaded_surfaces(berlin):
         assert energy.direct_relative_annual[row] == pytest.approx(relative.mean(), rel=1e-9)
 
 
+@pytest.mark.once
 def test_polar_weather_and_another_module():
     barrow = read_weather(BARROW, 71.3, -156.8)
     name = "Canadian_Solar_CS5P_220M___2009_"
@@ -146,6 +147,7 @@ def test_hourly_shaded_surfaces_equal_pvlib_hour_by_hour(berlin):
         assert energy.poa_global_annual[row] == pytest.approx((direct + diffuse).sum() / 1000, rel=1e-6)
 
 
+@pytest.mark.once
 def test_typical_days_and_sky_grid_come_near_every_hour(berlin):
     horizons = Horizons(300, 5)
     reference = compute_energy(horizons.transfer(suns_of(berlin, "hourly")), berlin)

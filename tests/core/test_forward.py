@@ -105,6 +105,7 @@ def paper_hemisphere(scene, radius, count, seed):
     return hits / scene.surfaces.area / density, np.sqrt(np.maximum(hits, 1)) / scene.surfaces.area / density
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("radius", [60.0, 120.0])
 def test_the_box_sends_the_light_of_the_papers_hemisphere(radius):
     """At any radius, for rays that rise are discarded."""
@@ -212,6 +213,7 @@ def test_seed_changes_the_noise_only():
     assert (np.abs(difference[noisy]) < 4 * error[noisy]).mean() > 0.95
 
 
+@pytest.mark.once
 def test_standard_error_is_that_of_the_noise():
     """Errors over standard errors follow Student's t with the fifteen degrees of freedom of sixteen replicates."""
     quotients = []

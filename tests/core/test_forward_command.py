@@ -68,6 +68,7 @@ def test_both_estimators_give_the_same_year(city, tmp_path):
     assert columns_of(tmp_path / "again")["full_load_hours"] == pytest.approx(other["full_load_hours"], nan_ok=True)
 
 
+@pytest.mark.once
 def test_facades_of_glass(city, tmp_path):
     """Gather sends photons from the panes for what it cannot follow; forward says the same."""
     finish = tmp_path / "finish.csv"

@@ -29,6 +29,7 @@ DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.t
 VALLEY, SLOPE = (36.3, -84.2), (36.25, -84.12)  # places in the raster
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("place", [VALLEY, SLOPE])
 def test_horizon_is_that_of_all_posts(place):
     """Every edge between posts in Earth-centred coordinates, from 1 km on."""
@@ -71,6 +72,7 @@ def town():
     return build_scene(make_city([polygon for house in houses for polygon in house], "EPSG:32616"))
 
 
+@pytest.mark.once
 def test_a_town_loses_the_suns_and_sky_that_all_posts_hide(town, tmp_path):
     request = Request(
         horizon=str(DEM), suns="days:3", samples=64, shadow_samples=4, max_bounces=1, weather="clear-sky", threads=1
@@ -116,6 +118,7 @@ def middle(scene):
     return latitude, longitude
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("sky", ["isotropic", "perez"])
 def test_what_is_switched_off_stays_below_its_bound(town, sky):
     """Full load hours with and without the horizon, and with that of each corner of the scene."""

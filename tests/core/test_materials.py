@@ -58,7 +58,7 @@ def light_of_strips(transfer, column=None):
     return mean, np.sqrt((share**2 * error[MIDDLE].reshape(4, 2) ** 2).sum(axis=1))
 
 
-def trace_street(tmp_path, text, elevation, samples=60_000):
+def trace_street(tmp_path, text, elevation, samples=25_000):
     angle = np.radians(elevation)
     request = Request(
         estimator="forward",
@@ -78,6 +78,7 @@ def lit_share(elevation):
     return np.clip((reach - EDGES[:-1]) / np.diff(EDGES), 0, 1)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("elevation", [30.0, 50.0])
 def test_sun_in_a_mirror_facade(tmp_path, elevation):
     """The mirror image of the sun lights the street: ρ · sin(elevation) as far as the facade throws it."""
@@ -91,6 +92,7 @@ def test_sun_in_a_mirror_facade(tmp_path, elevation):
     assert transfer.direct_reflected[0, 0] < 1e-3  # nothing comes back to the facade from a black street
 
 
+@pytest.mark.once
 def test_sky_in_a_mirror_facade(tmp_path):
     """The facade shows the sky: ρ times what the street sees of the facade (Hottel), twice what a dull one sends."""
     near, far = EDGES[:-1], EDGES[1:]
@@ -103,6 +105,7 @@ def test_sky_in_a_mirror_facade(tmp_path):
         assert_mean(mean, error, 1 - seen + 0.8 * share * seen)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(
     ("name", "index", "interfaces"), [("glass", 1.52, 2), ("double glazing", 1.52, 4), ("water", 1.333, 1)]
 )
@@ -116,6 +119,7 @@ def test_sun_in_a_glass_facade(tmp_path, name, index, interfaces):
     assert_mean(mean, error + 1e-4, share * np.sin(np.radians(elevation)) * lit_share(elevation))
 
 
+@pytest.mark.once
 def test_a_glossy_facade_throws_a_blurred_beam(tmp_path):
     """Hardly rough it is a mirror; rough it lights beyond the beam and less within."""
     texts = [

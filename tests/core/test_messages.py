@@ -21,6 +21,7 @@ def tool():
     return module
 
 
+@pytest.mark.once
 def test_every_message_of_the_source_is_listed(tool):
     text = (ROOT / "docs/troubleshooting.md").read_text("utf-8")
     listed = text.partition(tool.START)[2].partition(tool.END)[0]
@@ -28,6 +29,7 @@ def test_every_message_of_the_source_is_listed(tool):
     assert not missing, f"type: python tools/list_messages.py ({sorted(missing)[:3]})"
 
 
+@pytest.mark.once
 def test_few_messages_escape_the_list(tool):
     """Nearly every place that raises one is found; the others pass on a message that is listed elsewhere."""
     sources = [path.read_text("utf-8") for room in tool.ROOMS for path in (ROOT / room).rglob("*.py")]

@@ -75,6 +75,7 @@ def test_relief_of_a_citygml_file_is_its_ground(tmp_path, version):
     assert np.abs(feet).max() < 0.01  # the houses stand level
 
 
+@pytest.mark.once
 def test_light_is_that_of_the_same_relief_given_as_a_file(tmp_path):
     points, triangles = tin()
     own = write_gml(tmp_path / "own.gml", HOUSES, relief(points, triangles))
@@ -275,6 +276,7 @@ def test_what_cannot_be_used_is_named(tmp_path):
     assert len(str(caught.value).splitlines()) == 1
 
 
+@pytest.mark.once
 def test_cells_stand_on_the_same_terrain(tmp_path):
     city = read_city(write_gml(tmp_path / "city.gml", HOUSES, relief(*tin())))
     whole, cells = build_scene(city), build_scene(city, grid_size=4.0)

@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 from reliefs import only, told
 from test_own_terrain import heights_of_scene
 
@@ -15,6 +16,7 @@ from citypv.core.scene.build_scene import build_scene
 HAGUE = Path(__file__).parents[1] / "data" / "citygml" / "denhaag_cut_with_relief.gml.gz"
 
 
+@pytest.mark.once
 def test_eight_houses_of_the_hague():
     """Heights of the real TIN at random places, by barycentric coordinates of the text's own triangles."""
     text = gzip.decompress(HAGUE.read_bytes()).decode("utf-8")

@@ -62,6 +62,7 @@ def open_plane(tilt, azimuth):
     return scene_of_triangles(corners, [[0, 1, 2]])
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(("path", "latitude", "longitude"), STATIONS, ids=["New York", "Santiago", "Barrow"])
 def test_a_year_on_open_planes(path, latitude, longitude):
     weather = read_weather(path, latitude, longitude)

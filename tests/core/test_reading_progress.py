@@ -125,6 +125,7 @@ def test_several_files_are_one_stage(files):
     assert kept.reports[0][2] == sum(path.stat().st_size for path in files[3:])
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("number", range(5))
 @pytest.mark.parametrize("stage", [READING, JOINING])
 @pytest.mark.parametrize("share", [0.0, 0.5])
