@@ -46,7 +46,7 @@ def find_covered_cells(ray_scene, patches, chosen):
     Points and rays are the same for every seed and any number of samples: what is covered is geometry, and a wall that
     is covered for about half would otherwise be eligible with some seeds only. Each cell has one point. First rays from
     the upright cells, which are all that line the edges of a patch and half of the others, tell whether the patch is
-    examined at all.
+    examined at all. They rise wherever they can: below the ground, rays that descend hit nothing.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def find_covered_cells(ray_scene, patches, chosen):
     numbers = numbers.reshape(len(chosen), -1, 4)
     starts = *stratified_points(numbers, CELL_DIVISIONS), numbers[..., 2:]
     upright = upright_cells(CELL_DIVISIONS)
-    first = first_states(ray_scene, patches, chosen, [part[:, upright] for part in starts])
+    first = first_states(ray_scene, patches, chosen, [part[:, upright] for part in starts], rising=True)
     covered = np.zeros(numbers.shape[:2], bool)
     suspect = np.flatnonzero((first == COVERED).any(axis=1))
     if len(suspect):
@@ -70,7 +70,7 @@ def find_covered_cells(ray_scene, patches, chosen):
     return covered
 
 
-def first_states(ray_scene, patches, chosen, starts):
+def first_states(ray_scene, patches, chosen, starts, *, rising=False):
     """What a first ray from each of some points tells on them.
 
     Parameters
@@ -78,6 +78,8 @@ def first_states(ray_scene, patches, chosen, starts):
     chosen : (c,) int
     starts : three of (c, m), (c, m) and (c, m, 2) float32
         Barycentric weights of the points, and random numbers in [0, 1).
+    rising : bool
+        Whether rays that would descend are mirrored at the horizontal plane, where that leaves them in front.
 
     Returns
     -------
@@ -86,7 +88,12 @@ def first_states(ray_scene, patches, chosen, starts):
     """
     b1, b2, shifts = starts
     u, v = (shifted(around, shifts[..., axis])[..., 0] for axis, around in enumerate(additive_recurrence(1, 2).T))
-    origins, directions = rays_from_patches(patches, chosen, b1, b2, cosine_direction(u, v))
+    local = cosine_direction(u, v)
+    origins, directions = rays_from_patches(patches, chosen, b1, b2, local)
+    if rising:
+        height = directions[..., 2]
+        turned = (height < 0) & (local[2] > 2 * height * patches.normal[chosen, 2:])
+        height[turned] *= -1
     hit = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3)).triangle.reshape(u.shape)
     state = np.where((hit < 0) & (directions[..., 2] <= 0), UNKNOWN, OPEN)
     state[meets_back(patches, hit, directions)] = COVERED
