@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from test_gather_is_forward import SUNS
+from real_cities import SUNS
 from test_stated_errors import boxes
 
 from citypv.core.photons.trace_forward import trace_forward
