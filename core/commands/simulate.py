@@ -41,6 +41,7 @@ from ..transfer.kept_matrix import is_on_disk
 from ..transfer.patch_light import Round
 from ..transfer.prepare_scene import build_tree
 from .refine_run import RunInputs, refine_run, wants_rounds
+from .report_outcome import describe_overrun, report_outcome
 from .run_log import RunLog
 from .simulate_tiles import add_bound, check_cluster_settings, drop_kept, kept_beside, prepare_run, trace_in_tiles
 from .spend_budget import spend_budget
@@ -118,7 +119,7 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
         write_exports(work, (city, scene, transfer, energy, weather), request, exports, log.progress)
     drop_kept(folder, cluster)
     report_outcome(log, folder, energy)
-    log.write(suggest_more(transfer, weather, energy))
+    log.write("\n".join([suggest_more(transfer, weather, energy), *describe_overrun(request, log, transfer.record)]))
     return describe_interruption(transfer.record)
 
 
@@ -287,15 +288,3 @@ def describe_interruption(record):
             **record.sun_sampling
         )
     return line
-
-
-def report_outcome(log, folder, energy):
-    """Report the groups' full load hours, and the folder of the results."""
-    interval = energy.interval.total_seconds() / 3600  # [h]
-    hours = energy.capacity_factor.sum(axis=0) * interval / energy.years  # (groups,) [h]
-    groups = zip(energy.groups, hours, energy.group_count, energy.group_area, strict=True)
-    for (kind, orientation), full_load_hours, count, area in groups:
-        log.write(f"  {kind} {orientation}: {full_load_hours:.0f} h, {count:,} surfaces, {area:,.0f} m²")
-    if not len(energy.groups):
-        log.write("  no surface is eligible for modules: groups.csv is empty; faces.csv has the hours of every surface")
-    log.write(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")

@@ -13,6 +13,8 @@ def locate_site(crs, point, latitude=None, longitude=None):
     """Latitude, longitude and meridian convergence of a point.
 
     The convergence is the ellipsoidal azimuth of a short step to grid north, which avoids differing sign conventions.
+    It is that of the system at the point, also where another latitude or longitude is given: walls that face true south
+    do so wherever the city is set up.
 
     Parameters
     ----------
@@ -28,7 +30,7 @@ def locate_site(crs, point, latitude=None, longitude=None):
     latitude, longitude : float or None
         [°] None if neither the system nor the user gives them.
     convergence : float
-        [°] Azimuth of grid north from true north; 0 without a system.
+        [°] Azimuth of grid north from true north; 0 without a system, or where it does not hold.
 
     Raises
     ------
@@ -51,6 +53,8 @@ def locate_site(crs, point, latitude=None, longitude=None):
     here = globe.transform(point[0], point[1])
     north = globe.transform(point[0], point[1] + STEP)
     if not all(math.isfinite(value) for value in (*here, *north)):
+        if latitude is not None and longitude is not None:
+            return latitude, longitude, 0.0  # the system does not hold there, so neither does its north
         problem = f"the point {point[0]:.0f}, {point[1]:.0f} lies outside {plane.name}"
         raise InputError(crs, problem, "correct the srsName, or give --latitude and --longitude")
     azimuth, _, _ = plane.get_geod().inv(*here, *north)

@@ -73,6 +73,7 @@ def test_latitude_out_of_bounds(latitude):
 def test_point_outside_of_the_projection():
     with pytest.raises(InputError, match="lies outside"):
         locate_site("EPSG:25833", (1e8, 1e8))
+    assert locate_site("EPSG:25833", (1e8, 1e8), 52.5, 13.4) == (52.5, 13.4, 0.0)  # as the message advises
 
 
 @pytest.mark.parametrize(

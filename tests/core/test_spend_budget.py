@@ -72,7 +72,13 @@ def test_a_run_says_what_it_chose_and_traces_with_it(budget, why, city, tmp_path
     options = ["--weather", "clear-sky", "--threads", "1", "--time-budget", budget, "--samples", "128"]
     options += ["--target-error", "5"]  # which ends the rounds
     assert main(["simulate", str(city), "--out", str(tmp_path / "a"), *options]) == 0
-    line = re.search(r"^Chosen for .*$", capfd.readouterr().err, re.MULTILINE)[0]
+    told = capfd.readouterr().err
+    line = re.search(r"^Chosen for .*$", told, re.MULTILINE)[0]
+    over = re.search(r"^--time-budget 0.001 was exceeded: the run took (\S+) s, (.*)$", told, re.MULTILINE)
+    assert (over is None) == (budget == "600")
+    if over:  # what took the time adds up to it
+        parts = [float(part) for part in re.findall(r"(\S+) s for", over[2])]
+        assert len(parts) == 4 and sum(parts) == pytest.approx(float(over[1]), abs=0.25)
     assert why in line
     chosen = re.search(r"--suns (\S+) --shadow-samples (\d+)", line)
     traced = json.loads((tmp_path / "a" / "summary.json").read_text(encoding="utf-8"))
