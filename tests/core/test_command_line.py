@@ -16,8 +16,8 @@ import xarray
 from small_city import write_small_city
 
 from citypv.__main__ import main
-from citypv.core.commands.run_log import RunLog
 from citypv.core.commands.report_outcome import report_outcome
+from citypv.core.commands.run_log import RunLog
 from citypv.core.effects.table import TABLE
 from citypv.core.progress import TerminalProgress, describe_progress
 
