@@ -18,7 +18,7 @@ TITLES = {
 }
 CLOSED = ("orientation", "eligible", "class", "material")
 FOUND = ("repaired", "skipped", "inside", "sheet")
-WIDTH = 40  # characters per line in the panel
+WIDTH, ICON = 40, 4  # characters per line in the panel, and those that an icon takes
 
 
 def draw_report(layout, context):
@@ -39,7 +39,8 @@ def draw_report(layout, context):
 
 def draw_sentence(column, sentence, icon="NONE"):
     """Show a sentence, wrapped to the width of the sidebar."""
-    for number, line in enumerate(textwrap.wrap(sentence, WIDTH, subsequent_indent="   ")):
+    width = WIDTH if icon == "NONE" else WIDTH - ICON
+    for number, line in enumerate(textwrap.wrap(sentence, width, subsequent_indent="   ")):
         column.label(text=line, icon="NONE" if number else icon)
 
 

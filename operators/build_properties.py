@@ -64,7 +64,7 @@ def build_property(default, details):
     if details.kind == "integer":
         return IntProperty(**{**named, "max": int(named.get("max", LARGEST)), "min": int(named.get("min", -LARGEST))})
     lowest = {"min": details.above + 10**-3} if details.above is not None else {}
-    precision = 1 if details.subtype == "PERCENTAGE" else 3
+    precision = 1 if details.unit in ("%", "km") else 3
     return FloatProperty(**named, **lowest, subtype=details.subtype, precision=precision)
 
 

@@ -6,11 +6,11 @@ from mathutils import Matrix, Vector
 
 from .attributes import PREFIX
 from .colour_faces import COLOUR_ATTRIBUTE
-from .place_camera import AZIMUTH, ELEVATION, camera_axes
+from .place_camera import AZIMUTH, ELEVATION, camera_axes, frame_points
 from .session import find_city
 
 SHADING, TRANSFORM = PREFIX + "shading_before", PREFIX + "transform_before"  # properties of the scene
-VIEW_WIDTH = 72.0  # [mm] of the sensor of a 3D view that is wider than high
+VIEW_WIDTH = 72.0  # [mm] of the sensor of a 3D view, along its longer side
 KEPT = ("type", "light", "color_type", "show_cavity", "show_object_outline")
 
 
@@ -38,7 +38,7 @@ def show_city(points=None, shaded=False, screens=None):
             # Blender's floor grid lies in the ground plane and would show through.
             space.overlay.show_floor = space.overlay.show_axis_x = space.overlay.show_axis_y = False
             if points is not None and len(points):
-                _look_at(space, points, _hidden_share(area))
+                _look_at(area, points)
 
 
 def match_view(stage):
@@ -87,26 +87,32 @@ def _areas_of(screen):
     return [area for area in screen.areas if area.type == "VIEW_3D"]
 
 
-def _hidden_share(area):
-    # Of the width of the view, by the sidebar that lies over its right side.
+def _size_of_view(area):
+    # Width and height [pixels], and the share of the width that the sidebar lies over, on its right side.
     view = next(region for region in area.regions if region.type == "WINDOW")
     sidebar = next(region for region in area.regions if region.type == "UI")
-    if not area.spaces.active.show_region_ui or not view.x < sidebar.x < view.x + view.width:
-        return 0.0
-    return (view.x + view.width - sidebar.x) / view.width
+    seen = area.spaces.active.show_region_ui and view.x < sidebar.x < view.x + view.width
+    hidden = (view.x + view.width - sidebar.x) / view.width if seen else 0.0
+    return (view.width, view.height, hidden) if min(view.width, view.height) > 1 else (16, 9, 0.0)
 
 
-def _look_at(space, points, hidden):
+def _look_at(area, points):
+    # All points are in what the sidebar leaves free.
+    space, (width, height, hidden) = area.spaces.active, _size_of_view(area)
     low, high = points.min(axis=0), points.max(axis=0)
     size = float(np.linalg.norm(high - low))
     # A closer near plane reduces the depth resolution of distant surfaces.
     space.clip_start, space.clip_end = size / 1000, 10 * size
-    region = space.region_3d
     right, up, forward = camera_axes(AZIMUTH, ELEVATION)
+    half = VIEW_WIDTH / 2 / space.lens / max(width, height)
+    # In axes that lean by the sidebar, its free part is symmetric.
+    lean = half * width * hidden
+    found = frame_points(points, (right + lean * forward, up, forward), half * width * (1 - hidden), half * height)
+    depth = found @ forward - lean * (found @ right)
+    eye = (found @ right - lean * depth) * right + (found @ up) * up + depth * forward
+    distance = float((low + high) / 2 @ forward) - depth
+    region = space.region_3d
     region.view_perspective = "PERSP"
-    # The middle of the city stands in the middle of what the sidebar leaves free.
-    distance = size / (1 - hidden)
-    shift = hidden / 2 * VIEW_WIDTH / space.lens * distance
-    region.view_location = Vector(((low + high) / 2 + shift * np.asarray(right)).tolist())
+    region.view_location = Vector((eye + distance * forward).tolist())
     region.view_rotation = Matrix(np.column_stack((right, up, -forward)).tolist()).to_quaternion()
     region.view_distance = distance

@@ -23,6 +23,9 @@ RUN = "with bpy.context.temp_override(window=window, area=area, region=view): bp
 RUNNING = "__import__('importlib').import_module('bl_ext.user_default.citypv.operators.run_step').Step.current"
 
 
+LOOK = "any(one.get('citypv_interrupted', '').startswith('First look') for one in bpy.data.objects)"
+
+
 def main():
     """Install the extension, run the Berlin example, and take a picture before, during and after."""
     root = Path(sys.argv[1]).resolve()
@@ -35,19 +38,20 @@ def main():
         time.sleep(5)
         take_picture(window, "start")
         window.ask(PLACE + RUN, 60)
-        window.wait_for(f"{RUNNING} is not None and {RUNNING}.share > 0.1", 900)
-        take_picture(window, "running", "-crop", "286x640+766+82", "+repage")  # the sidebar
+        window.wait_for(LOOK, 900)
+        time.sleep(5)  # until panels have moved to their places
+        take_picture(window, "running")
         window.wait_for(f"{RUNNING} is None", 900)
         time.sleep(5)
         take_picture(window, "done")
 
 
-def take_picture(window, name, *options):
-    """Save a screenshot with few colours, which is small; options are those of mogrify."""
+def take_picture(window, name):
+    """Save a screenshot with few colours, which is small."""
     path = DOCS / f"tutorial_{name}.png"
     window.take_picture(path)
     if shutil.which("mogrify"):
-        blender_window.run(["mogrify", "-strip", *options, "+dither", "-colors", "128", path])
+        blender_window.run(["mogrify", "-strip", "+dither", "-colors", "128", path])
 
 
 if __name__ == "__main__":
