@@ -1,4 +1,7 @@
-"""Which files run together on several workers, and their order: the longest first, so that none is left at the end."""
+"""Which files run together on several workers and in what order, and whether a Blender window was tested.
+
+The longest files come first, so that none is left over at the end.
+"""
 
 from pathlib import PurePath
 
@@ -44,3 +47,13 @@ def pytest_xdist_make_scheduler(config, log):
             return name_group(super()._split_scope(nodeid))
 
     return Scheduler(config, log)
+
+
+def pytest_terminal_summary(terminalreporter):
+    found = {}
+    for state in ("passed", "failed", "error", "skipped"):
+        found[state] = [report for report in terminalreporter.getreports(state) if "test_window" in report.nodeid]
+    told = [f"{len(reports)} {state}" for state, reports in found.items() if reports]
+    if told:
+        reason = f" ({found['skipped'][0].longrepr[2]})" if found["skipped"] else ""
+        terminalreporter.write_line(f"tests in a Blender window: {', '.join(told)}{reason}")

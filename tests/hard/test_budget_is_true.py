@@ -8,6 +8,7 @@ import pytest
 from scenes import scene_of_triangles
 from scipy import stats
 from test_tracing import box, join, strip, three_houses
+from thorough import draw_count
 from weathers import ERA5
 
 from citypv.core.accuracy.choose_counted import choose_counted
@@ -124,12 +125,12 @@ def test_other_suns_albedos_and_reflections_hold():
 
 
 @pytest.mark.slow
-def test_thirty_settings_on_four_scenes_hold():
+def test_settings_on_four_scenes_hold():
     """Surfaces from 90 to 99 % of the time; of groups there are few, and they share their noise."""
-    found = []
+    found, settings = [], draw_count(30, 12)
     for number, name in enumerate(SCENES):
         generator = np.random.default_rng(number)
-        found.append(np.sum([share_within(name, random_request(generator)) for _ in range(30)], axis=0))
+        found.append(np.sum([share_within(name, random_request(generator)) for _ in range(settings)], axis=0))
         print(name, found[-1], found[-1][0] / found[-1][1], found[-1][2] / found[-1][3])
     inside, count, inside_means, groups = np.sum(found, axis=0)
     assert_share(inside, count, 0.90, 0.99)
