@@ -10,6 +10,7 @@ KEY = "receivers"
 FEWER = 4  # times fewer rays from the others
 ENOUGH = 64  # of them to resolve the light of 16 elements
 FULL_KINDS = ("flat", "rack")  # sampled in full whether or not they are eligible
+HARDLY_SEEN = 0.3  # share of the ground's light that passes by way of the patches that receivers see least
 NOISE = 1.0  # relative standard deviation of the light that a single ray finds: one half at even odds
 CERTAINTY = 2  # standard errors
 
@@ -41,6 +42,39 @@ def fewer_rays(samples):
 def fewer_points(points):
     """Shadow points of each of the others that look at one sun: a quarter, but no fewer than four."""
     return points // FEWER if points >= FEWER**2 else points
+
+
+def choose_turns(full, ground, seen, points):
+    """One in how many of its shadow points looks at one sun, in turn, for each patch.
+
+    All of those of receivers, a quarter of those of others, a sixteenth of those of generated ground that receivers
+    hardly see: it has no numbers of its own, and noise of what it passes on counts with the light that it passes on.
+
+    Parameters
+    ----------
+    full : (p,) bool or None
+        Receivers; None: all patches.
+    ground : (p,) bool
+        Generated ground.
+    seen : (p,) float64 or None
+        Of `Hemisphere`.
+    points : int
+        Shadow points of a receiver.
+
+    Returns
+    -------
+    (p,) int or None
+        None: all points of all patches.
+    """
+    if full is None or fewer_points(points) == points:
+        return None
+    turns = np.where(full, 1, FEWER)
+    if seen is not None:
+        least = np.flatnonzero(ground & ~full)
+        least = least[np.argsort(seen[least], kind="stable")]
+        passed = np.cumsum(seen[least])
+        turns[least[passed <= HARDLY_SEEN * passed[-1:]]] = FEWER**2
+    return turns
 
 
 def find_receivers(scene, patches):

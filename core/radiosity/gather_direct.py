@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..effects.receivers import fewer_points, fewer_rays
+from ..effects.receivers import choose_turns, fewer_rays
 from ..form_factors.form_factor_products import multiply_elements
 from ..progress import CancelledError
 from ..sampling.random_numbers import mix
@@ -246,7 +246,7 @@ def first_light_of_block(context, hemisphere, suns, first_sun, report):
         behind=plan.suns_behind,
         threads=context.threads,
         progress=report,
-        in_turn=only_pass_on(context) if fewer_points(points) < points else None,
+        turns=choose_turns(plan.receivers, context.owner < 0, hemisphere.seen, points),
         first_sun=first_sun,
     )
 

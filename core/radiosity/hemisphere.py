@@ -18,6 +18,7 @@ class HemisphereRays:
     covered: np.ndarray  # (p, CELL_DIVISIONS²) bool, cells that lie inside or under something
     ray_count: int
     unseen_share: float = 0.0  # of all hits, on patches that were left out
+    seen: np.ndarray | None = None  # (p,) float64 [m²], area of receivers times their view factors of each patch
 
     @property
     def covered_share(self):

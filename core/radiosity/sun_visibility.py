@@ -1,7 +1,7 @@
 """Visible share of each patch for each sun, by shadow rays.
 
-Patches that only pass light on look at each sun from a quarter of their points, in turn: four suns on, each point has
-looked at one of them. So their light is resolved by as many cells as that of the others.
+Patches that only pass light on look at each sun from some of their points, in turn: four suns on, or sixteen where
+they are hardly seen, each point has looked at one of them. So their light is resolved by as many cells as any.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ from numba import njit
 
 from ..check_arrays import UNIT, check_array
 from ..errors import InputError
+from ..patches.order_nearby import order_nearby
 from ..sampling.random_numbers import mix
 from ..threads import map_in_order
 from ..transfer.incidence import projection_in_front
@@ -19,7 +20,6 @@ from .shadow_points import ShadowPoints, count_elements, shadow_points, split_ne
 from .sun_blocks import SunBlock
 
 POINTS_PER_TASK = 1 << 14
-TURNS = 4
 
 
 @dataclass
@@ -39,7 +39,7 @@ class SunsInTurns(NamedTuple):
 
     block: SunBlock
     before: int  # number of suns before this block
-    turns: int  # 1 or TURNS
+    turns: int  # a power of two
 
 
 class SunsOfTurn(NamedTuple):
@@ -62,7 +62,7 @@ def sun_visibility(
     behind,
     threads,
     progress,
-    in_turn=None,
+    turns=None,
     first_sun=0,
 ):
     """Trace shadow rays from points of every traced patch to each sun in front of it.
@@ -86,8 +86,8 @@ def sun_visibility(
     threads : int
     progress : callable
         Called with the share of patches done and the number of rays traced.
-    in_turn : (p,) bool, optional
-        Patches that look at each sun from one in TURNS of their points only; none if not given.
+    turns : (p,) int, optional
+        Patches look at each sun from one in so many of their points, a power of two; from all if not given.
     first_sun : int
         Number of suns before this block.
 
@@ -125,14 +125,15 @@ def sun_visibility(
     found.visible_elements[free] = np.where(aoi_projection > 0, (1 << elements) - 1, 0)
     found.by_point[free] = (aoi_projection @ suns[1].astype(np.float32))[:, None]
 
-    in_turn = np.zeros(count, bool) if in_turn is None else traced & in_turn
-    found.point_weight[in_turn] = TURNS
+    turns = np.ones(count, int) if turns is None else np.where(traced, turns, 1)
+    found.point_weight[:] = turns
     step = max(1, min(POINTS_PER_TASK // point_count, -(-int(traced.sum()) // threads)))
-    tasks = [
-        (rows[start : start + step], turns)
-        for rows, turns in ((np.flatnonzero(traced & ~in_turn), 1), (np.flatnonzero(in_turn), TURNS))
-        for start in range(0, len(rows), step)
-    ]
+    tasks = []
+    for many in np.unique(turns[traced]):
+        rows = np.flatnonzero(traced & (turns == many))
+        # Several patches share a packet of rays then, and should lie side by side.
+        rows = rows if many == 1 else rows[order_nearby(patches.corner[rows])]
+        tasks += [(rows[start : start + step], int(many)) for start in range(0, len(rows), step)]
 
     def trace_rows(task):
         chosen, turns = task

@@ -69,6 +69,8 @@ def trace_in_turn(context, tallies):
         )
 
     found = trace(full & ~ground, every)
+    if plan.receivers is not None and plan.reflections:
+        found.seen = measure_seen(found.form_factors, patches.area)
     others = traced & ~full & ~ground
     if others.any():
         before = found.ray_count
@@ -103,6 +105,16 @@ def patches_hit(form_factors, count):
     for rows in form_factors.rows:
         hit[patch_of_keys(form_factors, rows)] = True
     return hit
+
+
+def measure_seen(form_factors, area):
+    """Area of the patches that sent rays, times their view factors of each patch: (p,) float64 [m²]."""
+    seen = np.zeros(len(area))
+    for rows in form_factors.rows:
+        rays = HEMISPHERE_REPLICATES * (rows.rays or form_factors.rays)
+        weight = np.repeat(area[rows.chosen] / rays, np.diff(rows.start)) * rows.count
+        seen += np.bincount(patch_of_keys(form_factors, rows), weight, len(area))
+    return seen
 
 
 def share_of_hits(form_factors, members):

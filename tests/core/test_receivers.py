@@ -6,6 +6,8 @@ import pytest
 from test_tracing import SUNS, three_houses
 from weathers import HOUR
 
+from citypv.core.effects.receivers import choose_turns
+from citypv.core.patches.order_nearby import order_nearby
 from citypv.core.progress import silent
 from citypv.core.radiosity.shadow_points import split_net
 from citypv.core.radiosity.trace_gather import trace_gather
@@ -114,3 +116,23 @@ def annual(transfer):
     far = np.outer(transfer.far_ground_view_factor, np.maximum(transfer.suns.direction[:, 2], 0))
     light = transfer.visible_share * cosine + transfer.direct_reflected + transfer.ground_albedo * far
     return light @ transfer.suns.weight
+
+
+def test_ground_that_is_hardly_seen_looks_from_the_fewest_points():
+    """A sixteenth of the points where patches, the least seen first, pass on less than 0.3 of the ground's light."""
+    full = np.array([True, False, False, False, False, False])
+    ground = np.array([False, False, True, True, True, True])
+    seen = np.array([9.0, 0.1, 4.0, 1.0, 2.5, 3.0])
+    assert choose_turns(full, ground, seen, 16).tolist() == [1, 4, 4, 16, 4, 4]
+    assert choose_turns(full, ground, 0 * seen, 16).tolist() == [1, 4, 16, 16, 16, 16]
+    assert choose_turns(full, ground, None, 16).tolist() == [1, 4, 4, 4, 4, 4]
+    assert choose_turns(full, ground, seen, 8) is None and choose_turns(None, ground, seen, 16) is None
+
+
+def test_patches_in_order_lie_side_by_side():
+    """A grid of 8 x 8 points: each sixteen that follow each other fill one of its four corners."""
+    x, y = np.meshgrid(np.arange(8.0), np.arange(8.0))
+    order = order_nearby(np.column_stack([x.ravel(), y.ravel()]))
+    assert sorted(order) == list(range(64))
+    for part in order.reshape(4, 16):
+        assert np.ptp(part % 8) == np.ptp(part // 8) == 3
