@@ -16,7 +16,6 @@ from ..radiosity.sun_blocks import block_of_suns
 from ..radiosity.sun_visibility import sun_visibility
 from ..radiosity.trace_hemisphere import trace_hemisphere
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, sobol_digits
-from ..sky.light_sources import RAYS_SHARE
 
 PATCHES = 512
 SUNS = 48
@@ -77,7 +76,7 @@ def time_source(context, source, few, covered):
     if not len(chosen):
         return 0.0
     started = time.perf_counter()
-    sequence = sobol_digits(-(-context.request.samples // (RAYS_SHARE * HEMISPHERE_REPLICATES)))
+    sequence = sobol_digits(-(-context.request.samples // (context.plan.rays_share * HEMISPHERE_REPLICATES)))
     cells = count_elements(points_above(context.request.shadow_samples))
     trace_patches(context, source, (chosen, covered[chosen]), sequence, cells)
     return (time.perf_counter() - started) * len(few) / len(chosen)

@@ -1,8 +1,11 @@
 """`perez`: a sky that is brighter around the sun and at the horizon, instead of an even one."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from ..sky.light_sources import SOURCES
+from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..sky.light_sources import RAYS_SHARE, SOURCES, choose_share
 from ..sky.sky_models import split_sky
 from ..sun.solar_position import sun_direction
 from .effect import Effect
@@ -11,6 +14,14 @@ KEY = "perez"
 LIT = ("facade", "roof", "steep", "rack")  # kinds that have full load hours and may be inclined
 LEVEL = 1.0  # [°] of tilt up to which both skies give the same
 MOST_HOURS = 1 << 22  # of the planes at a time, to limit memory
+
+
+@dataclass
+class SkyChoice:
+    """Which sky is traced, and how densely."""
+
+    model: str  # of the sky
+    rays_share: int = RAYS_SHARE  # hemisphere rays for each ray towards a source
 
 
 def decide(inputs):
@@ -24,10 +35,24 @@ def decide(inputs):
     words = f"; it changes unshaded ones by {change.min():+.1%} to {change.max():+.1%}" if len(change) else ""
     if sky == "perez" or (sky == "auto" and area > 0) if asked is None else asked:
         reason = f"{area:,.0f} m² of inclined surfaces count" if sky == "auto" and asked is None else "as asked"
-        return Effect(KEY, True, "dome, circumsolar light and horizon", reason + words, 0.0, setting=KEY)
+        share = share_of_rays(inputs)
+        extent = f"dome, circumsolar light and horizon, with a ray for {share} of the dome"
+        return Effect(KEY, True, extent, reason + words, 0.0, setting=SkyChoice(KEY, share))
     reason = "no inclined surface counts" if sky == "auto" and asked is None else "as asked"
     bound = bound_change(inputs.weather, change) if len(change) else 0.0 if area == 0 else None
-    return Effect(KEY, False, "isotropic sky", reason + words, bound, setting="isotropic")
+    return Effect(KEY, False, "isotropic sky", reason + words, bound, setting=SkyChoice("isotropic"))
+
+
+def share_of_rays(inputs):
+    """Hemisphere rays for each ray towards the horizon: by its light in the year, unless all surfaces get all rays."""
+    if inputs.weather is None or not inputs.decided["receivers"].on:
+        return RAYS_SHARE
+    return min(choose_share(split_sky(inputs.weather, KEY)), max(RAYS_SHARE, rays_of_replicate(inputs.request)))
+
+
+def rays_of_replicate(request):
+    """Hemisphere rays of a replicate, as a power of two no larger: further rounds go on in such steps."""
+    return 1 << max(request.samples // HEMISPHERE_REPLICATES, 1).bit_length() - 1
 
 
 def surfaces_that_count(surfaces):

@@ -60,7 +60,12 @@ class EffectPlan:
     @property
     def sources(self) -> tuple:
         """Sources of light in the sky that are traced beside its dome: of SkySource."""
-        return sources_of(self["perez"].setting)
+        return sources_of(self["perez"].setting.model)
+
+    @property
+    def rays_share(self) -> int:
+        """Hemisphere rays for each ray towards a source."""
+        return self["perez"].setting.rays_share
 
     @property
     def terrain(self):

@@ -19,7 +19,6 @@ from ..sampling.sample_points import (
     cells_inside,
     sobol_digits,
 )
-from ..sky.light_sources import RAYS_SHARE
 from ..threads import map_in_order
 from ..transfer.transfer import SourceLight
 from .light_errors import ReflectedError, errors_of_surfaces
@@ -122,7 +121,8 @@ def trace_source(context, source, covered, cells):
     samples = context.request.samples
     share = np.where(known, source.seen(np.where(known[:, None], patches.normal, [[0, 0, 1]]), plan.terrain), 0)
     share = share.astype(np.float32)[:, None]
-    tasks = [*cut_rows(traced & full, samples), *cut_rows(traced & ~full, fewer_rays(samples))]
+    counts = (traced & full, samples), (traced & ~full, fewer_rays(samples))
+    tasks = [task for chosen, count in counts for task in cut_rows(chosen, count, plan.rays_share)]
     found = FirstLight(
         light=np.repeat(share, HEMISPHERE_REPLICATES, axis=1),
         element=np.repeat(share, cells, axis=1),
@@ -144,9 +144,9 @@ def trace_source(context, source, covered, cells):
     return found
 
 
-def cut_rows(traced, samples):
+def cut_rows(traced, samples, share):
     """Patches, (p,) bool, in parts of some rays, and the points of each replicate of these: list of tuple."""
-    sequence, rows = sobol_digits(-(-samples // (RAYS_SHARE * HEMISPHERE_REPLICATES))), np.flatnonzero(traced)
+    sequence, rows = sobol_digits(-(-samples // (share * HEMISPHERE_REPLICATES))), np.flatnonzero(traced)
     step = max(1, RAYS_PER_TASK // (len(sequence) * HEMISPHERE_REPLICATES))
     return [(rows[start : start + step], sequence) for start in range(0, len(rows), step)]
 
@@ -172,7 +172,7 @@ def trace_patches(context, source, some, sequence, cells):
     deviation : (c, cells, HEMISPHERE_REPLICATES) int16
     """
     (chosen, covered), patches, ray_scene = some, context.patches, context.ray_scene
-    origins, directions, start_cells = source_rays(patches, source, chosen, sequence)
+    origins, directions, start_cells = source_rays(patches, source, chosen, sequence, share=context.plan.rays_share)
     hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
     fate = np.empty(start_cells.shape, np.uint8)
     upwards = np.ascontiguousarray(np.moveaxis(directions, -1, 0))
@@ -194,8 +194,8 @@ def trace_patches(context, source, some, sequence, cells):
     return sky, element, deviation
 
 
-def source_rays(patches, source, chosen, sequence):
-    """Rays from random points of patches towards a source, as `hemisphere_rays` are made.
+def source_rays(patches, source, chosen, sequence, *, share):
+    """Rays from random points of patches towards a source, as `hemisphere_rays` are made, one for `share` of these.
 
     Returns
     -------
@@ -204,7 +204,7 @@ def source_rays(patches, source, chosen, sequence):
         Of CELL_DIVISIONS², in which each ray starts.
     """
     keys = mix(patches.key[chosen] ^ source.stream)
-    digits = sequence[None, None] ^ shift_replicates(keys, patches.rays_before[chosen] // RAYS_SHARE)[:, :, None]
+    digits = sequence[None, None] ^ shift_replicates(keys, patches.rays_before[chosen] // share)[:, :, None]
     numbers = (digits.reshape(len(chosen), -1, 4) * np.float32(2.0**-DIGITS)).astype(np.float32)
     b1, b2 = barycentric_of_square(numbers[..., 0], numbers[..., 1])
     directions = source.sample(patches.normal[chosen], numbers[..., 2], numbers[..., 3])

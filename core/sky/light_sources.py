@@ -8,15 +8,43 @@ A new source is one file with its geometry and its SkySource, one line here, and
 that have it. Nothing else knows a source by its name.
 """
 
+import numpy as np
+
 from .horizon_source import HORIZON
 
 SOURCES = {one.name: one for one in (HORIZON,)}
 RAYS_SHARE = 4  # hemisphere rays for each ray towards a source, which is a small part of the light
+MOST_SHARE = 16  # the same of a source that is next to nothing
+NOISE_SHARE = 0.1  # of the variance of the dome's light: what that of a source may add to it
 
 
 def sources_of(model):
     """Sources that a model of the sky has: tuple of SkySource."""
     return tuple(source for source in SOURCES.values() if model in source.skies)
+
+
+def choose_share(parts):
+    """Hemisphere rays for each ray towards the sources, so that their noise hardly adds to that of the dome.
+
+    As many rays find light that is H/D of the dome's with (H/D)² of its variance, a share of them with that many times
+    more.
+
+    Parameters
+    ----------
+    parts : SkyParts
+        Of a year.
+
+    Returns
+    -------
+    int
+        A power of two.
+    """
+    dome = float(parts.dome.sum())
+    ratio = max([float(np.abs(light).sum()) / dome for light in parts.sources.values()] if dome > 0 else [], default=1)
+    share = RAYS_SHARE
+    while 2 * share <= MOST_SHARE and 2 * share * ratio**2 <= NOISE_SHARE:
+        share *= 2
+    return share
 
 
 def name_untraced(model, names):

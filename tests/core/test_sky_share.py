@@ -9,6 +9,8 @@ from weathers import ERA5
 from citypv.core.energy.pv_system import build_system
 from citypv.core.request import Request
 from citypv.core.results.share_of_sky import share_of_sky, state_sky
+from citypv.core.sky.light_sources import choose_share
+from citypv.core.sky.sky_models import SkyParts
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
@@ -63,3 +65,11 @@ def test_share_and_outcome_of_the_sky_are_those_of_pvlib(berlin):
     again = summary["traced"]["effects"][0]
     assert again["on"] and again["outcome"]["left_out"] == 0 and again["share"] == share
     assert summary["traced"]["effects"][1] == {"key": "aoi", "on": True}
+
+
+def test_rays_towards_a_source_follow_its_light():
+    """A source with a tenth of the light of the dome gets an eighth of its rays: 8 · 0.1² of the variance."""
+    dome = np.full(10, 100.0)
+    for light, share in ((50.0, 4), (12.0, 4), (10.0, 8), (-10.0, 8), (5.0, 16), (0.1, 16)):
+        assert choose_share(SkyParts(dome, 0 * dome, 0 * dome, {"horizon": 0 * dome + light})) == share
+    assert choose_share(SkyParts(0 * dome, 0 * dome, 0 * dome, {"horizon": dome})) == 4
