@@ -70,7 +70,15 @@ class EffectPlan:
     @property
     def terrain(self):
         """Horizon of distant terrain, or None where it is level."""
-        return self["terrain-horizon"].setting
+        known = self["terrain-horizon"].setting
+        return known and known.horizon
+
+    def lit(self, directions):
+        """Which suns, (s, 3) float32, are traced: all but those behind the terrain in all that they represent."""
+        known = self["terrain-horizon"].setting
+        if known is None or not len(known.hidden):
+            return np.ones(len(directions), bool)
+        return ~(directions[:, None] == known.hidden).all(axis=2).any(axis=1)
 
     @property
     def suns_behind(self) -> bool:

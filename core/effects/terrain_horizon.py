@@ -1,12 +1,15 @@
 """`terrain-horizon`: terrain far from the scene that hides suns and sky."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
 from ..horizon.horizon import TerrainHorizon, is_above
 from ..horizon.horizon_share import bound_between, bound_of_horizon, hidden_shares, suns_of_year
 from ..sky.sky_models import split_sky
 from ..sky.terrain_loss import first_light, light_behind, sum_direct, sunlit_year
-from ..sun.solar_position import MINIMUM_ELEVATION
+from ..sun.match_suns import match_suns
+from ..sun.solar_position import MINIMUM_ELEVATION, sun_direction
 from .effect import Effect
 
 KEY = "terrain-horizon"
@@ -15,6 +18,15 @@ STEP = 5.0  # [°] to which tilts and azimuths are rounded
 CERTAINTY = 2  # standard errors
 LEAST_LIGHT = 0.01  # of the unshaded one, below which a group's share is not divided by it
 UP = np.array([[0.0, 0.0, 1.0]])
+MARGIN = 1.0  # [°] so far below the horizon a sun must stand in all intervals that it represents, not to be traced
+
+
+@dataclass
+class Terrain:
+    """Distant terrain, and the suns that it spares."""
+
+    horizon: TerrainHorizon
+    hidden: np.ndarray  # (k, 3) float32, suns that represent none but intervals in which the sun is hidden
 
 
 def decide(inputs):
@@ -31,11 +43,30 @@ def decide(inputs):
         return Effect(KEY, False, "none", f"{words}: it rises to {where}", bound_off(inputs, horizon))
     sky, sun = shares_of_level_ground(inputs, horizon)
     extent = f"hides {sky:.1%} of the sky and {sun:.1%} of the sunlight of level ground"
-    reason = f"it rises to {where}"
+    reason, hidden = f"it rises to {where}", find_hidden(inputs, horizon)
+    if len(hidden):
+        reason += f"; {len(hidden)} of {len(inputs.suns)} suns are not traced"
     if corners:
         apart = max(float(np.abs(corner.elevation - horizon.elevation).max()) for corner in corners)
         reason += f"; corners of the scene see it up to {apart:.1f}° higher or lower"
-    return Effect(KEY, True, extent, reason, bound_on(inputs, horizon, corners), setting=horizon)
+    return Effect(KEY, True, extent, reason, bound_on(inputs, horizon, corners), setting=Terrain(horizon, hidden))
+
+
+def find_hidden(inputs, horizon):
+    """Suns that represent no interval of the year with the sun above the horizon: (k, 3) float32.
+
+    A sun just behind the horizon is needed where intervals in the open lie between it and the next one.
+    """
+    suns, weather = inputs.suns, inputs.weather
+    if suns is None or weather is None or not len(suns):
+        return np.zeros((0, 3), np.float32)
+    data = weather.data
+    place = weather.interval, weather.latitude, weather.longitude
+    match = match_suns(suns, data.index, *place, position=data)
+    lower = replace(horizon, elevation=np.maximum(horizon.elevation - MARGIN, 0))
+    open_sky = is_above(lower, sun_direction(data["apparent_zenith"], data["solar_azimuth"]))
+    used = np.bincount(match.index[open_sky].ravel(), np.abs(match.weight[open_sky]).ravel(), len(suns))
+    return suns.direction[(used == 0) & ~is_above(lower, suns.direction)].astype(np.float32)
 
 
 def shares_of_level_ground(inputs, horizon):

@@ -235,20 +235,22 @@ def first_light_of_block(context, hemisphere, suns, first_sun, report):
     SunLight
     """
     patches, plan, points = context.patches, context.plan, points_above(context.request.shadow_samples)
-    return sun_visibility(
+    lit = plan.lit(suns.directions)
+    light = sun_visibility(
         context.ray_scene,
         patches,
         send_shadow_rays(context, hemisphere),
         plan.open_to_suns & patches.receives,
         hemisphere.covered,
         point_count=points,
-        suns=suns,
+        suns=SunBlock(suns.directions[lit], suns.weights[lit]),
         behind=plan.suns_behind,
         threads=context.threads,
         progress=report,
         turns=choose_turns(plan.receivers, context.owner < 0, hemisphere.seen, points),
         first_sun=first_sun,
     )
+    return light if lit.all() else light.among(lit)
 
 
 def only_pass_on(context):

@@ -4,7 +4,7 @@ Patches that only pass light on look at each sun from some of their points, in t
 they are hardly seen, each point has looked at one of them. So their light is resolved by as many cells as any.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +32,12 @@ class SunLight:
     by_point: np.ndarray  # (p, m) float32, irradiance of each point, weighted sum over the suns
     representative_points: np.ndarray  # (p, cells) uint, the point that represents each cell
     ray_count: int
+
+    def among(self, traced):
+        """The same among more suns, (n,) bool, none of which is visible but those that were traced: SunLight."""
+        wide = [np.zeros((len(part), len(traced)), part.dtype) for part in (self.visible_share, self.visible_elements)]
+        wide[0][:, traced], wide[1][:, traced] = self.visible_share, self.visible_elements
+        return replace(self, visible_share=wide[0], visible_elements=wide[1])
 
 
 class SunsInTurns(NamedTuple):

@@ -21,7 +21,7 @@ from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
 from citypv.core.scene.build_scene import build_scene
-from citypv.core.study import read_year
+from citypv.core.study import prepare_study, read_year
 from citypv.core.sun.hourly import hourly_suns
 from citypv.core.transfer.prepare_scene import prepare_scene
 
@@ -144,3 +144,22 @@ def test_what_is_switched_off_stays_below_its_bound(town, sky):
     assert 0.002 < lost.max() <= bounds["off"] < 3 * lost.max()
     apart = max(np.abs(other.full_load_hours[eligible] / hours["on"][eligible] - 1).max() for other in others)
     assert apart <= bounds["on"] < 0.01
+
+
+def test_suns_that_only_stand_behind_terrain_send_no_rays(town, tmp_path):
+    """Ridges of 30° in the east and west: the same light in every hour of the year, from fewer rays."""
+    path = tmp_path / "ridges.csv"
+    path.write_text("azimuth,elevation\n0,0\n45,30\n135,30\n180,0\n225,30\n315,30\n", encoding="utf-8")
+    settings = {"suns": "days:4", "samples": 64, "shadow_samples": 4, "weather": "clear-sky", "threads": 1}
+    request = Request(horizon=str(path), max_bounces=2, **settings)
+    weather = read_year(town.site, request)
+    prepared = prepare_study(town, weather, request)
+    known = prepared.plan["terrain-horizon"].setting
+    assert 0.1 < len(known.hidden) / len(prepared.suns) < 0.6
+    sent = [trace_gather(town, prepared.suns, request, silent, prepared=prepared)]
+    known.hidden = known.hidden[:0]
+    sent.append(trace_gather(town, prepared.suns, request, silent, prepared=prepared))
+    assert sent[0].record.shadow_rays < 0.9 * sent[1].record.shadow_rays
+    hours = [compute_energy(one, weather, threads=1).full_load_hours for one in sent]
+    # Only where a surface turns away from a sun does it take the visible share from suns around it.
+    np.testing.assert_allclose(hours[0], hours[1], rtol=1e-4)
