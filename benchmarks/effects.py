@@ -69,7 +69,7 @@ def compare(title, given, runs, *, brief):
     for turn in range(runs):
         for name, way in ways.items():
             electric = any(key in ELECTRIC for key in way.get("effects", ()))
-            row = run(given, way, planned["transfer"] if electric else None)
+            row = run(given, way, planned["transfer"] if electric else None) if way or turn else planned
             known = found.setdefault(name, {**row, "seconds": []})
             known["seconds"] += found["the plan's choice"]["seconds"][-1:] if electric else [row["seconds"]]
             print(f"{title}, {name}: {known['seconds'][-1]:.1f} s ({turn + 1} of {runs})", file=sys.stderr, flush=True)
