@@ -15,7 +15,7 @@ from .direct_errors import SeenSky, deviations_of_spread, spread_of_elements, va
 from .light_errors import LightError, ReflectedError, errors_of_surfaces
 from .patch_size_errors import estimate_discretisation_error, steps_of_cells
 from .replicates import propagate_deviations
-from .shadow_points import points_above
+from .shadow_points import KnownPoints, points_above
 from .solve_radiosity import covariance_of_replicates, radiosity_of_elements, reflect_block, variance_of_replicates
 from .sun_blocks import SunBlock, SunProgress, block_of_suns, count_kept, cut_into_blocks
 from .sun_visibility import sun_visibility
@@ -32,7 +32,7 @@ class Annual:
     by_replicate: np.ndarray | None = None  # (p, HEMISPHERE_REPLICATES) float32, what is reflected
     radiosity: np.ndarray | None = None  # (p, cells) float32, of `radiosity_of_elements`
     suns: SunBlock | None = None  # all that are in the sums
-    representative_points: np.ndarray | None = None  # (p, cells) uint, the same for every sun; None before the first
+    known: KnownPoints | None = None  # of the shadow points; None before the first block
 
 
 @dataclass
@@ -141,7 +141,7 @@ def gather_block(context, hemisphere, suns, block, *, progress, found, annual):
     """
     part = block_of_suns(suns, block)
     progress.begin(block)
-    light = first_light_of_block(context, hemisphere, part, block.start, progress.report_rays)
+    light = first_light_of_block(context, hemisphere, part, block.start, progress.report_rays, annual.known)
     if context.plan.reflections:
         reflected, propagated, last = reflect_block(context, hemisphere, light, part, progress.report_bounce)
         # No report from here on, and so no interruption: a block is kept as a whole or not at all.
@@ -158,7 +158,7 @@ def gather_block(context, hemisphere, suns, block, *, progress, found, annual):
     keep_block(context, found.visible_share, block, light.visible_share)
     found.ray_count += light.ray_count
     annual.by_point += light.by_point
-    annual.representative_points = light.representative_points
+    annual.known = light.known
 
 
 def keep_block(context, matrix, block, values):
@@ -193,9 +193,9 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
     variance = variance_of_shadow_points(annual.by_point, hemisphere.covered, patches, suns, sky)
     variance[~send_shadow_rays(context, hemisphere)] = 0  # known exactly, even with a single point
     from_points = merge.power(2) @ variance
-    if not context.plan.reflections or annual.representative_points is None:
+    if not context.plan.reflections or annual.known is None:
         return errors_of_surfaces(merge, variance), np.zeros(merge.shape[0]), from_points, 0.0
-    element_annual = np.take_along_axis(annual.by_point, annual.representative_points, axis=1)
+    element_annual = np.take_along_axis(annual.by_point, annual.known.representative_points, axis=1)
     by_replicate = multiply_elements(hemisphere.form_factors, annual.propagated, hemisphere.factor, threads)
     by_replicate += multiply_elements(hemisphere.form_factors, patches.albedo, element_annual, threads)
     by_replicate += annual.lit_ground * hemisphere.far_ground
@@ -207,7 +207,7 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
     covariance = merge.power(2) @ covariance_of_replicates(by_replicate, diffuse)
     noise = variance + variance_of_replicates(by_replicate)
     light = merge @ (annual.by_point.mean(axis=1, dtype=float) + by_replicate.mean(axis=1, dtype=float))
-    spread = spread_of_elements(annual.by_point, annual.representative_points, hemisphere.covered)
+    spread = spread_of_elements(annual.by_point, annual.known.representative_points, hemisphere.covered)
     points = deviations_of_spread(spread, patches.key ^ mix(patches.points_before.astype(np.uint64)))
     passed_on = propagate_deviations(context, hemisphere, points, by_replicate)
     errors = errors_of_surfaces(merge, noise, ReflectedError(light, passed_on, steps))
@@ -219,7 +219,7 @@ def send_shadow_rays(context, hemisphere):
     return ~context.plan.open_to_suns & context.patches.receives & ~hemisphere.covered.all(axis=1)
 
 
-def first_light_of_block(context, hemisphere, suns, first_sun, report):
+def first_light_of_block(context, hemisphere, suns, first_sun, report, known):  # noqa: PLR0917
     """Light of one block of suns before reflections.
 
     Parameters
@@ -229,6 +229,8 @@ def first_light_of_block(context, hemisphere, suns, first_sun, report):
         Number of suns before the block.
     report : callable
         Called with the share done and the rays traced.
+    known : KnownPoints or None
+        From an earlier block.
 
     Returns
     -------
@@ -249,6 +251,7 @@ def first_light_of_block(context, hemisphere, suns, first_sun, report):
         progress=report,
         turns=choose_turns(plan.receivers, context.owner < 0, hemisphere.seen, points),
         first_sun=first_sun,
+        known=known,
     )
     return light if lit.all() else light.among(lit)
 

@@ -23,6 +23,27 @@ from ..sampling.sample_points import (
 MOST_ELEMENTS = 16  # cells of a patch: one bit each in the mask of those that see a sun
 
 
+class KnownPoints(NamedTuple):
+    """What is known of the points of p patches: the same for all suns."""
+
+    open_points: np.ndarray  # (p, m) bool, False where the point lies deep inside something
+    representative_points: np.ndarray  # (p, cells) uint, the point that represents each cell of `count_elements`
+
+    def take(self, chosen):
+        """That of some patches, (c,) int."""
+        return KnownPoints(*(part[chosen] for part in self))
+
+    def put(self, chosen, points):
+        """Write that of some patches, as `shadow_points` returned it."""
+        self.open_points[chosen], self.representative_points[chosen] = points[1:]
+
+
+def unknown_points(count, point_count):
+    """KnownPoints of `count` patches to which nothing was written yet."""
+    representative_points = np.zeros((count, count_elements(point_count)), np.min_scalar_type(point_count - 1))
+    return KnownPoints(np.ones((count, point_count), bool), representative_points)
+
+
 def points_above(count):
     """The smallest power of two not below `count`: the number of points of a digital net."""
     return 1 << (count - 1).bit_length()
@@ -53,7 +74,7 @@ class ShadowPoints(NamedTuple):
     representative_points: np.ndarray  # (c, cells) uint, which stands for each of the cells of `count_elements`
 
 
-def shadow_points(patches, chosen, covered, point_count):
+def shadow_points(patches, chosen, covered, point_count, known=None):
     """Evenly distributed points on some patches.
 
     They are the first points of Sobol's sequence, with a random digital shift for each patch. So they are also even
@@ -63,6 +84,8 @@ def shadow_points(patches, chosen, covered, point_count):
     ----------
     covered : (c, cells) bool
         Cells of these patches that lie inside or under something.
+    known : KnownPoints, optional
+        Of these patches.
 
     Returns
     -------
@@ -72,6 +95,8 @@ def shadow_points(patches, chosen, covered, point_count):
     position = np.empty((len(chosen), point_count, 3), np.float32)
     places = places_of_points(patches.key[chosen], patches.points_before[chosen], point_count)
     lay_points(places, start, patches.edges[chosen], position)
+    if known is not None:
+        return ShadowPoints(position, *known)
     dark, in_covered = np.zeros((2, len(chosen), point_count), bool)
     partly = np.flatnonzero(covered.any(axis=1))
     cell = cell_of_point(*places[:, partly], round(np.sqrt(covered.shape[1]))).astype(np.intp)

@@ -16,7 +16,7 @@ from ..patches.order_nearby import order_nearby
 from ..sampling.random_numbers import mix
 from ..threads import map_in_order
 from ..transfer.incidence import projection_in_front
-from .shadow_points import ShadowPoints, count_elements, shadow_points, split_net
+from .shadow_points import KnownPoints, ShadowPoints, count_elements, shadow_points, split_net, unknown_points
 from .sun_blocks import SunBlock
 
 POINTS_PER_TASK = 1 << 14
@@ -30,7 +30,7 @@ class SunLight:
     visible_elements: np.ndarray  # (p, s) uint16, bit c is set where the sun is visible from the point of cell c
     point_weight: np.ndarray  # (p,) float32, number of cells that one of which a bit may be set for a sun stands for
     by_point: np.ndarray  # (p, m) float32, irradiance of each point, weighted sum over the suns
-    representative_points: np.ndarray  # (p, cells) uint, the point that represents each cell
+    known: KnownPoints
     ray_count: int
 
     def among(self, traced):
@@ -70,6 +70,7 @@ def sun_visibility(
     progress,
     turns=None,
     first_sun=0,
+    known=None,
 ):
     """Trace shadow rays from points of every traced patch to each sun in front of it.
 
@@ -96,6 +97,8 @@ def sun_visibility(
         Patches look at each sun from one in so many of their points, a power of two; from all if not given.
     first_sun : int
         Number of suns before this block.
+    known : KnownPoints, optional
+        Of the same patches, from an earlier block.
 
     Returns
     -------
@@ -122,7 +125,7 @@ def sun_visibility(
         visible_elements=np.zeros((count, len(directions)), np.uint16),
         point_weight=np.ones(count, np.float32),
         by_point=np.zeros((count, point_count), np.float32),
-        representative_points=np.zeros((count, elements), np.min_scalar_type(point_count - 1)),
+        known=known or unknown_points(count, point_count),
         ray_count=0,
     )
     free = np.flatnonzero(unobstructed)
@@ -143,8 +146,9 @@ def sun_visibility(
 
     def trace_rows(task):
         chosen, turns = task
-        points = shadow_points(patches, chosen, covered[chosen], point_count)
-        found.representative_points[chosen] = points.representative_points
+        points = shadow_points(patches, chosen, covered[chosen], point_count, known and known.take(chosen))
+        if known is None:
+            found.known.put(chosen, points)
         in_turns = SunsInTurns(suns, first_sun, turns)
         return trace_in_turns(ray_scene, patches, chosen, points, in_turns, behind=behind, found=found)
 

@@ -59,5 +59,6 @@ class PacketTree:
     def trace_shadow_rays(self, position, wanted, directions):
         """Which points of patches, (c, m, 3), see the requested suns, (c, s): (c, s, m) bool."""
         free = np.zeros((*wanted.shape, position.shape[1]), bool)
-        packet_loops.trace_shadow_rays(self._blocked, position, wanted, directions, free)
+        spread = np.repeat(directions, self._width, axis=1)
+        packet_loops.trace_shadow_rays(self._blocked, position, wanted, spread, free)
         return free

@@ -82,13 +82,15 @@ def trace_shadow_rays(tree, position, wanted, directions, free):
     ----------
     position : (c, m, 3) float32
     wanted : (c, s) bool
-    directions : (s, 3) float32
+    directions : (s, 3 · width) float32
+        Each as three rows of a packet.
     free : (c, s, m) bool
         Output, for requested pairs only.
     """
     function, scene, arguments, width = tree
     packet, valid = aligned(ROWS * width), aligned(width).view(np.int32)
     packet.view(np.int32)[MASK * width : (MASK + 1) * width] = -1
+    towards, far = packet[DIRECTION * width : (DIRECTION + 3) * width], packet[FAR * width : (FAR + 1) * width]
     point_count = position.shape[1]
     lanes = min(width, point_count)  # of one patch
     together = width // lanes  # patches in a packet
@@ -97,16 +99,25 @@ def trace_shadow_rays(tree, position, wanted, directions, free):
         for first in range(0, point_count, lanes):
             # The origins stay in the packet; only the direction changes from sun to sun.
             load_origins(packet, width, position[patch : patch + members, first : first + lanes])
+            traced = min(lanes, point_count - first)
+            for lane in range(width):
+                valid[lane] = -1 if lane < traced else 0
             for sun in range(len(directions)):
-                if not choose_lanes(valid, wanted[patch : patch + members, sun], min(lanes, point_count - first)):
+                if together == 1:
+                    if not wanted[patch, sun]:
+                        continue
+                elif not choose_lanes(valid, wanted[patch : patch + members, sun], traced):
                     continue
+                for place in range(3 * width):
+                    towards[place] = directions[sun, place]
                 for lane in range(width):
-                    packet[DIRECTION * width + lane] = directions[sun, 0]
-                    packet[(DIRECTION + 1) * width + lane] = directions[sun, 1]
-                    packet[(DIRECTION + 2) * width + lane] = directions[sun, 2]
-                    packet[FAR * width + lane] = np.inf
+                    far[lane] = np.inf
                 call_embree(function, valid.ctypes.data, scene, packet.ctypes.data, arguments)
-                read_free(packet, width, valid, free[patch : patch + members, sun, first : first + lanes])
+                if together == 1:
+                    for lane in range(traced):
+                        free[patch, sun, first + lane] = far[lane] > 0
+                else:
+                    read_free(far, valid, free[patch : patch + members, sun, first : first + lanes])
 
 
 @njit(nogil=True, cache=True)
@@ -133,10 +144,10 @@ def choose_lanes(valid, wanted, lanes):
 
 
 @njit(nogil=True, cache=True)
-def read_free(packet, width, valid, free):
-    """Write which of the rays that were traced are free: (members, lanes) bool."""
+def read_free(far, valid, free):
+    """Write which of the rays that were traced, whose ends are given, are free: (members, lanes) bool."""
     members, lanes = free.shape
     for member in range(members):
         if valid[member * lanes]:
             for lane in range(lanes):
-                free[member, lane] = packet[FAR * width + member * lanes + lane] > 0
+                free[member, lane] = far[member * lanes + lane] > 0
