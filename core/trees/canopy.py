@@ -20,7 +20,8 @@ import numpy as np
 
 from ..rays.ray_scene import RayScene
 from ..sampling.random_numbers import GOLDEN, mix
-from .crossing_loops import build_hierarchy, sum_crossings
+from .build_hierarchy import build_hierarchy
+from .crossing_loops import sum_crossings
 
 OPAQUE = 1e6  # optical depth of a trunk
 MARGIN = 1e-9  # of optical depth, more than rounding
@@ -39,7 +40,8 @@ class CrownShapes:
         self.ray_scene = RayScene(crowns.vertices, crowns.triangles)
         corners = crowns.vertices[crowns.triangles]
         *self.hierarchy, self.order = build_hierarchy(corners, 2 * crowns.tree + crowns.trunk)
-        self.corners = corners[self.order]
+        filled = np.where(self.order[..., None, None] >= 0, corners[self.order], 0.0)
+        self.corners = np.ascontiguousarray(np.moveaxis(filled, 1, -1))  # (l, 3, 3, LEAF)
 
 
 class Canopy:
