@@ -22,7 +22,7 @@ from ..threads import map_in_order
 from .hemisphere import HemisphereRays
 from .replicates import tally_deviations
 
-RAYS_PER_TASK = 1 << 17
+RAYS_PER_TASK = 1 << 18
 SKY, FAR_GROUND, FRONT, LEAVES, BACK, DARK = range(6)  # fate of a ray; the last three carry nothing
 
 
