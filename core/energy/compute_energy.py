@@ -28,7 +28,7 @@ from .standard_errors import YearSums, standard_errors_of_hours
 from .sum_block import BlockSums, sum_block, take_block
 
 BLOCK = 1024  # surfaces at a time: enough that threads wait little for the interpreter, few enough for the cache
-PLAIN_LIMIT = 3e6  # surface-hours up to which pvlib itself is called
+PLAIN_LIMIT = 1e6  # surface-hours up to which pvlib itself is called; for more, tables take half of its time or less
 YEAR = pd.Timedelta(days=365)
 
 
