@@ -79,35 +79,20 @@ def find_coincident(corners, offset, threads=1):
 
 def sort_into_layers(corners, offset):
     """Faces, and the largest layer; triangles without area are put into a layer above it."""
-    normal, boxes = np.empty((len(corners), 3)), np.empty((len(corners), 6))
-    extent, area = np.empty(len(corners)), np.empty(len(corners), bool)
-    measure_faces(corners, offset, (normal, boxes, extent, area))
+    normal, boxes, extent, area = measure_faces(corners, offset)
     layer = np.ceil(np.log2(np.maximum(extent, TINY)) / LAYER_GROWTH).astype(np.int32)
     largest = int(layer[area].max(initial=-(1 << 20)))
     layer[~area] = largest + 1
     return Faces(corners, normal, offset, boxes, layer), largest
 
 
-@njit(nogil=True, cache=True)
-def measure_faces(corners, offset, measures):
-    """Write normal, bounding box, extent of the box, and whether it has an area, for each triangle."""
-    normal, boxes, extent, area = measures
-    for face in range(len(corners)):
-        extent[face] = 0
-        for axis in range(3):
-            a, b, c = corners[face, 0, axis], corners[face, 1, axis], corners[face, 2, axis]
-            boxes[face, axis] = min(a, b, c) - offset[face]
-            boxes[face, axis + 3] = max(a, b, c) + offset[face]
-            extent[face] = max(extent[face], boxes[face, axis + 3] - boxes[face, axis])
-            # Component of the cross product along this axis, from the edges along the other two.
-            y, z = (axis + 1) % 3, (axis + 2) % 3
-            product = (corners[face, 1, y] - corners[face, 0, y]) * (corners[face, 2, z] - corners[face, 0, z])
-            product -= (corners[face, 1, z] - corners[face, 0, z]) * (corners[face, 2, y] - corners[face, 0, y])
-            normal[face, axis] = product
-        length = np.sqrt(normal[face, 0] ** 2 + normal[face, 1] ** 2 + normal[face, 2] ** 2)
-        area[face] = length > 0
-        for axis in range(3):
-            normal[face, axis] /= max(length, SMALLEST)
+def measure_faces(corners, offset):
+    """Normal, bounding box, extent of the box, and whether it has an area, of each triangle."""
+    boxes = np.concatenate([corners.min(axis=1) - offset[:, None], corners.max(axis=1) + offset[:, None]], axis=1)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.sqrt(normal[:, 0] ** 2 + normal[:, 1] ** 2 + normal[:, 2] ** 2)
+    normal /= np.maximum(length, SMALLEST)[:, None]
+    return normal, boxes, (boxes[:, 3:] - boxes[:, :3]).max(axis=1, initial=0), length > 0
 
 
 def list_pairs(pairs, corners):
