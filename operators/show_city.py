@@ -88,26 +88,29 @@ def _areas_of(screen):
 
 
 def _size_of_view(area):
-    # Width and height [pixels], and the share of the width that the sidebar lies over, on its right side.
-    view = next(region for region in area.regions if region.type == "WINDOW")
-    sidebar = next(region for region in area.regions if region.type == "UI")
-    seen = area.spaces.active.show_region_ui and view.x < sidebar.x < view.x + view.width
-    hidden = (view.x + view.width - sidebar.x) / view.width if seen else 0.0
-    return (view.width, view.height, hidden) if min(view.width, view.height) > 1 else (16, 9, 0.0)
+    # Width and height [pixels], and the shares of the width that toolbar and sidebar lie over.
+    regions, space = {region.type: region for region in area.regions}, area.spaces.active
+    view, tools, sidebar = (regions[name] for name in ("WINDOW", "TOOLS", "UI"))
+    if min(view.width, view.height) <= 1:
+        return 16, 9, 0.0, 0.0
+    left = tools.x + tools.width - view.x if space.show_region_toolbar else 0
+    right = view.x + view.width - sidebar.x if space.show_region_ui else 0
+    left, right = (min(max(pixels / view.width, 0.0), 0.4) for pixels in (left, right))
+    return view.width, view.height, left, right
 
 
 def _look_at(area, points):
-    # All points are in what the sidebar leaves free.
-    space, (width, height, hidden) = area.spaces.active, _size_of_view(area)
+    # All points are in what toolbar and sidebar leave free.
+    space, (width, height, on_left, on_right) = area.spaces.active, _size_of_view(area)
     low, high = points.min(axis=0), points.max(axis=0)
     size = float(np.linalg.norm(high - low))
     # A closer near plane reduces the depth resolution of distant surfaces.
     space.clip_start, space.clip_end = size / 1000, 10 * size
     right, up, forward = camera_axes(AZIMUTH, ELEVATION)
     half = VIEW_WIDTH / 2 / space.lens / max(width, height)
-    # In axes that lean by the sidebar, its free part is symmetric.
-    lean = half * width * hidden
-    found = frame_points(points, (right + lean * forward, up, forward), half * width * (1 - hidden), half * height)
+    # In axes that lean aside, the free part is symmetric.
+    lean, free = half * width * (on_right - on_left), half * width * (1 - on_left - on_right)
+    found = frame_points(points, (right + lean * forward, up, forward), free, half * height)
     depth = found @ forward - lean * (found @ right)
     eye = (found @ right - lean * depth) * right + (found @ up) * up + depth * forward
     distance = float((low + high) / 2 @ forward) - depth
