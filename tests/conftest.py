@@ -52,7 +52,7 @@ def pytest_xdist_make_scheduler(config, log):
 def pytest_terminal_summary(terminalreporter):
     found = {}
     for state in ("passed", "failed", "error", "skipped"):
-        found[state] = [report for report in terminalreporter.getreports(state) if "test_window" in report.nodeid]
+        found[state] = [report for report in terminalreporter.getreports(state) if "/test_window" in report.fspath]
     told = [f"{len(reports)} {state}" for state, reports in found.items() if reports]
     if told:
         reason = f" ({found['skipped'][0].longrepr[2]})" if found["skipped"] else ""
