@@ -14,14 +14,20 @@ TOGETHER = {
 LONGEST = [
     "blender/test_window.py",
     "hard/test_gather_is_forward.py",
-    "hard/test_forward_laws.py",
     "core/test_forward_agrees.py",
-    "hard/test_budget_is_true.py",
-    "core/test_fuzz_readers.py",
     "core/test_cancel_command.py",
+    "hard/test_forward_laws.py",
+    "hard/test_real_open_models.py",
+    "core/test_town.py",
+    "core/test_cancel.py",
     "core/test_forward.py",
     "core/test_cluster.py",
-    "core/test_town.py",
+    "hard/test_narrow_gaps.py",
+    "hard/test_floating_houses.py",
+    "hard/test_budget_is_true.py",
+    "hard/test_laws.py",
+    "core/test_rack_light.py",
+    "core/test_reading_progress.py",
 ]
 
 
