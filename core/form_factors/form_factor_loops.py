@@ -181,7 +181,8 @@ def add_columns(rows, scale, product, factor, places):
             met = places[key[entry] >> to_cell]
             for column in range(HEMISPHERE_REPLICATES):
                 total[column] += weight * np.float32(met[column])
-        product[chosen[row]] = total
+        for column in range(HEMISPHERE_REPLICATES):
+            product[chosen[row], column] = total[column]
 
 
 @njit(nogil=True, cache=True)
