@@ -133,9 +133,11 @@ def see_suns(context, rays, suns, folder):
     progress, ray_count = SunProgress(context.progress, len(suns), 0), 0
     for block in cut_into_blocks(suns, count):
         progress.begin(block)
-        light = first_light_of_block(context, rays, block_of_suns(suns, block), block.start, progress.report_rays)
+        part = block_of_suns(suns, block)
+        light = first_light_of_block(context, rays, part, block.start, progress.report_rays, annual.known)
         keep_block(context, visible_share, block, light.visible_share)
         annual.by_point += light.by_point
+        annual.known = light.known
         ray_count += light.ray_count
         progress.end()
     return visible_share, annual, ray_count

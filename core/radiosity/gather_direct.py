@@ -219,7 +219,7 @@ def send_shadow_rays(context, hemisphere):
     return ~context.plan.open_to_suns & context.patches.receives & ~hemisphere.covered.all(axis=1)
 
 
-def first_light_of_block(context, hemisphere, suns, first_sun, report, known):  # noqa: PLR0917
+def first_light_of_block(context, hemisphere, suns, first_sun, report, known=None):  # noqa: PLR0917
     """Light of one block of suns before reflections.
 
     Parameters
@@ -229,7 +229,7 @@ def first_light_of_block(context, hemisphere, suns, first_sun, report, known):  
         Number of suns before the block.
     report : callable
         Called with the share done and the rays traced.
-    known : KnownPoints or None
+    known : KnownPoints, optional
         From an earlier block.
 
     Returns
