@@ -132,8 +132,9 @@ def is_in_apt(package):
 def describe_other_ways(version):
     """What to type where uv may not fetch a Python from the network."""
     if read_os_release().get("ID") == "ubuntu":
-        archive = "sudo add-apt-repository -y ppa:deadsnakes/ppa"
-        return f"type: {archive} && sudo apt-get install -y python{version}-venv && make demo"
+        tool = "apt-get update && apt-get install -y software-properties-common"
+        archive = "add-apt-repository -y ppa:deadsnakes/ppa"
+        return f"type: {as_root(f'{tool} && {archive} && apt-get install -y python{version}-venv')} && make demo"
     mirror = "UV_PYTHON_INSTALL_MIRROR=https://HOST/PATH make demo"
     return f"from a mirror, type: {mirror} (or install Python {version} yourself)"
 
@@ -172,14 +173,19 @@ def install_system_packages(packages):
         stop(f"missing {purpose}; install what Debian calls {' '.join(packages)}, and type: make demo")
     sudo = ["sudo", "-n"] if os.geteuid() else []
     if sudo and (not shutil.which("sudo") or ask([*sudo, "true"]).returncode):
-        # Without sudo, as in a bare Debian, root's password is asked for.
-        command = f"apt-get update && {' '.join(install)}"
-        command = f"sudo sh -c '{command}'" if shutil.which("sudo") else f"su -c '{command}'"
+        command = as_root(f"apt-get update && {' '.join(install)}")
         stop(f"missing {purpose}; type: {command} && make demo")
     say(f"installing {purpose}: {' '.join(packages)}")
     quiet = [*sudo, "env", "DEBIAN_FRONTEND=noninteractive"]
     run([*quiet, "apt-get", "update"])
     run([*quiet, *install])
+
+
+def as_root(command):
+    """A line that runs a command as root; without sudo, as in a bare Debian, root's password is asked for."""
+    if not os.geteuid():
+        return f"sh -c '{command}'"
+    return f"sudo sh -c '{command}'" if shutil.which("sudo") else f"su -c '{command}'"
 
 
 def describe_purpose(packages):
