@@ -9,6 +9,7 @@ import bpy
 from ..core.errors import InputError
 from ..core.progress import SUN_STAGE, CancelledError, silent, with_prefix
 from .check_libraries import name_libraries, note_failure
+from .compile_loops import COMPILING
 from .give_way import give_way
 from .panel_words import in_panel_words
 from .select_faces import leave_edit_mode
@@ -80,11 +81,14 @@ class Job:
         if self.cancelled:
             raise CancelledError
         self.keeps |= stage == SUN_STAGE
-        if stage != self._stage:
-            self._stage, self._started = stage, time.monotonic()
         now = time.monotonic()
+        if stage != self._stage:
+            # Loops are compiled once on a computer: that time tells nothing of the rest.
+            self._began += now - self._started if self._stage == COMPILING else 0.0
+            self._stage, self._started = stage, now
         self.share = share_of_step(self._stages, stage, done / total if total else 0.0, self.share)
-        self.stage, self.left = stage, describe_left(now - self._began, self.share)
+        self.stage = stage
+        self.left = describe_left(now - self._began, self.share) if stage != COMPILING else ""
         told = done and unit and now > self._started
         self.rate = f"{with_prefix(done / (now - self._started))}{unit}/s" if told else ""
         self.text = f"{stage}: " + ", ".join(filter(None, (f"{100 * self.share:.0f} %", self.rate, self.left)))

@@ -11,6 +11,7 @@ from citypv.core.progress import SUN_STAGE
 from citypv.core.sampling import hemisphere_rays
 from citypv.operators import classify_city, run_step
 from citypv.operators.classify_city import ClassifyCity
+from citypv.operators.compile_loops import COMPILING
 from citypv.operators.compute_energy import WeighEnergy
 from citypv.operators.import_city import ImportCity
 from citypv.operators.run_step import Job, describe_left, share_of_step
@@ -44,6 +45,15 @@ def test_a_job_tells_stage_rate_and_share():
     assert (job.stage, job.share, job.left) == ("sky", 0.375, "")
     assert job.rate.endswith("rays/s")
     assert job.text == f"sky: 38 %, {job.rate}"
+
+
+def test_the_time_of_compiling_is_not_counted_in_the_time_left(monkeypatch):
+    now = 100.0
+    monkeypatch.setattr(run_step.time, "monotonic", lambda: now)
+    job = Job("Trace light", lambda progress: None, {COMPILING: 1.0, "sky": 9.0})
+    for stage, now in ((COMPILING, 101.0), (COMPILING, 141.0), ("sky", 141.0), ("sky", 150.0)):
+        job.progress(stage, (now - 101) / 40 if stage == COMPILING else (now - 141) / 18, 1, "")
+        assert job.left == ("about 8 s left" if now == 150 else "")  # 10 s for 55 %
 
 
 def test_every_stage_of_the_steps_is_expected(addon, city_file, monkeypatch):

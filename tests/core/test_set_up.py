@@ -91,7 +91,7 @@ def test_python_comes_by_apt_where_apt_has_it(tool, machine, tmp_path):
 
 
 @pytest.mark.parametrize("case", [
-    ("ID=ubuntu\nVERSION_ID=24.04\n", "add-apt-repository -y ppa:deadsnakes/ppa && apt-get install -y python3.13-venv'"),
+    ("ID=ubuntu\nVERSION_ID=24.04\n", "add-apt-repository -y ppa:deadsnakes/ppa && apt-get install -y python3.13-venv"),
     ("ID=fedora\n", "type: UV_PYTHON_INSTALL_MIRROR=https://HOST/PATH make demo"),
 ])  # fmt: skip
 def test_uv_without_a_network_says_what_to_type(tool, machine, tmp_path, monkeypatch, case):
