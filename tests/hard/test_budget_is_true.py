@@ -8,7 +8,7 @@ import pytest
 from scenes import scene_of_triangles
 from scipy import stats
 from test_tracing import box, join, strip, three_houses
-from thorough import THOROUGH, draw_count
+from thorough import draw_count
 from weathers import ERA5
 
 from citypv.core.accuracy.choose_counted import choose_counted
@@ -134,8 +134,7 @@ def test_settings_on_four_scenes_hold():
         print(name, found[-1], found[-1][0] / found[-1][1], found[-1][2] / found[-1][3])
     inside, count, inside_means, groups = np.sum(found, axis=0)
     assert_share(inside, count, 0.90, 0.99)
-    # Of 192 groups 0.99 is only two and a half standard errors from 0.95.
-    assert_share(inside_means, groups, 0.90, 0.99 if THOROUGH else 1.0)
+    assert_share(inside_means, groups, 0.90, 0.99)
 
 
 def refined(name, request, seed):
