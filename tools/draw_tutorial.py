@@ -51,7 +51,7 @@ def take_picture(window, name):
     path = DOCS / f"tutorial_{name}.png"
     window.take_picture(path)
     if shutil.which("mogrify"):
-        blender_window.run(["mogrify", "-strip", "+dither", "-colors", "128", path])
+        blender_window.run(["mogrify", "-strip", "+dither", "-colors", "256", path])
 
 
 if __name__ == "__main__":
