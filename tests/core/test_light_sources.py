@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mirror_street import finish
 from scenes import assert_mean, suns_towards
 from test_forward_agrees import SUNS, refined
-from test_materials import finish
 from test_sky import open_plane
 from test_tracing import three_houses
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from leaves import box, crowns_of
+from mirror_street import EDGES, HEIGHT, MIDDLE, finish, light_of_strips, lit_share, street
 from scenes import assert_mean, suns_towards
 from scipy.special import expn
 from test_forward_agrees import SUNS, group_means, refined
-from test_materials import EDGES, HEIGHT, MIDDLE, finish, light_of_strips, lit_share, street
 from test_tracing import three_houses
 
 from citypv.core.errors import InputError
