@@ -15,6 +15,7 @@ FOOTPRINT_STEP = 2.5  # other footprints: a passage, a bridge, a tower on a podi
 WALL_STEP = 0.5  # walls without a footprint: a bay, a dormer
 SLOPE = 0.5  # [m/m] steepest ground between two feet; next to thin objects only gentle slopes are assumed
 NEIGHBOURS = 32
+NEAR = 10.0  # [m] within which feet are compared with whole edges, further away with their ends
 INSIDE = (
     0.3  # [m] an edge this deep inside another, lower footprint stands on that building; less is inaccurate outlines
 )
@@ -76,6 +77,8 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     step[~on_footprint[edge]] = WALL_STEP
     slope = np.where(thin[building[edge]], GENTLE, SLOPE)
     stands = _stands(start[edge], step, slope) & _stands(end[edge], step, slope, start[edge])
+    for ends in (start, end):
+        stands &= _stands_beside(ends[edge], step, slope, start[edge], end[edge])
     edge, step = edge[stands], step[stands]
     standing = np.isin(np.flatnonzero(footprint), polygon_of_point[edge])
     hanging = np.flatnonzero(footprint)[~standing]
@@ -142,3 +145,18 @@ def _stands(points, step, slope, others=None):
     distance, index = cKDTree(lowest[:, :2]).query(points[:, :2], k=count)
     rise = points[:, 2, None] - lowest[index.reshape(len(points), count), 2]
     return (rise <= step[:, None] + slope[:, None] * distance.reshape(len(points), count)).all(axis=1)
+
+
+def _stands_beside(points, step, slope, start, end):
+    """The same beside whole edges: a bay above the middle of a long wall stands on nothing."""
+    lines = shapely.linestrings(np.stack([start[:, :2], end[:, :2]], axis=1))
+    point, edge = shapely.STRtree(lines).query(shapely.points(points[:, :2]), "dwithin", distance=NEAR)
+    along = (end - start)[edge]
+    squared = np.maximum((along[:, :2] ** 2).sum(axis=1), 1e-12)
+    share = ((points[point, :2] - start[edge, :2]) * along[:, :2]).sum(axis=1) / squared
+    foot = start[edge] + np.clip(share, 0, 1)[:, None] * along
+    distance = np.hypot(*(points[point, :2] - foot[:, :2]).T)
+    hangs = points[point, 2] - foot[:, 2] > step[point] + slope[point] * distance + COINCIDENT
+    stands = np.ones(len(points), bool)
+    stands[point[hangs]] = False
+    return stands

@@ -142,3 +142,12 @@ def test_a_lone_roof_gets_a_ground_too():
 def test_no_ground_where_none_is_wanted():
     scene = build_scene(make_city(box("a", 0, 0, 10, 10, 0, 10)), 50.0, 8.0, ground="none")
     assert (scene.triangle_surface >= 0).all()
+
+
+def test_a_bay_above_the_middle_of_a_long_wall_lifts_no_ground():
+    """Its lower edges, 3 m up, are 6 m away from both ends of the wall's foot, but 1.5 m from the foot itself."""
+    walls = box("a", 0, 0, 12, 10, 0, 12)
+    bay = box("a", 4, -1.5, 3, 1.5, 3, 6, semantics=False)
+    scene = build_scene(make_city([*walls, *bay]), 50.0, 8.0)
+    vertices, triangles = ground_of(scene)
+    assert vertices[np.unique(triangles)][:, 2].max() == pytest.approx(0.0, abs=1e-9)

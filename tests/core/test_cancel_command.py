@@ -140,7 +140,7 @@ def test_interrupt_before_the_first_block_leaves_nothing(city, tmp_path, capfd, 
 def test_a_process_that_is_interrupted_in_the_suns(city, tmp_path, estimator):
     """By Ctrl-C from outside, at the first line that tells of suns."""
     command = [sys.executable, "-m", "citypv", "simulate", str(city), "--out", "out", "--suns", "hourly"]
-    work = ["--shadow-samples", "2048"] if estimator == "gather" else ["--samples", "64"]
+    work = ["--shadow-samples", "4096"] if estimator == "gather" else ["--samples", "64"]
     environment = os.environ | {"PYTHONUNBUFFERED": "1"}
     with subprocess.Popen(
         [*command, "--estimator", estimator, *work], stderr=subprocess.PIPE, text=True, cwd=tmp_path, env=environment

@@ -172,7 +172,7 @@ def test_typical_days_and_sky_grid_come_near_every_hour(berlin):
 
 
 def test_groups_are_area_weighted_means(berlin):
-    transfer = Horizons(300, 2).transfer(suns_of(berlin, "typical-days:12"))
+    transfer = Horizons(100, 2).transfer(suns_of(berlin, "typical-days:12"))
     energy = compute_energy(transfer, berlin)
     surfaces = transfer.surfaces
     assert energy.groups[0][0] == "facade" and energy.groups[-1] == ("roof", "west")
