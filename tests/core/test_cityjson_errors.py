@@ -3,12 +3,12 @@
 import copy
 import gzip
 import json
-import subprocess
 import sys
 
 import numpy as np
 import pytest
 from cityjson_text import CUBE, FACES, SHELL, house, instance, model, read, solid
+from memory_of_reading import memory_of_refusal
 
 from citypv.core.errors import InputError
 from citypv.core.files.read_city import read_city
@@ -185,16 +185,6 @@ def test_bombs_are_refused_with_bounded_memory(tmp_path, name):
         packed.write(head)
         for _ in range(count):
             packed.write(piece)
-    script = (
-        "import resource, sys; from citypv.core.errors import InputError\n"
-        "from citypv.core.files.read_city import read_city\n"
-        "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
-        "try: read_city(sys.argv[1])\n"
-        "except InputError as error: print(error.problem)\n"
-        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)"
-    )
-    command = [sys.executable, "-c", script, str(tmp_path / name)]
-    problem, grown = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+    problem, grown = memory_of_refusal(tmp_path / name)
     assert problem
-    unit = 1 if sys.platform == "darwin" else 2**10
-    assert int(grown) * unit < 2**30
+    assert grown < 2**30
