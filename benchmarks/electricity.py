@@ -7,7 +7,6 @@ dimmed at random, with its temperatures. pvlib is called directly here, with the
 """
 
 import argparse
-import resource
 import sys
 import time
 from dataclasses import fields, replace
@@ -24,6 +23,7 @@ from citypv.core.energy import compute_energy as module_of_energy
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.request import Request
+from citypv.core.results.write_summary import peak_memory
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.transfer.kept_matrix import keep_matrix
 from citypv.core.transfer.take_rows import take_rows
@@ -121,7 +121,7 @@ def main():
     transfer = make_transfer(options.surfaces, suns)
     system = build_system(Request(module=options.module))
     rows = np.sort(np.random.default_rng(2).choice(options.surfaces, CHECKED, replace=False))
-    before = peak_memory()
+    before = peak_memory() / 1e9
     started, busy = time.perf_counter(), time.process_time()
     compute_energy(transfer, weather, system, options.threads)
     seconds, busy = time.perf_counter() - started, time.process_time() - busy
@@ -129,7 +129,7 @@ def main():
     work = options.surfaces * lit
     print(f"{options.surfaces:,} surfaces x {lit:,} hours with light of {options.years} years, {len(suns):,} suns")
     print(f"{seconds:.1f} s, {busy:.1f} s of processors, {work / seconds / 1e6:.0f} million surface-hours per second")
-    print(f"peak memory {peak_memory():.2f} GB ({before:.2f} GB before)")
+    print(f"peak memory {peak_memory() / 1e9:.2f} GB ({before:.2f} GB before)")
     module_of_energy.PLAIN_LIMIT = 0  # tables for the few surfaces that are checked, too
     few = take_rows(transfer, rows)
     found = compute_energy(few, weather, system, options.threads, series=np.arange(CHECKED))
@@ -137,11 +137,6 @@ def main():
     print(
         f"{CHECKED} surfaces against pvlib: hour by hour {worst:.2f} of what is allowed, full load hours {annual:.1e}"
     )
-
-
-def peak_memory():
-    """Largest memory this process has held [GB]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 1e9
 
 
 if __name__ == "__main__":

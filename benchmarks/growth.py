@@ -10,7 +10,6 @@ nanoseconds per ray, and these over the logarithm of the number of triangles, wh
 import argparse
 import json
 import math
-import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -41,13 +40,14 @@ def trace_one(count):
     from citypv.core.progress import silent
     from citypv.core.radiosity.trace_gather import trace_gather
     from citypv.core.request import Request
+    from citypv.core.results.write_summary import peak_memory
     from citypv.core.selfcheck.plain_scenes import join_parts
     from citypv.core.sun.suns import Suns
 
     sun = np.load(ROOT / "tests" / "data" / "town.npz")["sun"]
     suns = Suns("hourly", sun, np.full(len(sun), 1 / len(sun)), np.zeros(len(sun), np.int32), np.arange(len(sun)))
     scene = join_parts([cut_city(count)])
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    before = peak_memory()
     settings = trace_gather(scene, suns, Request(far_ground=False, sky="isotropic"), silent).record.as_dict()
     rays = settings["hemisphere_rays"] + settings["shadow_rays"]
     return {
@@ -55,8 +55,8 @@ def trace_one(count):
         "seconds": settings["seconds"],
         "rays": rays,
         "nanoseconds": 1e9 * settings["embree_thread_seconds"] / rays,
-        "scene_memory": before * 1024,
-        "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
+        "scene_memory": before,
+        "memory": peak_memory(),
     }
 
 

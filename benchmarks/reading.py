@@ -29,15 +29,15 @@ MEMBER = re.compile(rb"<(?:\w+:)?cityObjectMember.*</(?:\w+:)?cityObjectMember>"
 POLYGON = re.compile(rb"<gml:Polygon.*?</gml:Polygon>", re.DOTALL)
 
 HEAD = """
-import json, resource, sys, time
+import json, sys, time
 from citypv.core.files.read_city import read_city
+from citypv.core.results.write_summary import peak_memory
 from lxml import etree
 import numpy as np
-unit = 1 if sys.platform == "darwin" else 1024
-path, started, before = sys.argv[1], time.perf_counter(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+path, started, before = sys.argv[1], time.perf_counter(), peak_memory()
 """
 TAIL = """
-grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * unit
+grown = peak_memory() - before
 print(json.dumps({"seconds": time.perf_counter() - started, "grown": grown, "count": count}))
 """
 READERS = {
@@ -53,7 +53,7 @@ count = len(np.array(model["vertices"]))
 """,
     "cjio": """
 from cjio import cityjson
-started, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+started, before = time.perf_counter(), peak_memory()
 with open(path, encoding="utf-8") as stream: model = cityjson.reader(stream)
 model.decompress()
 count = len(model.j["vertices"])

@@ -10,7 +10,6 @@ processors' time that was spent in Embree.
 import argparse
 import json
 import os
-import resource
 import shlex
 import statistics
 import subprocess
@@ -87,7 +86,7 @@ def main():
             traced = summary["traced"]
             share = traced["embree_thread_seconds"] / traced["threads"] / wall
             print(f"{wall:6.1f} s wall ({stages}), {share:.0%} of it in Embree")
-        memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1e6
+        memory = summary["peak_memory_bytes"] / 1e9
         print(f"median {statistics.median(walls):.1f} s, peak memory {memory:.2f} GB")
 
 
