@@ -22,7 +22,7 @@ class CitySettings:
     up: str = setting(
         "z",
         "city",
-        "upward axis of files that do not say (OBJ)",
+        "upward axis of files that do not state it (OBJ)",
         kind="choice",
         title="Up axis",
         panel="import",
@@ -31,33 +31,48 @@ class CitySettings:
     orient: str = setting(
         "auto",
         "city",
-        "turn over polygons that face into their building, or leave all as they are drawn",
+        "flip polygons that face into their building, or keep all as drawn",
         kind="choice",
         title="Orientation",
         panel="import",
         choices={
-            "auto": "Turn over what faces into its building, where rays from both sides agree",
-            "as-drawn": "Leave every polygon as it is drawn",
+            "auto": "Flip polygons that face into their building, where rays from both sides agree",
+            "as-drawn": "Keep every polygon as drawn",
         },
     )
     latitude: float | None = setting(
-        None, "city", "instead of what the files say", kind="number", unit="°", metavar="D", least=-90, most=90
+        None, "city", "of the city; default: as in its files", kind="number", unit="°", metavar="D", least=-90, most=90
     )
     longitude: float | None = setting(
-        None, "city", "instead of what the files say", kind="number", unit="°", metavar="D", least=-180, most=180
+        None,
+        "city",
+        "of the city; default: as in its files",
+        kind="number",
+        unit="°",
+        metavar="D",
+        least=-180,
+        most=180,
     )
     grid_size: float | None = setting(
-        None, "city", "split large polygons into cells id#k", kind="number", unit="m", metavar="M", above=0
+        None,
+        "city",
+        "size of the cells, id#k, into which large polygons are split",
+        kind="number",
+        unit="m",
+        metavar="M",
+        above=0,
     )
-    terrain: str | None = setting(None, "city", "measured ground: TIN relief, OBJ, GeoTIFF or ASC grid", metavar="FILE")
+    terrain: str | None = setting(
+        None, "city", "measured terrain: TIN relief, OBJ, GeoTIFF or ASC grid", metavar="FILE"
+    )
     ground: str = setting(
         "auto",
         "city",
-        "auto: terrain of the city's own files, otherwise as feet; feet: generated from the buildings; none",
+        "auto: terrain of the city's files, else as feet; feet: generated through the bases of the buildings; none",
         kind="choice",
         choices={
-            "auto": "Terrain of the city's own files if they have any, otherwise a surface through the buildings' feet",
-            "feet": "A surface through the buildings' feet",
+            "auto": "Terrain of the city's files if they have any, else a surface through the bases of the buildings",
+            "feet": "A surface through the bases of the buildings",
             "none": "Exactly the surfaces that were read",
         },
     )

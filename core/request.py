@@ -26,7 +26,7 @@ class Request(CitySettings, SystemSettings):
 
     # the weather
     weather: str | list = setting(
-        "climate", "weather", "weather files, climate, pvgis or clear-sky", kind="texts", metavar="FILE"
+        "climate", "weather", "weather files, or climate, pvgis or clear-sky", kind="texts", metavar="FILE"
     )
     time_shift: float = setting(
         0.0,
@@ -39,12 +39,12 @@ class Request(CitySettings, SystemSettings):
         most=720,
     )
     weather_place: tuple | None = setting(
-        None, "weather", "where the weather was measured, instead of what its files say", kind="place", unit="°"
+        None, "weather", "where the weather was measured; default: as its files say", kind="place", unit="°"
     )
     weather_without: str = setting(
         "none",
         "weather",
-        "a column of irradiance that is not to be used",
+        "column of irradiance to ignore; it then follows from the other two",
         kind="choice",
         choices={
             "none": "All columns are used",
@@ -67,7 +67,7 @@ class Request(CitySettings, SystemSettings):
     weather_point: str = setting(
         "nearest",
         "weather",
-        "how a place is taken from gridded weather",
+        "interpolation of gridded weather",
         kind="choice",
         title="Grid point",
         choices={"nearest": "The nearest point of the grid", "bilinear": "Between the four points around"},
@@ -75,7 +75,7 @@ class Request(CitySettings, SystemSettings):
     horizon_cut: str = setting(
         "measured",
         "weather",
-        "irradiance while the sun is below 2°",
+        "irradiance with the sun below 2°: kept as measured, or neglected",
         kind="choice",
         choices={
             "measured": "Kept: measured direct light down to the horizon, the rest as diffuse light",
@@ -89,14 +89,14 @@ class Request(CitySettings, SystemSettings):
     preset: str = setting(
         "standard",
         "light",
-        "samples, suns and patches for a purpose; options given beside it win",
+        "a set of samples, suns and patches; other options take precedence",
         kind="choice",
         choices=PRESET_WORDS,
     )
     target_error: float | None = setting(
         None,
         "light",
-        "trace further rounds until the error of full load hours is this small on 95 % of the eligible area",
+        "trace further rounds until the standard error of full load hours is below this on 95 % of the eligible area",
         kind="number",
         unit="%",
         metavar="P",
@@ -105,7 +105,7 @@ class Request(CitySettings, SystemSettings):
     time_budget: float | None = setting(
         None,
         "light",
-        "trace further rounds as long as this time allows",
+        "trace further rounds as long as the whole run stays within this time",
         kind="number",
         unit="s",
         metavar="S",
@@ -117,7 +117,7 @@ class Request(CitySettings, SystemSettings):
     max_bounces: int | None = setting(
         None,
         "light",
-        "number of reflections; default auto: as many as a pilot finds to matter",
+        "number of reflections; default auto: as many as matter in a short pilot trace",
         kind="integer",
         title="Reflections",
         panel="trace",
@@ -128,7 +128,7 @@ class Request(CitySettings, SystemSettings):
     albedo: float = setting(
         0.25,
         "light",
-        "share of light that buildings reflect",
+        "albedo of the buildings: share of the light that they reflect",
         kind="number",
         title="Albedo",
         panel="trace",
@@ -139,7 +139,7 @@ class Request(CitySettings, SystemSettings):
     ground_albedo: float = setting(
         0.25,
         "light",
-        "share of light that the ground reflects",
+        "albedo of the ground: share of the light that it reflects",
         kind="number",
         title="Ground albedo",
         panel="trace",
@@ -158,7 +158,7 @@ class Request(CitySettings, SystemSettings):
     far_ground: bool = setting(
         True,
         "light",
-        "open, lit ground beyond the city up to the horizon",
+        "open, sunlit ground beyond the city, up to the horizon",
         kind="switch",
         title="Far ground",
         panel="trace",
@@ -179,7 +179,7 @@ class Request(CitySettings, SystemSettings):
         choices=SKIES,
     )
     estimator: str = setting(
-        "gather", "light", "how light is followed", kind="choice", title="Estimator", panel="trace", choices=ESTIMATORS
+        "gather", "light", "how light is traced", kind="choice", title="Estimator", panel="trace", choices=ESTIMATORS
     )
     samples: int = setting(
         256,
@@ -204,7 +204,7 @@ class Request(CitySettings, SystemSettings):
     patch_size: float | None = setting(
         10.0,
         "light",
-        "longest edge of a patch of light; smaller is more exact and slower",
+        "longest edge of a patch, the unit that reflects light; smaller is more accurate and slower",
         kind="number",
         title="Patch size",
         panel="classify",
@@ -215,19 +215,19 @@ class Request(CitySettings, SystemSettings):
         subtype="DISTANCE",
     )
     leaf_area_density: float = setting(
-        1.0, "light", "leaves of trees in leaf, one-sided", kind="number", unit="m²/m³", metavar="D", least=0
+        1.0, "light", "leaf area density of trees in leaf, one-sided", kind="number", unit="m²/m³", metavar="D", least=0
     )
     branch_area_density: float = setting(
-        0.2, "light", "branches of bare trees", kind="number", unit="m²/m³", metavar="D", least=0
+        0.2, "light", "branch area density of bare trees", kind="number", unit="m²/m³", metavar="D", least=0
     )
     leaf_extinction: float = setting(
-        0.5, "light", "extinction coefficient of leaves; 0.5: turned all ways", kind="number", metavar="K", above=0
+        0.5, "light", "extinction coefficient of leaves; 0.5: random angles", kind="number", metavar="K", above=0
     )
     leaf_months: str = setting("auto", "light", "months in leaf: auto, all, none or such as 4-10", metavar="MONTHS")
     crown_transmittance: float | None = setting(
         None,
         "light",
-        "share of light that passes a crown in leaf, whatever the way through it; default: by leaf area density",
+        "share of light that passes a crown in leaf, however long its path; default: by leaf area density",
         kind="number",
         metavar="T",
         least=0,
@@ -236,7 +236,7 @@ class Request(CitySettings, SystemSettings):
     report: str = setting(
         "eligible",
         "light",
-        "whose numbers are wanted in full; the others are sampled as far as reflections need them",
+        "surfaces that are sampled in full; the others send a quarter of the rays",
         kind="choice",
         choices={
             "eligible": "Eligible surfaces and flat roofs",
@@ -247,7 +247,7 @@ class Request(CitySettings, SystemSettings):
     seed: int = setting(
         0,
         "light",
-        "start of all random numbers; the same seed gives the same result",
+        "seed of all random numbers; the same seed gives the same results",
         kind="integer",
         title="Seed",
         panel="sampling",
@@ -255,7 +255,7 @@ class Request(CitySettings, SystemSettings):
         least=0,
     )
     # the run
-    threads: int | None = setting(None, "run", "default: all processors", kind="integer", metavar="N", least=1)
+    threads: int | None = setting(None, "run", "threads; default: all processors", kind="integer", metavar="N", least=1)
 
     def as_dict(self):
         """All settings by name."""

@@ -6,7 +6,7 @@ from .settings import setting
 
 METHODS = {"paper": "As in Bredemeier et al., CityPV (docs/method_paper.md)"}
 MOUNTINGS = {
-    "open-rack": "Air all around, glass/polymer (the paper's)",
+    "open-rack": "Air all around, glass/polymer (as in the paper)",
     "insulated-back": "On the wall or roof without a gap, glass/polymer",
     "close-mount": "Near the roof, a little air behind, glass/glass",
 }
@@ -17,9 +17,12 @@ INCIDENCE_LAWS = {
 }
 HIDDEN_WALLS = {
     "leave-out": "Area covered by neighbours carries no modules",
-    "count": "Covered area counts like open area (the paper's)",
+    "count": "Covered area counts like open area (as in the paper)",
 }
-OVERHANGS = {"leave-out": "Facades lean by 1° at most", "count": "Walls that lean outward are facades (the paper's)"}
+OVERHANGS = {
+    "leave-out": "Facades lean by 1° at most",
+    "count": "Walls that lean outward are facades (as in the paper)",
+}
 
 
 @dataclass
@@ -29,14 +32,14 @@ class SystemSettings:
     method: str | None = setting(
         None,
         "electricity",
-        "all settings as a paper has them; options given beside it win",
+        "all settings as in the paper (docs/method_paper.md); other options take precedence",
         kind="choice",
         choices=METHODS,
     )
     module: str = setting(
         "SunPower_SPR_300_WHT__2007__E__",
         "electricity",
-        "name, or part of it, in pvlib's Sandia or CEC library",
+        "module: its name, or a part of it, in pvlib's Sandia or CEC library",
         title="Module",
         panel="energy",
         metavar="NAME",
@@ -44,22 +47,20 @@ class SystemSettings:
     mounting: str = setting(
         "open-rack",
         "electricity",
-        "how the modules are mounted, which decides how warm they get",
+        "mounting of the modules, which determines the cell temperature",
         kind="choice",
         title="Mounting",
         panel="energy",
         choices=MOUNTINGS,
     )
     iam: str = setting(
-        "module", "electricity", "loss of direct light by its angle of incidence", kind="choice", choices=INCIDENCE_LAWS
+        "module", "electricity", "incidence angle modifier of direct light", kind="choice", choices=INCIDENCE_LAWS
     )
-    diffuse_iam: bool = setting(
-        False, "electricity", "whether diffuse light loses by its angles of incidence, too", kind="switch"
-    )
+    diffuse_iam: bool = setting(False, "electricity", "incidence angle modifier of diffuse light, too", kind="switch")
     losses: float = setting(
         0.0,
         "electricity",
-        "share of DC energy that is lost to soiling, mismatch, wiring",
+        "DC energy lost to soiling, mismatch and wiring",
         kind="number",
         title="DC losses",
         panel="energy",
@@ -70,31 +71,39 @@ class SystemSettings:
         most=99,
     )
     inverter: str | None = setting(
-        None, "electricity", "pvwatts, or a name of pvlib's library; default: none", metavar="NAME", none="none"
+        None, "electricity", "pvwatts, or an inverter of pvlib's library; default: none", metavar="NAME", none="none"
     )
     dc_ac_ratio: float = setting(
-        1.0, "electricity", "nominal power of modules over inverter's", kind="number", metavar="R", above=0, most=10
+        1.0,
+        "electricity",
+        "nominal power of modules over that of the inverter",
+        kind="number",
+        metavar="R",
+        above=0,
+        most=10,
     )
     hidden_walls: str = setting(
         "leave-out",
         "electricity",
-        "whether area counts that neighbours cover",
+        "whether wall area that a neighbour covers counts",
         kind="choice",
         title="Hidden walls",
         panel="energy",
         choices=HIDDEN_WALLS,
     )
     overhangs: str = setting(
-        "leave-out", "electricity", "walls that lean outward by more than 1°", kind="choice", choices=OVERHANGS
+        "leave-out", "electricity", "whether walls that lean outward are facades", kind="choice", choices=OVERHANGS
     )
     usable: dict = setting(
         {},
         "electricity",
-        "share of the area that windows and edges leave, by kind",
+        "share of the area that windows and edges leave for modules, by kind",
         kind="shares",
         metavar="KIND=SHARE",
     )
     series: tuple = setting(
-        (), "electricity", "ids of surfaces whose hourly series are written", kind="names", metavar="ID"
+        (), "electricity", "ids of surfaces whose hourly series are written to series.csv", kind="names", metavar="ID"
     )
-    monthly: bool = setting(False, "electricity", "columns of the months in faces.csv and buildings.csv", kind="flag")
+    monthly: bool = setting(
+        False, "electricity", "add monthly full load hours to faces.csv and buildings.csv", kind="flag"
+    )

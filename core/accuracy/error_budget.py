@@ -127,7 +127,7 @@ def suggest_more(transfer, weather, energy):
     largest = errors.largest()
     if largest is None or transfer.record is None or not errors.at_share() > 0:
         return ""
-    start = f"Full load hours within {errors.at_share():.2f} % on 95 % of the eligible area; "
+    start = f"Full load hours: standard error at most {errors.at_share():.2f} % on 95 % of the eligible area; "
     needed = rounds_needed(errors, errors.at_share() / 2)
     if np.isfinite(needed) and largest in SAMPLED:
         seconds = sum(transfer.record.seconds.values()) * (needed - 1)

@@ -10,7 +10,7 @@ from ..request import Request, check_request, declared_settings
 TITLES = {
     "city": "the city",
     "weather": "the weather",
-    "electricity": "the modules, and the counted area",
+    "electricity": "the modules, and the area that counts",
     "light": "the light",
     "sky": "the sky",
     "effects": "the effects",

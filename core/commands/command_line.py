@@ -18,6 +18,7 @@ from ..version import __version__
 from .add_cluster import add_cluster, cluster_of_options
 from .add_options import add_options, free_settings, imply_settings, request_of_options
 from .import_command import import_command
+from .print_output import print_output
 
 KNOBS = ("suns", "samples", "shadow_samples")  # that `--time-budget` chooses where they are not given
 EPILOGUE = "Every option and every file written is described in docs/command_line.md."
@@ -108,34 +109,34 @@ def build_parser():
     simulate.add_argument("--preview", action="store_true", help="write preview.png (needs bpy)")
     simulate.add_argument("--transfer", action="store_true", help="write transfer.nc even if it takes gigabytes")
     simulate.add_argument("--cityjson", action="store_true", help="write city.city.json: the city with its results")
-    simulate.add_argument("--gltf", action="store_true", help="write city.glb: the city in colours, for any viewer")
+    simulate.add_argument("--gltf", action="store_true", help="write city.glb: the coloured city, for any viewer")
     simulate.add_argument("--geopackage", action="store_true", help="write city.gpkg: surfaces and buildings, for GIS")
     simulate.set_defaults(run=run_simulate, parser=simulate)
-    again = commands.add_parser("yield", help="full load hours of a transfer.nc with other weather or another module")
+    again = commands.add_parser("yield", help="compute the yield of a transfer.nc with other weather or modules")
     again.add_argument("transfer", metavar="TRANSFER", help="transfer.nc of an earlier run")
     add_output(again)
     add_options(again, "weather", "electricity", "sky", "effects", "run")
     again.set_defaults(run=run_yield, parser=again)
-    plot = commands.add_parser("plot", help="draw a result folder: one report.html, or the maps of a world")
+    plot = commands.add_parser("plot", help="draw the results of a folder: report.html, or the maps of a world")
     plot.add_argument("folder", metavar="DIR", help="folder that simulate, yield or world has written")
-    plot.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    plot.add_argument("--quiet", action="store_true", help="print errors only")
     plot.set_defaults(run=run_plot)
-    world = commands.add_parser("world", help="full load hours of traced environments all over the world")
+    world = commands.add_parser("world", help="full load hours of traced districts all over the world")
     add_world(world)
     add_output(world)
     add_options(world, "weather", "electricity", "sky", "run")
     add_cluster(world)
     world.set_defaults(run=run_world, parser=world)
-    inspect = commands.add_parser("inspect", help="describe what was read, and its place on Earth")
+    inspect = commands.add_parser("inspect", help="report what is read, repaired and left out, and where it is")
     add_city(inspect)
     inspect.add_argument("--json", action="store_true", help="print as JSON")
     inspect.set_defaults(run=run_inspect)
-    effects = commands.add_parser("effects", help="list the effects that tracing this city includes, and why")
+    effects = commands.add_parser("effects", help="list which effects a run on this city simulates, and why")
     add_city(effects)
     add_options(effects, "weather", "electricity", "light", "sky", "effects", "run")
     effects.add_argument("--json", action="store_true", help="print as JSON")
     effects.set_defaults(run=run_effects, parser=effects)
-    accuracy = commands.add_parser("accuracy", help="predict seconds and errors of every setting from a short pilot")
+    accuracy = commands.add_parser("accuracy", help="predict seconds and errors of each setting from a short pilot")
     add_city(accuracy)
     add_options(accuracy, "weather", "electricity", "light", "sky", "effects", "run")
     accuracy.add_argument("--json", action="store_true", help="print as JSON")
@@ -149,7 +150,7 @@ def build_parser():
 
 def add_city(parser):
     """Input files, and options for reading them."""
-    parser.add_argument("city", nargs="+", metavar="CITY", help="files or folders with buildings")
+    parser.add_argument("city", nargs="+", metavar="CITY", help="CityGML, CityJSON or OBJ files, or folders of them")
     add_options(parser, "city")
 
 
@@ -158,7 +159,7 @@ def add_output(parser):
     output = parser.add_argument_group("the results")
     output.add_argument("--out", required=True, metavar="DIR", help="folder to write")
     output.add_argument("--overwrite", action="store_true", help="replace results in a folder that is not empty")
-    output.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    output.add_argument("--quiet", action="store_true", help="print errors only")
 
 
 def add_world(parser):
@@ -171,16 +172,16 @@ def add_world(parser):
     )
     place = parser.add_argument_group("the world")
     degrees = {"nargs": 2, "type": float}
-    place.add_argument("--way", choices=("exact", "paper"), help="sun of each place, or Greenwich's shifted (exact)")
+    place.add_argument("--way", choices=("exact", "paper"), help="sun of each place, or of Greenwich, shifted (exact)")
     place.add_argument("--mix", metavar="NAME=SHARE,…", help="weighted mean of environments as a further one")
-    place.add_argument("--step", type=float, metavar="D", help="[°] between places (3; files: all their points)")
-    place.add_argument("--latitudes", metavar=("SOUTH", "NORTH"), help="[°] (-60 90; files: all)", **degrees)
-    place.add_argument("--longitudes", metavar=("WEST", "EAST"), help="[°] (-180 180; files: all)", **degrees)
-    place.add_argument("--years", nargs="+", type=int, default=(), metavar="Y", help="years of the files to average")
+    place.add_argument("--step", type=float, metavar="D", help="[°] distance of places (3; files: all points)")
+    place.add_argument("--latitudes", metavar=("SOUTH", "NORTH"), help="[°] range (-60 90; files: all)", **degrees)
+    place.add_argument("--longitudes", metavar=("WEST", "EAST"), help="[°] range (-180 180; files: all)", **degrees)
+    place.add_argument("--years", nargs="+", type=int, default=(), metavar="Y", help="years that are averaged (all)")
     place.add_argument(
-        "--surfaces", type=int, metavar="N", help="merge those alike, to at most N per environment (all)"
+        "--surfaces", type=int, metavar="N", help="merge surfaces of similar light, to at most N per environment"
     )
-    place.add_argument("--off-land", choices=("blank", "clear-sky"), default="blank", help="where climate has no land")
+    place.add_argument("--off-land", choices=("blank", "clear-sky"), default="blank", help="where there is no land")
     place.add_argument("--pictures", choices=("on", "off"), default="on", help="draw maps and figures (on)")
 
 
@@ -260,7 +261,8 @@ def run_inspect(options):
     from .inspect_city import describe_city, inspect_city
 
     report = inspect_city(options.city, request_of_options(options), TerminalProgress(lasting=False))
-    print(json.dumps(report, indent=2, ensure_ascii=False) if options.json else "\n".join(describe_city(report)))
+    text = json.dumps(report, indent=2, ensure_ascii=False) if options.json else "\n".join(describe_city(report))
+    print_output(text)
 
 
 def run_effects(options):
@@ -269,10 +271,8 @@ def run_effects(options):
     from .list_effects import list_effects
 
     plan = list_effects(options.city, request_of_options(options), TerminalProgress(lasting=False))
-    if options.json:
-        print(json.dumps([effect.as_dict() for effect in plan.effects], indent=2))
-    else:
-        print("\n".join(describe_plan(plan)))
+    as_json = json.dumps([effect.as_dict() for effect in plan.effects], indent=2) if options.json else ""
+    print_output(as_json or "\n".join(describe_plan(plan)))
 
 
 def run_accuracy(options):
@@ -280,15 +280,18 @@ def run_accuracy(options):
     from .show_accuracy import show_accuracy
 
     lines = show_accuracy(options.city, request_of_options(options), plot=options.plot, as_json=options.json)
-    print("\n".join(lines))
+    print_output("\n".join(lines))
 
 
 def run_selfcheck(options):
     """`citypv selfcheck`: status 1 if a check fails."""
     from ..selfcheck.selfcheck import describe_check, describe_outcome, report_checks, selfcheck
 
-    checks = selfcheck(None if options.json else lambda check: print(describe_check(check), flush=True))
-    print(json.dumps(report_checks(checks), indent=2, ensure_ascii=False) if options.json else describe_outcome(checks))
+    checks = selfcheck(None if options.json else lambda check: print_output(describe_check(check)))
+    found = (
+        json.dumps(report_checks(checks), indent=2, ensure_ascii=False) if options.json else describe_outcome(checks)
+    )
+    print_output(found)
     return int(not all(check.passed for check in checks))
 
 

@@ -218,7 +218,7 @@ def write_results(work, transfer, weather, request, log, *, scene=None, draw=Non
     system = build_system(request)
     shares = shares_of_effects(transfer, weather, system, request.threads, sky=energy.sky)
     if shares:
-        log.write(f"  of the full load hours: {', '.join(f'{key} {share:+.1%}' for key, share in shares.items())}")
+        log.write(f"  in full load hours: {', '.join(f'{key} {100 * share:+.1f} %' for key, share in shares.items())}")
     log.clock.lap("shares of effects")
     summary = summarise(transfer, energy, weather, request, scene=scene, seconds=log.clock.seconds)
     state_outcome(summary, shares, request)

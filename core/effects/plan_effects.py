@@ -124,9 +124,9 @@ def describe_plan(plan):
     """The plan in lines of text."""
     lines = []
     for effect in plan.effects:
-        bound = "without bound" if effect.bound is None else f"leaves out at most {effect.bound:.2%}"
-        share = "" if effect.share is None else f"; makes {effect.share:+.2%} of full load hours"
+        bound = "no bound is known" if effect.bound is None else f"leaves out at most {100 * effect.bound:.2f} %"
+        share = "" if effect.share is None else f"; contributes {100 * effect.share:+.2f} % of full load hours"
         seconds = "" if effect.seconds is None else f"; takes about {effect.seconds:.2g} s"
         state = "on " if effect.on else "off"
-        lines.append(f"{effect.key:<12} {state}  {effect.extent}: {effect.reason} ({bound}{share}{seconds})")
+        lines.append(f"{effect.key:<15} {state}  {effect.extent}: {effect.reason} ({bound}{share}{seconds})")
     return lines

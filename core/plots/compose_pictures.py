@@ -27,9 +27,10 @@ def compose_plan(results):
         return section("Plan of the city", paragraph(NO_PLAN))
     captions = {
         "roof": "Roofs from above: full load hours of pitched roofs, and of flat roofs with modules lying flat. Grey: "
-        "roofs that are too small, too steep, covered, or face no main direction.",
+        "roofs that are too small, too steep, covered, or not within 30° of a main direction.",
         "facade": "Facades as lines on the outline of the buildings: full load hours. Where several stand above each "
-        "other, the highest is drawn. Without a line: covered by a neighbour, too small, or between two directions.",
+        "other, the highest is drawn. Facades without a line are covered by a "
+        "neighbour, too small, or not within 30° of a main direction.",
     }
     kinds = select_mounted(results.faces)["kind"]
     parts = []
@@ -49,8 +50,8 @@ def compose_times(results):
     hours = "Local solar time is UTC plus four minutes for each degree east; the sun stands highest at about 12."
     parts = []
     if len(results.groups):
-        months = "Full load hours of each month, means over all surfaces of a kind that face the same direction."
-        day = f"In which hours of the day the full load hours of a year arise. {hours}"
+        months = "Full load hours by month, means over all surfaces of a kind that face the same direction."
+        day = f"Full load hours of a year by hour of the day. {hours}"
         parts.append(picture(embed_figure(draw_months(results.groups)), "months", months))
         parts.append(picture(embed_figure(draw_day(results.groups)), "day", day))
     caption = (
@@ -64,9 +65,6 @@ def compose_histograms(results):
     """How much area has how many hours."""
     if not len(select_mounted(results.faces)):
         return ""
-    caption = (
-        "How much area has how many full load hours; the dashed line marks the mean. Modules pay first where the bars "
-        "stand furthest to the right."
-    )
+    caption = "Area by full load hours; the dashed line marks the mean. The surfaces furthest to the right yield most."
     uri = embed_figure(draw_histograms(results.faces))
     return section("How the hours are spread over the area", picture(uri, "histograms", caption))

@@ -3,7 +3,7 @@
 import math
 
 SPREAD = "standard error: the true value lies within it in 68 % of cases, within twice as much in 95 %"
-LIMITS = "Not in these numbers: how well the city model, the weather and the module model fit reality."
+LIMITS = "Errors of the city model, the weather and the module model come on top, and are usually larger."
 
 
 def list_errors(budget):
@@ -21,16 +21,16 @@ def list_errors(budget):
     """
     suns = budget.get("sun_sampling") or {}
     return [
-        ("Mean over all surfaces: standard error by chance", signed(budget.get("sampling_total"))),
+        ("Mean over all surfaces: standard error of sampling", signed(budget.get("sampling_total"))),
         ("Single surface: standard error, typical (median by area)", signed(budget.get("sampling_median"))),
-        ("Single surface: standard error, exceeded by 5 % of the area only", signed(budget.get("sampling_95"))),
+        ("Single surface: standard error, exceeded on 5 % of the area only", signed(budget.get("sampling_95"))),
         (
             "Choice of sun positions: shift of the mean, against every hour's sun",
             "unknown" if suns.get("bias") is None else f"{suns['bias']:+.2f} %".replace("-", "−"),
         ),
         ("Choice of sun positions: effect on a single surface (rms)", signed(suns.get("rms"))),
-        ("Reflections beyond the last one computed: they would add at most", plain(budget.get("bounces"))),
-        ("Of the reflected light: uneven within the pieces that surfaces are cut into", plain(budget.get("patches"))),
+        ("Reflections beyond the last one computed would add at most", plain(budget.get("bounces"))),
+        ("Size of the patches that reflect light, in percent of the reflected light", plain(budget.get("patches"))),
     ]
 
 
@@ -62,12 +62,13 @@ def summarise_errors(budget):
     whole = combine(budget.get("sampling_total"), suns.get("bias"))
     single = combine(budget.get("sampling_median"), 0.0 if "groups" in suns else suns.get("rms"))
     if whole is None or single is None:
-        return "This run does not tell in full how far ray tracing and the choice of sun positions put the hours off."
+        return "This run does not know all errors of ray tracing and of the choice of sun positions."
     bounces = budget.get("bounces")
     rest = f"; reflections that were left out would add at most {percent(bounces)}" if bounces else ""
     return (
         "As far as ray tracing and the choice of sun positions go, the mean over all surfaces is known to "
-        f"± {percent(whole)} and the hours of a single surface typically to ± {percent(single)}{rest}."
+        f"± {percent(whole)} and the hours of a single surface typically to ± {percent(single)} (one standard error)"
+        f"{rest}."
     )
 
 

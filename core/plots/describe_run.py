@@ -40,19 +40,19 @@ def describe_input(summary):
     report = read.get("report")
     rows = []
     if report is None:
-        rows.append(
-            ("City", "traced by an earlier run, whose folder holds the import report; read here was its result")
-        )
+        rows.append(("City", "traced by an earlier run, whose folder has the import report"))
     else:
         rows.append(("Files", ", ".join(PurePath(path).name for path in report["files"])))
-        rows.append(("Buildings", f"{report['building_count']:,} with {report['part_count']:,} parts"))
+        rows.append(("Buildings", f"{report['building_count']:,}, with {report['part_count']:,} parts"))
         rows.append(("Level of detail", count_names(report["lods_chosen"])))
     if site.get("latitude") is not None:
-        place = f"latitude {site['latitude']:.4f}°, longitude {site['longitude']:.4f}°, {site['altitude']:.0f} m high"
+        place = (
+            f"latitude {site['latitude']:.4f}°, longitude {site['longitude']:.4f}°, altitude {site['altitude']:.0f} m"
+        )
         rows.append(("Place", place))
     rows.append(("Coordinate reference system", site.get("crs") or "none named"))
     rows += [
-        (KINDS.get(kind, kind), f"{one['count']:,} with {one['area']:,.0f} m²")
+        (KINDS.get(kind, kind), f"{one['count']:,}, {one['area']:,.0f} m²")
         for kind, one in sorted((read.get("kinds") or {}).items())
     ]
     for one in read.get("findings") or []:
@@ -81,9 +81,10 @@ def describe_assumptions(summary):
         ("Weather", f"{weather['label']}; {years:.3g} year{'s' if years > 1.01 else ''}"),
         ("Place of the weather", f"{away:,.0f} km away from the city" if away >= 1 else "at the city"),
         (
-            "Sun and sky in a year",
-            f"{weather['ghi_annual']:,.0f} kWh/m² on level ground (GHI), of it {weather['dhi_annual']:,.0f} from the "
-            f"sky (DHI); {weather['dni_annual']:,.0f} kWh/m² straight from the sun on a plane that follows it (DNI)",
+            "Irradiation in a year",
+            f"{weather['ghi_annual']:,.0f} kWh/m² on level ground (GHI), "
+            f"{weather['dhi_annual']:,.0f} of it diffuse (DHI); "
+            f"{weather['dni_annual']:,.0f} kWh/m² of direct light on a plane that tracks the sun (DNI)",
         ),
         ("Module", " ".join(settings["module"].replace("_", " ").split())),
         ("Mounting", MOUNTINGS.get(settings.get("mounting"), settings.get("mounting") or MOUNTINGS["open-rack"])),
@@ -92,11 +93,11 @@ def describe_assumptions(summary):
             "Method",
             "as in Bredemeier et al., CityPV"
             if settings.get("method") == "paper"
-            else "the program's own, with the settings below",
+            else "CityPV's own, with the settings below",
         ),
         ("Sky", SKIES.get(summary.get("sky", light.get("sky")), str(light.get("sky")))),
         ("Sun positions", describe_suns(summary["suns"])),
-        ("Reflections", f"{(summary.get('traced') or {}).get('max_bounces', light.get('max_bounces'))} in a row"),
+        ("Reflections", f"{(summary.get('traced') or {}).get('max_bounces', light.get('max_bounces'))} in succession"),
         ("Albedo (share of light reflected)", describe_albedo(summary, light)),
         (
             "Walls that a neighbour covers",
@@ -104,8 +105,16 @@ def describe_assumptions(summary):
         ),
     ]
     usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in (settings.get("usable") or {}).items())
-    rows.append(("Area that windows and edges leave", usable or "all of it"))
-    return [*rows, ("Not considered", "trees, street furniture, snow, dirt on the modules")]
+    rows.append(("Area that windows and edges leave", usable or "all (not reduced)"))
+    return [*rows, ("Not considered", describe_missing(summary))]
+
+
+def describe_missing(summary):
+    """What no number includes, in words."""
+    effects = (summary.get("traced") or {}).get("effects") or []
+    trees = any(one["key"] == "trees" and one["on"] for one in effects)
+    dirt = "" if summary["settings"].get("losses") else " and dirt"
+    return f"{'light that leaves scatter' if trees else 'trees'}, street furniture, snow{dirt} on the modules"
 
 
 def describe_losses(settings):

@@ -13,8 +13,8 @@ from .tabulate import MONTHS, kind_title, tabulate_groups, tabulate_periods
 
 NAME = "report.html"
 HOURS = (
-    "Full load hours are the hours in which modules at full power would make the energy of a year: 800 h mean 800 kWh "
-    "for each kWp (kilowatt of nominal power). They are direct current (DC), before inverter and cables."
+    "Full load hours are the hours in which modules at nominal power would generate the energy of a year: 800 h mean "
+    "800 kWh for each kWp (kilowatt of nominal power). They refer to direct current (DC), before inverter and cables."
 )
 ELSEWHERE = "Further uncertainties are listed under “How sure the numbers are”."
 NO_PICTURES = (
@@ -107,6 +107,8 @@ def list_warnings(summary):
     label = summary["weather"]["label"]
     if "clear" in label.lower():
         warnings.append(f"The weather has no clouds ({label}): the hours are an upper bound, not an expectation.")
+    if "climatology" in label:
+        warnings.append("The weather is a climatology, not a measurement: for a design use measured or satellite data.")
     stopped = (summary.get("traced") or {}).get("interrupted")
     if stopped:
         warnings.append(
@@ -118,17 +120,15 @@ def list_warnings(summary):
 def compose_totals(summary):
     """What all suitable surfaces together would give."""
     totals, flat = summary["totals"], summary["totals"].get("flat_roofs") or {}
-    rows = [("Facades and pitched roofs that modules may be mounted on", *row_of_potential(totals))]
+    rows = [("Facades and pitched roofs that can carry modules", *row_of_potential(totals))]
     if flat.get("count"):
-        rows.append(
-            (f"Flat roofs ({flat['count']:,}), modules lying flat, not among those above", *row_of_potential(flat))
-        )
+        rows.append((f"In addition {flat['count']:,} flat roofs, modules lying flat", *row_of_potential(flat)))
     head = ["", "Area for modules [m²]", "Nominal power [kWp]", "Energy in a year [MWh]", "Full load hours [h]"]
     if "mwh_ac_per_year" in totals:
         head += ["Energy after losses [MWh]"]
     hidden = totals.get("hidden_walls") or {}
     left_out = (
-        f"Left out are {hidden['count']:,} walls ({hidden['area']:,.0f} m²) that a neighbouring building covers."
+        f"{hidden['count']:,} walls ({hidden['area']:,.0f} m²) are left out, as a neighbouring building covers them."
         if hidden.get("count")
         else ""
     )
@@ -137,11 +137,11 @@ def compose_totals(summary):
         paragraph(f"Weather: {summary['weather']['label']}."),
         table(head, rows, numbers=range(1, len(head))),
         paragraph(
-            f"If every suitable surface bore modules: {totals['area_per_kwp']:.2f} m² make a kWp. {left_out} "
-            "What may be built, statics, windows and cost are not judged."
+            f"This is the potential of all suitable surfaces, with {totals['area_per_kwp']:.2f} m² "
+            f"of modules for each kWp. {left_out} Building law, statics, windows and cost are not considered."
         ),
         paragraph(HOURS),
-        paragraph(summarise_errors(summary["error_budget"])),
+        paragraph(f"{summarise_errors(summary['error_budget'])} {LIMITS}"),
     )
 
 

@@ -88,5 +88,5 @@ def describe_checks(checks):
     shifts = [one["daylight_shift"] for one in checks.values() if one["daylight_shift"] is not None]
     if shifts:
         worst = max(shifts, key=abs)
-        notes.append(f"clear days fit the sun best shifted by {worst:+d} min")
+        notes.append(f"clear days fit the sun best with times shifted by {worst:+d} min")
     return notes
