@@ -62,7 +62,7 @@ def summarise_errors(budget):
     whole = combine(budget.get("sampling_total"), suns.get("bias"))
     single = combine(budget.get("sampling_median"), 0.0 if "groups" in suns else suns.get("rms"))
     if whole is None or single is None:
-        return "This run does not know all errors of ray tracing and of the choice of sun positions."
+        return "This run does not tell all errors of ray tracing and of the choice of sun positions."
     bounces = budget.get("bounces")
     rest = f"; reflections that were left out would add at most {percent(bounces)}" if bounces else ""
     return (
