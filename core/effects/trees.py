@@ -10,7 +10,7 @@ def decide(inputs):
     """On where the model has vegetation: no bound is known on what a tree takes from the wall behind it."""
     crowns, request = inputs.scene.trees, inputs.request
     if crowns is None:
-        return Effect(KEY, False, "no second scene", "there is no vegetation in the model", 0.0)
+        return Effect(KEY, False, "none", "there is no vegetation in the model", 0.0)
     if not inputs.asked(KEY, True):
         return Effect(KEY, False, f"none of {len(crowns):,} trees", "switched off", None)
     foliage = choose_foliage(crowns, request, inputs.scene.site.latitude)

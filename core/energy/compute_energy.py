@@ -115,7 +115,20 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
 
 
 def compute_seasons(transfer, weather, settings, **details):
-    """Energy of a year in which trees carry leaves in some months and not in the others."""
+    """Energy of a year in which trees carry leaves in some months and not in the others.
+
+    Parameters
+    ----------
+    transfer : Transfer
+        In leaf, with its `leaf_months` and, in `bare`, the light without leaves.
+    weather : Weather
+    settings : tuple
+        Further positional arguments of `compute_energy`; `details` are its keywords.
+
+    Returns
+    -------
+    Energy
+    """
     in_leaf = np.isin((weather.data.index + weather.interval / 2).month, transfer.leaf_months)
     states = replace(transfer, bare=None), replace(transfer.bare, record=transfer.record)
     parts, sunny = [], []
@@ -135,13 +148,13 @@ class Task:
     hours_as_computed: Hours  # in the precision of the blocks
     model: PlainPower | FastPower
     ac: bool  # whether to compute AC power
-    taken: np.ndarray  # (2 + k, n) from `diffuse_incidence_factors`
+    iam: np.ndarray  # (2 + k, n) from `diffuse_incidence_factors`
     neighbours: np.ndarray  # (s, m) int, from `order_neighbours`
     reach: float  # largest angle between an hour and its traced suns [°]
     sky: SkyParts
 
     def block(self, rows, group_weight):
-        """Some surfaces."""
+        """Data of some surfaces, rows (m,) int, with their weights in the groups, (m, g): Block."""
         return take_block(
             self.transfer,
             rows,
@@ -149,13 +162,13 @@ class Task:
             neighbours=self.neighbours,
             reach=self.reach,
             dtype=self.hours_as_computed.dni.dtype,
-            taken=self.taken[:, rows],
+            iam=self.iam[:, rows],
             sky=self.sky,
         )
 
 
 def prepare_task(transfer, weather, system, electric, sky):
-    """Prepare the data shared by all blocks; few surface-hours are computed by pvlib itself, many by tables."""
+    """Data shared by all blocks: Task. Up to PLAIN_LIMIT surface-hours are computed by pvlib itself, more by tables."""
     hours = prepare_hours(transfer.suns, weather, system, sky, transfer.terrain)
     plain = electric.sum() * len(hours) < PLAIN_LIMIT
     return Task(
@@ -215,13 +228,13 @@ def sum_surfaces(task, group_weight, electric, *, threads, progress):
 
 
 def find_series(task, rows, count):
-    """Time series of some surfaces."""
+    """Hourly series of the surfaces `rows`, (m,) int, on a time axis of `count` intervals: HourlySeries."""
     block = task.block(rows, np.zeros((len(rows), 0)))
     return compute_series(rows, block, task.hours_as_computed, task.model, count=count, ac=task.ac)
 
 
 def spread_hours(values, hours, count):
-    """Expand values of the hours with light to the whole time axis: (count, g)."""
+    """Values of the h hours with light, (h, g), on the whole time axis, 0 in the dark: (count, g)."""
     series = np.zeros((count, values.shape[1]))
     series[hours.interval] = values
     return series

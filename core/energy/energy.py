@@ -75,5 +75,5 @@ def join_energies(one, other, share):
 
 
 def add_known(one, other):
-    """Sum, None of None."""
+    """Sum of two results; None if the first is None: a run has a result in both seasons or in none."""
     return None if one is None else one + other

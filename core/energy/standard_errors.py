@@ -77,6 +77,18 @@ def noise_of_mean(weight, own, passed_on):
 def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
     """Parts of the error of full load hours from rays and discretisation.
 
+    Parameters
+    ----------
+    transfer : Transfer
+    weather : Weather
+    full_load_hours : numpy.ndarray, (n,)
+        [h] per year; NaN for surfaces without.
+    poa : numpy.ndarray, (n,)
+        [kWhm⁻²] irradiation in the plane of the surface, per year.
+    years : float
+        That the weather covers.
+    sky : SkyParts
+
     Returns
     -------
     own : numpy.ndarray, (n,)
@@ -104,7 +116,7 @@ def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
 
 
 def join_own(direct, diffuse, own_direct, own_diffuse, covariance):
-    """Variance of full load hours from the own rays of surfaces, for direct and diffuse light together: (n,).
+    """Variance of full load hours from the own rays of surfaces, direct and diffuse light together: (n,) [h²].
 
     A ray that misses the sky hits sunlit surfaces: the two errors cancel in part, as far as proportionality holds.
 
@@ -120,8 +132,9 @@ def join_own(direct, diffuse, own_direct, own_diffuse, covariance):
 
 
 def sun_sampling_share(record, name, part):
-    """Error of sun sampling of a kind and orientation, as a share of full load hours.
+    """Error of sun sampling of a kind and orientation, as a share of full load hours: float.
 
+    `name` is (kind, orientation), `part` bias or rms.
     0 if it was not measured; that of all pilot patches if none is of that kind and orientation.
     """
     found = (record and record.sun_sampling) or {}

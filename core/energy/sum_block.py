@@ -18,7 +18,7 @@ class Block:
     sky: np.ndarray  # (n,) the part of `diffuse` that comes directly from the sky
     sources: np.ndarray  # (2 k, n) per irradiance of k traced sources: brighter, and then darker than the dome
     source_view: np.ndarray  # (2 k, n) the part of `sources` that comes directly from there
-    taken: np.ndarray  # (2 + k, n) incidence angle modifiers of light from the sky, reflected light, and the sources'
+    iam: np.ndarray  # (2 + k, n) incidence angle modifiers of light from the sky, reflected light, and the sources'
     visible_share: np.ndarray  # (s, n), filled in for suns just behind
     reflected: np.ndarray  # (s, n) per DNI
     group_weight: np.ndarray  # (n, g) share of the group's area
@@ -36,7 +36,7 @@ class BlockSums:
     capacity_factor_ac: np.ndarray  # (h, g); (0, g) without AC
 
 
-def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken, sky=None):
+def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, iam, sky=None):
     """Extract some surfaces of a Transfer.
 
     Parameters
@@ -52,7 +52,7 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken,
         Largest angle between an hour and its traced suns [°].
     dtype : numpy dtype
         Precision to compute in.
-    taken : numpy.ndarray, (2 + k, n)
+    iam : numpy.ndarray, (2 + k, n)
         Of these surfaces, from `diffuse_incidence_factors`.
     sky : SkyParts, optional
         With k traced sources; without it, none.
@@ -70,7 +70,7 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken,
         sky=np.minimum(transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]).astype(dtype),
         sources=sources.astype(dtype),
         source_view=source_view.astype(dtype),
-        taken=taken.astype(dtype),
+        iam=iam.astype(dtype),
         visible_share=filled_share(transfer, rows, neighbours, reach, dtype),
         reflected=np.ascontiguousarray(transfer.direct_reflected[rows].T, dtype=dtype),
         group_weight=group_weight.astype(dtype),
@@ -78,14 +78,15 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, taken,
 
 
 def sources_of_rows(transfer, rows, sky):
-    """Light of the traced sources on some surfaces, per irradiance in their units.
+    """Light of the k traced sources on n surfaces, per irradiance in the units of the sources.
 
     A source darker than the dome takes light away, from no surface more than the dome gives it.
 
     Returns
     -------
     sources, source_view : numpy.ndarray, (2 k, n)
-        Reflections included, and without them: of k sources that are brighter, and then darker than the dome.
+        [–] Reflections included, and without them: first as far as the k sources are brighter than the dome, then as
+        far as they are darker.
     """
     if sky is None or not sky.sources:
         return np.zeros((2, 0, len(rows)))
@@ -139,7 +140,7 @@ def sum_block(block, hours, model, *, ac=False):
 
 
 def direct_part(block, hours):
-    """Cosine of the angle of incidence, and direct irradiance per `sunward` without reflections: (h, n), (h, n)."""
+    """Cosine of the angle of incidence, and direct irradiance per `sunward` without reflections: (h, n) [–] each."""
     projection = np.maximum(hours.direction @ block.normal, 0)
     direct = values_at(block.visible_share, hours.match, hours.match_weight)
     direct *= projection
@@ -155,18 +156,18 @@ def run_model(model, block, hours, direct, projection):
     -------
     poa_direct, poa_diffuse : numpy.ndarray, (h, n)
         [Wm⁻²] Circumsolar light is part of the first.
-    power : numpy.ndarray, (h, n)
-        Capacity factor.
+    capacity_factor : numpy.ndarray, (h, n)
+        [–] DC power over nominal power.
     """
     direct *= hours.sunward
     diffuse = diffuse_part(block, hours)
-    taken = diffuse
-    if (block.taken < 1).any():
-        sky, reflected, *sources = block.taken
-        taken = diffuse * reflected + hours.dome * (block.sky * (sky - reflected))
+    effective = diffuse
+    if (block.iam < 1).any():
+        sky, reflected, *sources = block.iam
+        effective = diffuse * reflected + hours.dome * (block.sky * (sky - reflected))
         if sources:
-            taken += split_sources(hours) @ (block.source_view * (np.stack([*sources, *sources]) - reflected))
-    return direct, diffuse, model.dc(direct, diffuse, taken, projection, hours)
+            effective += split_sources(hours) @ (block.source_view * (np.stack([*sources, *sources]) - reflected))
+    return direct, diffuse, model.dc(direct, diffuse, effective, projection, hours)
 
 
 def diffuse_part(block, hours):

@@ -32,14 +32,19 @@ def check_distance(weather, site, allowed=None, suns=None):
     if suns is None:
         away = distance_of_weather(weather, site)
         if away > farthest:
-            problem = f"{place} is {away:,.0f} km from the city ({site.latitude:.2f}°, {site.longitude:.2f}°)"
-            raise InputError(weather.label, problem, f"give weather of the city's own place, or {allow(away)}")
+            raise InputError(
+                weather.label,
+                f"{place} is {away:,.0f} km from the city ({site.latitude:.2f}°, {site.longitude:.2f}°)",
+                f"give weather of the city's own place, or {allow(away)}",
+            )
     elif not suns.way.startswith("sky-grid"):
         away = KM_PER_DEGREE * abs(weather.latitude - site.latitude)
         if away > farthest:
-            problem = f"{place} is {away:,.0f} km from the latitude {site.latitude:.2f}° that was traced"
-            cure = f"give weather of that latitude, trace --suns sky-grid:N, or {allow(away)}"
-            raise InputError(weather.label, problem, cure)
+            raise InputError(
+                weather.label,
+                f"{place} is {away:,.0f} km from the latitude {site.latitude:.2f}° that was traced",
+                f"give weather of that latitude, trace --suns sky-grid:N, or {allow(away)}",
+            )
 
 
 def allow(away):

@@ -128,7 +128,7 @@ def join_steps(path, known, direction):
 
 
 def take_nearest(suns, direction, index, weight):
-    """Use the nearest traced sun where it is closer than the interpolated position; changes index and weight."""
+    """Use the nearest traced sun where it is closer than the interpolated one; changes index and weight, (t, k)."""
     place = np.einsum("tk,tkx->tx", weight, suns.direction[index])
     length = np.linalg.norm(place, axis=1)
     place[length > 0] /= length[length > 0, None]
@@ -139,7 +139,7 @@ def take_nearest(suns, direction, index, weight):
 
 
 def drop_empty_columns(index, weight):
-    """Index and weight with only as many columns as the fullest row needs, zeros last."""
+    """Index and weight, (t, k), with only as many columns as the fullest row needs, zeros last."""
     order = np.argsort(weight == 0, axis=1, kind="stable")
     index, weight = (np.take_along_axis(part, order, axis=1) for part in (index, weight))
     columns = max(1, int((weight != 0).sum(axis=1).max(initial=1)))

@@ -100,17 +100,26 @@ def match_triangles(triangles, direction):
     weight : numpy.ndarray, (t, 3) float64
         Not negative; rows sum to 1.
     """
-    found = walk(triangles.neighbours, triangles.inverse, np.ascontiguousarray(direction, float))
+    found = find_triangles(triangles.neighbours, triangles.inverse, np.ascontiguousarray(direction, float))
     weight = np.maximum(np.einsum("tij,tj->ti", triangles.inverse[found], direction), 0.0)
     return triangles.corners[found] % triangles.count, weight / weight.sum(axis=1, keepdims=True)
 
 
 @njit(nogil=True, cache=True)
-def walk(neighbours, inverse, direction):
-    """Triangle of each direction: (t,) int64.
+def find_triangles(neighbours, inverse, direction):
+    """Triangle of each direction, by a visibility walk through the triangulation: (t,) int64.
 
     From a triangle the walk crosses the edge behind which the direction lies furthest. In a Delaunay triangulation it
-    never runs in a circle.
+    never runs in a circle (Devillers, Pion, Teillaud 2002, doi:10.1142/S0129054102001047).
+
+    Parameters
+    ----------
+    neighbours : numpy.ndarray, (m, 3) int64
+        Triangle beyond the edge opposite each corner.
+    inverse : numpy.ndarray, (m, 3, 3) float64
+        Matrices that turn a direction into barycentric weights, not normalised.
+    direction : numpy.ndarray, (t, 3) float64
+        Unit vectors.
     """
     found = np.empty(len(direction), np.int64)
     here = 0

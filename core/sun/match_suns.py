@@ -95,12 +95,12 @@ def match_directions(suns, direction, day):
 
 
 def nearest_sun(suns, direction):
-    """The traced sun nearest to each direction: (t,) int."""
+    """The traced sun nearest to each direction, unit vectors (t, 3): (t,) int."""
     return KDTree(suns.direction).query(direction)[1]
 
 
 def match_low_suns(suns, direction):
-    """Suns that represent those below 2°: index and weight, (t, 1) or, for a sky grid, (t, 3)."""
+    """Traced suns that represent suns below 2°, and their weights: (t, 1) int and float; of a sky grid (t, 3)."""
     if suns.way.startswith("sky-grid"):
         return match_sky_grid(suns, direction)
     return nearest_sun(suns, direction)[:, None], np.ones((len(direction), 1))

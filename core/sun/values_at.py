@@ -9,8 +9,9 @@ def values_at(values, index, weight):
     Parameters
     ----------
     values : numpy.ndarray, (s, n)
+        In any unit.
     index, weight : numpy.ndarray, (t, k)
-        As of `SunMatch`. A single sun, k = 1, counts as a whole.
+        As of `SunMatch`. A single sun, k = 1, has the weight 1.
     """
     if index.shape[1] == 1:
         return np.take(values, index[:, 0], axis=0, mode="clip")
@@ -21,7 +22,7 @@ def values_at(values, index, weight):
 
 
 def largest_mismatch(suns, direction, index, weight):
-    """Largest angle between the sun of an interval, direction (t, 3), and the traced ones that represent it [°]."""
+    """Largest angle between the sun of an interval, unit vectors (t, 3), and a traced one that represents it: [°]."""
     angle = 0.0
     for column in range(index.shape[1]):
         used = weight[:, column] != 0

@@ -97,7 +97,12 @@ def add_round(total, other):
 
 
 def check_same(one, other):
-    """Refuse Transfers of different scenes or suns."""
+    """Refuse Transfers of different scenes or suns.
+
+    Raises
+    ------
+    InputError
+    """
     same = one.surfaces.surface_id == other.surfaces.surface_id and np.array_equal(
         one.suns.direction, other.suns.direction
     )
@@ -111,19 +116,19 @@ def count_rounds(transfer):
 
 
 def average_in_place(matrix, other, weight):
-    """Move a matrix of surfaces × suns towards another by a share of their difference, by blocks of rows."""
+    """Move a matrix of surfaces × suns, (n, s), towards another by `weight` of their difference, in blocks of rows."""
     for first in range(0, len(matrix), ROWS):
         rows = slice(first, first + ROWS)
         matrix[rows] += np.float32(weight) * (other[rows] - matrix[rows])
 
 
 def merge_variance(one, other, weights):
-    """Variance of a weighted mean of two independent values."""
+    """Variance of a weighted mean of two independent values with variances `one` and `other`, in their unit."""
     return weights[0] ** 2 * one + weights[1] ** 2 * other
 
 
 def whole_error(own, others):
-    """Standard error from own noise and, if there are any, deviations of replicates and discretisation error: (n,)."""
+    """Standard error from the variance `own`, (n,), and None or replicates (n, r) and discretisation (n,)."""
     if others is None:
         return np.sqrt(own)
     passed_on, discretisation = others
@@ -131,7 +136,7 @@ def whole_error(own, others):
 
 
 def merge_parts(one, other, weights, rounds):
-    """ErrorParts of a weighted mean; None of None."""
+    """ErrorParts of a weighted mean of two Transfers, of which the first has `rounds`; None if they have none."""
     if one is None:
         return None
 
@@ -199,7 +204,7 @@ def merge_replicates(one, other, weights, rounds):
 
 
 def merge_records(one, other, weights):
-    """TraceRecord of all rounds: counts and seconds add up, shares are averaged; None of None."""
+    """TraceRecord of all rounds: counts and seconds add up, shares are averaged; None if one is unknown."""
     if one is None or other is None:
         return None
 
@@ -218,7 +223,7 @@ def merge_records(one, other, weights):
 
 
 def blend(one, other, weights):
-    """Weighted sum of two numbers, or of those in two dicts by their keys; None of None."""
+    """Weighted sum of two numbers, or of those in two dicts by their keys; None if one is unknown."""
     if one is None or other is None:
         return None
     if isinstance(one, dict):

@@ -65,7 +65,7 @@ def average_surfaces(merge, values, threads, out=None):
 
 @njit(nogil=True, cache=True)
 def add_rows(start, patches, weights, values, means):
-    """Weighted sums of the rows of `values`, accumulated in float64 and written into `means`."""
+    """Weighted sums of the rows of `values`, (p, c), by a matrix in CSR form, added in float64 into `means`, (n, c)."""
     total = np.empty(values.shape[1])
     for row in range(len(means)):
         total[:] = 0

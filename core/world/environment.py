@@ -63,8 +63,11 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     sources = sources_of(sky_model)
     missing = name_untraced(sky_model, transfer.sources)
     if missing:
-        problem = f"was traced without the light of {missing}, which --sky {sky_model} needs"
-        raise InputError(source, problem, "trace it again, or give --sky isotropic")
+        raise InputError(
+            source,
+            f"was traced without the light of {missing}, which --sky {sky_model} needs",
+            "trace it again, or give --sky isotropic",
+        )
     counted = find_counted_area(transfer, system)
     groups = find_groups(counted, transfer.surfaces.area)
     if not groups.names:
@@ -81,7 +84,7 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
         neighbours=order_neighbours(transfer.suns),
         reach=sky.reach,
         dtype=SINGLE,
-        taken=diffuse_incidence_factors(transfer.surfaces.surface_tilt[rows], system, sources),
+        iam=diffuse_incidence_factors(transfer.surfaces.surface_tilt[rows], system, sources),
     )
     traced = [transfer.sources[one.name] for one in sources]
     views = [light.view_factor[rows] for light in traced]
@@ -97,18 +100,30 @@ def check_sky_grid(source, transfer):
     """Refuse a Transfer that was not traced for the whole sky."""
     way = transfer.suns.way
     if not way.startswith("sky-grid"):
-        problem = f"was traced with --suns {way}, which holds for one latitude only"
-        raise InputError(source, problem, "trace it again: citypv simulate CITY --suns sky-grid:673 --out DIR")
+        raise InputError(
+            source,
+            f"was traced with --suns {way}, which holds for one latitude only",
+            "trace it again: citypv simulate CITY --suns sky-grid:673 --out DIR",
+        )
     if way != f"sky-grid:{len(transfer.suns)}":
-        problem = f"holds {len(transfer.suns)} directions of {way}: its run was interrupted"
-        raise InputError(source, problem, "trace it again to the end")
+        raise InputError(
+            source,
+            f"holds {len(transfer.suns)} directions of {way}: its run was interrupted",
+            "trace it again to the end",
+        )
 
 
 def check_portable(source, transfer):
     """Refuse a Transfer with what belongs to one place: distant terrain, or months in leaf."""
     if transfer.terrain is not None:
-        problem = "was traced with --horizon: distant terrain belongs to one place"
-        raise InputError(source, problem, "trace it again without --horizon")
+        raise InputError(
+            source,
+            "was traced with --horizon: distant terrain belongs to one place",
+            "trace it again without --horizon",
+        )
     if transfer.bare is not None:
-        problem = "has trees that are in leaf in some months only, which differ from place to place"
-        raise InputError(source, problem, "trace it again with --leaf-months all, or none")
+        raise InputError(
+            source,
+            "has trees that are in leaf in some months only, which differ from place to place",
+            "trace it again with --leaf-months all, or none",
+        )

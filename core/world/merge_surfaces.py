@@ -117,7 +117,7 @@ def merge_block(block, weight, pieces, direction):
         sky=mean(block.sky).astype(SINGLE),
         sources=np.zeros((0, len(pieces)), SINGLE),  # those of the environment count
         source_view=np.zeros((0, len(pieces)), SINGLE),
-        taken=mean(block.taken).astype(SINGLE),
+        iam=mean(block.iam).astype(SINGLE),
         reflected=np.ascontiguousarray(mean(block.reflected), SINGLE),
         visible_share=np.stack(seen, axis=1).astype(SINGLE),
         group_weight=np.zeros((len(pieces), 0), SINGLE),

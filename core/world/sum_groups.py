@@ -49,7 +49,7 @@ def sum_groups(environment, hours, sunlight, model):
     view, reflected = environment.sources[:-1].reshape(2, len(hours.caps), len(environment.weight))
     dark = np.minimum(view, hours.caps[:, None].astype(np.float32) * environment.sources[-1])
     sources = np.stack([view, dark]), reflected  # views of bright, and of dark sources
-    surfaces = block.diffuse, block.far_ground, block.sky, block.taken, sources
+    surfaces = block.diffuse, block.far_ground, block.sky, block.iam, sources
     tables = model.incidence, model.efficiency, model.diffuse_share
     loop(suns, place, seen, surfaces, tables, (environment.first, environment.weight), found)
     return found
@@ -60,7 +60,7 @@ def loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
     """Fill `found`, (h, 2 g), hour by hour; see `sum_groups`. Inner loops are plain, so that they are vectorised."""
     index, weight, sun, level = suns
     direction, light, heating, spectral = place
-    diffuse, far_ground, sky, taken, sources = surfaces
+    diffuse, far_ground, sky, iam, sources = surfaces
     incidence, efficiency, diffuse_share = tables
     first, area = groups
     count, group_count = len(diffuse), len(first) - 1
@@ -73,21 +73,21 @@ def loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
                 add_sunlight(sun[hour, node], index[hour, node], weight[hour, node] * sunward, seen, direct, scattered)
             enter_glass(direction[hour], seen[2], incidence, direct, beam)
         for source in range(light.shape[1] - 2):
-            add_source(source, light[hour, 2 + source], sources, taken[2 + source], (low, caught_low, scattered))
+            add_source(source, light[hour, 2 + source], sources, iam[2 + source], (low, caught_low, scattered))
         ground = level[hour]
         hot, cold, bright = heating[hour, 0], heating[hour, 1], spectral[hour]
         for i in range(count):
             straight = dome * sky[i]
             rest = scattered[i] + ground * far_ground[i] + dome * diffuse[i] + low[i]
             # Diffuse light after its incidence angle modifiers: of the dome, reflected, and of the sources.
-            caught = (rest - low[i]) * taken[1, i] + straight * (taken[0, i] - taken[1, i]) + caught_low[i]
+            caught = (rest - low[i]) * iam[1, i] + straight * (iam[0, i] - iam[1, i]) + caught_low[i]
             effective[i] = bright * (beam[i] + diffuse_share * caught)
             total[i] = (direct[i] + rest) * hot + cold
         convert(effective, total, efficiency)
         add_groups(effective, area, first, found[hour, :group_count])
         for i in range(count):
             straight = dome * sky[i]
-            effective[i] = bright * (beam[i] + diffuse_share * (straight * taken[0, i] + caught_low[i]))
+            effective[i] = bright * (beam[i] + diffuse_share * (straight * iam[0, i] + caught_low[i]))
             total[i] = (direct[i] + straight + low[i]) * hot + cold
         convert(effective, total, efficiency)
         add_groups(effective, area, first, found[hour, group_count:])
@@ -109,7 +109,7 @@ def add_sunlight(sun, index, weight, seen, direct, scattered):  # noqa: PLR0917
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def add_source(number, light, sources, taken, sums):
+def add_source(number, light, sources, iam, sums):
     """Add a traced source to what comes from all, before and after the modules' glass, and to what is reflected."""
     views, reflected = sources
     low, caught, scattered = sums
@@ -118,12 +118,12 @@ def add_source(number, light, sources, taken, sums):
     if not number:  # written, not added: one pass less than to clear them
         for i in range(len(low)):
             low[i] = light * view[i]
-            caught[i] = low[i] * taken[i]
+            caught[i] = low[i] * iam[i]
             scattered[i] += light * back[i]
         return
     for i in range(len(low)):
         low[i] += light * view[i]
-        caught[i] += light * view[i] * taken[i]
+        caught[i] += light * view[i] * iam[i]
         scattered[i] += light * back[i]
 
 
