@@ -32,11 +32,13 @@ def decide(inputs):
     change = np.zeros(0)
     if inputs.weather is not None and counted.any():
         change = change_unshaded(inputs.weather, *typical_planes(surfaces, counted), inputs.request.ground_albedo)
-    words = f"; it changes unshaded ones by {change.min():+.1%} to {change.max():+.1%}" if len(change) else ""
+    words = (
+        f"; it changes unshaded ones by {100 * change.min():+.1f} to {100 * change.max():+.1f} %" if len(change) else ""
+    )
     if sky == "perez" or (sky == "auto" and area > 0) if asked is None else asked:
         reason = f"{area:,.0f} m² of inclined surfaces count" if sky == "auto" and asked is None else "as asked"
         share = share_of_rays(inputs)
-        extent = f"dome, circumsolar light and horizon, with a ray for {share} of the dome"
+        extent = f"dome, circumsolar light and horizon, one horizon ray for {share} of the dome"
         return Effect(KEY, True, extent, reason + words, 0.0, setting=SkyChoice(KEY, share))
     reason = "no inclined surface counts" if sky == "auto" and asked is None else "as asked"
     bound = bound_change(inputs.weather, change) if len(change) else 0.0 if area == 0 else None

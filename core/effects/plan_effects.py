@@ -124,9 +124,14 @@ def describe_plan(plan):
     """The plan in lines of text."""
     lines = []
     for effect in plan.effects:
-        bound = "no bound is known" if effect.bound is None else f"leaves out at most {100 * effect.bound:.2f} %"
+        bound = "no bound is known" if effect.bound is None else describe_bound(effect.bound)
         share = "" if effect.share is None else f"; contributes {100 * effect.share:+.2f} % of full load hours"
         seconds = "" if effect.seconds is None else f"; takes about {effect.seconds:.2g} s"
         state = "on " if effect.on else "off"
         lines.append(f"{effect.key:<15} {state}  {effect.extent}: {effect.reason} ({bound}{share}{seconds})")
     return lines
+
+
+def describe_bound(bound):
+    """What is left out at most, a share of light, in words."""
+    return f"leaves out at most {100 * bound:.2f} %" if bound else "leaves out nothing"

@@ -38,7 +38,7 @@ def choose_count(inputs, brightest):
         bound = bound_beyond(inputs.pilot, count, brightest)
         whole = left_out(inputs.pilot, count, brightest)
         if bound is not None and bound <= GROUP_TARGET and whole <= WHOLE_TARGET:
-            words = f"beyond it the pilot finds at most {whole:.2%} of the light, {bound:.2%} of any group's"
+            words = f"a pilot finds at most {100 * whole:.2f} % of the light beyond, {100 * bound:.2f} % of any group's"
             return count, words
     return LONGEST, "the most that are followed; the pilot finds light beyond them"
 

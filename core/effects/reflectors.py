@@ -23,8 +23,8 @@ def decide(inputs):
     rays = inputs.request.samples * int((~only & inputs.patches.receives).sum())
     # A patch with view factor f is missed by all rays with (1 - f)^rays; f (1 - f)^rays is at most 1/(e rays).
     bound = float(inputs.patches.albedo.max(initial=0) * ground / (np.e * max(rays, 1)))
-    words = f"those of {ground:,} patches of ground that a ray from the city meets"
-    return Effect(KEY, True, words, "ground that no surface sees reflects onto none", bound, setting=only)
+    words = f"of {ground:,} patches of generated ground only those that a ray from the city meets"
+    return Effect(KEY, True, words, "ground that no surface sees reflects no light onto any", bound, setting=only)
 
 
 def find_optional(scene):
