@@ -6,7 +6,10 @@ building heights a long row of them hides (1 - cos β)/2 of its sky, with tan β
 
 import numpy as np
 
+from ..horizon.horizon import is_above
+from .closed_form import ground_view_of_tilt
 from .effect import Effect
+from .terrain_horizon import largest_share
 
 KEY = "far-ground"
 
@@ -18,13 +21,32 @@ def decide(inputs):
     share = None if pilot is None else sum(shares_of_far_ground(pilot, inputs.direct_over_diffuse))
     if not inputs.asked(KEY, request.far_ground):
         words = "switched off: rays that leave downwards carry nothing"
-        return Effect(KEY, False, "none", words, request.ground_albedo / 2)
+        return Effect(KEY, False, "none", words, share_left_out(inputs))
     if not inputs.decided["reflections"].on:
         return Effect(KEY, False, "none", "it only shines by reflection, and nothing is reflected", 0.0, share=0.0)
     reach = measure_reach(inputs.scene, inputs.patches)
     words = f"rays that leave downwards meet unshaded ground, {reach:.1f} building heights away"
     bound = None if pilot is None else edge_error(pilot, reach, inputs.suns, inputs.direct_over_diffuse)
     return Effect(KEY, True, "once reflected", words, bound, setting=reach, share=share)
+
+
+def share_left_out(inputs):
+    """Share of the light of any kind and orientation that a dark far ground takes at most; None without weather.
+
+    Unshaded surfaces see (1 - cos tilt)/2 of it, and terrain below a horizon. Of light that other surfaces pass on it
+    makes no larger share than of theirs.
+    """
+    if inputs.weather is None:
+        return None
+    terrain = inputs.terrain
+
+    def light_of_ground(year, normal, albedo):
+        direct = year.direct if terrain is None else year.direct * is_above(terrain, year.towards)
+        level = year.dome + direct @ np.maximum(year.towards[:, 2], 0)
+        return albedo * level * ground_view_of_tilt(normal, terrain)[None]
+
+    gained = largest_share(inputs, light_of_ground, terrain)
+    return gained / (1 + gained)
 
 
 def measure_reach(scene, patches):

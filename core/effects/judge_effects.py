@@ -6,8 +6,6 @@ import numpy as np
 
 from .pilot import SKIES
 
-EXACT = ("sky-rays", "shadow-rays")  # change nothing but the time, unless switched off by the user
-
 
 @dataclass
 class Measured:
@@ -31,20 +29,22 @@ def judge_effects(plan, measured):
     -------
     list of dict
         Of `Effect.as_dict`. `outcome` has `left_out` (share of light) and `holds` (whether it is within the bound, None
-        without one), or is None where nothing was measured.
+        without one), or is None where nothing was measured; those of single effects that need the year's weather, or
+        are switched by it, are added later (`commands.judge_terrain`, `results.share_of_sky`, `results.effect_shares`).
     """
     left_out = {
         "receivers": measured.passed_on,
         "reflectors": measured.unseen,
         "far-ground": measured.far_ground * edge_loss(plan),
-        **dict.fromkeys(EXACT, 0.0),
     }
     beyond = share_after_last(plan)
     if beyond is not None:
         left_out["reflections"] = measured.last_bounce * beyond
     for effect in plan.effects:
-        measurable = effect.on or (effect.key in EXACT and effect.bound is not None)
-        effect.outcome = judge(left_out[effect.key], effect.bound) if effect.key in left_out and measurable else None
+        found = left_out.get(effect.key) if effect.on else None
+        if found is None and effect.bound == 0:
+            found = 0.0  # by construction, such as rays that would find the closed form
+        effect.outcome = None if found is None else judge(found, effect.bound)
     return [effect.as_dict() for effect in plan.effects]
 
 

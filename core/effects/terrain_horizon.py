@@ -25,8 +25,9 @@ MARGIN = 1.0  # [°] so far below the horizon a sun must stand in all intervals 
 class Terrain:
     """Distant terrain, and the suns that it spares."""
 
-    horizon: TerrainHorizon
+    horizon: TerrainHorizon | None  # None: left out
     hidden: np.ndarray  # (k, 3) float32, suns that represent none but intervals in which the sun is hidden
+    others: list  # of TerrainHorizon, with which the light is compared after the run: left out, or of the corners
 
 
 def decide(inputs):
@@ -40,16 +41,19 @@ def decide(inputs):
     if inputs.terrain is None:
         low = f"no higher than the {MINIMUM_ELEVATION:g}° below which no sun is traced"
         words = "switched off" if inputs.asked(KEY) is False else low
-        return Effect(KEY, False, "none", f"{words}: it rises to {where}", bound_off(inputs, horizon))
+        left_out = Terrain(None, np.zeros((0, 3), np.float32), [horizon])
+        return Effect(KEY, False, "none", f"{words}: it rises to {where}", bound_off(inputs, horizon), left_out)
     sky, sun = shares_of_level_ground(inputs, horizon)
     extent = f"hides {sky:.1%} of the sky and {sun:.1%} of the sunlight of level ground"
-    reason, hidden = f"it rises to {where}", find_hidden(inputs, horizon)
+    lowest = replace(horizon, elevation=np.minimum.reduce([one.elevation for one in (horizon, *corners)]))
+    reason, hidden = f"it rises to {where}", find_hidden(inputs, lowest)
     if len(hidden):
         reason += f"; {len(hidden)} of {len(inputs.suns)} suns are not traced"
     if corners:
         apart = max(float(np.abs(corner.elevation - horizon.elevation).max()) for corner in corners)
         reason += f"; corners of the scene see it up to {apart:.1f}° higher or lower"
-    return Effect(KEY, True, extent, reason, bound_on(inputs, horizon, corners), setting=Terrain(horizon, hidden))
+    setting = Terrain(horizon, hidden, corners)
+    return Effect(KEY, True, extent, reason, bound_on(inputs, horizon, corners), setting)
 
 
 def find_hidden(inputs, horizon):

@@ -62,7 +62,10 @@ def city(tmp_path_factory):
 @pytest.fixture(scope="module")
 def results(city, tmp_path_factory):
     folder = tmp_path_factory.mktemp("results") / "small"
-    assert main(["simulate", str(city), "--weather", str(ERA5), "--out", str(folder), "--quiet"]) == 0
+    low = folder.with_name("low_hills.csv")
+    low.write_text("azimuth,elevation\n0,1\n120,1\n240,1\n", encoding="utf-8")  # too low to be simulated
+    options = ["--weather", str(ERA5), "--horizon", str(low), "--out", str(folder), "--quiet"]
+    assert main(["simulate", str(city), *options]) == 0
     return folder
 
 
@@ -125,6 +128,9 @@ def test_summary(results):
     assert set(effects) == set(TABLE)
     for key in ("reflections", "receivers", "far-ground", "aoi"):
         assert effects[key]["outcome"]["holds"], key
+    hills = effects["terrain-horizon"]
+    assert not hills["on"] and 0 < hills["outcome"]["left_out"] <= hills["bound"] < 0.05
+    assert -hills["outcome"]["left_out"] < hills["share"] < 0 and hills["outcome"]["holds"]
     assert -0.1 < effects["aoi"]["share"] < 0
     assert 0 < summary["error_budget"]["sampling_total"] < 1
     assert 0 < summary["error_budget"]["sampling_median"] < summary["error_budget"]["sampling_95"] < 10

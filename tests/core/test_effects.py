@@ -127,6 +127,42 @@ def test_the_edge_costs_less_than_a_thousandth_at_any_albedo(tmp_path, albedo):
     assert 0 < effect.bound < 0.001
 
 
+@pytest.mark.parametrize(("azimuth", "turned"), [(180, 1), (0, -1)])
+def test_a_dark_far_ground_costs_a_wall_what_pvlib_says(azimuth, turned):
+    """An unshaded wall under a clear sky: the bound is its reflected light over all of its light."""
+    vertices, triangles = wall()
+    scene = scene_of_triangles(vertices, np.array(triangles)[:, ::turned])
+    request = Request(sky="isotropic", weather="clear-sky", suns="days:2", far_ground=False, threads=1)
+    weather = read_year(scene.site, request)
+    plan, data = prepare_study(scene, weather, request).plan, weather.data
+    sun = data["apparent_zenith"], data["solar_azimuth"]
+    level = data["dhi"] + data["dni"] * np.maximum(np.cos(np.radians(sun[0])), 0)
+    own = pvlib.irradiance.beam_component(90, azimuth, *sun, data["dni"]).sum() + data["dhi"].sum() / 2
+    ground = pvlib.irradiance.get_ground_diffuse(90, level, 0.25).sum()
+    assert not plan["far-ground"].on
+    assert plan["far-ground"].bound == pytest.approx(ground / (own + ground), rel=1e-3)
+
+
+def test_a_dark_far_ground_costs_houses_less_than_its_bound(tmp_path):
+    """The same run with and without it: no kind and orientation loses more."""
+    path = write_small_city(tmp_path / "small.gml")
+    settings = {"suns": "days:4", "weather": "clear-sky", "samples": 256, "shadow_samples": 4, "threads": 1}
+    light = {}
+    for on in (True, False):
+        request = Request(**settings, far_ground=on)
+        scene = read_scene([path], request)
+        weather = read_year(scene.site, request)
+        prepared = prepare_study(scene, weather, request)
+        traced = trace_gather(prepared.scene, prepared.suns, request, silent, prepared=prepared)
+        irradiation = compute_energy(traced, weather, threads=1, sky="perez").poa_global_annual
+        surfaces = traced.surfaces
+        names = np.char.add(surfaces.kind, surfaces.orientation)
+        weight = surfaces.area * irradiation * surfaces.eligible
+        light[on] = np.array([weight[names == name].sum() for name in np.unique(names[surfaces.eligible])])
+    lost = 1 - light[False] / light[True]
+    assert 0.01 < lost.max() <= prepared.plan["far-ground"].bound < 0.6
+
+
 def wall():
     return [[0, 0, 0], [8, 0, 0], [8, 0, 8], [0, 0, 8]], [[0, 1, 2], [0, 2, 3]]
 
