@@ -70,7 +70,7 @@ def compare(title, given, runs, *, brief):
         for name, way in ways.items():
             electric = any(key in ELECTRIC for key in way.get("effects", ()))
             row = run(given, way, planned["transfer"] if electric else None) if way or turn else planned
-            known = found.setdefault(name, {**row, "seconds": []})
+            known = found.setdefault(name, {**row, "seconds": [], "transfer": None})  # which is large
             known["seconds"] += found["the plan's choice"]["seconds"][-1:] if electric else [row["seconds"]]
             print(f"{title}, {name}: {known['seconds'][-1]:.1f} s ({turn + 1} of {runs})", file=sys.stderr, flush=True)
     if brief:

@@ -53,7 +53,7 @@ def prepare_gather(prepared, request, progress):
         patches = replace(patches, albedo=np.where(others, np.float32(0), patches.albedo))
     threads = usable_threads(request.threads)
     ray_scene = prepared.plan.ray_scene or FacingScene(scene, patches, threads)
-    ray_scene.canopy = prepared.canopy
+    ray_scene.canopy = prepared.canopy_of_seasons()
     return GatherContext(
         ray_scene=ray_scene,
         patches=patches,

@@ -37,6 +37,11 @@ class PreparedScene:
         trees = self.plan["trees"]
         return trees.setting.canopy(self.bare) if trees.on else None
 
+    def canopy_of_seasons(self):
+        """The same for an estimator that sends the same rays in both states, in leaf first: Canopy or None."""
+        trees = self.plan["trees"]
+        return trees.setting.canopy(self.bare, both=True) if trees.on else None
+
 
 def prepare_scene(scene, request, *, weather=None, suns=None, measure=False, materials=None):
     """Materials, patches and plan of a scene.

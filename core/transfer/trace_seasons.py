@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from ..progress import CancelledError
+from ..trees.kept_rays import forget_rays
 from .kept_matrix import keep_columns
 
 
@@ -29,6 +30,7 @@ def trace_seasons(trace, scene, suns, request, *, progress, folder, prepared):
     if transfer.record.interrupted:
         raise CancelledError
     bare = trace(scene, suns, request, progress, folder, prepared=replace(prepared, bare=True))
+    forget_rays(trees.setting.kept)
     if bare.record.interrupted:
         transfer = replace(
             transfer,

@@ -22,6 +22,7 @@ from ..rays.ray_scene import RayScene
 from ..sampling.random_numbers import GOLDEN, mix
 from .build_hierarchy import build_hierarchy
 from .crossing_loops import sum_crossings
+from .kept_rays import keep_rays, recall_rays
 
 OPAQUE = 1e6  # optical depth of a trunk
 MARGIN = 1e-9  # of optical depth, more than rounding
@@ -56,15 +57,21 @@ class Canopy:
         Optical depth of crossing each crown once.
     shapes : CrownShapes, optional
         Of these crowns, where they are known already.
+    other : tuple of (k,) float64 and (k,) float64, optional
+        The same optical depths without leaves, no larger, for which `kept` remembers what stops rays.
+    kept : KeptRays, optional
+        Without `other`: what is known from the state in leaf.
     """
 
-    def __init__(self, crowns, per_metre, per_crossing, shapes=None):
+    def __init__(self, crowns, per_metre, per_crossing, shapes=None, *, other=None, kept=None):
         self.vertices = crowns.vertices
         self._shapes = shapes or CrownShapes(crowns)
         self.ray_scene = self._shapes.ray_scene
         tree, trunk = crowns.tree[self._shapes.order], crowns.trunk[self._shapes.order]
+        self._other, self._kept = other is not None, kept
+        per_metre, per_crossing = np.stack([(per_metre, per_crossing), other or (per_metre, per_crossing)], axis=1)
         # A crossing of a crown is an entry and an exit: half each.
-        self._costs = np.where(trunk, 0.0, per_metre[tree]), np.where(trunk, OPAQUE, per_crossing[tree] / 2)
+        self._costs = np.where(trunk, 0.0, per_metre[:, tree]), np.where(trunk, OPAQUE, per_crossing[:, tree] / 2)
 
     def transmittance(self, ray_origins, ray_directions, reach=None, least=None):
         """Share of light that passes along rays.
@@ -82,14 +89,18 @@ class Canopy:
         -------
         (n,) float64
         """
-        passed = np.ones(len(ray_origins))
+        return self._pass(ray_origins, ray_directions, reach, least)[0]
+
+    def _pass(self, ray_origins, ray_directions, reach=None, least=None):
+        """The same, and without leaves: (2, n) float64."""
+        passed = np.ones((2, len(ray_origins)))
         met = np.flatnonzero(self.ray_scene.trace_closest(ray_origins, ray_directions) >= 0)
         ends = np.full(len(met), 1e30) if reach is None else np.asarray(reach, float)[met]
         rays = (np.ascontiguousarray(part[met], float) for part in (ray_origins, ray_directions))
         enough = np.full(len(met), np.inf) if least is None else MARGIN - np.log(least[met])
-        depth = np.empty(len(met))
+        depth = np.empty((2, len(met)))
         sum_crossings(tuple(self._shapes.hierarchy), self._shapes.corners, self._costs, (*rays, ends, enough), depth)
-        passed[met] = np.exp(-np.maximum(depth, 0))
+        passed[:, met] = np.exp(-np.maximum(depth, 0))
         return passed
 
     def stop_rays(self, ray_origins, ray_directions, reach=None):
@@ -106,11 +117,29 @@ class Canopy:
         -------
         (c, r) bool
         """
+        words = hash_rays(ray_origins[:, 0], ray_directions[:, 0])
+        if self._kept is None or ray_origins.shape[1] == 1:  # such as photons, which differ between the states
+            return self._stop_rays(ray_origins, ray_directions, reach, words)[0]
+        rows = words ^ mix(hash_rays(ray_origins[:, -1], ray_directions[:, -1]))
+        common = ray_origins.shape[1]
+        if self._other:
+            stopped, without_leaves = self._stop_rays(ray_origins, ray_directions, reach, words)
+            keep_rays(self._kept, common, rows, without_leaves)
+            return stopped
+        stopped, known = recall_rays(self._kept, common, rows, (common,))
+        rest = np.flatnonzero(~known)
+        if len(rest):
+            some = None if reach is None else reach[rest]
+            stopped[rest] = self._stop_rays(ray_origins[rest], ray_directions[rest], some, words[rest])[0]
+        return stopped
+
+    def _stop_rays(self, ray_origins, ray_directions, reach, words):
+        """The same, and without leaves: (2, c, r) bool."""
         shape = ray_origins.shape[:2]
-        reach = None if reach is None else reach.reshape(-1)
-        numbers = spread_numbers(hash_rays(ray_origins[:, 0], ray_directions[:, 0]), shape[1]).reshape(-1)
+        numbers = spread_numbers(words, shape[1]).reshape(-1)
         rays = ray_origins.reshape(-1, 3), ray_directions.reshape(-1, 3)
-        return (self.transmittance(*rays, reach, numbers) < numbers).reshape(shape)
+        reach = None if reach is None else reach.reshape(-1)
+        return (self._pass(*rays, reach, numbers) < numbers).reshape(2, *shape)
 
     def stop_shadow_rays(self, position, free, directions):
         """Stop shadow rays in crowns.
@@ -122,18 +151,51 @@ class Canopy:
         free : (c, s, m) bool
             Which points see which suns; changed in place.
         directions : (s, 3) float32
+
+        Returns
+        -------
+        (c, s, m) bool
+            The same without leaves.
         """
         wanted = free.any(axis=2)
         shaded = free & ~self.ray_scene.trace_shadow_rays(position, wanted, directions)
         row, sun = np.nonzero(shaded.any(axis=2))
+        bare = free.copy() if self._other else free
         if not len(row):
-            return
-        passed = np.ones((len(row), position.shape[1]))
+            return bare
+        passed = np.ones((2, len(row), position.shape[1]))
         pair, point = np.nonzero(shaded[row, sun])
         numbers = spread_numbers(hash_rays(position[row, 0], directions[sun]), position.shape[1])
         rays = position[row[pair], point], directions[sun[pair]]
-        passed[pair, point] = self.transmittance(*rays, least=numbers[pair, point])
-        free[row, sun] &= passed >= numbers
+        passed[:, pair, point] = self._pass(*rays, least=numbers[pair, point])
+        free[row, sun] &= passed[0] >= numbers
+        if self._other:
+            bare[row, sun] &= passed[1] >= numbers
+        return bare
+
+    def trace_shadow_rays(self, trace, position, wanted, directions):
+        """Shadow rays that crowns may stop, as of `RayScene`; `trace(position, wanted, directions)` has no crowns."""
+
+        def trace_rows(rows):
+            free = trace(position[rows], wanted[rows], directions)
+            return free, self.stop_shadow_rays(position[rows], free, directions)
+
+        if self._kept is None or position.shape[1] == 0:
+            return trace_rows(slice(None))[0]
+        words = hash_rays(position[:, 0], position[:, -1])
+        for bits in np.packbits(wanted, axis=1).T:
+            words = mix(words ^ bits)
+        shape = len(directions), position.shape[1]
+        common = (*shape, directions.tobytes())
+        if self._other:
+            free, without_leaves = trace_rows(slice(None))
+            keep_rays(self._kept, common, words, without_leaves)
+            return free
+        free, known = recall_rays(self._kept, common, words, shape)
+        rest = np.flatnonzero(~known)
+        if len(rest):
+            free[rest] = trace_rows(rest)[0]
+        return free
 
 
 def hash_rays(ray_origins, ray_directions):
@@ -169,7 +231,7 @@ class LeafyScene(RayScene):
 
     def trace_shadow_rays(self, position, wanted, directions):
         """As of `RayScene`."""
-        free = super().trace_shadow_rays(position, wanted, directions)
-        if self.canopy is not None:
-            self.canopy.stop_shadow_rays(position, free, directions)
-        return free
+        trace = super().trace_shadow_rays
+        if self.canopy is None:
+            return trace(position, wanted, directions)
+        return self.canopy.trace_shadow_rays(trace, position, wanted, directions)

@@ -22,7 +22,7 @@ ASIDE = (3.1e-7, 2.3e-7, 1.7e-7)
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def sum_crossings(hierarchy, corners, costs, rays, depth):
-    """Optical depth along rays.
+    """Optical depth along rays, of the same crowns in two states.
 
     The length inside a closed surface is Σ t over the exits minus Σ t over the entries, each at most at the ray's
     reach; it needs no order of the crossings and holds for rays that start or end inside. Bodies beyond the reach add
@@ -34,26 +34,27 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
         Of `build_hierarchy`.
     corners : (l, 3, 3, LEAF) float64 [m]
         Corner and axis of the triangles of each leaf; without extent where there is none.
-    costs : tuple of two (l, LEAF) float64
-        Optical depth per metre inside, and per crossing within reach.
+    costs : tuple of two (2, l, LEAF) float64
+        Optical depth per metre inside, and per crossing within reach, in each state; in the second no larger.
     rays : tuple of (m, 3) float64, (m, 3) float64, (m,) float64 and (m,) float64
-        Origins, unit directions, reach [m], and the optical depth that is enough: above it, the sum may end.
-    depth : (m,) float64
+        Origins, unit directions, reach [m], and the optical depth that is enough: above it in both states, the sum may
+        end.
+    depth : (2, m) float64
         Written.
     """
     (boxes, links), (per_metre, per_crossing), (origins, directions, reach, enough) = hierarchy, costs, rays
     waiting, inverse, shear = np.empty(DEEPEST, np.int64), np.empty(3), np.empty(3)
-    added = np.empty(LEAF)
-    for ray in range(len(depth)):
+    added = np.empty((2, LEAF))
+    for ray in range(depth.shape[1]):
         axes = prepare_ray(directions[ray], inverse, shear)
         x, y, z = origins[ray, 0] + ASIDE[0], origins[ray, 1] + ASIDE[1], origins[ray, 2] + ASIDE[2]
-        total, count = 0.0, 1
+        total, least, count = 0.0, 0.0, 1
         waiting[0] = 0
-        while count and total < ENOUGH:
+        while count and least < ENOUGH:
             count -= 1
             node = waiting[count]
             first, size, whole = links[node, 0], links[node, 1], links[node, 2]
-            if whole and total > enough[ray]:
+            if whole and least > enough[ray]:
                 break
             near = enter_box(boxes, node, (x, y, z), inverse)
             if near == np.inf or (whole and near > reach[ray]):
@@ -62,12 +63,12 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
                 waiting[count], waiting[count + 1] = first, first + 1
                 count += 2
                 continue
-            cross_leaf(
-                corners[first], (per_metre[first], per_crossing[first]), ((x, y, z), axes, shear, reach[ray]), added
-            )
+            own = per_metre[0, first], per_metre[1, first], per_crossing[0, first], per_crossing[1, first]
+            cross_leaf(corners[first], own, ((x, y, z), axes, shear, reach[ray]), added)
             for triangle in range(size):
-                total += added[triangle]
-        depth[ray] = total
+                total += added[0, triangle]
+                least += added[1, triangle]
+        depth[0, ray], depth[1, ray] = total, least
 
 
 @njit(nogil=True, cache=True)
@@ -103,7 +104,7 @@ def cross_leaf(corners, costs, ray, added):
     """Optical depth that the crossings of the triangles of a leaf add: per metre up to those where the ray leaves a
     crown, less that up to those where it enters one, and per crossing. Without branches: all are tested together.
     """
-    (per_metre, per_crossing), ((x, y, z), (first, second, last), shear, reach) = costs, ray
+    (per_metre, least_per_metre, per_crossing, least_per_crossing), ((x, y, z), (first, second, last), shear, reach) = costs, ray
     origin = (x, y, z)
     shear_first, shear_second, scale = shear[0], shear[1], shear[2]
     one, other, along = origin[first], origin[second], origin[last]
@@ -121,5 +122,8 @@ def cross_leaf(corners, costs, ray, added):
         t = (u * az + v * bz + w * cz) * scale / whole
         # The projected area is that of the corners seen against the last axis.
         side = 1.0 if (whole < 0) == (scale > 0) else -1.0
-        found = side * per_metre[k] * min(t, reach) + (per_crossing[k] if t < reach else 0.0)
-        added[k] = found if (not outside) & (whole != 0) & (t > 0) else 0.0
+        way, met, within = side * min(t, reach), (not outside) & (whole != 0) & (t > 0), t < reach
+        found = per_metre[k] * way + (per_crossing[k] if within else 0.0)
+        least = least_per_metre[k] * way + (least_per_crossing[k] if within else 0.0)
+        added[0, k] = found if met else 0.0
+        added[1, k] = least if met else 0.0

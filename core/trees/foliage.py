@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import InputError
 from .canopy import Canopy, CrownShapes
 from .crowns import Crowns
+from .kept_rays import KeptRays, forget_rays
 
 TROPIC = 23.44  # [°] latitude up to which trees are taken to keep their leaves
 NORTHERN, YEAR = (5, 6, 7, 8, 9, 10), tuple(range(1, 13))
@@ -41,10 +42,23 @@ class Foliage:
         """Crowns for finding crossings, the same in both states and in all rounds: CrownShapes."""
         return CrownShapes(self.crowns)
 
-    def canopy(self, bare=False):
-        """What attenuates rays: Canopy; `bare` is the state in the other months."""
+    @cached_property
+    def kept(self):
+        """What the state in leaf tells of the bare one: KeptRays."""
+        return KeptRays()
+
+    def canopy(self, bare=False, *, both=False):
+        """What attenuates rays: Canopy; `bare` is the state in the other months.
+
+        With `both` the state in leaf keeps what it finds for the bare one, which is traced next with the same rays.
+        """
         depths = self.bare if bare or not self.months else self.in_leaf
-        return Canopy(self.crowns, *depths, shapes=self.shapes)
+        if not both or not self.seasonal:
+            return Canopy(self.crowns, *depths, shapes=self.shapes)
+        if not bare:
+            forget_rays(self.kept)
+        other = None if bare else self.bare
+        return Canopy(self.crowns, *depths, shapes=self.shapes, other=other, kept=self.kept)
 
 
 def choose_foliage(crowns, request, latitude):
