@@ -57,21 +57,22 @@ class Canopy:
         Optical depth of crossing each crown once.
     shapes : CrownShapes, optional
         Of these crowns, where they are known already.
-    other : tuple of (k,) float64 and (k,) float64, optional
-        The same optical depths without leaves, no larger, for which `kept` remembers what stops rays.
+    without_leaves : (k,) float64, optional
+        Share of these optical depths that stays without leaves, at most 1: `kept` then takes what stops rays there.
     kept : KeptRays, optional
-        Without `other`: what is known from the state in leaf.
+        If `without_leaves` is not given: what is known from the state in leaf.
     """
 
-    def __init__(self, crowns, per_metre, per_crossing, shapes=None, *, other=None, kept=None):
+    def __init__(self, crowns, per_metre, per_crossing, shapes=None, *, without_leaves=None, kept=None):
         self.vertices = crowns.vertices
         self._shapes = shapes or CrownShapes(crowns)
         self.ray_scene = self._shapes.ray_scene
         tree, trunk = crowns.tree[self._shapes.order], crowns.trunk[self._shapes.order]
-        self._other, self._kept = other is not None, kept
-        per_metre, per_crossing = np.stack([(per_metre, per_crossing), other or (per_metre, per_crossing)], axis=1)
+        self._both, self._kept = without_leaves is not None, kept
         # A crossing of a crown is an entry and an exit: half each.
-        self._costs = np.where(trunk, 0.0, per_metre[:, tree]), np.where(trunk, OPAQUE, per_crossing[:, tree] / 2)
+        costs = np.where(trunk, 0.0, per_metre[tree]), np.where(trunk, OPAQUE, per_crossing[tree] / 2)
+        share = np.ones(len(per_metre)) if without_leaves is None else without_leaves
+        self._costs = *costs, np.where(trunk[:, 0], 1.0, share[tree[:, 0]])  # the triangles of a leaf are of one body
 
     def transmittance(self, ray_origins, ray_directions, reach=None, least=None):
         """Share of light that passes along rays.
@@ -122,7 +123,7 @@ class Canopy:
             return self._stop_rays(ray_origins, ray_directions, reach, words)[0]
         rows = words ^ mix(hash_rays(ray_origins[:, -1], ray_directions[:, -1]))
         common = ray_origins.shape[1]
-        if self._other:
+        if self._both:
             stopped, without_leaves = self._stop_rays(ray_origins, ray_directions, reach, words)
             keep_rays(self._kept, common, rows, without_leaves)
             return stopped
@@ -160,7 +161,7 @@ class Canopy:
         wanted = free.any(axis=2)
         shaded = free & ~self.ray_scene.trace_shadow_rays(position, wanted, directions)
         row, sun = np.nonzero(shaded.any(axis=2))
-        bare = free.copy() if self._other else free
+        bare = free.copy() if self._both else free
         if not len(row):
             return bare
         passed = np.ones((2, len(row), position.shape[1]))
@@ -169,7 +170,7 @@ class Canopy:
         rays = position[row[pair], point], directions[sun[pair]]
         passed[:, pair, point] = self._pass(*rays, least=numbers[pair, point])
         free[row, sun] &= passed[0] >= numbers
-        if self._other:
+        if self._both:
             bare[row, sun] &= passed[1] >= numbers
         return bare
 
@@ -187,7 +188,7 @@ class Canopy:
             words = mix(words ^ bits)
         shape = len(directions), position.shape[1]
         common = (*shape, directions.tobytes())
-        if self._other:
+        if self._both:
             free, without_leaves = trace_rows(slice(None))
             keep_rays(self._kept, common, words, without_leaves)
             return free

@@ -34,17 +34,17 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
         Of `build_hierarchy`.
     corners : (l, 3, 3, LEAF) float64 [m]
         Corner and axis of the triangles of each leaf; without extent where there is none.
-    costs : tuple of two (2, l, LEAF) float64
-        Optical depth per metre inside, and per crossing within reach, in each state; in the second no larger.
+    costs : tuple of two (l, LEAF) float64 and (l,) float64
+        Optical depth per metre inside, per crossing within reach, and the share of both in the second state.
     rays : tuple of (m, 3) float64, (m, 3) float64, (m,) float64 and (m,) float64
         Origins, unit directions, reach [m], and the optical depth that is enough: above it in both states, the sum may
         end.
     depth : (2, m) float64
         Written.
     """
-    (boxes, links), (per_metre, per_crossing), (origins, directions, reach, enough) = hierarchy, costs, rays
+    (boxes, links), (per_metre, per_crossing, share), (origins, directions, reach, enough) = hierarchy, costs, rays
     waiting, inverse, shear = np.empty(DEEPEST, np.int64), np.empty(3), np.empty(3)
-    added = np.empty((2, LEAF))
+    added = np.empty(LEAF)
     for ray in range(depth.shape[1]):
         axes = prepare_ray(directions[ray], inverse, shear)
         x, y, z = origins[ray, 0] + ASIDE[0], origins[ray, 1] + ASIDE[1], origins[ray, 2] + ASIDE[2]
@@ -63,11 +63,13 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
                 waiting[count], waiting[count + 1] = first, first + 1
                 count += 2
                 continue
-            own = per_metre[0, first], per_metre[1, first], per_crossing[0, first], per_crossing[1, first]
+            own = per_metre[first], per_crossing[first]
             cross_leaf(corners[first], own, ((x, y, z), axes, shear, reach[ray]), added)
+            of_leaf = 0.0
             for triangle in range(size):
-                total += added[0, triangle]
-                least += added[1, triangle]
+                of_leaf += added[triangle]
+            total += of_leaf
+            least += share[first] * of_leaf
         depth[0, ray], depth[1, ray] = total, least
 
 
@@ -104,7 +106,7 @@ def cross_leaf(corners, costs, ray, added):
     """Optical depth that the crossings of the triangles of a leaf add: per metre up to those where the ray leaves a
     crown, less that up to those where it enters one, and per crossing. Without branches: all are tested together.
     """
-    (per_metre, least_per_metre, per_crossing, least_per_crossing), ((x, y, z), (first, second, last), shear, reach) = costs, ray
+    (per_metre, per_crossing), ((x, y, z), (first, second, last), shear, reach) = costs, ray
     origin = (x, y, z)
     shear_first, shear_second, scale = shear[0], shear[1], shear[2]
     one, other, along = origin[first], origin[second], origin[last]
@@ -122,8 +124,5 @@ def cross_leaf(corners, costs, ray, added):
         t = (u * az + v * bz + w * cz) * scale / whole
         # The projected area is that of the corners seen against the last axis.
         side = 1.0 if (whole < 0) == (scale > 0) else -1.0
-        way, met, within = side * min(t, reach), (not outside) & (whole != 0) & (t > 0), t < reach
-        found = per_metre[k] * way + (per_crossing[k] if within else 0.0)
-        least = least_per_metre[k] * way + (least_per_crossing[k] if within else 0.0)
-        added[0, k] = found if met else 0.0
-        added[1, k] = least if met else 0.0
+        found = side * per_metre[k] * min(t, reach) + (per_crossing[k] if t < reach else 0.0)
+        added[k] = found if (not outside) & (whole != 0) & (t > 0) else 0.0

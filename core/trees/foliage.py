@@ -57,8 +57,9 @@ class Foliage:
             return Canopy(self.crowns, *depths, shapes=self.shapes)
         if not bare:
             forget_rays(self.kept)
-        other = None if bare else self.bare
-        return Canopy(self.crowns, *depths, shapes=self.shapes, other=other, kept=self.kept)
+        leaves, left = sum(self.in_leaf), sum(self.bare)
+        share = np.divide(left, leaves, out=np.ones(len(leaves)), where=leaves > 0)
+        return Canopy(self.crowns, *depths, self.shapes, without_leaves=None if bare else share, kept=self.kept)
 
 
 def choose_foliage(crowns, request, latitude):

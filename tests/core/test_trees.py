@@ -23,6 +23,7 @@ from citypv.core.transfer.prepare_scene import prepare_scene
 from citypv.core.trees.canopy import Canopy
 from citypv.core.trees.crowns import volume_of_crowns
 from citypv.core.trees.foliage import parse_months
+from citypv.core.trees.kept_rays import KeptRays
 
 NONE = np.zeros(1)
 
@@ -97,6 +98,27 @@ def test_which_rays_end_in_a_row_of_crowns():
     clear = np.abs(expected - numbers) > 1e-5
     assert ((canopy.transmittance(*rays, numbers) < numbers) == (expected < numbers))[clear].all()
     assert 0.2 < (expected < numbers).mean() < 0.9
+
+
+@pytest.mark.parametrize("asked", [slice(None), slice(3, 50), slice(60, 30, -1)])
+def test_one_sum_tells_which_rays_end_in_leaf_and_bare(asked):
+    """Deciduous and evergreen crowns and a trunk in a row: as each state by itself, whichever rows are asked for."""
+    rng = np.random.default_rng(5)
+    crowns = crowns_of(*(box((3 * k, 0, 0), (3 * k + 2, 9, 9)) for k in range(6)), trunks=[5])
+    leaves, share = np.array([0.3, 0.6, 0.2, 0.9, 0.1, 0.0]), np.array([0.2, 0.2, 1.0, 0.1, 0.0, 1.0])
+    kept = KeptRays()
+    in_leaf = Canopy(crowns, leaves, np.zeros(6), without_leaves=share, kept=kept)
+    bare = Canopy(crowns, leaves * share, np.zeros(6), kept=kept)
+    origins = rng.uniform((-5, 1, 1), (20, 8, 8), (64, 16, 3)).astype(np.float32)
+    directions = rng.normal(size=(64, 16, 3)) * (1, 0.2, 0.2)
+    directions = (directions / np.linalg.norm(directions, axis=2, keepdims=True)).astype(np.float32)
+    reach = rng.uniform(1, 30, (64, 16))
+    alone = [
+        Canopy(crowns, depth, np.zeros(6)).stop_rays(origins, directions, reach) for depth in (leaves, leaves * share)
+    ]
+    assert (in_leaf.stop_rays(origins[:55], directions[:55], reach[:55]) == alone[0][:55]).all()
+    assert (bare.stop_rays(origins[asked], directions[asked], reach[asked]) == alone[1][asked]).all()
+    assert 0 < alone[1].mean() < 0.8 * alone[0].mean()
 
 
 def wall_and_tree(trees=True):
@@ -223,6 +245,10 @@ def test_each_month_has_the_light_of_its_state(tmp_path):
     assert (bare.full_load_hours[walls] > 1.1 * in_leaf.full_load_hours[walls]).any()
     assert (energy.poa_global_annual > 0.999 * in_leaf.poa_global_annual).all()
     assert (energy.poa_global_annual < 1.001 * bare.poa_global_annual).all()
+    # The same rays tell for both states: not a bit differs from two runs.
+    for state, alone in ((seasonal, found["all"][0]), (seasonal.bare, found["none"][0])):
+        for name in ("sky_view_factor", "diffuse_relative", "visible_share", "direct_reflected"):
+            assert (getattr(state, name) == getattr(alone, name)).all(), name
     # What single effects make of the hours is looked at in both states, under the same sky.
     off = compute_energy(seasonal, weather, Request(effects={"aoi": False}, **settings))
     whole, without = (surfaces_mean(scene.surfaces, one) for one in (energy, off))
