@@ -14,12 +14,15 @@ import re
 import shutil
 import subprocess
 import sys
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 VERSIONS = ("3.13", "3.11")  # the Pythons of Blender 5.2 LTS and 4.5 LTS, the preferred one first
 UV = ROOT / ".venv-uv"
+BUILDING = threading.Lock()  # of the package itself, whose folder all environments share
 SYSTEM_LIBRARIES = {  # what Blender loads, and the Debian package that brings it
     "libX11.so.6": "libx11-6",
     "libXrender.so.1": "libxrender1",
@@ -50,7 +53,8 @@ def main(which):
             say(f"Python {version} is not on this machine: the tests run without it")
     packages = [package for version, path in pythons.items() for package in missing_venv(path, version)]
     install_system_packages([*packages, *missing_libraries()])
-    folders = [make_environment(version, path) for version, path in pythons.items()]
+    with ThreadPoolExecutor() as side_by_side:
+        folders = list(side_by_side.map(make_environment, pythons.keys(), pythons.values()))
     link = ROOT / ".venv"
     if link.is_symlink():
         link.unlink()
@@ -60,7 +64,7 @@ def main(which):
 
 def say(text):
     """Print one message."""
-    print(f"[set-up] {text}", flush=True)
+    print(f"[set-up] {text}\n", end="", flush=True)
 
 
 def stop(text):
@@ -210,7 +214,9 @@ def make_environment(version, python):
     started = time.monotonic()
     say(f"Python {version}: installing Blender and the packages into {folder.name} (1.4 GB, about a minute)")
     run([python, "-m", "venv", "--clear", folder])
-    pip_install(folder / "bin/python", "-e", ".[blender,cluster,test]", "-c", "tools/versions.txt")
+    pip_install(folder / "bin/python", "-r", "tools/versions.txt")
+    with BUILDING:
+        pip_install(folder / "bin/python", "-e", ".[blender,cluster,test]", "-c", "tools/versions.txt")
     run([folder / "bin/python", "-m", "pip", "check"])
     stamp.write_text(wanted)
     say(f"Python {version}: ready after {time.monotonic() - started:.0f} s")
@@ -228,8 +234,8 @@ def pip_install(python, *arguments):
             large = re.search(r"Downloading (\S+) \((\d\d+)[.\d]* MB\)", line)
             if large:
                 say(f"  downloading {large[1].split('/')[-1]} ({large[2]} MB)")
-            elif line.startswith("Installing collected packages"):
-                say(f"  unpacking {line.count(',') + 1} packages")
+            elif line.startswith("Installing collected packages") and "," in line:
+                say(f"  unpacking {line.count(',') + 1} packages into {Path(python).parents[1].name}")
     if process.returncode:
         print("".join(said[-40:]), flush=True)
         stop(f"failed: {' '.join(command[1:6])} …; {describe_network(''.join(said))}")
