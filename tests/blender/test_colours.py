@@ -8,6 +8,7 @@ from mathutils import Vector
 
 from citypv.core.errors import InputError
 from citypv.core.results.colour_map import GROUND, MAPS, MISSING, choose_range, linear_light, srgb_colour
+from citypv.operators import render_preview as rendering
 from citypv.operators.attributes import KIND_CODES, TITLES, VIEWS
 from citypv.operators.build_legend import BAR_BOTTOM, BAR_HEIGHT, BAR_WIDTH, LEFT
 from citypv.operators.build_meshes import build_meshes, show_objects
@@ -179,9 +180,14 @@ def test_the_camera_stands_in_the_south_east_and_sees_everything():
 
 @pytest.fixture(scope="module")
 def picture(scene, transfer, energy, tmp_path_factory):
-    """A rendered preview: (900, 1600, 3) sRGB in 0–1, row 0 at the bottom; and where each surface is seen."""
+    """A rendered preview: (900, 1600, 3) sRGB in 0–1, row 0 at the bottom; and where each surface is seen.
+
+    With two rays per pixel: faces and legend shine by themselves, without noise.
+    """
     path = tmp_path_factory.mktemp("preview") / "preview.png"
-    render_preview(path, scene, transfer, energy, "clear sky (upper bound)")
+    with pytest.MonkeyPatch.context() as changed:
+        changed.setattr(rendering, "SAMPLES", 2)
+        render_preview(path, scene, transfer, energy, "clear sky (upper bound)")
     image = bpy.data.images.load(str(path))
     image.colorspace_settings.name = "Non-Color"
     pixels = np.empty(len(image.pixels), dtype=np.float32)

@@ -146,7 +146,11 @@ def test_a_process_that_is_interrupted_in_the_suns(city, tmp_path, estimator):
     work = ["--shadow-samples", "1024"] if estimator == "gather" else ["--samples", "8"]
     environment = os.environ | {"PYTHONUNBUFFERED": "1"}
     with subprocess.Popen(
-        [*command, "--threads", "1", "--estimator", estimator, *work], stderr=subprocess.PIPE, text=True, cwd=tmp_path, env=environment
+        [*command, "--threads", "1", "--estimator", estimator, *work],
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+        env=environment,
     ) as process:
         for line in process.stderr:
             if line.startswith("  suns: ") and float(line.split()[1]) >= 5:  # beyond the first block
