@@ -35,14 +35,31 @@ def city_and_alone(name, whole):
     return scene, lies_alone(scene)
 
 
-@cache
 def light_of_run(name, way, seed, whole):
-    """Light of all surfaces under the sky and the suns: (n, 2); `way` is the estimator, its reflections and samples."""
+    """Light of all surfaces under the sky and the suns: (n, 2); `way` is the estimator, its reflections and samples.
+
+    Gather's rays and shadow points are the same whatever is reflected, so that its first light is that of any run.
+    """
+    estimator, bounces, samples = way
+    if estimator == "gather" and bounces == 0:
+        return trace_run(name, (estimator, 3, samples), seed, whole)[0]
+    return trace_run(name, way, seed, whole)[1]
+
+
+@cache
+def trace_run(name, way, seed, whole):
+    """First light of a run, which only gather tells apart, and all light: two (n, 2)."""
     estimator, bounces, samples = way
     trace = {"gather": trace_gather, "forward": trace_forward}[estimator]
     request = Request(max_bounces=bounces, seed=seed, samples=samples, estimator=estimator, report="all")
     transfer = trace(city_and_alone(name, whole)[0], SUNS, request, silent)
-    return np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight], axis=1)
+    return first_light(transfer), np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight], axis=1)
+
+
+def first_light(transfer):
+    """Light of the sky and the suns before any reflection, on the ground as well: (n, 2)."""
+    cosine = np.maximum(transfer.surfaces.normal @ SUNS.direction.T, 0)
+    return np.stack([transfer.sky_view_factor, (cosine * transfer.visible_share) @ SUNS.weight], axis=1)
 
 
 def middle_of(city, half):

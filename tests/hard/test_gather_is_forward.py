@@ -11,7 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from real_cities import CITIES, SAMPLES, city_and_alone, light_of_run
+from real_cities import CITIES, SAMPLES, SUNS, city_and_alone, first_light, light_of_run
+from test_closed_forms import direct_relative
+from test_tracing import three_houses
+
+from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.request import Request
 
 PHOTONS = {"Berlin": 32, "Manhattan": 12}  # per patch of the whole city
 WHOLE = os.environ.get("CITYPV_WHOLE_CITIES") == "1"
@@ -109,6 +115,16 @@ def compare_estimators(name, groups, gather, forward):
     areas = np.array([city(name)[0].surfaces.area[members].sum() for members in groups.values()])
     error = np.hypot(error_of_mean(by_gather, areas), error_of_mean(by_forward, areas))
     return Comparison(list(groups), by_gather.mean(axis=0), by_gather.mean(axis=0) - by_forward.mean(axis=0), error)
+
+
+def test_first_light_of_gather_is_that_of_a_run_without_reflections():
+    none, whole = (
+        trace_gather(three_houses(), SUNS, Request(max_bounces=bounces, samples=64, report="all"), silent)
+        for bounces in (0, 3)
+    )
+    alone = np.stack([none.diffuse_relative, direct_relative(none) @ SUNS.weight], axis=1)
+    np.testing.assert_allclose(first_light(whole), alone, rtol=1e-12)
+    assert (whole.diffuse_relative > 1.01 * alone[:, 0]).sum() > 10
 
 
 @pytest.mark.parametrize("name", CITIES)
