@@ -24,6 +24,7 @@ from citypv.core.sun.spread_suns import spread_suns
 from citypv.core.transfer import kept_matrix
 from citypv.core.weather.read_weather import read_weather
 
+ONCE = pytest.mark.once
 BERLIN = (52.5, 13.4)
 TRACERS = {"gather": trace_gather, "forward": trace_forward}
 PER_SURFACE = ("diffuse_relative", "diffuse_relative_standard_error", "covered_share", "sky_view_factor")
@@ -57,7 +58,7 @@ def small_blocks(monkeypatch):
 
 @pytest.mark.usefixtures("small_blocks")
 @pytest.mark.parametrize("on_disk", [False, True])
-@pytest.mark.parametrize("share", [0.3, 0.5, 0.9])
+@pytest.mark.parametrize("share", [pytest.param(0.3, marks=ONCE), 0.5, pytest.param(0.9, marks=ONCE)])
 @pytest.mark.parametrize("way", ["hourly", "days:8", "typical-days:8", "sky-grid:120"])
 @pytest.mark.parametrize("estimator", TRACERS)
 def test_kept_suns_are_those_of_the_whole_run(estimator, way, share, on_disk, monkeypatch):

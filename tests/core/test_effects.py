@@ -24,6 +24,7 @@ from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.transfer.prepare_scene import prepare_scene
 from citypv.core.weather.read_weather import read_weather
 
+ONCE = pytest.mark.once
 MODULE = "SunPower_SPR_300_WHT__2007__E__"
 TILT, AZIMUTH = [90, 90, 90, 30, 0], [180, 90, 0, 180, 0]
 
@@ -115,7 +116,9 @@ def test_the_edge_of_the_near_ground():
     assert edge_error(pilot, 3.0, None, 0.0) < edge_error(pilot, 1.0, None, 0.0)
 
 
-@pytest.mark.parametrize("albedo", [0.1, 0.25, 0.6, 1.0])
+@pytest.mark.parametrize(
+    "albedo", [pytest.param(0.1, marks=ONCE), 0.25, *(pytest.param(a, marks=ONCE) for a in (0.6, 1.0))]
+)
 def test_the_edge_costs_less_than_a_thousandth_at_any_albedo(tmp_path, albedo):
     """Three houses on open land under a clear sky, where the edge costs most."""
     path = tmp_path / "small.gml"

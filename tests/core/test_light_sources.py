@@ -135,6 +135,7 @@ def test_rays_and_photons_of_the_ring_on_an_open_plane(tilt):
     assert_mean(forward.relative, forward.standard_error, expected)
 
 
+@pytest.mark.once
 def test_the_ring_in_a_street_with_mirrors_is_that_of_photons(tmp_path):
     """Reflections of all kinds, and the ring's light by way of mirrors, in gather and in forward."""
     scene = refined(three_houses(), 10.0)
@@ -169,6 +170,7 @@ def test_the_ring_goes_through_files_and_rounds(tmp_path):
         np.testing.assert_array_equal(getattr(again.sources["ring"], name), values)
 
 
+@pytest.mark.once
 def test_irradiation_is_that_of_all_parts_of_the_sky():
     """Unshaded planes: DNI and circumsolar light, dome, horizon and ring, each in closed form; world as yield."""
     transfer, system = unshaded_transfer(), build_system(Request(diffuse_iam=True))

@@ -101,6 +101,7 @@ def test_grounds_of_rockaway_that_face_up_are_turned_and_named():
     assert any("EPSG:2263" in note for note in city.report.notes)
 
 
+@pytest.mark.once
 def test_midtown_in_metres_keeps_its_volume():
     city = read_city(find("nyc_midtown_citicorp_1km.obj"))
     expected = EXPECTED["nyc_midtown_citicorp_1km.obj"]

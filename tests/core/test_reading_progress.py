@@ -101,7 +101,7 @@ def files(tmp_path_factory):
     return large_files(tmp_path_factory.mktemp("large"))
 
 
-@pytest.mark.parametrize("number", range(5))
+@pytest.mark.parametrize("number", [0, 1, 2, pytest.param(3, marks=pytest.mark.once), 4])
 def test_reading_is_told(files, number):
     path, kept = files[number], Kept()
     city = read_city(path, progress=kept)
@@ -118,6 +118,7 @@ def test_reading_is_told(files, number):
     assert len(city) == len(read_city(path))
 
 
+@pytest.mark.once
 def test_several_files_are_one_stage(files):
     kept = Kept()
     read_city(files[3:], progress=kept)

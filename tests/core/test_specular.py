@@ -110,6 +110,7 @@ def test_hybrid_is_forward_on_three_houses(tmp_path, finishes):
     assert max(gain) > 0.01
 
 
+@pytest.mark.once
 def test_stated_errors_of_the_specular_pass_hold():
     """Scatter from seed to seed of what a mirror adds, over what is stated."""
     scene, found = refined(three_houses(), 10.0), []

@@ -22,7 +22,7 @@ from citypv.core.scene.build_scene import build_scene
 
 pytestmark = pytest.mark.once
 
-SCENES = draw_count(200, 100)
+SCENES = draw_count(200, 50)
 SUNS = np.array([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.9, 0.1, 0.15], [0, 0, 1]])
 GRAZING = 1  # of some 57 surfaces × 4 suns
 FIELDS = ("sky_view_factor", "far_ground_view_factor", "diffuse_relative", "visible_share", "direct_reflected")
