@@ -1,6 +1,7 @@
 """Which files run together on several workers and in what order, and whether a Blender window was tested.
 
-The longest files come first, so that none is left over at the end.
+The longest files come first, so that none is left over at the end. Between them come files that need no compiled loops,
+so that what one worker compiles in a fresh checkout is not compiled by the other at the same time.
 """
 
 from pathlib import PurePath
@@ -14,8 +15,10 @@ TOGETHER = {
 LONGEST = [
     "blender/test_window.py",
     "hard/test_gather_is_forward.py",
-    "core/test_forward_agrees.py",
     "core/test_cancel_command.py",
+    "blender/test_extension.py",
+    "core/test_reading_progress.py",
+    "core/test_forward_agrees.py",
     "hard/test_forward_laws.py",
     "hard/test_real_open_models.py",
     "core/test_town.py",
@@ -27,7 +30,6 @@ LONGEST = [
     "hard/test_budget_is_true.py",
     "hard/test_laws.py",
     "core/test_rack_light.py",
-    "core/test_reading_progress.py",
 ]
 
 
