@@ -23,6 +23,16 @@ def ignore_share(share):
     """Report nothing; `share` is the part of a task that is done, 0 to 1."""
 
 
+def report_part(report_share, begin, end, share):
+    """Report a share of a part of a task, which goes from one share of the task to another."""
+    report_share(begin + (end - begin) * share)
+
+
+def report_polygons(progress, stage, count, share):
+    """Report a share of a stage as a number of polygons."""
+    progress(stage, round(share * count), count, "polygons")
+
+
 class TerminalProgress:
     """Progress as one line per stage, with rate and time left, on a terminal or in a log.
 

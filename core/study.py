@@ -24,7 +24,7 @@ from .horizon.read_horizon import check_horizon
 from .materials.read_albedo import check_materials
 from .photons.trace_forward import trace_forward
 from .photons.trace_hybrid import trace_hybrid
-from .progress import silent
+from .progress import ignore_share, silent
 from .racks.lay_racks import lay_racks
 from .racks.parse_racks import parse_racks
 from .request import check_request
@@ -109,8 +109,11 @@ def place_city(city, request):
     return scene
 
 
-def stand_city(city, request):
-    """Scene of a city on its ground: generated, or terrain from a file; with racks where they are asked for."""
+def stand_city(city, request, report_share=ignore_share):
+    """Scene of a city on its ground: generated, or terrain from a file; with racks where they are asked for.
+
+    `report_share` is told the share that is done, 0 to 1.
+    """
     racks = parse_racks(request.racks)
     scene = build_scene(
         city,
@@ -121,6 +124,7 @@ def stand_city(city, request):
         patch_size=request.patch_size,
         grid_size=request.grid_size,
         ground_albedo=request.ground_albedo,
+        report_share=report_share,
     )
     return lay_racks(scene, city, racks, request.patch_size) if racks else scene
 
@@ -161,13 +165,13 @@ def read_year(site, request, suns=None):
     return weather
 
 
-def prepare_study(scene, weather, request, *, materials=None):
+def prepare_study(scene, weather, request, *, materials=None, progress=silent):
     """What tracing a scene for a year calls for, with the pilot's shares and bounds: PreparedScene.
 
     `materials` are those of `PreparedScene`, where they are known already.
     """
-    suns = choose_year(weather, request)
-    return prepare_scene(scene, request, weather=weather, suns=suns, measure=True, materials=materials)
+    known = {"weather": weather, "suns": choose_year(weather, request), "materials": materials}
+    return prepare_scene(scene, request, **known, measure=True, progress=progress)
 
 
 def choose_year(weather, request):
@@ -185,7 +189,7 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
     """
     suns = choose_year(weather, request) if prepared is None or prepared.suns is None else prepared.suns
     trace = ESTIMATORS[request.estimator]
-    prepared = prepared or prepare_scene(scene, request, weather=weather)
+    prepared = prepared or prepare_scene(scene, request, weather=weather, progress=progress)
     transfer = trace_seasons(trace, scene, suns, request, progress=progress, folder=folder, prepared=prepared)
     return weigh_kept_suns(transfer, weather.axis) if transfer.record.interrupted else transfer
 

@@ -1,8 +1,11 @@
 """Classify: build the Scene of a City on its ground, with kind and orientation on every face."""
 
+from functools import partial
+
 import bpy
 
 from ..core.errors import InputError
+from ..core.progress import report_polygons
 from .build_meshes import build_meshes, remove_city, show_objects
 from .compile_loops import COMPILING, compile_loops
 from .in_place import inherit_taken, is_in_place, put_in_place, write_sources
@@ -18,6 +21,8 @@ from .watch_edits import inherit_shape, remember_shape
 from .wear_colours import take_off_colours
 from .write_attributes import write_classes
 
+CLASSIFYING = "classifying"  # name of the stage
+
 
 class ClassifyCity(Step, bpy.types.Operator):
     """Classify surfaces as facades, roofs and others by tilt and orientation, and put the city on its ground"""
@@ -25,7 +30,7 @@ class ClassifyCity(Step, bpy.types.Operator):
     bl_idname = "citypv.classify"
     bl_label = "Classify surfaces"
     bl_options = {"REGISTER", "UNDO"}
-    stages = {"classifying": 2, COMPILING: 1, "finding interior surfaces": 2}
+    stages = {CLASSIFYING: 2, COMPILING: 1, "finding interior surfaces": 1}
 
     @classmethod
     def poll(cls, context):
@@ -51,8 +56,7 @@ class ClassifyCity(Step, bpy.types.Operator):
 
         session, request = task
         city = session.city
-        progress("classifying", 0, len(city), "polygons")
-        scene = stand_city(city, request)
+        scene = stand_city(city, request, partial(report_polygons, progress, CLASSIFYING, len(city)))
         compile_loops(progress)
         return session, scene, list_findings(scene, progress=progress)
 

@@ -2,10 +2,12 @@
 
 import os
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import bpy
 
+from ..core.progress import report_polygons
 from .attributes import PREFIX
 from .build_meshes import build_meshes, remove_city, show_objects
 from .city_files import CityFiles
@@ -94,9 +96,9 @@ def triangulate_import(city, request, progress):
     from ..core.scene.build_scene import build_scene
     from ..core.scene.join_ground import show_terrain
 
-    progress("triangulating", 0, len(city), "polygons")
     place = {"latitude": request.latitude, "longitude": request.longitude}
-    scene = build_scene(replace(city, terrain=None), **place, ground="none", patch_size=None)
+    report_share = partial(report_polygons, progress, "triangulating", len(city))
+    scene = build_scene(replace(city, terrain=None), **place, ground="none", patch_size=None, report_share=report_share)
     if city.terrain is not None and request.ground == "auto" and request.terrain is None:
         scene = show_terrain(scene, city.terrain)
     # Covered surfaces can only be found once the city is on its ground.

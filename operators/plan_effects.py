@@ -41,9 +41,10 @@ class PlanEffects(OfScene, Step, bpy.types.Operator):
         session, request = task
         check_settings(request)
         compile_loops(progress)
-        progress("planning", 0, 1, "plans")
+        progress("reading weather", 0, 1, "years")
         weather = read_year(session.scene.site, request)
-        return session, [effect.as_dict() for effect in prepare_study(session.scene, weather, request).plan.effects]
+        prepared = prepare_study(session.scene, weather, request, progress=progress)
+        return session, [effect.as_dict() for effect in prepared.plan.effects]
 
     def finish(self, context, result):
         """Store the decisions on the city."""

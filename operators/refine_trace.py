@@ -56,7 +56,8 @@ def trace_rounds(session, weather, request, progress):
 
     log = Log(None)
     log.progress = progress
-    prepared = prepare_scene(session.scene, request, weather=weather, suns=choose_year(weather, request))
+    suns = choose_year(weather, request)
+    prepared = prepare_scene(session.scene, request, weather=weather, suns=suns, progress=progress)
     transfer = trace_until_interrupted(session.scene, weather, request, log, None, prepared=prepared)
     session.round = None
     return transfer

@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..core.effects.table import PLANNING
 from ..core.progress import SUN_STAGE
 from ..core.sky.light_sources import SOURCES
 from .compile_loops import COMPILING, compile_loops
@@ -55,7 +56,12 @@ class TraceCity(Step, bpy.types.Operator):
         if request.estimator == "forward" or wants_rounds(request):
             return None
         sky, sun = count_rays(request)
-        stages = {COMPILING: 0.01 * sky, "reading weather": 0.1 * sky, "sky and reflections": sky}
+        stages = {
+            COMPILING: 0.01 * sky,
+            "reading weather": 0.04 * sky,
+            PLANNING: 0.08 * sky,
+            "sky and reflections": sky,
+        }
         stages |= {"reflections of the sky": 0.1 * sky} | dict.fromkeys(SOURCES, 0.2 * sky)
         return stages | {SUN_STAGE: sun}
 

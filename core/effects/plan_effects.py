@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..patches.facing_scene import FacingScene
+from ..progress import silent
 from ..sky.light_sources import sources_of
 from .effect import Effect, Inputs
 from .pilot import Pilot
-from .table import TABLE, check_effects, check_needs, decide_effect
+from .table import PLANNING, TABLE, check_effects, check_needs, decide_effect
 
 
 @dataclass
@@ -86,7 +87,7 @@ class EffectPlan:
         return self["shadow-rays"].setting.behind
 
 
-def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=None, measure=False):
+def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=None, measure=False, progress=silent):
     """Decide what to trace.
 
     Parameters
@@ -100,6 +101,8 @@ def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=No
     suns : Suns, optional
     measure : bool
         Trace the pilot even where no decision depends on it, to state shares and tighter bounds.
+    progress : callable, optional
+        See `core.progress`: effects decided.
 
     Returns
     -------
@@ -114,7 +117,8 @@ def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=No
     check_effects(request)
     check_needs(request)
     inputs = Inputs(scene, patches, materials, request, weather, suns, measure)
-    for key in TABLE:
+    for done, key in enumerate(TABLE):
+        progress(PLANNING, done, len(TABLE), "effects")
         inputs.decided[key] = decide_effect(key, inputs)
     made = vars(inputs)
     return EffectPlan(list(inputs.decided.values()), made.get("ray_scene"), made.get("pilot"))

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from ..errors import InputError
 
 BOTH = ("gather", "forward")
+PLANNING = "planning effects"  # name of the stage
 
 
 class Row(NamedTuple):

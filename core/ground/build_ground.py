@@ -1,14 +1,18 @@
 """Generate the ground of a city without terrain: a TIN through the base edges ("feet") of its buildings."""
 
+from functools import partial
+
 import numpy as np
 import shapely
 
 from ..city.check_geometry import check_parts, check_patch_size
+from ..progress import ignore_share, report_part
 from .find_feet import COINCIDENT, FOOTPRINT_STEP, find_feet
 from .ground_points import spread_points
 from .triangulate_plan import add_places, find_triangle, has_edges, near_any, triangulate_plan
 
 DEFAULT_PATCH = 10.0  # [m]
+FEET_FOUND, SPREAD, TRIANGULATED = 0.35, 0.45, 0.85  # shares of the time that are over then
 REACH = 3.0  # [building heights] least extent of the ground beyond the city's edge
 REACH_WHITE = 8.0  # [building heights] the same where the ground absorbs nothing
 SHORTEST_REACH = 30.0  # [m]
@@ -34,7 +38,17 @@ def choose_reach(ground_albedo):
     return max(REACH, REACH_WHITE * ground_albedo**0.5)
 
 
-def build_ground(city, points, surfaces, footprint, patch_size=None, *, ground_height=None, reach=REACH):
+def build_ground(
+    city,
+    points,
+    surfaces,
+    footprint,
+    patch_size=None,
+    *,
+    ground_height=None,
+    reach=REACH,
+    report_share=ignore_share,
+):
     """TIN that meets the foot of every wall, with courtyards and passages, coarser with distance.
 
     Foot edges are split into pieces of at most half a patch, and again where they are missing in the triangulation, so
@@ -55,6 +69,8 @@ def build_ground(city, points, surfaces, footprint, patch_size=None, *, ground_h
         As of `find_feet`.
     reach : float
         Extent beyond the city [building heights], of `choose_reach`.
+    report_share : callable, optional
+        As of `build_scene`, of the ground.
 
     Returns
     -------
@@ -76,9 +92,13 @@ def build_ground(city, points, surfaces, footprint, patch_size=None, *, ground_h
     low, high = points.min(axis=0), points.max(axis=0)
     reach = max(reach * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
     foot_points, edges = cut_feet(feet, 0.5 * patch_size)
+    report_share(FEET_FOUND)
     free = spread_points(foot_points[:, :2], feet.footprints, low[:2] - reach, high[:2] + reach, patch_size)
     free = _interpolate_heights(foot_points, free, low[:2] - reach, high[:2] + reach)
-    vertices, triangles = _triangulate(feet, foot_points, edges, free)
+    report_share(SPREAD)
+    triangulate_part = partial(report_part, report_share, SPREAD, TRIANGULATED)
+    vertices, triangles = _triangulate(feet, foot_points, edges, free, triangulate_part)
+    report_share(TRIANGULATED)
     between = np.flatnonzero((triangles < len(vertices) - len(free)).all(axis=1))  # free places are outside
     triangles = np.delete(triangles, between[under_buildings(vertices, triangles[between], feet.footprints)], axis=0)
     used, corners = np.unique(triangles, return_inverse=True)
@@ -150,11 +170,12 @@ def _interpolate_heights(foot_points, free, low, high):
     return np.column_stack([free, heights_on(corners[find_triangle(corners[..., :2], free)], free)])
 
 
-def _triangulate(feet, foot_points, edges, free):
+def _triangulate(feet, foot_points, edges, free, report_share):
     """Delaunay TIN of all points; missing foot edges are halved, in later rounds only those above the ground."""
     vertices, kept, new = np.concatenate([foot_points, free]), 0, np.zeros(0, np.int64)
     triangles = triangulate_plan(vertices[:, :2])
     for turn in range(ROUNDS - 1):
+        report_share((turn + 1) / ROUNDS)
         missing = edges[~has_edges(triangles, edges)]
         ends = foot_points[missing]
         missing = missing[np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) > SHORTEST_EDGE]

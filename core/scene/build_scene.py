@@ -1,6 +1,7 @@
 """From a City to the Scene for ray tracing: local origin, true north, triangles, kinds, ground."""
 
 import copy
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..ground.build_terrain import build_terrain
 from ..ground.choose_terrain import choose_terrain, reaches_feet
 from ..ground.find_feet import find_feet
 from ..ground.terrain import NEAR, measure_heights
+from ..progress import ignore_share, report_part
 from ..trees.build_crowns import build_crowns
 from .classify import classify, measure_tilt
 from .find_footprints import find_footprints
@@ -32,6 +34,7 @@ from .scene import Scene, Site, Surfaces
 GROUNDS = ("auto", "feet", "none")
 DRAWN_TWICE = "lies on a surface that faces the same way, counted once"
 SLACK = 0.001  # [m] how far below a face something that rests on it may be drawn
+TRIANGULATED, CUT, GROUNDED = 0.05, 0.27, 0.65  # shares of the time that are over then
 LOST_SHARE = 0.01  # relative deviation of the triangles' area from the polygon's from which it is reported
 
 
@@ -45,6 +48,7 @@ def build_scene(
     patch_size=10.0,
     grid_size=None,
     ground_albedo=0.25,
+    report_share=ignore_share,
 ):
     """Triangulated and classified scene of a city.
 
@@ -64,6 +68,8 @@ def build_scene(
         [m] Side of the cells that large polygons are split into, rows ``id#k``.
     ground_albedo : float
         The brighter the ground, the further it extends beyond the city: see `choose_reach`.
+    report_share : callable, optional
+        Called as report_share(share) with the share that is done, 0 to 1; what it raises ends the work.
 
     Returns
     -------
@@ -78,6 +84,7 @@ def build_scene(
         raise InputError("--ground", f"{ground!r} is unknown", f"give {' or '.join(GROUNDS)}")
     if not 0 <= ground_albedo <= 1:
         raise InputError("--ground-albedo", f"{ground_albedo} is out of range", "give a number from 0 to 1")
+    report_share(0.0)
     check_city(city)
     check_extent(city)
     whole_area = _areas(city)
@@ -92,6 +99,7 @@ def build_scene(
     _count_once(city, points, surfaces, report)
     _note_lost_area(points, triangles, triangle_surface, surfaces, report)
     vertices, triangles = merge_vertices(points, triangles)
+    report_share(TRIANGULATED)
     if patch_size is not None:
         vertices, triangles, origin_triangle = refine_triangles(vertices, triangles, patch_size, triangle_surface)
         triangle_surface = triangle_surface[origin_triangle]
@@ -101,11 +109,15 @@ def build_scene(
     carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
     scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
     extent, placed = Extent(patch_size, choose_reach(ground_albedo)), PlacedCity(city, points, surfaces, under)
-    scene, floating = _lay_ground(scene, placed, ground, terrain, extent)
+    report_share(CUT)
+    lay_part = partial(report_part, report_share, CUT, GROUNDED)
+    scene, floating = _lay_ground(scene, placed, ground, terrain, extent, report_share=lay_part)
+    report_share(GROUNDED)
     scene.trees = build_crowns(city.trees, report, lambda places: bring_to_origin(places, site))
     scene.footprint &= ~find_hanging(scene, floating)
-    scene.sheet = find_sheets(scene)
+    scene.sheet = find_sheets(scene, partial(report_part, report_share, GROUNDED, 1.0))
     _note_sheets(scene)
+    report_share(1.0)
     return scene
 
 
@@ -190,7 +202,7 @@ def _note_lost_area(points, triangles, triangle_surface, surfaces, report):
         report.repair(reason, [surfaces.surface_id[i] for i in np.flatnonzero(lost)])
 
 
-def _lay_ground(scene, placed, ground, terrain, extent):
+def _lay_ground(scene, placed, ground, terrain, extent, *, report_share):
     """The scene with its ground, and the footprints that do not touch it.
 
     Parameters
@@ -200,6 +212,8 @@ def _lay_ground(scene, placed, ground, terrain, extent):
     ground : str
     terrain : Terrain or None
     extent : Extent
+    report_share : callable
+        As of `build_scene`, of the ground.
     """
     chosen, words = choose_terrain(placed.city, ground, terrain)
     scene.report.notes += words
@@ -214,7 +228,8 @@ def _lay_ground(scene, placed, ground, terrain, extent):
     known = _height_of_own_ground(scene)
     if ground == "none":
         return scene, np.union1d(find_feet(*placed, known).hanging, _above_own_ground(placed, known))
-    vertices, triangles, floating = build_ground(*placed, extent.patch_size, ground_height=known, reach=extent.reach)
+    size = {"patch_size": extent.patch_size, "reach": extent.reach}
+    vertices, triangles, floating = build_ground(*placed, ground_height=known, report_share=report_share, **size)
     if len(floating):
         names = [scene.surfaces.surface_id[i] for i in floating[:5]]
         scene.report.notes.append(

@@ -7,8 +7,11 @@
 ▂▂▂▂▂▂▂▂│▂▂▂▂▂▂▂▂▂▂▂▂   face is a sheet: neither side of it is the inside of anything.
 """
 
+from functools import partial
+
 import numpy as np
 
+from ..progress import ignore_share, report_part
 from .find_ground import find_ground
 from .follow_rays import faces_of_scene, follow_rays, look_straight
 
@@ -18,10 +21,11 @@ ENCLOSED = 0.4  # of the rays hit backs: a wall beside a floor without a roof ha
 ESCAPING = 0.1  # of the rays reach the sky
 CLADDING = 0.3  # [m] a face this close in front of another belongs to it
 SLIVER = 0.01  # [m] narrower faces are rounding of the data
+AFTER_FEW, EACH = 0.35, 0.125  # share of the time for the FEW rays, and for each pass of the next four
 MOST_ROUNDS = 4  # faces below or behind sheets are judged again, as backs of sheets are not an inside
 
 
-def find_sheets(scene):
+def find_sheets(scene, report_share=ignore_share):
     """Triangles of faces that have no thickness and enclose nothing.
 
     Ground, footprints and closure surfaces are never sheets. Surfaces are judged as a whole. An object that is drawn
@@ -31,6 +35,8 @@ def find_sheets(scene):
     ----------
     scene : Scene
         Including its ground, if any.
+    report_share : callable, optional
+        As of `build_scene`, of the sheets.
 
     Returns
     -------
@@ -47,11 +53,15 @@ def find_sheets(scene):
 
     rows = np.flatnonzero(judged & (faces.area > 0))
     rows = rows[mean(rows, widths(faces.corners[rows])) >= SLIVER]
-    rows = rows[mean(rows, follow_rays(faces, rows, -1, FEW, hops=1)[0]) < CLEARLY_INSIDE]
+    backs, _ = follow_rays(faces, rows, -1, FEW, hops=1, report_share=partial(report_part, report_share, 0, AFTER_FEW))
+    rows = rows[mean(rows, backs) < CLEARLY_INSIDE]
     rows = rows[mean(rows, look_straight(faces, rows, -1, CLADDING)) < 0.5]
+    begin = AFTER_FEW
     for count, least in ((SOME, 1e-9), (MANY, ESCAPING)):
         for side in (-1, 1):
-            rows = rows[mean(rows, follow_rays(faces, rows, side, count)[1]) >= least]
+            tell = partial(report_part, report_share, begin, begin + EACH)
+            rows = rows[mean(rows, follow_rays(faces, rows, side, count, report_share=tell)[1]) >= least]
+            begin += EACH
     for _ in range(MOST_ROUNDS):
         found = rows
         for side in (-1, 1):

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..progress import ignore_share
 from ..rays.ray_scene import RayScene
 from ..sampling.random_numbers import GOLDEN, mix, uniform
 from ..sampling.sample_points import additive_recurrence, barycentric_of_square, cosine_direction
@@ -47,7 +48,7 @@ def faces_of_scene(scene):
     )
 
 
-def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None):
+def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None, report_share=ignore_share):
     """Trace cosine-distributed rays from one side of some triangles, and on from whichever side of a face they hit.
 
     Every triangle sends the same rays in its own frame, so that the result does not depend on its name or index.
@@ -63,6 +64,8 @@ def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None):
     hops : int
     sheet : (t,) bool, optional
         Triangles whose backs count as fronts.
+    report_share : callable, optional
+        Called as report_share(share) with the share that is done, 0 to 1.
 
     Returns
     -------
@@ -79,8 +82,9 @@ def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None):
         some = slice(begin, begin + step)
         backs[some], sky[some] = follow_some(faces, rows[some], side, first, hops=hops, sheet=sheet)
 
-    for _ in map_in_order(follow, range(0, len(rows), step), threads):
-        pass
+    tasks = range(0, len(rows), step)
+    for done, _ in enumerate(map_in_order(follow, tasks, threads), 1):
+        report_share(done / len(tasks))
     return backs, sky
 
 

@@ -9,6 +9,7 @@ from ..effects.plan_effects import EffectPlan, plan_effects
 from ..materials.read_albedo import albedo_of_triangles, name_brdfs
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches, keys_of_triangles, patches_of_scene
+from ..progress import silent
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..scene.add_backs import add_backs
 from ..scene.check_scene import check_scene
@@ -43,7 +44,7 @@ class PreparedScene:
         return trees.setting.canopy(self.bare, both=True) if trees.on else None
 
 
-def prepare_scene(scene, request, *, weather=None, suns=None, measure=False, materials=None):
+def prepare_scene(scene, request, *, weather=None, suns=None, measure=False, materials=None, progress=silent):
     """Materials, patches and plan of a scene.
 
     Parameters
@@ -57,6 +58,8 @@ def prepare_scene(scene, request, *, weather=None, suns=None, measure=False, mat
         As of `plan_effects`.
     materials : list, optional
         As of `PreparedScene`, where they are known already.
+    progress : callable, optional
+        As of `plan_effects`.
 
     Returns
     -------
@@ -71,7 +74,8 @@ def prepare_scene(scene, request, *, weather=None, suns=None, measure=False, mat
     materials = name_brdfs(scene, request) if materials is None else materials
     scene = add_backs(scene)
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request, materials), request.seed)
-    plan = plan_effects(scene, patches, request, materials=materials, weather=weather, suns=suns, measure=measure)
+    known = {"materials": materials, "weather": weather, "suns": suns, "measure": measure}
+    plan = plan_effects(scene, patches, request, **known, progress=progress)
     return PreparedScene(scene, materials, patches, plan, suns)
 
 
