@@ -53,13 +53,18 @@ def draw_step(layout, column, operator, icon):
 def draw_running(layout, title):
     """Show progress and a cancel button while the step with this title runs."""
     if Step.current is not None and Step.current.title == title:
-        row = layout.row(align=True)
-        row.progress(factor=Step.current.share, text=f"{100 * Step.current.share:.0f} %")
-        row.operator("citypv.cancel", text="", icon="CANCEL")
+        draw_bar(layout, "{}")
         # Each on a line of its own: the sidebar is narrow.
         lines = layout.column(align=True)
         for text in filter(None, (Step.current.stage, Step.current.rate, Step.current.left)):
             draw_sentence(lines, text)
+
+
+def draw_bar(layout, text):
+    """Show the share of the running step that is done, and a cancel button; {} in the text stands for the share."""
+    row = layout.row(align=True)
+    row.progress(factor=Step.current.share, text=text.format(f"{100 * Step.current.share:.0f} %"))
+    row.operator("citypv.cancel", text="", icon="CANCEL")
 
 
 def draw_lines(layout, context, key, icon="NONE"):

@@ -10,7 +10,16 @@ from ..operators.step_state import STEPS, state_of_step
 from .draw_light import draw_effects, draw_electric_effects, draw_presets
 from .draw_refine import draw_refine
 from .draw_results import draw_best, draw_probed, draw_table
-from .draw_steps import draw_cities, draw_lines, draw_missing, draw_missing_light, draw_running, draw_setting, draw_step
+from .draw_steps import (
+    draw_bar,
+    draw_cities,
+    draw_lines,
+    draw_missing,
+    draw_missing_light,
+    draw_running,
+    draw_setting,
+    draw_step,
+)
 from .failures import draw_failures
 from .report import draw_report, draw_rows
 
@@ -36,9 +45,10 @@ class MainPanel(_Panel, bpy.types.Panel):
     def draw(self, context):
         """Show the running step, or what to do first."""
         draw_failures(self.layout)
-        if Step.current is not None:
-            self.layout.label(text=f"{Step.current.title}: Esc cancels", icon="SORTTIME")
-        elif find_city(context.scene)[0] is None:
+        if Step.current is not None and Step.current.title != "Solar city":
+            # Here too: the place below the step's own button may be out of sight.
+            draw_bar(self.layout, f"{Step.current.title} {{}}")
+        elif Step.current is None and find_city(context.scene)[0] is None:
             self.layout.label(text="Choose a city, or drop its file here", icon="INFO")
         column, settings = self.start(context)
         column.prop(settings, "city_path")
@@ -126,6 +136,7 @@ class TracePanel(_Step, bpy.types.Panel):
             draw_setting(column, settings, name)
         if settings.albedo_source == "file":
             column.prop(settings, "albedo_file")
+        column.prop(settings, "horizon")
         head, sampling = column.panel("citypv_sampling", default_closed=True)
         head.label(text="Sampling")
         for name in (*settings_of_panel("sampling"), "threads") if sampling else ():
@@ -153,6 +164,7 @@ class EnergyPanel(_Step, bpy.types.Panel):
         if settings.weather == "file":
             column.prop(settings, "weather_file")
             column.prop(settings, "weather_point")
+            column.prop(settings, "weather_place")
         else:
             column.prop(settings, "year")
         for name in (*settings_of_panel("weather"), *settings_of_panel("energy")):

@@ -98,11 +98,21 @@ class Settings(bpy.types.PropertyGroup):
     albedo_file: StringProperty(
         name="File", description="CSV with the columns surface,albedo or surface,albedo,material", subtype="FILE_PATH"
     )
+    horizon: StringProperty(
+        name="Horizon",
+        description="Distant terrain: GeoTIFF or ASC grid of heights up to 50 km around, or a CSV of angles (azimuth, "
+        "elevation; PVGIS); empty: level",
+        subtype="FILE_PATH",
+    )
     threads: IntProperty(name="Threads", description="Number of threads; 0: all processors", min=0)
     # Energy
     weather: EnumProperty(name="Weather", description="Source of irradiance, temperature and wind", items=WEATHERS)
     weather_file: StringProperty(
         name="File", description="ERA5 (NetCDF), EPW, TMY3, PVGIS, or CSV with time zones", subtype="FILE_PATH"
+    )
+    weather_place: StringProperty(
+        name="Measured at",
+        description="Latitude and longitude of the weather, such as 52.38 13.06, where its file does not say them",
     )
     # Colour
     attribute: EnumProperty(

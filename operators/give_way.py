@@ -6,7 +6,8 @@ import threading
 
 from ..core.threads import usable_threads
 
-NICENESS = 10  # the window gets nine tenths of a core that both want
+NICENESS = 10  # above the window's own: it gets nine tenths of a core that both want
+LARGEST = 19
 
 
 def give_way():
@@ -16,7 +17,7 @@ def give_way():
     """
     if sys.platform == "linux":
         own = threading.get_native_id()
-        os.setpriority(os.PRIO_PROCESS, own, max(NICENESS, os.getpriority(os.PRIO_PROCESS, own)))
+        os.setpriority(os.PRIO_PROCESS, own, min(os.getpriority(os.PRIO_PROCESS, own) + NICENESS, LARGEST))
 
 
 def threads_beside_window(windowed, platform=sys.platform):

@@ -26,17 +26,27 @@ def read_settings(settings):
     return Request(
         **read_properties(settings),
         lod=None if settings.lod == "BEST" else settings.lod,
-        latitude=settings.latitude if settings.own_place else None,
-        longitude=settings.longitude if settings.own_place else None,
+        **read_own_place(settings),
         grid_size=settings.grid_size if settings.split else None,
         ground="auto" if settings.ground == "terrain" else settings.ground,
         terrain=read_terrain_path(settings) if settings.ground == "terrain" else None,
         weather=read_weather_source(settings),
         suns=read_suns(settings),
+        horizon=bpy.path.abspath(settings.horizon) or None,
+        weather_place=read_weather_place(settings) if settings.weather == "file" else None,
         albedo_file=read_albedo_path(settings) if settings.albedo_source == "file" else None,
         threads=read_threads(settings, find_preferences()) or threads_beside_window(not bpy.app.background),
         effects=read_switches(settings),
     )
+
+
+def read_own_place(settings):
+    """Latitude and longitude that the user gave, as settings of a Request; none where the files are to say it."""
+    if not settings.own_place:
+        return {}
+    if settings.latitude == settings.longitude == 0:
+        raise InputError("Own location", "0° N, 0° E lies in the sea", "give latitude and longitude in step Classify")
+    return {"latitude": settings.latitude, "longitude": settings.longitude}
 
 
 def read_city_path(settings):
@@ -69,6 +79,19 @@ def read_weather_source(settings):
     if not settings.weather_file:
         raise InputError("Weather", "no file is chosen", "choose a weather file, or the climate")
     return bpy.path.abspath(settings.weather_file)
+
+
+def read_weather_place(settings):
+    """Latitude and longitude [°] where the weather was measured: (2,) tuple, or None if its file says it."""
+    words = settings.weather_place.replace(",", " ").split()
+    if not words:
+        return None
+    try:
+        latitude, longitude = map(float, words)
+    except ValueError:
+        problem = f"{settings.weather_place!r} is not a latitude and a longitude"
+        raise InputError("Measured at", problem, "give two numbers in degrees, such as 52.38 13.06") from None
+    return latitude, longitude
 
 
 def read_suns(settings):

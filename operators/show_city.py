@@ -88,20 +88,22 @@ def _areas_of(screen):
 
 
 def _size_of_view(area):
-    # Width and height [pixels], and the shares of the width that toolbar and sidebar lie over.
+    # Width and height [pixels]; the shares of the width that toolbar and sidebar lie over, of the height the headers.
     regions, space = {region.type: region for region in area.regions}, area.spaces.active
     view, tools, sidebar = (regions[name] for name in ("WINDOW", "TOOLS", "UI"))
     if min(view.width, view.height) <= 1:
-        return 16, 9, 0.0, 0.0
+        return 16, 9, 0.0, 0.0, 0.0
+    shown = {"HEADER": space.show_region_header, "TOOL_HEADER": space.show_region_tool_header}
+    above = max((view.y + view.height - regions[name].y for name in shown if shown[name]), default=0)
     left = tools.x + tools.width - view.x if space.show_region_toolbar else 0
     right = view.x + view.width - sidebar.x if space.show_region_ui else 0
     left, right = (min(max(pixels / view.width, 0.0), 0.4) for pixels in (left, right))
-    return view.width, view.height, left, right
+    return view.width, view.height, left, right, min(max(above / view.height, 0.0), 0.2)
 
 
 def _look_at(area, points):
     # All points are in what toolbar and sidebar leave free.
-    space, (width, height, on_left, on_right) = area.spaces.active, _size_of_view(area)
+    space, (width, height, on_left, on_right, above) = area.spaces.active, _size_of_view(area)
     low, high = points.min(axis=0), points.max(axis=0)
     size = float(np.linalg.norm(high - low))
     # A closer near plane reduces the depth resolution of distant surfaces.
@@ -110,7 +112,7 @@ def _look_at(area, points):
     half = VIEW_WIDTH / 2 / space.lens / max(width, height)
     # In axes that lean aside, the free part is symmetric.
     lean, free = half * width * (on_right - on_left), half * width * (1 - on_left - on_right)
-    found = frame_points(points, (right + lean * forward, up, forward), free, half * height)
+    found = frame_points(points, (right + lean * forward, up, forward), free, half * height * (1 - 2 * above))
     depth = found @ forward - lean * (found @ right)
     eye = (found @ right - lean * depth) * right + (found @ up) * up + depth * forward
     distance = float((low + high) / 2 @ forward) - depth

@@ -10,8 +10,8 @@ from .watch_edits import is_edited
 STEPS = {  # step -> settings of the panel that are not declared by core
     "import": ("city_path", "lod"),
     "classify": ("own_place", "latitude", "longitude", "ground", "terrain", "split", "grid_size"),
-    "trace": ("suns", "days", "typical_days", "sky_grid", "albedo_source", "albedo_file"),
-    "energy": ("weather", "weather_file", "weather_point", "year"),
+    "trace": ("suns", "days", "typical_days", "sky_grid", "albedo_source", "albedo_file", "horizon"),
+    "energy": ("weather", "weather_file", "weather_place", "weather_point", "year"),
 }
 PANELS = {
     "import": ("import",),

@@ -99,6 +99,7 @@ def test_the_running_step_is_drawn_without_long_lines(addon, monkeypatch, title)
     job.progress("sky and reflections", 2, 8, "rays")
     texts = draw_all()
     assert {"25 %", "sky and reflections", job.rate} <= set(texts)
+    assert (f"{title} 25 %" in texts) == (title != "Solar city")  # whose own bar is at the top
     assert max(len(text) for text in texts) <= 44
 
 

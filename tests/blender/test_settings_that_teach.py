@@ -10,10 +10,12 @@ from citypv.citypv_addon.menus import GROUPS
 from citypv.core.commands.command_line import build_parser
 from citypv.core.effects.table import TABLE
 from citypv.core.energy.pv_system import ELECTRIC
+from citypv.core.errors import InputError
 from citypv.core.request import declared_settings
 from citypv.operators import effect_switches, read_preferences
 from citypv.operators.choose_preset import find_preset, read_prices
 from citypv.operators.find_module import suggest_modules
+from citypv.operators.panel_words import in_panel_words
 from citypv.operators.plan_effects import read_plan
 from citypv.operators.read_settings import read_settings
 from citypv.operators.session import find_city
@@ -149,3 +151,48 @@ def test_the_berlin_example_is_there(addon):
 
     assert bpy.ops.citypv.berlin_example.poll()
     assert (FOLDER / CITY).stat().st_size + (FOLDER / WEATHER).stat().st_size < 5e6
+
+
+def test_distant_terrain_is_given_in_the_panel(addon, city_file, tmp_path):
+    """Terrain 30° high all around hides the low sun: roofs, which lie flat, lose some of their hours."""
+    path = tmp_path / "horizon.csv"
+    path.write_text("azimuth,elevation\n0,30\n120,30\n240,30\n")
+    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 2, 1
+    addon.effect_terrain_horizon = "on"
+    with pytest.raises(RuntimeError, match="terrain-horizon needs a horizon; give a file as Horizon"):
+        bpy.ops.citypv.solar_city()
+    addon.effect_terrain_horizon = "auto"
+    assert bpy.ops.citypv.solar_city() == {"FINISHED"}
+    city, _ = find_city(bpy.context.scene)
+    level = [row.split("|")[3] for row in city["citypv_totals"]]
+    addon.horizon = str(path)
+    assert [state_of_step(city, step, addon) for step in ("classify", "trace")] == ["done", "stale"]
+    assert bpy.ops.citypv.trace() == bpy.ops.citypv.energy() == {"FINISHED"}
+    hidden = [row.split("|")[3] for row in city["citypv_totals"]]
+    assert all(0 < float(after) < float(before) for before, after in zip(level, hidden, strict=True))
+
+
+def test_weather_without_a_place_is_given_one(addon, tmp_path):
+    addon.weather, addon.weather_file = "file", str(tmp_path / "year.csv")
+    assert read_settings(addon).weather_place is None
+    addon.weather_place = "52.38, 13.06"
+    assert read_settings(addon).weather_place == (52.38, 13.06)
+    addon.weather_place = "Potsdam"
+    with pytest.raises(InputError, match="Measured at: 'Potsdam' is not a latitude and a longitude; give two numbers"):
+        read_settings(addon)
+    addon.weather = "climate"
+    assert read_settings(addon).weather_place is None
+
+
+@pytest.mark.parametrize(
+    ("told", "shown"),
+    [
+        ("trace --suns sky-grid:N, or --allow-distance 9560", "trace with Suns: Sky grid, or Within [km] 9560"),
+        ("give --weather-place LATITUDE LONGITUDE", "give Measured at (latitude and longitude)"),
+        ("give its location with --latitude D --longitude D", "give its location with Own location"),
+        ("choose one of these with --lod", "choose one of these with LoD"),
+        ("citypv simulate CITY --out DIR", "citypv simulate CITY --out DIR"),
+    ],
+)
+def test_errors_name_what_the_panel_has(told, shown):
+    assert in_panel_words(told) == shown

@@ -168,6 +168,14 @@ def test_weather_without_a_file_says_what_to_do(addon, city_file):
         bpy.ops.citypv.trace()
 
 
+def test_an_own_location_that_was_not_filled_in_is_refused(addon, city_file):
+    addon.city_path, addon.own_place = str(city_file), True
+    with pytest.raises(RuntimeError, match=r"Own location: 0° N, 0° E lies in the sea; give latitude and longitude"):
+        bpy.ops.citypv.solar_city()
+    addon.longitude = 9.4  # on the equator, in Gabon
+    assert read_settings(addon).latitude == 0
+
+
 def test_settings_become_a_request(addon, tmp_path):
     assert read_settings(addon) == Request()
     addon.suns, addon.sky_grid = "sky-grid", 1000
