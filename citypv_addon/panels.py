@@ -58,6 +58,7 @@ class MainPanel(_Panel, bpy.types.Panel):
             column.operator("citypv.berlin_example", icon="WORLD")
         draw_table(self.layout, context, "citypv_totals", ("Per year", "kWp", "MWh", "h"))
         draw_lines(self.layout, context, "citypv_interrupted", icon="INFO")
+        draw_missing_light(self.layout, context)
         draw_cities(self.layout, context)
 
 
@@ -175,7 +176,6 @@ class EnergyPanel(_Step, bpy.types.Panel):
         if effects:
             draw_electric_effects(effects, context)
         draw_step(self.layout, column, "citypv.energy", "OUTLINER_OB_LIGHTPROBE")
-        draw_missing_light(self.layout, context)
         draw_table(self.layout, context, "citypv_groups", ("Group", "Count", "Hours"))
         draw_lines(self.layout, context, "citypv_weather")
         draw_lines(self.layout, context, "citypv_weather_place", icon="ERROR")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from ..core.progress import CancelledError
 from .compute_energy import WeighEnergy
-from .run_step import share_of_step
+from .job import share_of_step
 from .step_state import forget_step
 from .summarise import INTERRUPTED
 from .trace_city import TraceCity, count_rays

@@ -58,9 +58,17 @@ def describe_missing(city):
     if city is None or city.get(PROBLEM):
         return city[PROBLEM] if city is not None else ""
     kept = find_kept(city)
-    if kept is None or has_transfer(city):
+    if has_transfer(city) or (kept is None and not was_traced(city)):
         return ""
+    if kept is None:
+        return "A copy keeps its results, but has no traced light of its own: for others select the city itself, or \
+import and trace again"
     return f"{kept.name} with the traced light is not beside this file: put it there, or import and trace again"
+
+
+def was_traced(city):
+    """Whether the faces of a city have results of a trace, whether or not its light is still there."""
+    return PREFIX + "diffuse_relative" in city.data.attributes
 
 
 def reopen_session(city):

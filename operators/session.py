@@ -9,7 +9,7 @@ from .attributes import PREFIX
 from .in_place import is_seen
 
 KEY = PREFIX + "session"
-_sessions = {}
+_sessions = {}  # key -> (session, session_uid of the object)
 
 
 @dataclass
@@ -28,14 +28,15 @@ class Session:
 
 
 def open_session(item, session):
-    """Associate a session with an object, by a key that survives renaming and undo."""
+    """Associate a session with an object, by a key that survives renaming and undo; copies of the object have none."""
     item[KEY] = uuid.uuid4().hex
-    _sessions[item[KEY]] = session
+    _sessions[item[KEY]] = session, item.session_uid
 
 
 def find_session(item):
     """Return the session of an object, or None if there is none (as after opening a file)."""
-    return _sessions.get(item.get(KEY)) if item is not None else None
+    session, owner = _sessions.get(item.get(KEY), (None, None)) if item is not None else (None, None)
+    return session if owner is not None and owner == item.session_uid else None
 
 
 def part_sessions(cities, kept):

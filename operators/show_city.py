@@ -41,11 +41,14 @@ def show_city(points=None, shaded=False, screens=None):
                 _look_at(area, points)
 
 
-def match_view(stage):
-    """Show colours where the scene's city has them and they are switched on, else its shape in a studio light."""
+def match_view(stage, points=None):
+    """Show colours where the scene's city has them and they are switched on, else its shape in a studio light.
+
+    `points` are those of `show_city`.
+    """
     city, _ = find_city(stage)
     if city is not None:
-        show_city(shaded=COLOUR_ATTRIBUTE not in city.data.color_attributes or not stage.citypv.show_colours)
+        show_city(points, shaded=COLOUR_ATTRIBUTE not in city.data.color_attributes or not stage.citypv.show_colours)
 
 
 def keep_shading(stage):

@@ -1,5 +1,7 @@
 """State of the steps: done, stale because a setting was changed since, or still to do."""
 
+from ast import literal_eval
+
 from ..core.errors import InputError
 from .attributes import PREFIX
 from .build_properties import settings_of_panel
@@ -40,6 +42,12 @@ def remember_step(city, step, settings, *earlier):
     for name in list(STEPS)[list(STEPS).index(step) + 1 :]:
         city.pop(_key(name), None)
     city[_key(step)] = describe_settings(step, settings)
+
+
+def asked_path(city):
+    """What the panel had under *City* when a city was imported: a path, or "" if that is not known."""
+    kept = city.get(_key("import"))
+    return literal_eval(kept)[STEPS["import"].index("city_path")] if kept else ""
 
 
 def forget_step(city, step):

@@ -4,12 +4,14 @@ import bpy
 
 from ..core.errors import InputError
 from .attributes import PREFIX
+from .build_meshes import read_vertices
 from .colour_faces import read_scale
 from .in_place import SEEN, is_in_place
 from .run_step import redraw_panels
 from .select_faces import leave_edit_mode
 from .session import find_city, list_cities
 from .show_city import match_view
+from .step_state import asked_path
 from .wear_colours import take_off_colours, wear_colours
 
 
@@ -39,7 +41,10 @@ class SwitchCity(bpy.types.Operator):
         leave_edit_mode(context)
         for item in cities:
             show_objects_of(item, visible=item == chosen)
-        match_view(context.scene)
+        taken = is_in_place(chosen)
+        if not taken and asked_path(chosen):
+            context.scene.citypv.city_path = asked_path(chosen)
+        match_view(context.scene, None if taken else read_vertices(chosen))
         redraw_panels(context, views=True)
         return {"FINISHED"}
 

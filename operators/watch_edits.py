@@ -33,6 +33,8 @@ def describe_shape(city):
     """Digest of vertices, faces, places and modifiers of a city's mesh, or of the objects that it was taken from."""
     digest = hashlib.sha256()
     if not is_in_place(city):
+        # It may be moved, but not turned: that is another city for the sun.
+        digest.update(np.array(city.matrix_world.to_3x3()).tobytes())
         _add_mesh(digest, city.data)
         return digest.hexdigest()
     for _, item, _ in list_taken(city):
@@ -49,7 +51,9 @@ def describe_shape(city):
 def follow_edits(scene, graph):
     """Mark the cities whose meshes were edited, and unmark those whose edit was undone."""
     if graph.id_type_updated("OBJECT"):
-        part_sessions(sorted(list_cities(scene), key=lambda city: city.session_uid), KEPT)
+        # A copy of a whole scene has copies of its cities, too.
+        cities = {city for one in bpy.data.scenes for city in list_cities(one)}
+        part_sessions(sorted(cities, key=lambda city: city.session_uid), KEPT)
     touched = {
         update.id.original for update in graph.updates if update.is_updated_geometry or update.is_updated_transform
     }

@@ -9,8 +9,10 @@ import pytest
 
 from citypv.core.progress import CancelledError
 from citypv.core.radiosity import sun_blocks
+from citypv.operators import job as jobs
 from citypv.operators import run_step
-from citypv.operators.run_step import Job, Step
+from citypv.operators.job import Job
+from citypv.operators.run_step import Step
 from citypv.operators.session import find_city, find_session
 from citypv.operators.write_attributes import read_face_attribute
 
@@ -111,6 +113,35 @@ def job_that_keeps(cancels):
     return job
 
 
+def test_a_step_ends_in_the_scene_that_it_was_started_in(addon, city_file):
+    """The window may show another scene by then: the results are not lost."""
+    run_steps(addon, city_file, "import_city", "classify")
+    begun, (city, _) = bpy.context.scene, find_city(bpy.context.scene)
+    bpy.ops.scene.new(type="EMPTY")
+    assert bpy.context.scene != begun
+    assert find_city(bpy.context.scene)[0] is None
+
+    class Stand(Step):
+        bl_label, _job, _scene = "Trace light", Job("Trace light", None), begun.session_uid
+
+        def report(self, level, text):
+            pass
+
+        def finish(self, context, result):
+            return f"{find_city(context.scene)[0].name}, {city.visible_get()}"
+
+        def _tell(self, text, level="INFO"):
+            return text
+
+        def _leave(self, context):
+            pass
+
+    assert Stand()._end(bpy.context) == "City, True"
+    bpy.data.scenes.remove(begun)
+    with pytest.raises(AttributeError):  # the scene is gone: that of the window has no city
+        Stand()._end(bpy.context)
+
+
 def test_escape_keeps_what_is_done():
     job = job_that_keeps(cancels=1)
     assert job.text == "Trace light: keeps what is done"
@@ -133,7 +164,7 @@ def test_the_window_does_not_wait_for_work_of_which_nothing_is_kept(monkeypatch)
         order.append("first")
         progress("classifying", 0, 1, "polygons")
 
-    monkeypatch.setattr(run_step, "PATIENCE", 0.05)
+    monkeypatch.setattr(jobs, "PATIENCE", 0.05)
     job = Job("Classify surfaces", work)
     job.start()
     assert begun.wait(10)
@@ -154,7 +185,7 @@ def test_the_window_does_not_wait_for_work_of_which_nothing_is_kept(monkeypatch)
 
 
 def test_the_window_waits_for_suns_that_are_kept(monkeypatch):
-    monkeypatch.setattr(run_step, "PATIENCE", 0.0)
+    monkeypatch.setattr(jobs, "PATIENCE", 0.0)
     begun, go_on = threading.Event(), threading.Event()
 
     def work(progress):

@@ -177,6 +177,15 @@ def test_an_edited_city_of_a_file_is_stale_too(addon, city_file):
     assert state_of_step(city, "classify", addon) == "stale"
 
 
+def test_a_city_of_a_file_may_be_moved_but_not_turned(addon, city_file):
+    addon.city_path = str(city_file)
+    city = run("import_city", "classify")
+    for place, turn, state in ((100.0, 0.0, "done"), (100.0, 0.5, "stale"), (0.0, 0.0, "done")):
+        city.location.x, city.rotation_euler.z = place, turn
+        bpy.context.view_layer.update()
+        assert state_of_step(city, "classify", addon) == state
+
+
 def test_another_city_leaves_the_objects_alone(addon, town, city_file):
     first = run("take_meshes", "classify")
     kinds = read_face_attribute(first.data, "kind")

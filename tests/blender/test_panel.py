@@ -15,6 +15,7 @@ from citypv.operators.run_step import redraw_panels
 from citypv.operators.select_faces import read_selection
 from citypv.operators.session import close_sessions, find_city, find_session, list_cities
 from citypv.operators.stage_picture import copy_view, stage_picture
+from citypv.operators.step_state import STEPS, state_of_step
 from citypv.operators.write_attributes import read_face_attribute
 
 WEATHER = Path(__file__).parents[1] / "data" / "weather"
@@ -179,6 +180,8 @@ def test_a_second_city_is_kept_beside_the_first(addon, city_file, row_file):
     assert find_city(bpy.context.scene)[0] == first
     assert first.visible_get()
     assert not second.visible_get()
+    assert addon.city_path == str(city_file)
+    assert [state_of_step(first, step, addon) for step in STEPS] == ["done"] * 4
     np.testing.assert_array_equal(read_face_attribute(first.data, "full_load_hours"), hours)
     addon.weather = "clear-sky"
     assert bpy.ops.citypv.energy() == {"FINISHED"}

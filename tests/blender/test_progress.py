@@ -14,7 +14,7 @@ from citypv.operators.classify_city import ClassifyCity
 from citypv.operators.compile_loops import COMPILING
 from citypv.operators.compute_energy import WeighEnergy
 from citypv.operators.import_city import ImportCity
-from citypv.operators.run_step import Job, describe_left, share_of_step
+from citypv.operators.job import Job, describe_left, share_of_step
 from citypv.operators.trace_city import TraceCity
 
 STAGES = {"sky": 3.0, "suns": 1.0}

@@ -113,6 +113,25 @@ def test_a_city_that_is_appended_has_its_own_light(saved, tmp_path):
     np.testing.assert_array_equal(read_face_attribute(alone.data, "full_load_hours"), hours)
 
 
+def test_a_copy_keeps_its_results_and_says_that_it_has_no_light(saved):
+    city, _ = find_city(bpy.context.scene)
+    city.select_set(True)
+    bpy.ops.object.duplicate()
+    copy, _ = find_city(bpy.context.scene)
+    assert copy != city
+    assert find_session(copy) is None
+    assert "no traced light of its own" in describe_missing(copy)
+    assert not bpy.ops.citypv.energy.poll()
+    bpy.data.objects.remove(copy)
+    # A copy of the whole scene has a city of its own, too.
+    bpy.ops.scene.new(type="FULL_COPY")
+    bpy.context.view_layer.update()
+    other, _ = find_city(bpy.context.scene)
+    assert other != city
+    assert find_session(other) is None
+    assert find_session(city).transfer is not None
+
+
 def test_a_city_whose_light_is_missing_is_traced_again_by_a_button(saved):
     path, hours = saved
     (path.parent / "city.City.citypv.nc").unlink()

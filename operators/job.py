@@ -1,0 +1,132 @@
+"""Work in a thread of its own, with its progress as the panel tells it."""
+
+import threading
+import time
+
+from ..core.progress import SUN_STAGE, CancelledError, with_prefix
+from .check_libraries import name_libraries
+from .compile_loops import COMPILING
+from .give_way import give_way
+
+EARLIEST, FEWEST = 5.0, 0.1  # seconds and share before which a time left says nothing
+PATIENCE = 0.7  # [s] after which the window no longer waits for cancelled work of which nothing is kept
+
+
+class Job:
+    """Work that runs in its own thread, with its progress.
+
+    Parameters
+    ----------
+    title : str
+    work : callable
+        Called as work(progress) in the thread.
+    stages : dict of str to float, optional
+        Stages of the work in their order, with the time that each takes relative to the others.
+    after : Job, optional
+        A cancelled one that may not have ended yet: this one begins after it.
+    """
+
+    def __init__(self, title, work, stages=None, after=None):
+        self.title, self.text, self.share = title, title, 0.0
+        self.stage, self.rate, self.left = title, "", ""  # as the panel shows them
+        self.result, self.error = None, None
+        self._stop, self.dropped = threading.Event(), False
+        self.keeps, self._asked, self._after = False, 0.0, after
+        self._stages, self._began = stages or {}, time.monotonic()
+        self._stage, self._started = None, 0.0
+        self._thread = threading.Thread(target=self._run, args=(work,), name=title, daemon=True)
+
+    def start(self):
+        """Start the work."""
+        self._thread.start()
+
+    def cancel(self):
+        """Request the work to stop at its next report and keep what is done; a second time, to discard it."""
+        self.dropped = self.cancelled
+        self._asked = self._asked or time.monotonic()
+        self._stop.set()
+        self.stage = "ends, and keeps nothing" if self.dropped else "keeps what is done"
+        self.text, self.rate, self.left = f"{self.title}: {self.stage}", "", ""
+
+    def join(self):
+        """Wait for the end of the work."""
+        self._thread.join()
+
+    @property
+    def cancelled(self):
+        """Whether cancellation was requested."""
+        return self._stop.is_set()
+
+    @property
+    def running(self):
+        """Whether the work is still running."""
+        return self._thread.is_alive()
+
+    @property
+    def overdue(self):
+        """Whether the work goes on although it was cancelled a while ago and nothing of it is kept."""
+        late = self.cancelled and time.monotonic() - self._asked > PATIENCE
+        return late and self.running and (self.dropped or not self.keeps)
+
+    def progress(self, stage, done, total, unit):
+        """Receive a progress report of core (see `core.progress`)."""
+        if self.cancelled:
+            raise CancelledError
+        self.keeps |= stage == SUN_STAGE
+        now = time.monotonic()
+        if stage != self._stage:
+            # Loops are compiled once on a computer: that time tells nothing of the rest.
+            self._began += now - self._started if self._stage == COMPILING else 0.0
+            self._stage, self._started = stage, now
+        self.share = share_of_step(self._stages, stage, done / total if total else 0.0, self.share)
+        self.stage = stage
+        self.left = describe_left(now - self._began, self.share) if stage != COMPILING else ""
+        told = done and unit and now > self._started
+        self.rate = f"{with_prefix(done / (now - self._started))}{unit}/s" if told else ""
+        self.text = f"{stage}: " + ", ".join(filter(None, (f"{100 * self.share:.0f} %", self.rate, self.left)))
+
+    def _run(self, work):
+        # Errors are reported in Blender's main thread.
+        give_way()
+        if self._after is not None:
+            self._after.join()
+            self._after = None
+        try:
+            with name_libraries():
+                self.result = work(self.progress)
+        except BaseException as error:
+            self.error = error
+
+
+def share_of_step(stages, stage, share, before):
+    """Share of a whole step that is done.
+
+    Parameters
+    ----------
+    stages : dict of str to float
+        Of `Job`; empty if not known.
+    stage : str
+    share : float
+        Of the stage.
+    before : float
+        The share that was reported last: it never falls while the stages are known.
+
+    Returns
+    -------
+    float
+    """
+    if not stages:
+        return share
+    if stage not in stages:
+        return before
+    names = list(stages)
+    done = sum(stages[name] for name in names[: names.index(stage)]) + stages[stage] * share
+    return max(before, done / sum(stages.values()))
+
+
+def describe_left(seconds, share):
+    """Time that the whole step still takes as text; "" before the estimate is worth something."""
+    if seconds < EARLIEST or not FEWEST < share < 1:
+        return ""
+    left = seconds * (1 - share) / share
+    return f"about {left:.0f} s left" if left < 90 else f"about {left / 60:.0f} min left"
