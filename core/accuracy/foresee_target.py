@@ -17,12 +17,13 @@ from ..progress import silent
 from ..sun.choose_suns import choose_suns
 from ..sun.spread_suns import spread_suns
 from .fill_untraced import fill_untraced
-from .pilot import FEW_SUNS, RUNS, choose_square, trace_part
+from .pilot import RUNS, choose_neighbourhood, trace_part
 from .refine import CELLS, unreachable
 from .sun_sampling import TracedYear, measure_ways, name_groups, shares_of_names
 from .yield_errors import SAMPLED
 
-PATCHES = 2_000  # of the square
+PATCHES, INNER = 4_000, 2_000  # of the square, and of its inner part
+FEW_SUNS = "days:4"
 BETTER = ("days:24", "days:52", "hourly")  # choices of suns to propose
 FINER = (1, 2, 4, 8)  # divisors of the patch size to propose: its error falls with the length at least
 
@@ -44,7 +45,7 @@ def foresee_target(inputs, progress=silent):
     scene, *_, request = inputs
     if not np.any(scene.surfaces.eligible):
         return ""
-    run, transfer, _ = trace_square(inputs, FEW_SUNS, progress)
+    run, transfer = trace_square(inputs, FEW_SUNS, progress)
     errors = run.errors
     names = name_groups(transfer.surfaces)
 
@@ -64,18 +65,17 @@ def foresee_target(inputs, progress=silent):
 
 
 def trace_square(inputs, way, progress):
-    """PilotRun of a square in the middle of the city under suns chosen in some way, its Transfer, seconds of energy."""
+    """PilotRun of a square in the middle of the city under suns chosen in some way, and its Transfer."""
     scene, prepared, weather, request = inputs
     suns = spread_suns(choose_suns(way, *weather.axis, request.seed, position=weather.data))
-    traced = prepared.patches.receives & ~prepared.plan.unobstructed
-    square = choose_square(prepared.scene, prepared.patches, traced, PATCHES)
+    square, counted = choose_neighbourhood(prepared, PATCHES, INNER)
     progress("pilot", 0, 1, "runs")
-    run, transfer, seconds = trace_part((scene, prepared, weather, request, suns), square, RUNS["A"])
+    run, transfer = trace_part((scene, prepared, weather, request, suns), square, RUNS["A"], counted)
     progress("pilot", 1, 1, "runs")
     if request.estimator == "forward":  # photons are not bound to patches
         nothing = np.zeros(len(run.errors.hours))
         run.errors.variance["discretisation"] = nothing
-    return run, transfer, seconds
+    return run, transfer
 
 
 def measure_suns(inputs, transfer, ways, progress):

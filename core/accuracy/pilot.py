@@ -1,14 +1,15 @@
-"""A pilot: a part of the user's own scene traced with three settings, which shows what rays and accuracy cost there.
+"""A pilot: a part of the user's own scene traced with few settings, which shows what rays and accuracy cost there.
 
-    whole city as obstacles ─► surfaces of a square in its middle ─► A  256 rays, 16 shadow points
-                                                                    B   64 rays, 16 shadow points
-                                                                    C   64 rays,  4 shadow points, 1 reflection
-    patches drawn from the whole city ─► the same, timed; and rays: how much ground they meet (`survey`)
+    whole city as obstacles ─► patches of a square in its middle ─► A  256 rays, 16 shadow points, all reflections
+                                                                   C   64 rays,  4 shadow points, 1 reflection
+    patches drawn from the whole city ─► A, C and, between them, B: 64 rays, 16 shadow points; all of them timed
+    rays: how much ground they meet (`survey`)
 
-Errors of A, B and C by source show how fast each falls; light is passed on from neighbour to neighbour, so they need
-whole neighbourhoods. Seconds need what is typical of the city: A, B and C on drawn patches give the cost of a ray, a
-shadow ray and a reflection, less what a run of hardly a patch takes: arrays of all patches cost the same in a run of
-the whole city.
+Errors of A and C by source show how fast each falls. Light is passed on from neighbour to neighbour, so they need whole
+neighbourhoods: errors are those of the surfaces in the inner half of the square, for what lies around the square sends
+no light, which makes the surfaces at its edge too dark and what they see too uneven. Seconds need what is typical of
+the city: blocks of patches drawn from all of it give the cost of a ray, a shadow ray and a reflection, less what a run
+of hardly a patch takes, since arrays of all patches cost the same in a run of the whole city.
 """
 
 import time
@@ -24,17 +25,21 @@ from ..progress import SUN_STAGE, silent
 from ..sky.choose_sky import choose_sky
 from ..sun.choose_suns import choose_suns
 from ..sun.spread_suns import spread_suns
+from ..transfer.take_rows import take_rows
 from .survey import DRAWN, survey_city, whole_replicates
-from .yield_errors import find_lit, split_errors
+from .time_electricity import time_electricity
+from .yield_errors import split_errors
 
-PATCHES = 4_000  # of the square
-TIMED, FEW = 3_000, 64  # patches of the timed runs, and of those that load compiled code and tell the city's size
-SUNS, FEW_SUNS = "days:12", "days:4"  # the latter of the timed runs
+PATCHES, INNER = 8_000, 4_000  # of the square, and of its inner part
+TIMED, FEW = 6_000, 64  # patches of the timed runs, and of that which tells what the city's size costs
+BLOCK = 32  # patches drawn together: rays of neighbours go similar ways, and cost less than those of strangers
+SUNS = "days:12"
 RUNS = {  # name -> samples, shadow samples, most reflections (None: as planned)
     "A": (256, 16, None),
     "B": (64, 16, None),
     "C": (64, 4, 1),
 }
+SQUARE = ("A", "C")  # of which errors are told
 
 
 @dataclass
@@ -49,8 +54,7 @@ class PilotRun:
     seconds: dict  # stage -> [s] of wall time
     processor_seconds: dict  # stage -> [s], sum over threads
     main_seconds: tuple  # [s] of the main thread, before the suns and from then on
-    errors: object  # YieldErrors
-    lit: np.ndarray  # (n,) bool, surfaces in these
+    errors: object  # YieldErrors; None where no surface was asked for
     last_bounce: float  # share of the last reflection of all light
 
 
@@ -58,14 +62,12 @@ class PilotRun:
 class Pilot:
     """What the runs showed."""
 
-    runs: dict  # name -> PilotRun, of the square
+    runs: dict  # "A" and "C" -> PilotRun, of the square
     timed: list  # of PilotRun, of patches of the whole city
     empty: PilotRun  # the same of hardly a patch
     survey: object  # Survey of the whole city
-    surfaces: int  # of the square, with yield
     electricity: float  # [s] for all surfaces
     transfer: object  # Transfer of run A
-    lit: np.ndarray  # (n,) bool, surfaces in the errors of run A
 
 
 class MainClock:
@@ -102,43 +104,58 @@ def run_pilot(scene, prepared, weather, request, progress=silent):
     -------
     Pilot
     """
-    ways = (SUNS, FEW_SUNS)
-    suns, few_suns = (spread_suns(choose_suns(way, *weather.axis, request.seed, position=weather.data)) for way in ways)
-    traced = prepared.patches.receives & ~prepared.plan.unobstructed
-    near = choose_square(prepared.scene, prepared.patches, traced, PATCHES)
-    inputs = scene, prepared, weather, request
-    few = draw_patches(prepared, FEW, request.seed)
-    _, empty = (trace_part((*inputs, few_suns), few, RUNS["A"])[0] for _ in range(2))  # the first loads compiled code
-    runs, transfers, electricity = {}, [], []
-    for done, (name, setting) in enumerate(RUNS.items()):
-        progress("pilot", done, len(RUNS), "runs")
-        runs[name], *others = trace_part((*inputs, suns), near, setting)
-        transfers.append(others[0])
-        electricity.append(others[1])
-    progress("pilot", len(RUNS), len(RUNS), "runs")
-    some = draw_patches(prepared, TIMED, request.seed)
+    suns = spread_suns(choose_suns(SUNS, *weather.axis, request.seed, position=weather.data))
+    inputs = scene, prepared, weather, request, suns
+    square, counted = choose_neighbourhood(prepared, PATCHES, INNER)
+    runs, transfers = {}, {}
+    for done, name in enumerate(SQUARE):  # the first loads compiled code, so that neither is timed
+        progress("pilot", done, len(SQUARE), "runs")
+        runs[name], transfers[name] = trace_part(inputs, square, RUNS[name], counted)
+    progress("pilot", len(SQUARE), len(SQUARE), "runs")
+    empty, timed = time_patches(inputs)
     return Pilot(
         runs=runs,
-        timed=[trace_part((*inputs, few_suns), some, setting)[0] for setting in RUNS.values()],
+        timed=timed,
         empty=empty,
         survey=survey_city(prepared, request),
-        surfaces=len(runs["A"].errors.hours),
-        electricity=electricity[0],
-        transfer=transfers[0],
-        lit=runs["A"].lit,
+        electricity=time_electricity(transfers["A"], weather, request),
+        transfer=transfers["A"],
     )
 
 
+def time_patches(inputs):
+    """PilotRun of hardly a patch, and those of patches drawn from the whole city."""
+    _, prepared, _, request, _ = inputs
+    few, some = (draw_patches(prepared, count, request.seed) for count in (FEW, TIMED))
+    empty, *timed = (trace_part(inputs, *one)[0] for one in [(few, RUNS["A"]), *((some, run) for run in RUNS.values())])
+    return empty, timed
+
+
 def draw_patches(prepared, count, seed):
-    """Patches drawn from the whole city, and the same share of the generated ground: (p,) bool."""
+    """Patches drawn from the whole city, in blocks, and the same share of the generated ground: (p,) bool."""
     own = prepared.scene.triangle_surface >= 0
     traced = prepared.patches.receives & ~prepared.plan.unobstructed
     share = min(count / max(int((traced & own).sum()), 1), 1.0)
     generator, drawn = np.random.default_rng([seed, DRAWN]), np.zeros(len(own), bool)
     for part in (own, ~own):
         places = np.flatnonzero(traced & part)
-        drawn[generator.permutation(places)[: round(share * len(places))]] = True
+        firsts = generator.permutation(np.arange(0, len(places), BLOCK))[: -(-round(share * len(places)) // BLOCK)]
+        rows = (firsts[:, None] + np.arange(BLOCK)).ravel()
+        drawn[places[rows[rows < len(places)]]] = True
     return drawn
+
+
+def choose_neighbourhood(prepared, patches, inner):
+    """Patches of a square in the middle of the city, (p,) bool, and surfaces in its inner part, (n,) bool.
+
+    Both are the whole city where that has no more patches than the square.
+    """
+    scene, traced = prepared.scene, prepared.patches.receives & ~prepared.plan.unobstructed
+    square = choose_square(scene, prepared.patches, traced, patches)
+    within = square if square.all() else choose_square(scene, prepared.patches, traced, inner)
+    counted, own = np.zeros(len(scene.surfaces), bool), scene.triangle_surface
+    counted[own[within & (own >= 0)]] = True
+    return square, counted
 
 
 def choose_square(scene, patches, traced, count):
@@ -161,8 +178,22 @@ def choose_square(scene, patches, traced, count):
     return distance <= np.sort(distance[traced])[count - 1]
 
 
-def trace_part(inputs, part, setting):
-    """Trace some patches with one of the settings: PilotRun, Transfer, and seconds of electricity."""
+def trace_part(inputs, part, setting, counted=None):
+    """Trace some patches with one of the settings.
+
+    Parameters
+    ----------
+    inputs : tuple of Scene, PreparedScene, Weather, Request and Suns
+    part : (p,) bool
+    setting : tuple
+        Of RUNS.
+    counted : (n,) bool, optional
+        Surfaces whose errors are told; none if not given.
+
+    Returns
+    -------
+    PilotRun and Transfer
+    """
     scene, prepared, weather, request, suns = inputs
     samples, shadow_samples, most = setting
     bounces = min(prepared.plan.max_bounces, most or prepared.plan.max_bounces)
@@ -172,13 +203,8 @@ def trace_part(inputs, part, setting):
     laps = MainClock()
     transfer = trace_hybrid(scene, suns, request, laps, prepared=replace(prepared, patches=patches, plan=plan))
     main_seconds = laps.split()
-    started = time.perf_counter()
-    energy = compute_energy(
-        transfer, weather, build_system(request), request.threads, sky=choose_sky(request, transfer)
-    )
-    seconds = time.perf_counter() - started
+    errors = None if counted is None else tell_errors(transfer, weather, request, counted)
     record = transfer.record
-    last = max(record.last_bounce_share_diffuse, record.last_bounce_share_direct)
     run = PilotRun(
         samples=samples,
         shadow_samples=shadow_samples,
@@ -188,11 +214,19 @@ def trace_part(inputs, part, setting):
         seconds=record.seconds,
         processor_seconds=record.processor_seconds,
         main_seconds=main_seconds,
-        errors=split_errors(transfer, weather, energy),
-        lit=find_lit(energy),
-        last_bounce=last,
+        errors=errors,
+        last_bounce=max(record.last_bounce_share_diffuse, record.last_bounce_share_direct),
     )
-    return run, transfer, seconds
+    return run, transfer
+
+
+def tell_errors(transfer, weather, request, counted):
+    """YieldErrors of some surfaces, with their rows in the whole city."""
+    rows = np.flatnonzero(counted)
+    part = take_rows(transfer, rows)
+    energy = compute_energy(part, weather, build_system(request), request.threads, sky=choose_sky(request, transfer))
+    errors = split_errors(part, weather, energy)
+    return replace(errors, rows=rows[errors.rows])
 
 
 def count_patches(patches, plan, rays, samples):

@@ -65,10 +65,10 @@ def price_pilot(pilot, fixed, patch_size, surfaces):
     runs, survey = pilot.timed, pilot.survey
     works = [work_of_patches(survey, run.counts, run.samples, run.shadow_samples) for run in runs]
     terms = np.array([terms_of_suns(work, run.bounces, run.suns) for work, run in zip(works, runs, strict=True)])
-    both, empty = [*runs, *pilot.runs.values()], pilot.empty
-    main = np.array([run.main_seconds[1] for run in both])  # the main thread's, on arrays of all patches and suns
-    per_sun = fit_costs(np.array([(1.0, run.suns) for run in both]), main)[1]
-    overhead = np.array([of_sky(empty) + max(of_suns(empty) - per_sun * empty.suns, 0), per_sun])
+    empty = pilot.empty
+    # Threads go through arrays of all patches for every sun, the main thread once.
+    per_sun = max(of_suns(empty) - empty.main_seconds[1], 0.0) / empty.suns
+    overhead = np.array([of_sky(empty) + of_suns(empty) - per_sun * empty.suns, per_sun])
     return Prices(
         overhead=overhead,
         sky=fit_costs(np.array([(work.patches, work.rays) for work in works]), beyond_empty(runs, empty, of_sky, 0)),
@@ -136,12 +136,10 @@ def predict_errors(pilot, knobs, sampling, patch_size):
     -------
     YieldErrors
     """
-    fine, middle, coarse = (pilot.runs[name] for name in "ABC")
+    fine, coarse = pilot.runs["A"], pilot.runs["C"]
     variance = fine.errors.variance
-    rays = samples_factor(fine, middle, "rays", "samples")
-    points = samples_factor(middle, coarse, "shadows", "shadow_samples")
-    by_rays = samples_factor(fine, middle, "passed_on", "samples")
-    by_points = samples_factor(middle, coarse, "passed_on", "shadow_samples")
+    rays, points = (samples_factor(fine, coarse, source) for source in ("rays", "shadows"))
+    passed_on = samples_factor(fine, coarse, "passed_on") / 2  # rays and points together: each alone half of it
     length = 1.0 if None in (patch_size, knobs.patch_size) else knobs.patch_size / patch_size
     elements = fine if knobs.shadow_samples >= fine.shadow_samples else coarse
     more = knobs.samples / fine.samples, knobs.shadow_samples / fine.shadow_samples
@@ -149,7 +147,7 @@ def predict_errors(pilot, knobs, sampling, patch_size):
     parts = {
         "rays": variance["rays"] * more[0] ** -rays * length**2 / knobs.rounds,
         "shadows": variance["shadows"] * more[1] ** -points * length**2 / knobs.rounds,
-        "passed_on": variance["passed_on"] * more[0] ** -by_rays * more[1] ** -by_points * length**2 / knobs.rounds,
+        "passed_on": variance["passed_on"] * (more[0] * more[1]) ** -passed_on * length**2 / knobs.rounds,
         "discretisation": shared_rows(pilot, elements) * length**2,
         "suns": (sampling * fine.errors.hours) ** 2,
     }
@@ -169,15 +167,13 @@ def shared_rows(pilot, run):
     )
 
 
-def samples_factor(more, fewer, source, setting):
-    """Exponent with which a variance falls between two runs, kept between LEAST and MOST."""
-    ratio = getattr(more, setting) / getattr(fewer, setting)
+def samples_factor(more, fewer, source):
+    """Exponent with which a variance falls from a run to one of as many times the rays as points, LEAST to MOST."""
+    ratio = more.samples / fewer.samples
     high, low = mean_variance(fewer, source), mean_variance(more, source)
     if not (high > 0 and low > 0):
         return USUAL[source]
-    exponent = np.log(high / low) / np.log(ratio)
-    least = 0.0 if source == "passed_on" else LEAST  # it may come from the other kind of rays
-    return float(np.clip(exponent, least, MOST))
+    return float(np.clip(np.log(high / low) / np.log(ratio), LEAST, MOST))
 
 
 def mean_variance(run, source):
@@ -191,7 +187,7 @@ def mean_variance(run, source):
 
 
 def left_by_bounces(pilot, bounces):
-    """Share of the light that reflections after so many would add, from the last of runs B and C: float.
+    """Share of the light that reflections after so many would add, from the last of runs A and C: float.
 
     From reflection to reflection light falls by the same factor.
     """

@@ -79,8 +79,7 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
     )
     checking = (time.perf_counter() - clock) / 2  # mostly the hourly suns, and several choices beside them
     sampling = dict(zip(names, (sampling_of_surfaces(one, pilot) for one in measured), strict=True))
-    electricity = pilot.electricity * len(scene.surfaces) / max(pilot.surfaces, 1)
-    fixed = reading + preparing + checking + min(electricity, 10 * pilot.electricity)
+    fixed = reading + preparing + checking + pilot.electricity
     prices = price_pilot(pilot, fixed, request.patch_size, len(scene.surfaces))
     own = Knobs(
         request.samples,
@@ -125,7 +124,7 @@ def knobs_of_preset(name):
 
 def sampling_of_surfaces(measured, pilot):
     """Error of a choice of suns for each surface of the pilot, as a share of its hours: (e,) float64."""
-    return shares_of_names(measured, name_groups(pilot.transfer.surfaces)[pilot.lit], "rms")
+    return shares_of_names(measured, name_groups(pilot.transfer.surfaces)[pilot.runs["A"].errors.rows], "rms")
 
 
 def describe_prices(listed):

@@ -14,10 +14,11 @@ from itertools import product
 import numpy as np
 
 from ..accuracy.foresee_target import measure_suns, trace_square, with_suns
-from ..accuracy.pilot import FEW, FEW_SUNS, RUNS, SUNS, TIMED, Pilot, draw_patches, trace_part
+from ..accuracy.pilot import SUNS, Pilot, time_patches
 from ..accuracy.predict import USUAL, Knobs, of_sky, of_suns, predict_seconds, price_pilot, terms_of_suns
 from ..accuracy.sun_sampling import name_groups
 from ..accuracy.survey import survey_city, work_of_patches
+from ..accuracy.time_electricity import time_electricity
 from ..accuracy.yield_errors import SAMPLED
 from ..request import option_of
 from ..sun.choose_suns import choose_suns
@@ -94,9 +95,9 @@ def take(request, settings, log, why):
 
 def make_offers(inputs, free, progress):
     """Offers of all combinations of the free settings, and seconds that every run takes after tracing."""
-    _, prepared, _, request = inputs
+    _, prepared, weather, request = inputs
     choices = {name: CHOICES[name] if name in free else (getattr(request, name),) for name in CHOICES}
-    square, transfer, electricity = trace_square(inputs, SUNS, progress)
+    square, transfer = trace_square(inputs, SUNS, progress)
     started = time.monotonic()
     suns, found = measure_suns(inputs, transfer, choices["suns"], progress)
     checking = (time.monotonic() - started) / 2  # mostly the hourly suns, and several choices beside them
@@ -113,20 +114,15 @@ def make_offers(inputs, free, progress):
         writing = prices.bytes_per_sun * many / WRITING
         errors = scale_errors(one, rays / square.samples, points / square.shadow_samples)
         offers.append(Offer(settings, predict_seconds(prices, knobs)[0], writing, errors))
-    return offers, checking + 2 * electricity + MOMENT
+    return offers, checking + 2 * time_electricity(transfer, weather, request) + MOMENT
 
 
 def price_rounds(inputs, square):
     """Prices from patches drawn from the whole city, and from the run of a square."""
     scene, prepared, weather, request = inputs
-    suns = spread_suns(choose_suns(FEW_SUNS, *weather.axis, request.seed, position=weather.data))
-    runs = [("A", FEW), *((name, TIMED) for name in RUNS)]
-    empty, *timed = (
-        trace_part((scene, prepared, weather, request, suns), draw_patches(prepared, many, request.seed), RUNS[name])[0]
-        for name, many in runs
-    )
-    surveyed = survey_city(prepared, request)
-    pilot = Pilot({"A": square}, timed, empty, surveyed, len(square.errors.hours), 0.0, None, square.lit)
+    suns = spread_suns(choose_suns(SUNS, *weather.axis, request.seed, position=weather.data))
+    empty, timed = time_patches((scene, prepared, weather, request, suns))
+    pilot = Pilot({"A": square}, timed, empty, survey_city(prepared, request), 0.0, None)
     return raise_prices(price_pilot(pilot, 0.0, request.patch_size, len(scene.surfaces)), square)
 
 
