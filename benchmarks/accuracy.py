@@ -1,6 +1,7 @@
 """Error against time on two cities: what each setting buys, and what the peers need.
 
     python benchmarks/accuracy.py [--city town midtown] [--only CURVE …] [--runs 3] [--threads 1] [--plot docs/accuracy]
+                                  [--points N] [--kept FILE]
 
 town     91,764 triangles and 143 suns of tests/data/town.npz; reference of 3,000 triangles in the same file, noise
          0.0004, which this program did not make
@@ -10,9 +11,11 @@ midtown  a square of Midtown Manhattan (accuracy_midtown.py); reference of 300 t
 
 The error is that of the light of a year, direct, reflected and diffuse, as root mean square over the triangles in
 percent of their mean. Time is processor time of tracing, the median of --runs; `--threads 1` keeps it from growing with
-waiting threads. Every run is kept in build/accuracy.json, so that the study can be made in parts: table and picture
-show all that is kept of a city. Peers: peers/mitsuba.py does the same task with Mitsuba 3 as ray engine,
-peers/radiance.py with Radiance, a sample of the triangles from which its time is multiplied up.
+waiting threads. Settings that several curves share are traced once per run. Every run is kept in a file, so that the
+study can be made in parts, and by one process for each city with a file of its own: table and picture show all that is
+kept of a city. `--points 1` tries the cheapest setting of each curve. *Adaptive* are rounds to a target, with surfaces
+left out that are known well enough (accuracy_adaptive.py). Peers: peers/mitsuba.py does the same task with Mitsuba 3 as
+ray engine, peers/radiance.py with Radiance, a sample of the triangles from which its time is multiplied up.
 """
 
 import argparse
@@ -21,11 +24,13 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from statistics import median
 
 import accuracy_midtown
 import numpy as np
+from accuracy_adaptive import refine_to
 from tracer import SETTINGS, TOWN
 
 from citypv.core.accuracy.refine import add_round
@@ -64,10 +69,11 @@ SUNS = {  # of Midtown only: the town's are given
     "hourly": ["hourly"],
 }
 PRESETS = {"draft": (64, 4, "days:12"), "standard": (256, 16, "days:24"), "reference": (1024, 64, "days:52")}
+TARGETS = (2.0, 1.4, 1.0)  # [%] of adaptive rounds
 PHOTONS = (8, 32, 128)
 MITSUBA = ((16, 1), (64, 4), (256, 16), (1024, 64))  # rays, points
 RADIANCE = ((4, 4), (8, 8), (16, 16))  # points, ambient rays from each
-CURVES = [*LADDERS, *SUNS, "presets", "rounds", "forward", "mitsuba", "radiance"]
+CURVES = [*LADDERS, *SUNS, "presets", "rounds", "adaptive", "forward", "mitsuba", "radiance"]
 MARKS = "osv^DPX*hp<>d"
 
 
@@ -77,6 +83,7 @@ class Town:
     name = "town"
 
     def __init__(self, options):
+        self.traced = {}
         self.known = np.load(TOWN)
         self.scene = join_parts([(self.known["vertices"], self.known["triangles"])])
         count = len(self.known["sun"])
@@ -103,6 +110,7 @@ class Midtown:
     name = "midtown"
 
     def __init__(self, options):
+        self.traced = {}
         self.scene, self.weather = accuracy_midtown.read_square()
         self.chosen, self.light, noise = accuracy_midtown.reference(self.scene, self.weather, options.paths)
         self.words = f"{len(self.scene.triangles):,} triangles"
@@ -127,11 +135,14 @@ def relative_rms(found, true):
 
 
 def run(city, trace, changes, threads, way="days:24"):
-    """Processor seconds of tracing, and error [%]."""
+    """Processor seconds of tracing, and error [%]; of settings that this run has traced before, these numbers."""
     request, suns = Request(**{**SETTINGS, **changes}, threads=threads), city.suns(way)
-    before = time.process_time()
-    transfer = trace(city.scene, suns, request, silent)
-    return time.process_time() - before, city.error(transfer)
+    key = trace.__name__, suns.way, str(request)
+    if key not in city.traced:
+        before = time.process_time()
+        transfer = trace(city.scene, suns, request, silent)
+        city.traced[key] = time.process_time() - before, city.error(transfer)
+    return city.traced[key]
 
 
 def run_rounds(city, threads):
@@ -148,6 +159,13 @@ def run_rounds(city, threads):
         total = add_round(total, trace_round(city.scene, total, request, part, prepared=prepared))
         spent += time.process_time() - before
         yield f"{total.record.rounds} × 64 rays, 4 points", spent, city.error(total)
+
+
+def run_adaptive(city, threads):
+    """The same of rounds to some targets, the first of 256 rays and 16 points."""
+    request = Request(**SETTINGS, threads=threads)
+    for target, transfer, spent in refine_to(TARGETS, city.scene, city.suns("days:24"), request):
+        yield f"to {target:g} % on 95 % of the area", spent, city.error(transfer)
 
 
 def run_peer(name, numbers, threads):
@@ -176,6 +194,8 @@ def points_of(city, curve, threads):
             yield name, *run(city, trace_gather, {"samples": samples, "shadow_samples": points}, threads, way)
     elif curve == "rounds":
         yield from run_rounds(city, threads)
+    elif curve == "adaptive":
+        yield from run_adaptive(city, threads)
     elif curve == "forward":
         for photons in PHOTONS:
             yield f"forward, {photons} photons", *run(city, trace_forward, {"samples": photons}, threads)
@@ -186,17 +206,17 @@ def points_of(city, curve, threads):
             yield label, *run_peer(curve, numbers, threads)
 
 
-def read_kept():
+def read_kept(path):
     """What was measured before: city -> curve -> label -> list of (seconds, error)."""
-    return json.loads(KEPT.read_text()) if KEPT.exists() else {}
+    return json.loads(path.read_text()) if path.exists() else {}
 
 
-def keep(kept, city, curve, found):
+def keep(path, kept, city, curve, found):
     """Add a run, and write all."""
     label, *numbers = found
     kept.setdefault(city, {}).setdefault(curve, {}).setdefault(label, []).append(numbers)
-    KEPT.parent.mkdir(exist_ok=True)
-    KEPT.write_text(json.dumps(kept, indent=1))
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(json.dumps(kept, indent=1))
 
 
 def medians(kept, city):
@@ -230,18 +250,21 @@ def main():
     parser.add_argument("--only", nargs="*", choices=CURVES, default=CURVES, help="curves; none: table and picture")
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--paths", type=int, default=40_000, help="from each triangle of Midtown, for its reference")
+    parser.add_argument("--paths", type=int, default=250_000, help="from each triangle of Midtown, for its reference")
+    parser.add_argument("--points", type=int, help="no more of each curve, from the cheapest on; all if not given")
+    parser.add_argument("--kept", type=Path, default=KEPT, help="file of all runs (build/accuracy.json)")
     parser.add_argument("--plot", type=Path, help="pictures PLOT.png of the town, PLOT_midtown.png")
     options = parser.parse_args()
-    kept = read_kept()
+    kept = read_kept(options.kept)
     for name in options.city:
         city = (Town if name == "town" else Midtown)(options)
         if options.only:
             run(city, trace_gather, {"samples": 16, "shadow_samples": 1}, options.threads, "days:4")  # compiles
         for _ in range(options.runs):
+            city.traced = {}
             for curve in options.only:
-                for found in points_of(city, curve, options.threads):
-                    keep(kept, name, curve, found)
+                for found in islice(points_of(city, curve, options.threads), options.points):
+                    keep(options.kept, kept, name, curve, found)
         curves = medians(kept, name)
         print("| city | curve | settings | s | error, % | runs |\n|---|---|---|--:|--:|--:|")
         for curve, points in curves.items():

@@ -31,7 +31,8 @@ from .time_electricity import time_electricity
 from .yield_errors import split_errors
 
 PATCHES, INNER = 8_000, 4_000  # of the square, and of its inner part
-TIMED, FEW = 6_000, 64  # patches of the timed runs, and of that which tells what the city's size costs
+FEW = 64  # patches of the run that tells what the city's size costs
+TIMED, SECONDS = (3_000, 16_000), 1.5  # patches of the timed runs, so many that run A takes [s] beyond it
 BLOCK = 32  # patches drawn together: rays of neighbours go similar ways, and cost less than those of strangers
 SUNS = "days:12"
 RUNS = {  # name -> samples, shadow samples, most reflections (None: as planned)
@@ -112,7 +113,7 @@ def run_pilot(scene, prepared, weather, request, progress=silent):
         progress("pilot", done, len(SQUARE), "runs")
         runs[name], transfers[name] = trace_part(inputs, square, RUNS[name], counted)
     progress("pilot", len(SQUARE), len(SQUARE), "runs")
-    empty, timed = time_patches(inputs)
+    empty, timed = time_patches(inputs, runs["A"])
     return Pilot(
         runs=runs,
         timed=timed,
@@ -123,12 +124,17 @@ def run_pilot(scene, prepared, weather, request, progress=silent):
     )
 
 
-def time_patches(inputs):
-    """PilotRun of hardly a patch, and those of patches drawn from the whole city."""
+def time_patches(inputs, square):
+    """PilotRun of hardly a patch, and those of patches drawn from the whole city.
+
+    What the square took tells how many of these are enough to be timed, and not too many.
+    """
     _, prepared, _, request, _ = inputs
-    few, some = (draw_patches(prepared, count, request.seed) for count in (FEW, TIMED))
-    empty, *timed = (trace_part(inputs, *one)[0] for one in [(few, RUNS["A"]), *((some, run) for run in RUNS.values())])
-    return empty, timed
+    empty, _ = trace_part(inputs, draw_patches(prepared, FEW, request.seed), RUNS["A"])
+    spent, least = (sum(run.processor_seconds.values()) for run in (square, empty))
+    each = max(spent - least, 1e-9) / max(sum(square.counts), 1)
+    some = draw_patches(prepared, int(np.clip(SECONDS / each, *TIMED)), request.seed)
+    return empty, [trace_part(inputs, some, setting)[0] for setting in RUNS.values()]
 
 
 def draw_patches(prepared, count, seed):

@@ -121,7 +121,7 @@ def price_rounds(inputs, square):
     """Prices from patches drawn from the whole city, and from the run of a square."""
     scene, prepared, weather, request = inputs
     suns = spread_suns(choose_suns(SUNS, *weather.axis, request.seed, position=weather.data))
-    empty, timed = time_patches((scene, prepared, weather, request, suns))
+    empty, timed = time_patches((scene, prepared, weather, request, suns), square)
     pilot = Pilot({"A": square}, timed, empty, survey_city(prepared, request), 0.0, None)
     return raise_prices(price_pilot(pilot, 0.0, request.patch_size, len(scene.surfaces)), square)
 

@@ -1,0 +1,76 @@
+"""Adaptive rounds for benchmarks/accuracy.py: as of `citypv simulate --target-error`, for the light of a year.
+
+Their target is the error of this light, as the run itself states it, on 95 % of the area. The first round has 256 rays
+and 16 points; from then on surfaces that are known well enough get no more samples (docs/accuracy.md). Time is that of
+tracing, of all rounds together.
+"""
+
+import copy
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from citypv.core.accuracy.choose_counted import choose_counted
+from citypv.core.accuracy.refine import Goal, largest_round, refine_transfer
+from citypv.core.accuracy.yield_errors import LEAST_HOURS, YieldErrors
+from citypv.core.energy.standard_errors import join_own
+from citypv.core.progress import silent
+from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.study import trace_round
+from citypv.core.transfer.noise import own_diffuse, own_direct, variance_of_mean
+from citypv.core.transfer.patch_light import Round
+from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
+
+
+def light_errors(transfer):
+    """Stated errors of the light of a year, the mean over the suns plus that of the sky: YieldErrors in place of hours.
+
+    Surfaces with less than a tenth of the mean light are left out.
+    """
+    suns, parts = transfer.suns, transfer.error_parts
+    cosine = np.maximum(transfer.surfaces.normal @ suns.direction.T, 0)
+    light = (cosine * transfer.visible_share + transfer.direct_reflected) @ suns.weight + transfer.diffuse_relative
+    own = join_own(1.0, 1.0, own_direct(transfer), own_diffuse(transfer), parts.covariance)
+    points = np.minimum(parts.direct_points, own)
+    variance = {
+        "shadows": points,
+        "rays": own - points,
+        "passed_on": variance_of_mean(parts.direct_passed_on + parts.diffuse_passed_on),
+        "discretisation": (parts.direct_discretisation + parts.diffuse_discretisation) ** 2,
+        "suns": np.zeros(len(own)),
+    }
+    area = np.asarray(transfer.surfaces.area, float)
+    lit = (area > 0) & (light >= LEAST_HOURS * np.average(light, weights=area))
+    chosen = {name: part[lit] for name, part in variance.items()}
+    return YieldErrors(chosen, light[lit], area[lit], transfer.record.rounds, np.flatnonzero(lit))
+
+
+def refine_to(targets, scene, suns, request):
+    """Transfer and processor seconds for each target [%], one after the other; the first round is that of all of them.
+
+    Parameters
+    ----------
+    targets : sequence of float
+    scene : Scene
+    suns : Suns
+    request : Request
+    """
+    before = time.process_time()
+    prepared = replace(build_tree(prepare_scene(scene, request), request), round=Round())
+    first = trace_gather(scene, suns, request, silent, prepared=prepared)
+    spent = time.process_time() - before
+    for target in targets:
+        seconds = [spent]
+
+        def trace(total, part, seconds=seconds):
+            started = time.process_time()
+            more = trace_round(scene, total, request, part, prepared=prepared)
+            seconds.append(time.process_time() - started)
+            return more
+
+        def choose(errors, before, target=target):
+            return choose_counted(errors, request, target, scene.surfaces, before)
+
+        goal = Goal(target, None, largest_round(request), choose)
+        yield target, refine_transfer(copy.deepcopy(first), light_errors, goal, trace, lambda line: None), sum(seconds)
