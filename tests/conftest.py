@@ -15,8 +15,8 @@ TOGETHER = {
 LONGEST = [
     "blender/test_window.py",
     "hard/test_gather_is_forward.py",
-    "core/test_cancel_command.py",
     "blender/test_extension.py",
+    "core/test_cancel_command.py",
     "core/test_reading_progress.py",
     "core/test_forward_agrees.py",
     "hard/test_forward_laws.py",
@@ -30,6 +30,8 @@ LONGEST = [
     "hard/test_budget_is_true.py",
     "hard/test_laws.py",
     "core/test_rack_light.py",
+    "core/test_sky.py",
+    "hard/test_which_light.py",
 ]
 
 
