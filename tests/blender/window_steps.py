@@ -32,6 +32,7 @@ keymap.keymap_items.new("wm.note_button", "F8", "PRESS")
 PAGES = 5  # of the sidebar
 NEXT = ["key", "Next", *["click", 4] * 2]  # a window's height down and 80 pixels up, so that pages overlap
 STEP = 18  # pixels from row to row: a button is 20 high
+ROWS_AT_ONCE = 12
 
 
 def find_button(window, operator, *, below=False):
@@ -50,11 +51,21 @@ def find_button(window, operator, *, below=False):
         window.point("mousemove", place, top + height // 2, "key", "Home", *NEXT * page)
         note_buttons(window, place, rows[:1])  # all keys before it have been heard
         draw_window(window)
-        window.places[page] = note_buttons(window, place, rows)
-        for row, command in zip(rows, window.places[page], strict=True):
-            if call in command and call in note_buttons(window, place, [row])[0]:
-                return place, row
+        found = find_row(window, call, place, rows, window.places.setdefault(page, [""] * len(rows)))
+        if found is not None:
+            return place, found
     raise AssertionError(f"no button of {operator}")
+
+
+def find_row(window, call, place, rows, commands):
+    """Find the row of a button on one page, first where it was seen last; notes the commands of the rows it reads."""
+    parts = [slice(first, first + ROWS_AT_ONCE) for first in range(0, len(rows), ROWS_AT_ONCE)]
+    for part in sorted(parts, key=lambda part: not any(call in command for command in commands[part])):
+        commands[part] = note_buttons(window, place, rows[part])
+        for row, command in zip(rows[part], commands[part], strict=True):
+            if call in command and call in note_buttons(window, place, [row])[0]:
+                return row
+    return None
 
 
 def note_buttons(window, place, rows):
