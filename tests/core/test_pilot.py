@@ -1,0 +1,68 @@
+"""What the pilot of `citypv accuracy` traces, and of which surfaces it tells errors."""
+
+import numpy as np
+import pytest
+from small_city import write_small_city
+
+from citypv.core.accuracy.pilot import BLOCK, RUNS, choose_neighbourhood, draw_patches, trace_part
+from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.request import Request
+from citypv.core.selfcheck.plain_scenes import join_parts
+from citypv.core.study import read_scene, read_year
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
+
+SIDE = 40  # tiles of a metre
+
+
+@pytest.fixture(scope="module")
+def tiled():
+    """A level square of tiles, each of two triangles, below a roof that shades all of them: PreparedScene."""
+    x, y = np.meshgrid(np.arange(SIDE), np.arange(SIDE))
+    corner = np.stack([x.ravel(), y.ravel(), np.zeros(SIDE**2)], axis=1).astype(float)
+    points = (corner[:, None] + [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]).reshape(-1, 3)
+    faces = (4 * np.arange(SIDE**2)[:, None, None] + [[0, 1, 2], [0, 2, 3]]).reshape(-1, 3)
+    roof = np.array([[0, 0, 5], [SIDE, 0, 5], [0, SIDE, 5]], float)
+    request = Request(ground="none", patch_size=None)
+    return prepare_scene(join_parts([(points, faces), (roof, np.array([[0, 2, 1]]))]), request)
+
+
+def test_errors_are_told_of_the_inner_part_of_a_square(tiled):
+    """Of n tiles, k patches about the middle lie in a square of the side times √(k / 2n)."""
+    square, counted = choose_neighbourhood(tiled, 1800, 800)
+    middle = np.asarray(tiled.scene.vertices, float)[tiled.scene.triangles].mean(axis=1)[:, :2]
+    away = np.abs(middle - SIDE / 2).max(axis=1)
+    for chosen, count in ((square, 1800), (counted[tiled.scene.triangle_surface], 800)):
+        side = SIDE * np.sqrt(count / (2 * SIDE**2))
+        assert (away[chosen] < side / 2 + 1).all()
+        assert chosen[away < side / 2 - 1].sum() >= (away[:-1] < side / 2 - 1).sum()
+    assert not (counted & ~square).any()
+
+
+def test_of_a_small_city_all_surfaces_count(tiled):
+    square, counted = choose_neighbourhood(tiled, 10_000, 4_000)
+    assert square.all() and counted.all()
+
+
+def test_patches_are_drawn_in_blocks_from_the_whole_city(tiled):
+    drawn = np.flatnonzero(draw_patches(tiled, 640, 1))
+    assert 640 - BLOCK <= len(drawn) <= 640
+    ends = np.flatnonzero(np.diff(drawn) > 1)
+    assert len(ends) < len(drawn) / BLOCK
+    assert drawn.min() < SIDE**2 / 2 and drawn.max() > 1.5 * SIDE**2
+
+
+def test_hours_of_counted_surfaces_are_those_of_the_whole_city(tmp_path):
+    """Few surfaces are computed by pvlib itself, many by tables that are right to 0.01 %."""
+    request = Request(weather="clear-sky", threads=1, patch_size=None)
+    scene = read_scene([write_small_city(tmp_path / "small.gml")], request)
+    weather = read_year(scene.site, request)
+    suns = choose_suns("days:4", *weather.axis, request.seed, position=weather.data)
+    prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
+    counted = np.arange(len(scene.surfaces)) % 3 == 0
+    every = np.ones(len(prepared.patches), bool)
+    run, transfer = trace_part((scene, prepared, weather, request, suns), every, RUNS["C"], counted)
+    whole = compute_energy(transfer, weather, threads=1, sky="isotropic" if not transfer.sources else "perez")
+    assert counted[run.errors.rows].all() and len(run.errors.rows) > 2
+    assert run.errors.hours == pytest.approx(whole.full_load_hours[run.errors.rows], rel=2e-4)
+    assert run.errors.area == pytest.approx(whole.counted_area[run.errors.rows])
