@@ -154,14 +154,21 @@ def draw_patches(prepared, count, seed):
 def choose_neighbourhood(prepared, patches, inner):
     """Patches of a square in the middle of the city, (p,) bool, and surfaces in its inner part, (n,) bool.
 
-    Both are the whole city where that has no more patches than the square.
+    Both are the whole city where that has no more patches than the square. Where no eligible surface lies in the inner
+    part, as where the middle of a city is one large roof, those of the whole square count.
     """
     scene, traced = prepared.scene, prepared.patches.receives & ~prepared.plan.unobstructed
     square = choose_square(scene, prepared.patches, traced, patches)
     within = square if square.all() else choose_square(scene, prepared.patches, traced, inner)
-    counted, own = np.zeros(len(scene.surfaces), bool), scene.triangle_surface
-    counted[own[within & (own >= 0)]] = True
-    return square, counted
+    counted = surfaces_of(scene, within)
+    return square, counted if (counted & scene.surfaces.eligible).any() else surfaces_of(scene, square)
+
+
+def surfaces_of(scene, patches):
+    """Surfaces of some patches: (n,) bool."""
+    found, own = np.zeros(len(scene.surfaces), bool), scene.triangle_surface
+    found[own[patches & (own >= 0)]] = True
+    return found
 
 
 def choose_square(scene, patches, traced, count):

@@ -1,5 +1,7 @@
 """What the pilot of `citypv accuracy` traces, and of which surfaces it tells errors."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_city import write_small_city
@@ -24,7 +26,9 @@ def tiled():
     faces = (4 * np.arange(SIDE**2)[:, None, None] + [[0, 1, 2], [0, 2, 3]]).reshape(-1, 3)
     roof = np.array([[0, 0, 5], [SIDE, 0, 5], [0, SIDE, 5]], float)
     request = Request(ground="none", patch_size=None)
-    return prepare_scene(join_parts([(points, faces), (roof, np.array([[0, 2, 1]]))]), request)
+    scene = join_parts([(points, faces), (roof, np.array([[0, 2, 1]]))])
+    scene.surfaces.eligible[:] = True
+    return prepare_scene(scene, request)
 
 
 def test_errors_are_told_of_the_inner_part_of_a_square(tiled):
@@ -37,6 +41,13 @@ def test_errors_are_told_of_the_inner_part_of_a_square(tiled):
         assert (away[chosen] < side / 2 + 1).all()
         assert chosen[away < side / 2 - 1].sum() >= (away[:-1] < side / 2 - 1).sum()
     assert not (counted & ~square).any()
+
+
+def test_of_a_middle_without_eligible_surfaces_the_whole_square_counts(tiled):
+    eligible = np.isin(np.arange(len(tiled.scene.surfaces)), (0, 2 * SIDE**2 - 1))  # in opposite corners
+    surfaces = replace(tiled.scene.surfaces, eligible=eligible)
+    square, counted = choose_neighbourhood(replace(tiled, scene=replace(tiled.scene, surfaces=surfaces)), 1800, 100)
+    assert np.array_equal(counted[tiled.scene.triangle_surface], square)
 
 
 def test_of_a_small_city_all_surfaces_count(tiled):
