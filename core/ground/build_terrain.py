@@ -10,8 +10,10 @@ from scipy.spatial import Delaunay, cKDTree
 from ..check_arrays import check_array
 from ..city.check_geometry import check_patch_size, check_terrain
 from ..errors import InputError
-from .build_ground import DEFAULT_PATCH, REACH, SHORTEST_REACH, cut_feet, drop_on_triangles, faces_up, under_buildings
+from .build_ground import DEFAULT_PATCH, REACH, SHORTEST_REACH, cut_feet, faces_up, under_buildings
+from .foot_lines import draw_lines
 from .ground_points import spread_points
+from .heights_on import drop_on_triangles
 from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
 
 TOLERANCE, SLACK = 0.15, 0.01  # [m], [m/m] largest height error of the ground, and its growth with distance
@@ -68,7 +70,7 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=REACH):
     patch_size = patch_size or DEFAULT_PATCH
     low, high = points.min(axis=0), points.max(axis=0)
     reach = max(reach * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
-    foot_points, _ = cut_feet(feet, 0.5 * patch_size)
+    foot_points, _ = cut_feet(feet, draw_lines(feet), 0.5 * patch_size)
     places, heights, notes = _spread(foot_points, feet, terrain, (low, high, reach), patch_size)
     vertices = _refine(np.column_stack([places, heights]), terrain, foot_points[:, :2])
     triangles = faces_up(vertices, Delaunay(vertices[:, :2]).simplices.astype(np.int64))

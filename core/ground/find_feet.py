@@ -4,22 +4,20 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
 from ..city.measure_polygons import next_in_ring, polygon_bounds
 from .find_floating import GENTLE, find_floating, measure_objects
+from .in_polygons import find_inside
+from .slope_filter import find_standing
 
 # An edge further above a neighbouring foot than this does not stand on the ground [m]:
 LOWEST_STEP = 6.0  # the lowest footprint of a building (it may stand on an embankment)
 FOOTPRINT_STEP = 2.5  # other footprints: a passage, a bridge, a tower on a podium
 WALL_STEP = 0.5  # walls without a footprint: a bay, a dormer
 SLOPE = 0.5  # [m/m] steepest ground between two feet; next to thin objects only gentle slopes are assumed
-NEIGHBOURS = 32
-NEAR = 10.0  # [m] within which feet are compared with whole edges, further away with their ends
 INSIDE = (
     0.3  # [m] an edge this deep inside another, lower footprint stands on that building; less is inaccurate outlines
 )
-COINCIDENT = 0.01  # [m]
 
 
 @dataclass
@@ -76,9 +74,7 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     step = np.minimum(step, np.maximum(height[building[edge]], WALL_STEP))
     step[~on_footprint[edge]] = WALL_STEP
     slope = np.where(thin[building[edge]], GENTLE, SLOPE)
-    stands = _stands(start[edge], step, slope) & _stands(end[edge], step, slope, start[edge])
-    for ends in (start, end):
-        stands &= _stands_beside(ends[edge], step, slope, start[edge], end[edge])
+    stands = find_standing(start[edge], end[edge], step, slope)
     edge, step = edge[stands], step[stands]
     standing = np.isin(np.flatnonzero(footprint), polygon_of_point[edge])
     hanging = np.flatnonzero(footprint)[~standing]
@@ -125,38 +121,7 @@ def _above_another(shapes, low, footprints, middles, own):
     above = np.zeros(len(middles), bool)
     if not len(shapes) or not len(middles):
         return above
-    tree = shapely.STRtree(shapely.buffer(shapes, -INSIDE))
-    edge, shape = tree.query(shapely.points(middles[:, :2]), predicate="within")
+    edge, shape = find_inside(shapely.buffer(shapes, -INSIDE), middles[:, :2])
     other = footprints[shape]
     above[edge[(other != own[edge]) & (middles[edge, 2] > low[other] + WALL_STEP)]] = True
     return above
-
-
-def _stands(points, step, slope, others=None):
-    """Points on the ground by a slope filter, as for LiDAR: z - z' <= step + slope * distance for all nearby feet."""
-    others = points if others is None else others
-    if not len(points):
-        return np.zeros(0, bool)
-    # Of several feet at one position only the lowest matters.
-    _, place = np.unique(np.round(others[:, :2] / COINCIDENT).astype(np.int64), axis=0, return_inverse=True)
-    order = np.lexsort([others[:, 2], place.reshape(-1)])
-    lowest = others[order[np.unique(place.reshape(-1)[order], return_index=True)[1]]]
-    count = min(NEIGHBOURS, len(lowest))
-    distance, index = cKDTree(lowest[:, :2]).query(points[:, :2], k=count)
-    rise = points[:, 2, None] - lowest[index.reshape(len(points), count), 2]
-    return (rise <= step[:, None] + slope[:, None] * distance.reshape(len(points), count)).all(axis=1)
-
-
-def _stands_beside(points, step, slope, start, end):
-    """The same beside whole edges: a bay above the middle of a long wall stands on nothing."""
-    lines = shapely.linestrings(np.stack([start[:, :2], end[:, :2]], axis=1))
-    point, edge = shapely.STRtree(lines).query(shapely.points(points[:, :2]), "dwithin", distance=NEAR)
-    along = (end - start)[edge]
-    squared = np.maximum((along[:, :2] ** 2).sum(axis=1), 1e-12)
-    share = ((points[point, :2] - start[edge, :2]) * along[:, :2]).sum(axis=1) / squared
-    foot = start[edge] + np.clip(share, 0, 1)[:, None] * along
-    distance = np.hypot(*(points[point, :2] - foot[:, :2]).T)
-    hangs = points[point, 2] - foot[:, 2] > step[point] + slope[point] * distance + COINCIDENT
-    stands = np.ones(len(points), bool)
-    stands[point[hangs]] = False
-    return stands

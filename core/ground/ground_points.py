@@ -1,8 +1,9 @@
 """Sample points of the open ground: dense near the buildings, sparser with distance."""
 
 import numpy as np
-import shapely
 from scipy.spatial import cKDTree
+
+from .in_polygons import find_inside
 
 GROWTH = 0.35  # [m/m] how much a patch may grow per metre of distance from the nearest foot
 KEEP_AWAY = 0.5  # [patch sizes] no points closer to a foot than this
@@ -53,9 +54,8 @@ def _root_size(extent, patch_size):
 def _outside(centres, footprints):
     if not len(footprints):
         return centres
-    found = shapely.STRtree(footprints).query(shapely.points(centres), predicate="within")[0]
     outside = np.ones(len(centres), bool)
-    outside[found] = False
+    outside[find_inside(footprints, centres)[0]] = False
     return centres[outside]
 
 

@@ -1,15 +1,18 @@
 """Delaunay triangulation of places in plan view, and its change where a few places are added.
 
 GEOS takes half the time of Qhull for 30,000 places, and grows in proportion to their number. A place that is added
-changes only the triangles in whose circumcircles it lies: those places alone are triangulated again.
+changes only the triangles in whose circumcircles it lies: their corners alone are triangulated again.
 """
 
 import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
+from .in_polygons import draw_triangles
+from .merge_places import pair_keys, unique_pairs
+
+FEW = 16  # places that are compared with all triangles, one after the other
 TIE = 1e-9  # relative distance from a circumcircle within which a place counts as inside
-SAME_AREA = 1e-9  # relative difference of areas by rounding
 
 
 def triangulate_plan(places):
@@ -23,7 +26,7 @@ def triangulate_plan(places):
     Returns
     -------
     (t, 3) int64
-        In either orientation.
+        All turning the same way.
     """
     polygons = shapely.delaunay_triangles(shapely.linestrings(places))  # a line is any collection of places
     corners = shapely.get_coordinates(polygons).reshape(-1, 4, 2)[:, :3]
@@ -37,36 +40,78 @@ def as_keys(places):
     return places[:, 0] + 1j * places[:, 1]
 
 
-def add_places(places, triangles, new):
+def add_places(places, mesh, new, start):
     """Delaunay triangles after some places were added.
 
     Parameters
     ----------
     places : array, (p, 2) float64 [m]
         Old and new.
-    triangles : array, (t, 3) int64
-        Delaunay, of the old places.
+    mesh : tuple of (t, 3) int64
+        Delaunay triangles of the old places, and their neighbours.
     new : array, (k,) int
-        Places that no triangle has yet, within the convex hull of the others.
+        Places that no triangle has yet.
+    start : array, (k,) int
+        The triangle in which each of them lies; -1 beyond all.
 
     Returns
     -------
-    triangles : (t, 3) int64
-    kept : int
-        So many of the first were there before.
+    triangles : (s, 3) int64
+        Those that are left come first, in their order.
+    gone : (t,) bool
+        Triangles of before that are not among them.
     """
-    centre, radius = circumscribe(places[triangles])
-    known = np.isfinite(radius)
-    near = np.zeros(len(triangles))
-    near[known] = cKDTree(places[new]).query(centre[known])[0]
-    gone = ~known | (near <= radius * (1 + TIE))
-    cavity = places[triangles[gone]]
+    triangles, _ = mesh
+    gone = find_cavity(places, mesh, new, start) if (start >= 0).all() else np.ones(len(triangles), bool)
     used = np.union1d(triangles[gone], new)
-    fresh = used[triangulate_plan(places[used])]
-    fresh = fresh[inside_any(places[fresh].mean(axis=1), cavity)]
-    if abs(areas(places[fresh]).sum() - areas(cavity).sum()) > SAME_AREA * areas(cavity).sum():
-        return triangulate_plan(places), 0  # ties were broken in another way
-    return np.concatenate([triangles[~gone], fresh]), int((~gone).sum())
+    while len(used) < len(places):
+        fresh = used[triangulate_plan(places[used])]
+        sides, beyond = find_border(mesh, gone)
+        lost = ~has_edges(fresh, sides)
+        if not lost.any():
+            fresh = fresh[inside_any(places[fresh].mean(axis=1), places[triangles[gone]])]
+            return np.concatenate([triangles[~gone], fresh]), gone
+        if (beyond[lost] < 0).any():
+            break
+        gone[beyond[lost]] = True  # where four corners lie on one circle, either diagonal may be drawn
+        used = np.union1d(used, triangles[gone])
+    return triangulate_plan(places), np.ones(len(triangles), bool)
+
+
+def find_cavity(places, mesh, new, start):
+    """Triangles with a new place in or on their circumcircles: (t,) bool.
+
+    For each new place they hang together, around the triangle in which it lies.
+    """
+    triangles, neighbours = mesh
+    gone = np.zeros(len(triangles), bool)
+    pairs = unique_pairs(np.column_stack([start, new]))
+    seen = pair_keys(pairs)
+    while len(pairs):
+        gone[pairs[:, 0]] = True
+        beyond = np.column_stack([neighbours[pairs[:, 0]].ravel(), np.repeat(pairs[:, 1], 3)])
+        beyond = unique_pairs(beyond[beyond[:, 0] >= 0])
+        beyond = beyond[~np.isin(pair_keys(beyond), seen)]
+        seen = np.concatenate([seen, pair_keys(beyond)])
+        pairs = beyond[in_circles(places, triangles[beyond[:, 0]], beyond[:, 1])]
+    return gone
+
+
+def find_border(mesh, chosen):
+    """Sides of some triangles towards others, (b, 2), and the triangles beyond them, -1 beyond the hull, (b,) int."""
+    triangles, neighbours = mesh
+    rows = np.flatnonzero(chosen)
+    beyond = neighbours[rows]
+    open_side = (beyond < 0) | ~chosen[beyond]
+    sides = np.stack([triangles[rows], triangles[rows][:, [1, 2, 0]]], axis=2)[open_side]
+    return np.sort(sides, axis=1), beyond[open_side]
+
+
+def in_circles(places, triangles, others):
+    """Whether a place lies in or on the circle through a triangle, or that has no area: (k,) bool."""
+    centre, radius = circumscribe(places[triangles])
+    away = np.hypot(*(places[others] - centre).T)
+    return ~(away > radius * (1 + TIE))
 
 
 def circumscribe(corners):
@@ -80,22 +125,22 @@ def circumscribe(corners):
     b, c = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     squares = (b**2).sum(axis=1), (c**2).sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        scale = 0.5 / (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
+        scale = 0.5 / twice_areas(corners)
         x = scale * (c[:, 1] * squares[0] - b[:, 1] * squares[1])
         y = scale * (b[:, 0] * squares[1] - c[:, 0] * squares[0])
         return corners[:, 0] + np.column_stack([x, y]), np.hypot(x, y)
 
 
-def areas(corners):
-    """Areas of triangles in plan: (t,) float64 [m²]."""
+def twice_areas(corners):
+    """Twice the areas of triangles in plan, positive where they turn to the left: (t,) float64 [m²]."""
     b, c = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    return 0.5 * np.abs(b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
+    return b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
 
 
 def inside_any(places, corners):
     """Whether places lie in any of some triangles: (p,) bool."""
     found = np.zeros(len(places), bool)
-    found[shapely.STRtree(shapely.polygons(corners)).query(shapely.points(places), "intersects")[0]] = True
+    found[shapely.STRtree(draw_triangles(corners)).query(shapely.points(places), "intersects")[0]] = True
     return found
 
 
@@ -107,9 +152,15 @@ def near_any(corners, places):
     corners : array, (t, 3, 2) float64 [m]
     places : array, (p, 2) float64 [m]
     """
+    if len(places) <= FEW:
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        near = np.zeros(len(corners), bool)
+        for place in places:
+            near |= ((low <= place) & (high >= place)).all(axis=1)
+        return near
     middle = corners.mean(axis=1)
     radius = np.sqrt(((corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
-    return cKDTree(places).query(middle)[0] <= radius * (1 + TIE) if len(places) else np.zeros(len(corners), bool)
+    return cKDTree(places).query(middle)[0] <= radius * (1 + TIE)
 
 
 def find_triangle(corners, places):
@@ -120,9 +171,10 @@ def find_triangle(corners, places):
     corners : array, (t, 3, 2) float64 [m]
     places : array, (p, 2) float64 [m]
     """
-    place, triangle = shapely.STRtree(shapely.polygons(corners)).query(shapely.points(places), "intersects")
+    near = np.flatnonzero(near_any(corners, places))  # few, where there are few places
+    place, triangle = shapely.STRtree(draw_triangles(corners[near])).query(shapely.points(places), "intersects")
     found = np.full(len(places), -1)
-    found[place] = triangle
+    found[place] = near[triangle]
     return found
 
 
@@ -135,6 +187,9 @@ def has_edges(triangles, edges):
     edges : array, (e, 2) int64
         The smaller number first.
     """
-    size = np.int64(max(triangles.max(initial=0), edges.max(initial=0)) + 1)
-    sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    return np.isin(edges[:, 0] * size + edges[:, 1], sides[:, 0] * size + sides[:, 1])
+    following = triangles[:, [1, 2, 0]]
+    sides = np.stack([np.minimum(triangles, following), np.maximum(triangles, following)], axis=2)
+    sides = np.sort(pair_keys(sides.reshape(-1, 2)))
+    wanted = pair_keys(edges)
+    at = np.minimum(np.searchsorted(sides, wanted), len(sides) - 1)
+    return sides[at] == wanted

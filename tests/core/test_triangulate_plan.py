@@ -4,15 +4,17 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay, cKDTree
 
+from citypv.core.ground.keep_edges import find_cut_edges
 from citypv.core.ground.triangulate_plan import (
     add_places,
-    areas,
     circumscribe,
     find_triangle,
     has_edges,
     near_any,
     triangulate_plan,
+    twice_areas,
 )
+from citypv.core.ground.walk_plan import find_neighbours, triangle_at, walk
 
 CORNERS = np.array([[0.0, 0], [1000, 0], [1000, 1000], [0, 1000]])
 ROUNDING = 1e-6  # [m] of a circumcircle's radius
@@ -30,7 +32,7 @@ def grid():
 
 def assert_delaunay(places, triangles):
     """The triangles fill the square, and no place lies within the circle around one of them."""
-    assert np.isclose(areas(places[triangles]).sum(), 1e6, rtol=1e-12)
+    assert np.isclose(np.abs(twice_areas(places[triangles])).sum(), 2e6, rtol=1e-12)
     centre, radius = circumscribe(places[triangles])
     assert (cKDTree(places).query(centre)[0] > radius - ROUNDING).all()
 
@@ -48,11 +50,13 @@ def test_triangles_are_delaunay(places):
 def test_added_places_leave_them_delaunay(places, count):
     every = np.concatenate([places, np.random.default_rng(2).uniform(1, 999, (count, 2))])
     before = triangulate_plan(places)
-    triangles, kept = add_places(every, before, np.arange(len(places), len(every)))
+    new = np.arange(len(places), len(every))
+    start = find_triangle(places[before], every[new])
+    triangles, gone = add_places(every, (before, find_neighbours(before)), new, start)
+    kept = int((~gone).sum())
     assert_delaunay(every, triangles)
     assert 0 < kept < len(before) and len(triangles) == len(before) + 2 * count
-    known = {tuple(row) for row in np.sort(before, axis=1).tolist()}
-    assert known.issuperset(tuple(row) for row in np.sort(triangles[:kept], axis=1).tolist())
+    np.testing.assert_array_equal(triangles[:kept], before[~gone])
 
 
 def test_places_in_triangles_and_sides():
@@ -68,3 +72,44 @@ def test_places_in_triangles_and_sides():
     sides = np.sort(triangulation.simplices[:, :2], axis=1).astype(np.int64)
     assert has_edges(triangulation.simplices, sides).all()
     assert not has_edges(triangulation.simplices, np.array([[0, 2], [1, 3]])).any()
+
+
+def test_a_walk_ends_where_the_place_lies():
+    places = scatter(2000)
+    wanted = np.random.default_rng(3).uniform(-50, 1050, (500, 2))
+    triangulation = Delaunay(places)
+    mesh = triangulation.simplices.astype(np.int64), find_neighbours(triangulation.simplices)
+    start = np.random.default_rng(4).integers(len(mesh[0]), size=len(wanted))
+    np.testing.assert_array_equal(walk(places, mesh, wanted, start), triangulation.find_simplex(wanted))
+    near = triangle_at(mesh[0], len(places))
+    assert (mesh[0][near] == np.arange(len(places))[:, None]).any(axis=1).all()
+    # Qhull numbers neighbours by the corner opposite to them.
+    np.testing.assert_array_equal(mesh[1], triangulation.neighbors[:, [2, 0, 1]])
+
+
+def test_many_corners_on_one_circle_stay_delaunay_and_whole():
+    """Diagonals of squares on the border of what changes may be drawn either way."""
+    places = grid()
+    every = np.append(places, [[475.0, 475.0], [475.0, 525.0], [500.0, 475.0]], axis=0)
+    before, new = triangulate_plan(places), len(places) + np.arange(3)
+    mesh = before, find_neighbours(before)
+    triangles, gone = add_places(every, mesh, new, find_triangle(places[before], every[new]))
+    assert_delaunay(every, triangles)
+    assert gone.sum() < 40
+
+
+@pytest.mark.parametrize("seed", [5, 6, 7])
+def test_edges_that_more_places_cut_are_those_that_qhull_leaves_out(seed):
+    """Sides of triangles, and diagonals that are none, whose smallest circles hold none of the others."""
+    places, added = scatter(600, seed), np.random.default_rng(seed + 10).uniform(1, 999, (600, 2))
+    before = triangulate_plan(places)
+    near = cKDTree(places).query(places, k=9)[1]
+    pairs = np.concatenate([before[:, :2], before[:, 1:], near[:, [0, 8]]])
+    edges = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
+    ends = places[edges]
+    away = cKDTree(added).query(ends.mean(axis=1))[0]
+    edges = edges[2 * away > np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)]
+    expected = ~has_edges(Delaunay(np.concatenate([places, added])).simplices, edges)
+    np.testing.assert_array_equal(find_cut_edges(places, before, edges, added), expected)
+    kept = has_edges(before, edges)
+    assert (expected & kept).sum() > 20 and (~expected).sum() > 100 and (~kept).any()

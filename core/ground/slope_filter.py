@@ -1,0 +1,97 @@
+"""Which feet stand on the ground: a slope filter, as for LiDAR. A foot hangs if it is too far above another nearby.
+
+Most feet are no higher than a step above the lowest one around; that is found out for all of them together. The others
+are compared one by one.
+"""
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from .merge_places import COINCIDENT, merge_places, pair_keys
+
+NEIGHBOURS = 32
+NEAR = 10.0  # [m] within which feet are compared with whole edges, further away with their ends
+ROUNDING = 1e-6  # [m]
+
+
+def find_standing(start, end, step, slope):
+    """Edges neither of whose ends rises above another foot by more than a step and the slope to it.
+
+    Parameters
+    ----------
+    start, end : array, (e, 3) float64 [m]
+    step : array, (e,) float64 [m]
+    slope : array, (e,) float64 [m/m]
+        Of few different values.
+
+    Returns
+    -------
+    (e,) bool
+    """
+    if not len(start):
+        return np.zeros(0, bool)
+    ends, step, slope = np.concatenate([start, end]), np.tile(step, 2), np.tile(slope, 2)
+    hangs = hangs_above_feet(ends, step, slope, start)
+    rest = np.flatnonzero(~hangs)
+    hangs[rest] = hangs_above_edges(ends[rest], step[rest], slope[rest], (start, end))
+    return ~hangs.reshape(2, -1).any(axis=0)
+
+
+def hangs_above_feet(points, step, slope, others):
+    """Points for which z - z' <= step + slope * distance does not hold for all of the nearest feet, (p,) bool."""
+    lowest = others[merge_places(others)[0]]  # of several feet at one position only the lowest matters
+    places, place = np.unique(points[:, 0] + 1j * points[:, 1], return_inverse=True)
+    count = min(NEIGHBOURS, len(lowest))
+    distance, index = cKDTree(lowest[:, :2]).query(np.column_stack([places.real, places.imag]), k=count)
+    distance, height = distance.reshape(-1, count), lowest[index.reshape(-1, count), 2]
+    slopes, kind = np.unique(slope, return_inverse=True)
+    most = np.stack([(height + one * distance).min(axis=1) for one in slopes])
+    hangs = points[:, 2] > step + most[kind, place] - ROUNDING
+    rest = np.flatnonzero(hangs)
+    rise, away = points[rest, 2, None] - height[place[rest]], distance[place[rest]]
+    hangs[rest] = (rise > step[rest, None] + slope[rest, None] * away).any(axis=1)
+    return hangs
+
+
+def hangs_above_edges(points, step, slope, edges):
+    """The same beside whole edges: a bay above the middle of a long wall stands on nothing."""
+    start, end = edges
+    hangs = np.zeros(len(points), bool)
+    chosen = np.flatnonzero(points[:, 2] > step + lowest_around(points, start, end))
+    lines = shapely.linestrings(np.stack([start[:, :2], end[:, :2]], axis=1)) if len(chosen) else np.empty(0, object)
+    point, edge = shapely.STRtree(lines).query(shapely.points(points[chosen, :2]), "dwithin", distance=NEAR)
+    point = chosen[point]
+    foot = foot_on_edge(points[point], start[edge], end[edge])
+    distance = np.hypot(*(points[point, :2] - foot[:, :2]).T)
+    hangs[point[points[point, 2] - foot[:, 2] > step[point] + slope[point] * distance + COINCIDENT]] = True
+    return hangs
+
+
+def lowest_around(points, start, end):
+    """No edge within NEAR of a point is lower there than this: (p,) float64 [m].
+
+    Pieces of edges, up to NEAR long, have both ends within 2 NEAR of a point that they come near to.
+    """
+    parts = np.maximum(np.ceil(np.linalg.norm((end - start)[:, :2], axis=1) / NEAR), 1).astype(np.int64)
+    edge = np.repeat(np.arange(len(start)), parts + 1)
+    number = np.arange(len(edge)) - np.repeat(np.cumsum(parts + 1) - parts - 1, parts + 1)
+    ends = start[edge] + (number / parts[edge])[:, None] * (end - start)[edge]
+    cells, cell = np.unique(pair_keys(np.floor(ends[:, :2] / (2 * NEAR)).astype(np.int64)), return_inverse=True)
+    low = np.full(len(cells), np.inf)
+    np.minimum.at(low, cell, ends[:, 2])
+    own = np.floor(points[:, :2] / (2 * NEAR)).astype(np.int64)
+    lowest = np.full(len(points), np.inf)
+    for beside in np.ndindex(3, 3):
+        key = pair_keys(own + np.array(beside) - 1)
+        found = np.minimum(np.searchsorted(cells, key), len(cells) - 1)
+        lowest = np.where(cells[found] == key, np.minimum(lowest, low[found]), lowest)
+    return lowest
+
+
+def foot_on_edge(points, start, end):
+    """Point of each edge nearest to a point in plan, at the edge's height: (k, 3) float64 [m]."""
+    along = end - start
+    squared = np.maximum((along[:, :2] ** 2).sum(axis=1), 1e-12)
+    share = ((points[:, :2] - start[:, :2]) * along[:, :2]).sum(axis=1) / squared
+    return start + np.clip(share, 0, 1)[:, None] * along

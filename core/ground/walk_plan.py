@@ -1,0 +1,65 @@
+"""Walk over a triangulation in plan view, from triangle to neighbour, to the one that holds a place.
+
+From a triangle nearby it takes a few steps, all places at once: no search tree of triangles is built.
+"""
+
+import numpy as np
+
+from .merge_places import pair_keys
+from .triangulate_plan import find_triangle, twice_areas
+
+MOST_STEPS = 200  # a walk among triangles that are not Delaunay by rounding may not end; a search does
+SAMPLE = 1000  # triangles that tell which way all turn
+ROUNDING = 1e-12  # of the square of the distance to a corner: so little beyond a side, a place lies on it
+
+
+def find_neighbours(triangles):
+    """The triangle beyond each side (corner k to k + 1), -1 beyond the hull: (t, 3) int64."""
+    following = triangles[:, [1, 2, 0]]
+    sides = np.stack([np.minimum(triangles, following), np.maximum(triangles, following)], axis=2)
+    key = pair_keys(sides.reshape(-1, 2))
+    order = np.argsort(key)
+    same = np.flatnonzero(key[order[1:]] == key[order[:-1]])
+    one, other = order[same], order[same + 1]
+    neighbours = np.full(len(key), -1)
+    neighbours[one], neighbours[other] = other // 3, one // 3
+    return neighbours.reshape(-1, 3)
+
+
+def triangle_at(triangles, count):
+    """One of the triangles at each vertex: (count,) int64; 0 where there is none."""
+    found = np.zeros(count, np.int64)
+    found[triangles.ravel()] = np.repeat(np.arange(len(triangles)), 3)
+    return found
+
+
+def walk(places, mesh, wanted, start):
+    """The triangle in which each place lies, or one of those on whose side it lies: (k,) int64; -1 beyond all.
+
+    Parameters
+    ----------
+    places : array, (p, 2) float64 [m]
+    mesh : tuple of (t, 3) int64
+        Delaunay triangles of the places, all turning the same way, and their neighbours.
+    wanted : array, (k, 2) float64 [m]
+    start : array, (k,) int
+        A triangle near each.
+    """
+    triangles, neighbours = mesh
+    found, left = np.array(start, np.int64), np.arange(len(wanted))
+    turn = np.sign(twice_areas(places[triangles[:SAMPLE]]).sum())
+    for _ in range(MOST_STEPS):
+        if not len(left):
+            return found
+        corners = places[triangles[found[left]]] - wanted[left, None]  # (k, 3, 2)
+        x, y = corners[..., 0], corners[..., 1]
+        side = x * y[:, [1, 2, 0]] - x[:, [1, 2, 0]] * y  # twice the area between the place and each side
+        side *= turn  # the sign of its own area would be noise in a triangle that has hardly any
+        worst = side.argmin(axis=1)
+        onward = side[np.arange(len(left)), worst] < -ROUNDING * (x**2 + y**2).max(axis=1)
+        beyond = neighbours[found[left], worst]
+        found[left[onward]] = beyond[onward]
+        left = left[onward & (beyond >= 0)]
+    if len(left):
+        found[left] = find_triangle(places[triangles], wanted[left])
+    return found
