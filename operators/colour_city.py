@@ -35,7 +35,7 @@ class ColourCity(bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         redraw_panels(context, views=True)
-        self.report({"INFO"}, f"Coloured by {scale.title.lower()}")
+        self.report({"INFO"}, f"Coloured by {scale.title[0].lower()}{scale.title[1:]}")
         return {"FINISHED"}
 
 

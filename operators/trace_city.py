@@ -92,7 +92,7 @@ class TraceCity(Step, bpy.types.Operator):
         interrupted = keep_light(context, *result)
         shown = show_result(context, *find_own_city(context.scene, session), "diffuse_relative")
         traced = interrupted or f"Traced {len(transfer.surfaces)} surfaces and {len(transfer.suns)} suns"
-        return f"{traced}; shown: {shown.title.lower()}"
+        return f"{traced}; shown: {shown.title[0].lower()}{shown.title[1:]}"
 
 
 def count_rays(request):

@@ -60,7 +60,7 @@ def test_show_acts_at_once_and_says_what_is_shown(addon, city_file, capfd):
     assert city["citypv_colour_attribute"] == "orientation"
     assert bpy.ops.citypv.trace() == {"FINISHED"}
     assert (addon.attribute, city["citypv_colour_attribute"]) == ("diffuse_relative", "diffuse_relative")
-    assert "shown: diffuse irradiance per dhi" in capfd.readouterr().out
+    assert "shown: diffuse irradiance per DHI" in capfd.readouterr().out
     assert bpy.ops.citypv.energy() == {"FINISHED"}
     assert (addon.attribute, city["citypv_colour_attribute"]) == ("full_load_hours", "full_load_hours")
     addon.colour_map = "cividis"

@@ -1,10 +1,11 @@
 """Steps with files in a Blender window: one by one, all at once, dropped by mouse, undone."""
 
+import gzip
 import shutil
 from pathlib import Path
 
 from drop_file import drop_file
-from window_steps import PREPARE, RUNNING, keep_picture, press
+from window_steps import PREPARE, RUNNING, keep_picture, press, read_reports
 
 EXAMPLE = Path(__file__).parents[2] / "examples/berlin"
 CITY = "bpy.data.objects['City']"
@@ -68,7 +69,22 @@ def three_clicks(window, path):
 
 
 def drop_weather(window, exchange):
-    """Drop a weather file on the view: the energy is computed anew with it."""
+    """Drop weather files on the view: of another place it is refused, else the energy is computed anew with it."""
+    packed = Path(__file__).parents[1] / "data/weather/CHL_Santiago_TMYx.epw.gz"
+    (exchange / "santiago.epw").write_bytes(gzip.decompress(packed.read_bytes()))
+    before = window.ask(f"answer = {CITY}['citypv_weather']")
+    assert drop_file(window.display, f"/{exchange.name}/santiago.epw", *IN_VIEW)
+    window.wait_for("bpy.context.scene.citypv.weather_file.endswith('santiago.epw')")
+    window.wait_for(f"{RUNNING} is None")
+    assert "km from the latitude 52." in read_reports(window).splitlines()[-1]
+    assert window.ask(f"answer = {CITY}['citypv_weather']") == before
+    window.point("mousemove", *IN_VIEW, "key", "Escape")  # closes the message, which takes all keys
+    window.ask("bpy.context.scene.citypv.allow_distance = 20000")
+    assert drop_file(window.display, f"/{exchange.name}/santiago.epw", *IN_VIEW)
+    window.wait_for(f"'santiago.epw' in {CITY}['citypv_weather']")
+    window.wait_for(f"{RUNNING} is None")
+    assert "km" in window.ask(f"answer = {CITY}['citypv_weather_place']")
+    window.ask("bpy.context.scene.citypv.allow_distance = 150")
     shutil.copy(EXAMPLE / "era5_berlin_2017.nc", exchange / "weather.nc")
     assert "ERA5" not in window.ask(f"answer = {CITY}['citypv_weather']")
     assert drop_file(window.display, f"/{exchange.name}/weather.nc", *IN_VIEW)
