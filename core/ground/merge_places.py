@@ -1,8 +1,12 @@
 """Points that lie at one place in plan view."""
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 COINCIDENT = 0.01  # [m] points in one cell of that size are at one place
+ROUNDING = 1e-6  # [m]
 
 
 def pair_keys(pairs):
@@ -18,11 +22,31 @@ def place_keys(points):
 def merge_places(points):
     """The lowest point at each distinct place, as (p,) int into the points, and the place of each point, (k,) int.
 
-    Places are sorted by x, then y; of equally low points the first is taken.
+    Places are sorted by x, then y; of equally low points the first is taken. No two are closer than ROUNDING, even where
+    the border of two cells runs between them.
     """
     _, place = np.unique(place_keys(points), return_inverse=True)
+    lowest = find_lowest(points, place)
+    joined = join_across_borders(points[lowest, :2])
+    if joined.max(initial=-1) == len(lowest) - 1:  # none was joined with another
+        return lowest, place
+    place = joined[place]
+    return find_lowest(points, place), place
+
+
+def find_lowest(points, place):
+    """The lowest point of each place: (p,) int."""
     order = np.lexsort([points[:, 2], place])
-    return order[np.unique(place[order], return_index=True)[1]], place
+    return order[np.unique(place[order], return_index=True)[1]]
+
+
+def join_across_borders(places):
+    """A number for each place, (p,) int, from 0 in their order; the same for those within ROUNDING of each other."""
+    cells = places / COINCIDENT
+    near = np.flatnonzero((np.abs(cells - np.round(cells)) > 0.5 - ROUNDING / COINCIDENT).any(axis=1))
+    first, second = near[cKDTree(places[near]).query_pairs(ROUNDING, output_type="ndarray")].T
+    pairs = coo_array((np.ones(len(first), bool), (first, second)), (len(places), len(places)))
+    return connected_components(pairs, directed=False)[1]
 
 
 def unique_pairs(pairs):
