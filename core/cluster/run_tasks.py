@@ -62,7 +62,7 @@ def check_cluster(word):
     if kind == SERIAL:
         return
     if any(importlib.util.find_spec(name) is None for name in ("dask", "distributed")):
-        raise InputError(f"--cluster {word}", "needs Dask", "pip install 'citypv[cluster]'")
+        raise InputError(f"--cluster {word}", "needs Dask", "type: pip install distributed")
     if kind == "address":
         host, _, port = word.partition("://")[2].rpartition(":")
         try:

@@ -190,7 +190,7 @@ def run_simulate(options):
     pictures = [name for name in ("blend", "preview") if getattr(options, name)]
     for name in pictures:
         if options.draw is None or importlib.util.find_spec("bpy") is None:
-            raise InputError(f"--{name}", "needs Blender's Python module", "pip install 'citypv[blender]'")
+            raise InputError(f"--{name}", "needs Blender's Python module", "type: pip install '.[blender]'")
     command = import_command("simulate")
     interrupted = command.simulate(
         options.city,

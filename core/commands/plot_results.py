@@ -25,9 +25,7 @@ def plot_results(folder):
         matplotlib is not installed, or the folder holds no results.
     """
     if importlib.util.find_spec("matplotlib") is None:
-        raise InputError(
-            "citypv plot", "needs matplotlib, which is not installed", "install it with pip install 'citypv[plot]'"
-        )
+        raise InputError("citypv plot", "needs matplotlib, which is not installed", "type: pip install matplotlib")
     if (Path(folder) / "world.nc").is_file():
         return redraw_world(Path(folder))
     from ..plots.read_results import read_results

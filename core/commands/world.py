@@ -136,7 +136,7 @@ def draw_pictures(work, settings, log):
     if not settings.pictures:
         return
     if importlib.util.find_spec("matplotlib") is None:
-        log.write("No pictures: they need matplotlib (pip install 'citypv[plot]')")
+        log.write("No pictures: they need matplotlib (pip install matplotlib)")
         return
     from ..plots.draw_world import draw_world
 

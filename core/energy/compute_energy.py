@@ -37,7 +37,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
 
     Angles of incidence and light from the far ground are computed for every hour; visible shares and reflections are
     those of the traced suns that represent it. Reflected light counts as diffuse. Few surfaces are computed by pvlib
-    itself, many by tables made with pvlib (accurate to 0.01 % of full load hours).
+    itself, many by tables made with pvlib (accurate to 10⁻⁵ of full load hours).
 
     Parameters
     ----------

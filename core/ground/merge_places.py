@@ -22,7 +22,7 @@ def place_keys(points):
 def merge_places(points):
     """The lowest point at each distinct place, as (p,) int into the points, and the place of each point, (k,) int.
 
-    Places are sorted by x, then y; of equally low points the first is taken. No two are closer than ROUNDING, even where
+    Places are sorted by x, then y; of equally low points the first is taken. No two are closer than ROUNDING, even if
     the border of two cells runs between them.
     """
     _, place = np.unique(place_keys(points), return_inverse=True)

@@ -18,8 +18,8 @@ HOURS = (
 )
 ELSEWHERE = "Further uncertainties are listed under “How sure the numbers are”."
 NO_PICTURES = (
-    "This page has no pictures, as matplotlib is not installed where it was written. citypv plot of the command line, "
-    "installed with pip install 'citypv[plot]', draws them."
+    "This page has no pictures, as matplotlib is not installed where it was written. After pip install matplotlib, "
+    "citypv plot of the command line draws them."
 )
 PAGE = Template("""<!DOCTYPE html>
 <html lang="en">

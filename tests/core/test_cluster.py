@@ -256,7 +256,7 @@ def test_dask_that_is_missing_is_named(city, tmp_path, capfd, monkeypatch):
     for command in (["simulate", str(city)], ["world", "unshaded"]):
         assert main([*command, "--cluster", "local:2", "--out", str(tmp_path / "out")]) == 2
         said = capfd.readouterr().err
-        assert said.startswith("citypv: error: --cluster local:2: needs Dask; pip install 'citypv[cluster]'")
+        assert said.startswith("citypv: error: --cluster local:2: needs Dask; type: pip install distributed")
         assert said.count("\n") == 1
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from citypv.core.ground.merge_places import COINCIDENT, merge_places
 
 BORDER = 100.5 * COINCIDENT  # between two cells

@@ -66,4 +66,4 @@ def test_without_matplotlib_one_line_tells_how_to_get_it(folder, monkeypatch, ca
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert main(["plot", str(folder)]) == 2
     said = capfd.readouterr().err
-    assert "matplotlib" in said and "pip install 'citypv[plot]'" in said and said.count("\n") == 1
+    assert "matplotlib" in said and "type: pip install matplotlib" in said and said.count("\n") == 1
