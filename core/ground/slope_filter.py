@@ -13,6 +13,7 @@ from .merge_places import COINCIDENT, merge_places, pair_keys
 NEIGHBOURS = 32
 NEAR = 10.0  # [m] within which feet are compared with whole edges, further away with their ends
 ROUNDING = 1e-6  # [m]
+SLICE = 10_000  # feet at once: each has some hundred edges nearby
 
 
 def find_standing(start, end, step, slope):
@@ -60,11 +61,13 @@ def hangs_above_edges(points, step, slope, edges):
     hangs = np.zeros(len(points), bool)
     chosen = np.flatnonzero(points[:, 2] > step + lowest_around(points, start, end))
     lines = shapely.linestrings(np.stack([start[:, :2], end[:, :2]], axis=1)) if len(chosen) else np.empty(0, object)
-    point, edge = shapely.STRtree(lines).query(shapely.points(points[chosen, :2]), "dwithin", distance=NEAR)
-    point = chosen[point]
-    foot = foot_on_edge(points[point], start[edge], end[edge])
-    distance = np.hypot(*(points[point, :2] - foot[:, :2]).T)
-    hangs[point[points[point, 2] - foot[:, 2] > step[point] + slope[point] * distance + COINCIDENT]] = True
+    tree = shapely.STRtree(lines)
+    for part in np.split(chosen, range(SLICE, len(chosen), SLICE)):
+        point, edge = tree.query(shapely.points(points[part, :2]), "dwithin", distance=NEAR)
+        point = part[point]
+        foot = foot_on_edge(points[point], start[edge], end[edge])
+        distance = np.hypot(*(points[point, :2] - foot[:, :2]).T)
+        hangs[point[points[point, 2] - foot[:, 2] > step[point] + slope[point] * distance + COINCIDENT]] = True
     return hangs
 
 
