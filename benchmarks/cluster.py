@@ -161,15 +161,15 @@ def draw_growth(files, out):
         colour = f"C{number}"
         left.loglog(area, [row["trace"] for row in found["rows"]], "o-", color=colour, label=f"{found['name']}: trace")
         prepare = [row["read"] + row["place"] + row["cut"] for row in found["rows"]]
-        left.loglog(area, prepare, "o--", color=colour, label=f"{found['name']}: read, place, cut")
-        right.loglog(area, [row["worker_peak"] for row in found["rows"]], "o-", color=colour, label="worker")
-        right.loglog(
-            area, [row["client_peak"] for row in found["rows"]], "o--", color=colour, label="process that cuts"
-        )
+        left.loglog(area, prepare, "s--", color=colour, label=f"{found['name']}: read, place, cut")
+        right.loglog(area, [row["worker_peak"] for row in found["rows"]], "o-", color=colour)
+        right.loglog(area, [row["client_peak"] for row in found["rows"]], "s--", color=colour)
+    right.plot([], [], "o-", color="0.3", label="worker")
+    right.plot([], [], "s--", color="0.3", label="process that reads, places and cuts")
     left.set(xlabel="area [km²]", ylabel="processor seconds per km²")
     right.set(xlabel="area [km²]", ylabel="peak memory [MB]")
-    left.legend(fontsize=7)
-    right.legend(*[part[:2] for part in right.get_legend_handles_labels()], fontsize=7)
+    for axes in (left, right):
+        axes.legend(fontsize=7, handlelength=4)
     figure.savefig(out, dpi=120)
 
 
