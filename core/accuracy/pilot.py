@@ -130,11 +130,20 @@ def time_patches(inputs, square):
     What the square took tells how many of these are enough to be timed, and not too many.
     """
     _, prepared, _, request, _ = inputs
-    empty, _ = trace_part(inputs, draw_patches(prepared, FEW, request.seed), RUNS["A"])
-    spent, least = (sum(run.processor_seconds.values()) for run in (square, empty))
+    few = draw_patches(prepared, FEW, request.seed)
+    before, _ = trace_part(inputs, few, RUNS["A"])
+    spent, least = (sum(run.processor_seconds.values()) for run in (square, before))
     each = max(spent - least, 1e-9) / max(sum(square.counts), 1)
     some = draw_patches(prepared, int(np.clip(SECONDS / each, *TIMED)), request.seed)
-    return empty, [trace_part(inputs, some, setting)[0] for setting in RUNS.values()]
+    timed = [trace_part(inputs, some, setting)[0] for setting in RUNS.values()]
+    return shorter(before, trace_part(inputs, few, RUNS["A"])[0]), timed
+
+
+def shorter(one, other):
+    """A run with the shorter time of each stage of two alike: other work on the machine makes either longer."""
+    stages = {name: min(other.processor_seconds[name], took) for name, took in one.processor_seconds.items()}
+    main_seconds = tuple(np.minimum(one.main_seconds, other.main_seconds))
+    return replace(one, processor_seconds=stages, main_seconds=main_seconds)
 
 
 def draw_patches(prepared, count, seed):
