@@ -130,8 +130,8 @@ def sampling_of_surfaces(measured, pilot):
 def describe_prices(listed):
     """The list as lines of text."""
     lines = [
-        f"{listed.patches:,} patches; pilot of {listed.pilot_seconds:.0f} s; "
-        f"{listed.fixed:.0f} s of every run are not tracing",
+        f"{listed.patches:,} patches; the pilot took {listed.pilot_seconds:.0f} s; "
+        f"reading, checks and files add about {listed.fixed:.0f} s to tracing",
         f"{'':24} {'seconds':>8} {'tracing':>8} {'half of':>8} {'95 % of':>8} {'largest part':14} {'reflections':>11}",
         f"{'':24} {'':>8} {'':>8} {'area, %':>8} {'area, %':>8} {'':14} {'left out, %':>11}",
     ]
