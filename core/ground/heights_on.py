@@ -6,6 +6,8 @@ import shapely
 from .in_polygons import draw_triangles
 from .triangulate_plan import near_any
 
+SLICE = 100_000  # places at once, to limit memory
+
 
 def drop_on_triangles(corners, places):
     """Height [m] of the lowest triangle at each plan position; infinite where there is none.
@@ -17,9 +19,11 @@ def drop_on_triangles(corners, places):
     """
     near = np.flatnonzero(near_any(corners[:, :, :2], places[:, :2]))  # few, where there are few places
     tree = shapely.STRtree(draw_triangles(corners[near, :, :2]))
-    place, triangle = tree.query(shapely.points(places[:, :2]), predicate="intersects")
     height = np.full(len(places), np.inf)
-    np.fmin.at(height, place, heights_on(corners[near[triangle]], places[place]))
+    for first in range(0, len(places), SLICE):
+        some, lowest = places[first : first + SLICE], height[first : first + SLICE]
+        place, triangle = tree.query(shapely.points(some[:, :2]), predicate="intersects")
+        np.fmin.at(lowest, place, heights_on(corners[near[triangle]], some[place]))
     return height
 
 
