@@ -169,7 +169,8 @@ def draw_growth(files, out):
     left.set(xlabel="area [km²]", ylabel="processor seconds per km²")
     right.set(xlabel="area [km²]", ylabel="peak memory [MB]")
     for axes in (left, right):
-        axes.legend(fontsize=7, handlelength=4)
+        axes.set_ylim(top=10 * axes.get_ylim()[1])  # room for the legend
+        axes.legend(fontsize=7, handlelength=4, loc="upper left")
     figure.savefig(out, dpi=120)
 
 
