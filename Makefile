@@ -41,8 +41,7 @@ world:
 	.venv/bin/citypv world $(DISTRICTS) --surfaces 800 --longitudes 10 10 --step 1 --off-land clear-sky --overwrite \
 	  --out results/world_10E
 
-# selfcheck compiles the loops, which several workers would do each for themselves. The worker that drives Blender's window
-# waits for half of its time.
+# The worker that drives Blender's window waits for half of its time.
 test:
 	@$(NEEDS_PYTHON)
 	@python3 tools/set_up.py all
@@ -50,9 +49,6 @@ test:
 	echo "[test] style: ruff"; \
 	.venv/bin/ruff check . || failed=1; \
 	.venv/bin/ruff format --check . || failed=1; \
-	for python in .venv-3.13/bin/python .venv-3.11/bin/python; do \
-	  if [ -x $$python ]; then $$python -m citypv selfcheck > /dev/null & fi; \
-	done; wait; \
 	once=; for python in .venv-3.13/bin/python .venv-3.11/bin/python; do \
 	  if [ -x $$python ]; then \
 	    echo "[test] $$($$python -VV), Blender $$($$python -m pip show bpy | sed -n 's/^Version: //p')"; \
