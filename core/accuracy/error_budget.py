@@ -6,6 +6,7 @@ import pvlib
 from ..energy.standard_errors import carry_to_hours, noise_of_mean, sun_sampling_share
 from ..sky.sky_models import split_sky
 from .refine import rounds_needed
+from .seconds_to_halve import seconds_of_rounds
 from .yield_errors import SAMPLED, SOURCES, quantile_by_area, split_errors
 
 WHAT = {  # source -> what its number is
@@ -130,6 +131,6 @@ def suggest_more(transfer, weather, energy):
     start = f"Full load hours: standard error at most {errors.at_share():.2f} % on 95 % of the eligible area; "
     needed = rounds_needed(errors, errors.at_share() / 2)
     if np.isfinite(needed) and largest in SAMPLED:
-        seconds = sum(transfer.record.seconds.values()) * (needed - 1)
+        seconds = seconds_of_rounds(transfer) * (needed - 1)
         return f"{start}{seconds:.0f} s more would halve it: most of it is due to {SOURCES[largest]}."
     return f"{start}most of it is due to {SOURCES[largest]}: {CURES[largest]} would lower it."

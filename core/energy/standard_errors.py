@@ -100,19 +100,49 @@ def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
     points : numpy.ndarray, (n,)
         [h²] The part of `own` that is from shadow points.
     """
-    light = [weather.data["dni"].sum() + sky.circumsolar.sum(), sky.dome.sum()]
-    light += [of_source.sum() for of_source in sky.sources.values()]
-    annual = np.array(light) * (weather.interval / pd.Timedelta(hours=1)) / years / 1000.0
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
-    direct, diffuse, *of_sources = per_poa * annual[:, None]  # [h] per relative irradiance
-    parts = transfer.error_parts or no_parts(len(per_poa))
+    found = []
+    for state, holds in states_of_year(transfer, weather):
+        light = [(weather.data["dni"].to_numpy() + sky.circumsolar) @ holds, sky.dome @ holds]
+        light += [of_source @ holds for of_source in sky.sources.values()]
+        annual = np.array(light) * (weather.interval / pd.Timedelta(hours=1)) / years / 1000.0
+        found.append(carry_state(state, per_poa * annual[:, None], sky))
+    own, passed_on, discretisation, points = zip(*found, strict=True)
+    own = add_deviations(own)
+    return np.where(np.isnan(full_load_hours), np.nan, own), sum(passed_on), sum(discretisation), add_deviations(points)
+
+
+def states_of_year(transfer, weather):
+    """States of a Transfer's trees, and the intervals of the weather in which each holds: (T,) float, 0 or 1."""
+    if transfer.bare is None:
+        return [(transfer, np.ones(len(weather.data)))]
+    in_leaf = np.isin((weather.data.index + weather.interval / 2).month, transfer.leaf_months)
+    return [(transfer, in_leaf.astype(float)), (transfer.bare, (~in_leaf).astype(float))]
+
+
+def add_deviations(variances):
+    """Variance of the sum of noises that come from the same rays, and so add up with their standard deviations: (n,)"""
+    return np.square(sum(np.sqrt(one) for one in variances)) if len(variances) > 1 else variances[0]
+
+
+def carry_state(transfer, hours, sky):
+    """The same as `carry_to_hours` for one state of the trees.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    hours : numpy.ndarray, (2 + k, n)
+        [h] per relative irradiance, of direct and diffuse light and of k sources, in the hours of this state.
+    sky : SkyParts
+    """
+    direct, diffuse, *of_sources = hours
+    parts = transfer.error_parts or no_parts(len(direct))
     own = join_own(direct, diffuse, own_direct(transfer), own_diffuse(transfer), parts.covariance)
-    for name, hours in zip(sky.sources, of_sources, strict=True):
-        own = own + (hours * transfer.sources[name].standard_error) ** 2  # small: what others pass on is not kept apart
+    for name, of_source in zip(sky.sources, of_sources, strict=True):
+        own = own + (of_source * transfer.sources[name].standard_error) ** 2  # what others pass on is not kept apart
     passed_on = direct[:, None] * parts.direct_passed_on + diffuse[:, None] * parts.diffuse_passed_on
     discretisation = direct * parts.direct_discretisation + diffuse * parts.diffuse_discretisation
-    points = np.minimum(direct**2 * parts.direct_points, own)
-    return np.where(np.isnan(full_load_hours), np.nan, own), passed_on, discretisation, points
+    return own, passed_on, discretisation, np.minimum(direct**2 * parts.direct_points, own)
 
 
 def join_own(direct, diffuse, own_direct, own_diffuse, covariance):
