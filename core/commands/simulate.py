@@ -40,7 +40,7 @@ from ..sun.check_distance import describe_distance
 from ..transfer.kept_matrix import is_on_disk
 from ..transfer.patch_light import Round
 from ..transfer.prepare_scene import build_tree
-from .judge_terrain import judge_terrain
+from .judge_light import judge_light
 from .refine_run import RunInputs, refine_run, wants_rounds
 from .report_outcome import describe_overrun, report_outcome
 from .run_log import RunLog
@@ -114,7 +114,7 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
             transfer = trace_until_interrupted(scene, weather, request, log, work.parent, prepared=prepared)
         log.clock.lap("trace")
         city = draw_city(city, scene, request)
-        transfer = judge_terrain(transfer, prepared.plan, weather, request)
+        transfer = judge_light(transfer, prepared.plan, weather, request)
         transfer = replace(transfer, outlines=outline_surfaces(city, scene.surfaces, scene.site))
         keep = not is_on_disk(transfer.visible_share) or "transfer" in exports
         energy = write_results(work, transfer, weather, request, log, scene=scene, draw=draw, keep=keep, tiles=tiles)

@@ -71,14 +71,17 @@ class Inputs:
         horizon = self.horizons[0]
         return horizon if self.asked("terrain-horizon", horizon.elevation.max() > MINIMUM_ELEVATION) else None
 
+    @property
+    def far_ground_albedo(self) -> float:
+        """Albedo of the far ground; 0 where it is switched off."""
+        return self.request.ground_albedo if self.asked("far-ground", self.request.far_ground) else 0.0
+
     @cached_property
     def pilot(self) -> Pilot | None:
         """Where the light of the receivers comes from, traced when an effect needs it."""
-        request = self.request
-        far_ground = request.ground_albedo if self.asked("far-ground", request.far_ground) else 0.0
         foliage = self.decided["trees"].setting
-        around = Surroundings(far_ground, self.suns, foliage and foliage.canopy(bare=True), self.terrain)
-        return trace_pilot(self.ray_scene, self.patches, self.scene, around, request.seed)
+        around = Surroundings(self.far_ground_albedo, self.suns, foliage and foliage.canopy(bare=True), self.terrain)
+        return trace_pilot(self.ray_scene, self.patches, self.scene, around, self.request.seed)
 
     @property
     def pilot_if_wanted(self) -> Pilot | None:

@@ -30,7 +30,7 @@ def judge_effects(plan, measured):
     list of dict
         Of `Effect.as_dict`. `outcome` has `left_out` (share of light) and `holds` (whether it is within the bound, None
         without one), or is None where nothing was measured; those of single effects that need the year's weather, or
-        are switched by it, are added later (`commands.judge_terrain`, `results.share_of_sky`, `results.effect_shares`).
+        are switched by it, are added later (`commands.judge_light`, `results.share_of_sky`, `results.effect_shares`).
     """
     left_out = {
         "receivers": measured.passed_on,

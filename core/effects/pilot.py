@@ -35,6 +35,12 @@ class Surroundings:
     suns: Suns | None
     canopy: Canopy | None = None  # without leaves, where trees lose them: then more light is reflected
     terrain: TerrainHorizon | None = None
+    sources: tuple = ()  # of (SkySource, its light over that of the sky's dome)
+
+    def brightness(self, directions):
+        """Radiance of the sky over that of its dome, in directions (m, 3): (m,) float64."""
+        parts = [ratio * source.radiance * source.contains(directions) for source, ratio in self.sources]
+        return np.ones(len(directions)) + sum(parts)
 
 
 @dataclass
@@ -50,6 +56,8 @@ class Pilot:
     far_sun: np.ndarray  # (m,) float32
     alive: np.ndarray  # (m,) float32, weight after the last reflection
     unshaded: np.ndarray  # (m,) float32, direct light of the same suns without shadows
+    open_sun: np.ndarray  # (m, LONGEST + 1) float32, `sun` if nothing but terrain cast a shadow
+    start: np.ndarray  # (m,) int, patch where the path starts
     first: np.ndarray  # (m,) int, patch that the path met first; -1: none
     rays: int
 
@@ -64,7 +72,7 @@ class Paths(NamedTuple):
     b2: np.ndarray  # (k,) float32
 
 
-def trace_pilot(ray_scene, patches, scene, surroundings, seed):
+def trace_pilot(ray_scene, patches, scene, surroundings, seed, count=PATHS):  # noqa: PLR0917
     """Follow random paths from the eligible surfaces, or from all if none is eligible.
 
     Parameters
@@ -75,13 +83,15 @@ def trace_pilot(ray_scene, patches, scene, surroundings, seed):
         Of these patches.
     surroundings : Surroundings
     seed : int
+    count : int, optional
+        Of paths, about.
 
     Returns
     -------
     Pilot or None
         None if no surface receives light.
     """
-    start, weight, group, groups = draw_starts(patches, scene.triangle_surface, scene.surfaces, seed)
+    start, weight, group, groups = draw_starts(patches, scene.triangle_surface, scene.surfaces, seed, count)
     if not len(start):
         return None
     generator = np.random.default_rng([seed, 0x9110])
@@ -91,6 +101,8 @@ def trace_pilot(ray_scene, patches, scene, surroundings, seed):
         groups,
         *np.zeros((2, len(start), LONGEST + 1), np.float32),
         *np.zeros((4, len(start)), np.float32),
+        open_sun=np.zeros((len(start), LONGEST + 1), np.float32),
+        start=start,
         first=np.full(len(start), -1),
         rays=0,
     )
@@ -105,7 +117,7 @@ def trace_pilot(ray_scene, patches, scene, surroundings, seed):
     return found
 
 
-def draw_starts(patches, owner, surfaces, seed):
+def draw_starts(patches, owner, surfaces, seed, paths=PATHS):
     """Patches where paths start, by area in each kind and orientation.
 
     Returns
@@ -129,7 +141,7 @@ def draw_starts(patches, owner, surfaces, seed):
         if not len(members):
             continue
         own = patches.area[members].sum()
-        count = max(FEWEST_PATHS, round(PATHS * own / whole))
+        count = max(FEWEST_PATHS * paths // PATHS, round(paths * own / whole))
         start.append(np.sort(generator.choice(members, count, p=patches.area[members] / own)))
         weight.append(np.full(count, own / whole / count))
         group.append(np.full(count, index))
@@ -155,11 +167,13 @@ def find_suns(ray_scene, patches, paths, surroundings, generator, *, order, foun
     cosine = np.maximum(np.einsum("ij,ij->i", towards, patches.normal[patch]), 0)
     before = np.flatnonzero(cosine > 0)
     origins = points_of_patches(patches, patch[before], b1[before, None], b2[before, None])[:, 0]
-    free = (ray_scene.trace_closest(origins, towards[before]) < 0) & is_above(surroundings.terrain, towards[before])
+    above = is_above(surroundings.terrain, towards[before])
+    free = (ray_scene.trace_closest(origins, towards[before]) < 0) & above
     if canopy is not None:
         free = free * canopy.transmittance(origins, towards[before])
     found.rays += len(before)
     found.sun[path[before], order] += weight[before] * cosine[before] * free
+    found.open_sun[path[before], order] += weight[before] * cosine[before] * above
     if order == 0:
         found.unshaded[:] = cosine
 
@@ -189,13 +203,14 @@ def follow_paths(ray_scene, patches, paths, surroundings, generator, *, order, f
         weight = weight * surroundings.canopy.transmittance(origins[:, 0], directions, reach[:, 0])
     upwards = (directions[:, 2] > 0) & is_above(surroundings.terrain, directions)
     sky, below = (hit < 0) & upwards, (hit < 0) & ~upwards
-    found.sky[path[sky], order] += weight[sky]
+    found.sky[path[sky], order] += weight[sky] * surroundings.brightness(directions[sky])
     if order < LONGEST:
         found.sky[path[below], order + 1] += ground_albedo * weight[below]
         found.far_sky[path[below]] = ground_albedo * weight[below]
         if suns is not None and len(suns):
             height = height_of_suns(suns, surroundings.terrain)
-            found.sun[path[below], order + 1] += ground_albedo * weight[below] * height
+            for suns_found in (found.sun, found.open_sun):
+                suns_found[path[below], order + 1] += ground_albedo * weight[below] * height
             found.far_sun[path[below]] = ground_albedo * weight[below] * height
     weight = weight * patches.albedo[hit]
     on = (hit >= 0) & ~meets_back(patches, hit, directions) & (weight > NEGLIGIBLE)

@@ -9,6 +9,7 @@ from ..progress import silent
 from ..sky.light_sources import sources_of
 from .effect import Effect, Inputs
 from .pilot import Pilot
+from .switched_off import BOUNDED, JUDGED, bound_off, is_switched_off
 from .table import PLANNING, TABLE, check_effects, check_needs, decide_effect
 
 
@@ -19,6 +20,7 @@ class EffectPlan:
     effects: list[Effect]  # in the order of the table
     ray_scene: FacingScene | None = None  # if the pilot made one
     pilot: Pilot | None = None  # if it was traced
+    inputs: Inputs | None = None  # if effects that are switched off are to be judged after the run
 
     def __getitem__(self, key):
         return next(effect for effect in self.effects if effect.key == key)
@@ -120,8 +122,12 @@ def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=No
     for done, key in enumerate(TABLE):
         progress(PLANNING, done, len(TABLE), "effects")
         inputs.decided[key] = decide_effect(key, inputs)
+    off = [key for key in JUDGED if measure and weather is not None and is_switched_off(inputs, key)]
+    for key in off:
+        if key in BOUNDED:
+            inputs.decided[key].bound = bound_off(inputs, key)
     made = vars(inputs)
-    return EffectPlan(list(inputs.decided.values()), made.get("ray_scene"), made.get("pilot"))
+    return EffectPlan(list(inputs.decided.values()), made.get("ray_scene"), made.get("pilot"), inputs if off else None)
 
 
 def describe_plan(plan):

@@ -10,7 +10,7 @@ from cities import box, make_city
 from earth_horizon import Edges
 from test_horizon import HOUR
 
-from citypv.core.commands.judge_terrain import judge_terrain
+from citypv.core.commands.judge_light import judge_terrain
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.files.read_heights import HeightGrid, read_heights
 from citypv.core.horizon.horizon import STEPS, elevation_at

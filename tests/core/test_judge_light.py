@@ -10,7 +10,7 @@ from test_horizon import HOUR, uniform, valley, with_sun
 from transfers import unshaded_transfer
 from weathers import BERLIN, plain_table, year_of
 
-from citypv.core.commands.judge_terrain import judge_terrain
+from citypv.core.commands.judge_light import judge_terrain
 from citypv.core.effects.effect import Effect
 from citypv.core.effects.plan_effects import EffectPlan
 from citypv.core.effects.terrain_horizon import Terrain

@@ -1,8 +1,8 @@
-"""After a run: what its light would be behind another horizon, against the bound of the effect `terrain-horizon`.
+"""After a run: what effects left out of the light of the year, against their bounds.
 
-Left out, the light behind the horizon is compared with that without; simulated, the light behind the horizons that the
-corners of the scene have with that behind the one of its middle. Both are of the same Transfer, so that nothing is
-traced again.
+`terrain-horizon` left out: the light behind the horizon is compared with that without; simulated: the light behind the
+horizons that the corners of the scene have with that behind the one of its middle. Both are of the same Transfer, so
+that nothing is traced again. What else is switched off is measured by pilots (`effects.switched_off`).
 """
 
 from dataclasses import replace
@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..effects.judge_effects import judge
+from ..effects.switched_off import JUDGED, is_switched_off, measure_off
 from ..horizon.lost_sky import lost_sky
 from ..results.effect_shares import draw_surfaces
 from ..sky.light_sources import SOURCES
@@ -19,6 +20,18 @@ from ..transfer.take_rows import take_rows
 KEY = "terrain-horizon"
 UP = np.array([[0.0, 0.0, 1.0]])
 LEAST = 1e-9  # of a share, below which none is divided by it
+
+
+def judge_light(transfer, plan, weather, request):
+    """Write the outcome of effects that need the year's weather into the record of a Transfer.
+
+    Parameters and return value as of `judge_terrain`.
+    """
+    transfer, inputs = judge_terrain(transfer, plan, weather, request), plan.inputs
+    found = {key: measure_off(inputs, key) for key in JUDGED if inputs and is_switched_off(inputs, key)}
+    outcome = {key: {"outcome": judge(value, plan[key].bound)} for key, value in found.items() if value is not None}
+    effects = [one | outcome.get(one["key"], {}) for one in transfer.record.effects]
+    return replace(transfer, record=replace(transfer.record, effects=effects))
 
 
 def judge_terrain(transfer, plan, weather, request):
