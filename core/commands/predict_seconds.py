@@ -1,24 +1,27 @@
 """Seconds that a run will take: its own stages on a few patches and suns, scaled to all."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..effects.receivers import fewer_rays
+from ..effects.receivers import fewer_points, fewer_rays
 from ..form_factors.form_factor_products import links_of, multiply_visible, propagate
 from ..progress import silent
 from ..radiosity.gather_context import prepare_gather
 from ..radiosity.gather_source import LEAST, trace_patches
 from ..radiosity.hemisphere import empty_tallies
 from ..radiosity.shadow_points import count_elements, points_above
-from ..radiosity.sun_blocks import block_of_suns
+from ..radiosity.sun_blocks import SunBlock, block_of_suns
 from ..radiosity.sun_visibility import sun_visibility
 from ..radiosity.trace_hemisphere import trace_hemisphere
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, sobol_digits
+from ..threads import usable_threads
+from ..trees.kept_rays import forget_rays
 
 PATCHES = 512
 SUNS = 48
+RUN = 12  # neighbouring suns
 WARM_UP = 4  # patches with which the compiled loops are called before they are timed, and again for their fixed cost
 
 
@@ -45,24 +48,56 @@ def predict_seconds(prepared, request):
     -------
     Seconds
     """
-    context = prepare_gather(prepared, request, silent)
     plan, patches, suns = prepared.plan, prepared.patches, prepared.suns
     traced = np.flatnonzero(~plan.unobstructed & patches.receives)
     if not len(traced) or not len(suns):
         return Seconds(0.0, 0.0, 0.0)
     generator = np.random.default_rng([request.seed, 0x5EC5])
     few = np.sort(generator.choice(traced, min(PATCHES, len(traced)), replace=False))
-    time_stages(context, few[:WARM_UP], suns)
-    fixed, whole = (time_stages(context, some, suns) for some in (few[:WARM_UP], few))
-    # Where noise or few patches hide the growth with their number, all of the time counts.
-    per_patch = np.where(whole > fixed, (whole - fixed) / max(len(few) - WARM_UP, 1), whole / len(few))
+    per_patch = time_states(prepared, request, few)
     full = np.ones(len(traced), bool) if plan.receivers is None else plan.receivers[traced]
-    rays = full.sum() + (~full).sum() * fewer_rays(request.samples) / request.samples
+    points = points_above(request.shadow_samples)
+    rays, pairs = (
+        full.sum() + (~full).sum() * fewer / every
+        for fewer, every in ((fewer_rays(request.samples), request.samples), (fewer_points(points), points))
+    )
     towards_sources = np.mean([len(facing(patches, source, traced)) for source in plan.sources] or [0])
-    work = np.array([rays, len(traced) * len(suns), rays * (1 + len(suns)) * plan.max_bounces, towards_sources])
-    sky, sun, products, sources = (float(seconds) for seconds in work * per_patch / context.threads)
+    work = np.array([rays, pairs * len(suns), rays * (1 + len(suns)) * plan.max_bounces, towards_sources])
+    sky, sun, products, sources = (float(seconds) for seconds in work * per_patch / usable_threads(request.threads))
     # What patches receive of a source is reflected as is the light of one more sun.
     return Seconds(sky, sun, products, sources + len(plan.sources) * products / (1 + len(suns)))
+
+
+def time_states(prepared, request, few):
+    """Seconds of one thread per patch, as of `time_stages`: (4,). Those of trees in leaf and bare are added up.
+
+    Parameters
+    ----------
+    prepared : PreparedScene
+    request : Request
+    few : (k,) int
+        Patches.
+    """
+    trees, total = prepared.plan["trees"], np.zeros(4)
+    seasonal = trees.on and trees.setting.seasonal
+    for bare in (False, True) if seasonal else (False,):  # in this order: the first keeps rays for the second
+        context = prepare_gather(replace(prepared, bare=bare), request, silent)
+        time_stages(context, few[:WARM_UP], prepared.suns)
+        fixed, whole = (time_stages(context, some, prepared.suns) for some in (few[:WARM_UP], few))
+        # Where noise or few patches hide the growth with their number, all of the time counts.
+        total += np.where(whole > fixed, (whole - fixed) / max(len(few) - WARM_UP, 1), whole / len(few))
+    if seasonal:
+        forget_rays(trees.setting.kept)
+    return total
+
+
+def draw_suns(suns):
+    """Some suns of the whole year, in runs of neighbours as they are traced: SunBlock."""
+    runs = max(1, min(SUNS, len(suns)) // RUN)
+    starts = np.linspace(0, max(len(suns) - RUN, 0), runs).astype(int)
+    chosen = np.unique(np.minimum((starts[:, None] + np.arange(RUN)).ravel(), len(suns) - 1))
+    every = block_of_suns(suns, slice(len(suns)))
+    return SunBlock(np.ascontiguousarray(every.directions[chosen]), every.weights[chosen])
 
 
 def facing(patches, source, chosen):
@@ -75,21 +110,21 @@ def time_source(context, source, few, covered):
     chosen = facing(context.patches, source, few)
     if not len(chosen):
         return 0.0
-    started = time.perf_counter()
+    started = time.process_time()
     sequence = sobol_digits(-(-context.request.samples // (context.plan.rays_share * HEMISPHERE_REPLICATES)))
     cells = count_elements(points_above(context.request.shadow_samples))
     trace_patches(context, source, (chosen, covered[chosen]), sequence, cells)
-    return (time.perf_counter() - started) * len(few) / len(chosen)
+    return (time.process_time() - started) * len(few) / len(chosen)
 
 
 def time_stages(context, few, suns):
     """Seconds of one thread for some patches: of sky rays; per sun; per light source and bounce; of rays to sources."""
     patches, request, plan = context.patches, context.request, context.plan
-    points, count = points_above(request.shadow_samples), min(SUNS, len(suns))
+    points, part = points_above(request.shadow_samples), draw_suns(suns)
+    count = len(part.weights)
     chosen = np.zeros(len(patches), bool)
     chosen[few] = True
-    part = block_of_suns(suns, slice(0, count))
-    laps = [time.perf_counter()]
+    laps = [time.process_time()]
     rays = trace_hemisphere(
         context.ray_scene,
         patches,
@@ -100,7 +135,7 @@ def time_stages(context, few, suns):
         progress=silent,
         tallies=empty_tallies(len(patches), count_elements(points)) if plan.reflections else None,
     )
-    laps.append(time.perf_counter())
+    laps.append(time.process_time())
     light = sun_visibility(
         context.ray_scene,
         patches,
@@ -113,7 +148,7 @@ def time_stages(context, few, suns):
         threads=1,
         progress=lambda share, done: None,
     )
-    laps.append(time.perf_counter())
+    laps.append(time.process_time())
     sources = sum(time_source(context, source, few, rays.covered) for source in context.plan.sources)
     if not plan.reflections:
         return np.append(np.diff([*laps, laps[-1]]) / [1, count, 1], sources)
@@ -121,9 +156,9 @@ def time_stages(context, few, suns):
     visible = part.directions, light.visible_elements
     factor = np.ones((len(patches), count_elements(points)), np.float32)
     links_of(rays.form_factors, factor)  # once for all reflections of a run
-    laps.append(time.perf_counter())
+    laps.append(time.process_time())
     arriving = multiply_visible(rays.form_factors, patches.albedo, patches.normal, visible)
     propagate(rays.form_factors, factor, arriving, weights)
-    laps.append(time.perf_counter())
+    laps.append(time.process_time())
     sky, sun, _, products = np.diff(laps)
     return np.array([sky, sun / count, products / (2 * count), sources])

@@ -1,7 +1,7 @@
 """What effects that are switched off leave out, or find too much: pilots with and without them.
 
-Each is looked at by itself, against light in which it is on. Before the run this gives its bound, with crowns in leaf all
-year and some standard errors on top; after the run its outcome, from other random paths and with the crowns of each
+Each is looked at by itself, against light in which it is on. Before the run this gives its bound, with crowns in leaf
+all year and some standard errors on top; after the run its outcome, from other random paths and with the crowns of each
 month. Both are shares of light, of the kind and orientation of receivers that they change most.
 """
 

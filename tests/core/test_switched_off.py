@@ -86,7 +86,7 @@ def test_sun_that_a_wall_hides_from_another():
 
 @pytest.mark.parametrize("albedo", [0.25, 0.6])
 def test_reflections_in_a_half_sphere(albedo):
-    """E_n = 1/2 (albedo/2)^n: albedo/2 of the light lies beyond the first, of the worst of many groups a little more."""
+    """E_n = 1/2 (albedo/2)^n: albedo/2 lies beyond the first light, of the worst of many groups a little more."""
     bound, outcome = judged(bowl(), year(), "reflections", albedo=albedo, far_ground=False)
     assert albedo / 2 <= bound <= 1.3 * albedo / 2
     assert outcome == {"left_out": pytest.approx(albedo / 2, rel=0.1), "holds": True}

@@ -9,6 +9,7 @@ from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 from test_closed_forms import direct_relative
 from weathers import BERLIN, plain_table, write_table, year_of
 
+from citypv.core.commands.predict_seconds import predict_seconds
 from citypv.core.energy.pv_system import build_system
 from citypv.core.errors import InputError
 from citypv.core.photons.trace_forward import trace_forward
@@ -18,7 +19,7 @@ from citypv.core.request import Request, check_request
 from citypv.core.results.effect_shares import shares_of_effects
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
-from citypv.core.study import compute_energy, read_year, trace_scene
+from citypv.core.study import compute_energy, prepare_study, read_year, trace_scene
 from citypv.core.transfer.prepare_scene import prepare_scene
 from citypv.core.trees.canopy import Canopy
 from citypv.core.trees.crowns import volume_of_crowns
@@ -201,6 +202,26 @@ def test_results_do_not_depend_on_threads(threads):
     again = trace_gather(wall_and_tree(), SUNS, replace(request, threads=3), silent)
     assert (found.diffuse_relative == again.diffuse_relative).all()
     assert (found.visible_share == again.visible_share).all()
+
+
+def test_seconds_are_those_of_both_states_and_change_no_result(tmp_path):
+    """Predicting times the stages in leaf and bare with the run's own crowns: the run after it is the same."""
+    write_table(tmp_path / "weather.csv", plain_table(year_of(2021)))
+    request = Request(
+        weather=[str(tmp_path / "weather.csv")], weather_place=BERLIN, suns="days:6", leaf_months="4-9",
+        samples=64, shadow_samples=4, max_bounces=1, threads=1,
+    )  # fmt: skip
+    scene, found = wall_and_tree(), []
+    weather = read_year(scene.site, request)
+    for predict in (True, False):
+        prepared = prepare_study(scene, weather, request)
+        seconds = predict_seconds(prepared, request) if predict else seconds
+        found.append(trace_scene(scene, weather, request, prepared=prepared))
+    one, other = found
+    for state, alone in ((one, other), (one.bare, other.bare)):
+        assert (state.diffuse_relative == alone.diffuse_relative).all()
+        assert (state.visible_share == alone.visible_share).all()
+    assert seconds.sky_rays > 0 and seconds.shadow_rays > 0
 
 
 def test_volumes_of_crowns():
