@@ -36,6 +36,7 @@ class Surroundings:
     canopy: Canopy | None = None  # without leaves, where trees lose them: then more light is reflected
     terrain: TerrainHorizon | None = None
     sources: tuple = ()  # of (SkySource, its light over that of the sky's dome)
+    mirrors: object = None  # `specular.Mirrors`; None: every face reflects by Lambert's law
 
     def brightness(self, directions):
         """Radiance of the sky over that of its dome, in directions (m, 3): (m,) float64."""
@@ -70,6 +71,7 @@ class Paths(NamedTuple):
     weight: np.ndarray  # (k,) float32
     b1: np.ndarray  # (k,) float32, barycentric weights of the point
     b2: np.ndarray  # (k,) float32
+    arriving: np.ndarray  # (k, 3) float32, direction of travel on arrival; 0 where paths start
 
 
 def trace_pilot(ray_scene, patches, scene, surroundings, seed, count=PATHS):  # noqa: PLR0917
@@ -107,7 +109,8 @@ def trace_pilot(ray_scene, patches, scene, surroundings, seed, count=PATHS):  # 
         rays=0,
     )
     rows = np.arange(len(start))
-    paths = Paths(start, rows, np.ones(len(start), np.float32), *random_points(generator, len(start)))
+    nowhere = np.zeros((len(start), 3), np.float32)
+    paths = Paths(start, rows, np.ones(len(start), np.float32), *random_points(generator, len(start)), nowhere)
     for order in range(LONGEST + 1):
         find_suns(ray_scene, patches, paths, surroundings, generator, order=order, found=found)
         paths = follow_paths(ray_scene, patches, paths, surroundings, generator, order=order, found=found)
@@ -161,7 +164,10 @@ def find_suns(ray_scene, patches, paths, surroundings, generator, *, order, foun
     suns, canopy = surroundings.suns, surroundings.canopy
     if suns is None or not len(suns):
         return
-    patch, path, weight, b1, b2 = paths
+    mirrors = surroundings.mirrors
+    if mirrors is not None:
+        paths = Paths(*(part[~mirrors.turned(paths)] for part in paths))
+    patch, path, weight, b1, b2, _ = paths
     share = np.maximum(suns.weight, 0)
     towards = suns.direction[generator.choice(len(suns), len(patch), p=share / share.sum())].astype(np.float32)
     cosine = np.maximum(np.einsum("ij,ij->i", towards, patches.normal[patch]), 0)
@@ -176,6 +182,10 @@ def find_suns(ray_scene, patches, paths, surroundings, generator, *, order, foun
     found.open_sun[path[before], order] += weight[before] * cosine[before] * above
     if order == 0:
         found.unshaded[:] = cosine
+    if mirrors is not None and order < LONGEST:
+        places = points_of_patches(patches, patch, b1[:, None], b2[:, None])[:, 0], patches.normal[patch], towards
+        by_mirror = mirrors.images(ray_scene, patches, places, surroundings, generator)
+        found.sun[path, order + 1] += weight * by_mirror
 
 
 def follow_paths(ray_scene, patches, paths, surroundings, generator, *, order, found):
@@ -191,9 +201,11 @@ def follow_paths(ray_scene, patches, paths, surroundings, generator, *, order, f
     Paths
         Those that go on, at their next places.
     """
-    patch, path, weight, b1, b2 = paths
+    patch, path, weight, b1, b2, _ = paths
     ground_albedo, suns = surroundings.ground_albedo, surroundings.suns
     local = cosine_direction(*generator.random((2, len(patch), 1), np.float32))
+    if surroundings.mirrors is not None:
+        local, weight = surroundings.mirrors.turn(patches, paths, local, generator)
     origins, directions = rays_from_patches(patches, patch, b1[:, None], b2[:, None], local)
     directions = directions[:, 0]
     hit, b1, b2 = ray_scene.trace_places(origins[:, 0], directions)
@@ -216,7 +228,7 @@ def follow_paths(ray_scene, patches, paths, surroundings, generator, *, order, f
     on = (hit >= 0) & ~meets_back(patches, hit, directions) & (weight > NEGLIGIBLE)
     if order == 0:
         found.first[path[on]] = hit[on]
-    return Paths(hit[on], path[on], weight[on], b1[on], b2[on])
+    return Paths(hit[on], path[on], weight[on], b1[on], b2[on], directions[on])
 
 
 def height_of_suns(suns, terrain):

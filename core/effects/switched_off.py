@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..materials.read_albedo import brdfs_of_triangles
 from ..sky.light_sources import SOURCES
 from ..sky.sky_models import split_sky
 from ..sky.terrain_loss import sunlit_year
@@ -17,8 +18,9 @@ from ..sun.suns import Suns
 from ..trees.foliage import choose_foliage
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
 from .pilot import Surroundings, height_of_suns, trace_pilot
+from .specular import find_mirrors
 
-BOUNDED = ("trees", "sky-rays", "shadow-rays", "reflections")
+BOUNDED = ("trees", "sky-rays", "shadow-rays", "reflections", "specular")
 JUDGED = (*BOUNDED, "far-ground")  # whose bound is a closed form
 PATHS = 4 * 8192  # shares of single kinds and orientations are wanted
 CERTAINTY = 4  # standard errors in a bound
@@ -129,7 +131,7 @@ def light_without(inputs, key, pilot, around, seed):
         return light_of_paths(pilot.sky[:, :1], pilot.sun[:, :1], ratio)
     if key == "sky-rays":
         return light_of_open_sky(inputs.patches.normal[pilot.start].astype(float), around) + ratio * pilot.sun[:, 0]
-    changed = {"trees": {"canopy": None}, "far-ground": {"ground_albedo": 0.0}}[key]
+    changed = {"trees": {"canopy": None}, "far-ground": {"ground_albedo": 0.0}, "specular": {"mirrors": None}}[key]
     without = look(inputs, replace(around, **changed), seed)  # from the same starts
     return light_of_paths(without.sky, without.sun, ratio)
 
@@ -149,8 +151,12 @@ def light_of_paths(sky, sun, ratio):
 
 
 def look(inputs, around, seed):
-    """A pilot with surroundings of its own: Pilot or None."""
-    return trace_pilot(inputs.ray_scene, inputs.patches, inputs.scene, around, seed, PATHS)
+    """A pilot with surroundings of its own, without whose mirrors such faces are black: Pilot or None."""
+    patches, laws = inputs.patches, brdfs_of_triangles(inputs.scene, inputs.request, inputs.materials)
+    if (laws.index >= 0).any():
+        share = np.float32(around.mirrors is not None)  # what mirrors reflect is known where paths go on
+        patches = replace(patches, albedo=np.where(laws.index >= 0, share, patches.albedo))
+    return trace_pilot(inputs.ray_scene, patches, inputs.scene, around, seed, PATHS)
 
 
 def surroundings_of_year(inputs, key):
@@ -164,7 +170,8 @@ def surroundings_of_year(inputs, key):
     suns = Suns("hourly", year.towards, year.direct / dome, none, none)
     albedo = request.ground_albedo if key == "far-ground" else inputs.far_ground_albedo
     sources = tuple((SOURCES[name], light / dome) for name, light in year.sources.items())
-    return Surroundings(albedo, suns, None, inputs.terrain, sources)
+    followed = key == "specular" or inputs.decided["specular"].on
+    return Surroundings(albedo, suns, None, inputs.terrain, sources, find_mirrors(inputs) if followed else None)
 
 
 def foliage_of(inputs):

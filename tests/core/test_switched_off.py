@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from leaves import box, crowns_of
+from mirror_street import EDGES, HEIGHT, MIDDLE, finish, street
 from scenes import join, scene_of_triangles, strip
 from scipy.special import expn
 from small_city import write_small_city
@@ -160,3 +161,38 @@ def test_whole_runs_with_and_without(tmp_path, trees):
         for (share, error), true in zip(found, changed, strict=True):
             assert share == pytest.approx(true, abs=4 * error + 0.01), key
         assert 0.01 < changed.max() <= plan[key].bound, key
+
+
+MIRROR = "surface,albedo,material\nfacade,0.6,mirror\nflat,0,\n"
+
+
+def mirror_street():
+    """A mirror facade that looks south, and the street before it, a quarter as wide in the middle."""
+    scene = street()
+    scene.surfaces.eligible[:] = False
+    scene.surfaces.eligible[MIDDLE] = True
+    return scene
+
+
+def test_sky_in_a_mirror_that_is_black(tmp_path):
+    """The street sees the facade with the share of Hottel's strings, and in it the sky's image."""
+    wide = EDGES[-1]
+    seen = 0.5 * (1 - (np.hypot(wide, HEIGHT) - HEIGHT) / wide)
+    settings = {"albedo_file": finish(tmp_path, MIRROR), "ground_albedo": 0.0}
+    check(judged(mirror_street(), year(), "specular", **settings), 0.6 * seen / (1 - seen + 0.6 * seen))
+
+
+def test_sun_in_a_mirror_that_is_black(tmp_path):
+    """Each hour's sun is thrown back as far as the facade's height over its tangent, at the same cosine."""
+    weather = year(direct=1.0, diffuse=1e-6)
+    data = weather.data
+    height, turn = np.radians(90 - data["apparent_zenith"]), np.radians(data["solar_azimuth"] - 180)
+    light = data["dni"] * np.maximum(np.sin(height), 0)
+    before = (height > 0) & (np.cos(turn) > 0)
+    lit = np.where(before, np.clip(HEIGHT * np.cos(turn) / np.tan(np.where(before, height, 1)) / EDGES[-1], 0, 1), 0)
+    # The sun behind the facade does not reach the street close to it.
+    behind = (height > 0) & ~before
+    shade = np.where(behind, np.clip(-HEIGHT * np.cos(turn) / np.tan(np.where(behind, height, 1)) / EDGES[-1], 0, 1), 0)
+    gained, own = 0.6 * (light * lit).sum(), (light * (1 - shade)).sum()
+    settings = {"albedo_file": finish(tmp_path, MIRROR), "ground_albedo": 0.0}
+    check(judged(mirror_street(), weather, "specular", **settings), gained / (own + gained))

@@ -211,13 +211,11 @@ def test_seconds_are_those_of_both_states_and_change_no_result(tmp_path):
         weather=[str(tmp_path / "weather.csv")], weather_place=BERLIN, suns="days:6", leaf_months="4-9",
         samples=64, shadow_samples=4, max_bounces=1, threads=1,
     )  # fmt: skip
-    scene, found = wall_and_tree(), []
+    scene = wall_and_tree()
     weather = read_year(scene.site, request)
-    for predict in (True, False):
-        prepared = prepare_study(scene, weather, request)
-        seconds = predict_seconds(prepared, request) if predict else seconds
-        found.append(trace_scene(scene, weather, request, prepared=prepared))
-    one, other = found
+    one_plan, other_plan = (prepare_study(scene, weather, request) for _ in range(2))
+    seconds = predict_seconds(one_plan, request)
+    one, other = (trace_scene(scene, weather, request, prepared=plan) for plan in (one_plan, other_plan))
     for state, alone in ((one, other), (one.bare, other.bare)):
         assert (state.diffuse_relative == alone.diffuse_relative).all()
         assert (state.visible_share == alone.visible_share).all()
