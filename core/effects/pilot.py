@@ -59,6 +59,7 @@ class Pilot:
     unshaded: np.ndarray  # (m,) float32, direct light of the same suns without shadows
     open_sun: np.ndarray  # (m, LONGEST + 1) float32, `sun` if nothing but terrain cast a shadow
     start: np.ndarray  # (m,) int, patch where the path starts
+    inside: np.ndarray  # (m,) bool, paths that meet a back first: they start inside or under something
     first: np.ndarray  # (m,) int, patch that the path met first; -1: none
     rays: int
 
@@ -105,6 +106,7 @@ def trace_pilot(ray_scene, patches, scene, surroundings, seed, count=PATHS):  # 
         *np.zeros((4, len(start)), np.float32),
         open_sun=np.zeros((len(start), LONGEST + 1), np.float32),
         start=start,
+        inside=np.zeros(len(start), bool),
         first=np.full(len(start), -1),
         rays=0,
     )
@@ -225,8 +227,10 @@ def follow_paths(ray_scene, patches, paths, surroundings, generator, *, order, f
                 suns_found[path[below], order + 1] += ground_albedo * weight[below] * height
             found.far_sun[path[below]] = ground_albedo * weight[below] * height
     weight = weight * patches.albedo[hit]
-    on = (hit >= 0) & ~meets_back(patches, hit, directions) & (weight > NEGLIGIBLE)
+    back = (hit >= 0) & meets_back(patches, hit, directions)
+    on = (hit >= 0) & ~back & (weight > NEGLIGIBLE)
     if order == 0:
+        found.inside[path] = back
         found.first[path[on]] = hit[on]
     return Paths(hit[on], path[on], weight[on], b1[on], b2[on], directions[on])
 

@@ -1,4 +1,4 @@
-"""`specular`: mirrors, glossy faces, glass and water, which gather alone cannot follow, and how a pilot follows them."""
+"""`specular`: mirrors, glossy faces, glass and water, which gather cannot follow alone, and how a pilot does."""
 
 from dataclasses import dataclass
 

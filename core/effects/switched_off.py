@@ -119,7 +119,8 @@ def light_of_year(inputs, key, seed, *, leafy):
             return None
         on = on + part * light_of_paths(pilot.sky, pilot.sun, around.suns.weight.sum())
         off = off + part * light_without(inputs, key, pilot, around, seed)
-    return Light(on, off, pilot.weight, pilot.group)
+    counted = ~pilot.inside  # covered parts of surfaces carry no modules
+    return Light(*(values[counted] for values in (on, off, pilot.weight, pilot.group)))
 
 
 def light_without(inputs, key, pilot, around, seed):
