@@ -9,7 +9,7 @@ from ..progress import silent
 from ..sky.light_sources import sources_of
 from .effect import Effect, Inputs
 from .pilot import Pilot
-from .switched_off import BOUNDED, JUDGED, bound_off, is_switched_off
+from .switched_off import BOUNDED, JUDGED, SURPLUS, bound_off, is_switched_off
 from .table import PLANNING, TABLE, check_effects, check_needs, decide_effect
 
 
@@ -135,6 +135,8 @@ def describe_plan(plan):
     lines = []
     for effect in plan.effects:
         bound = "no bound is known" if effect.bound is None else describe_bound(effect.bound)
+        if effect.key in SURPLUS and not effect.on and effect.bound:
+            bound = f"finds at most {100 * effect.bound:.2f} % too much light"
         share = "" if effect.share is None else f"; contributes {100 * effect.share:+.2f} % of full load hours"
         seconds = "" if effect.seconds is None else f"; takes about {effect.seconds:.2g} s"
         state = "on " if effect.on else "off"

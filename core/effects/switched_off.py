@@ -21,6 +21,7 @@ from .pilot import Surroundings, height_of_suns, trace_pilot
 from .specular import find_mirrors
 
 BOUNDED = ("trees", "sky-rays", "shadow-rays", "reflections", "specular")
+SURPLUS = ("trees", "sky-rays", "shadow-rays")  # without them too much light is found
 JUDGED = (*BOUNDED, "far-ground")  # whose bound is a closed form
 PATHS = 4 * 8192  # shares of single kinds and orientations are wanted
 CERTAINTY = 4  # standard errors in a bound
