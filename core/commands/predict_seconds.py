@@ -49,7 +49,9 @@ def predict_seconds(prepared, request):
     Seconds
     """
     plan, patches, suns = prepared.plan, prepared.patches, prepared.suns
-    traced = np.flatnonzero(~plan.unobstructed & patches.receives)
+    # Patches that look at the sky, and at the suns: the same ones unless one of the two is switched off.
+    looking, lit = ~plan.unobstructed & patches.receives, ~plan.open_to_suns & patches.receives
+    traced = np.flatnonzero(looking | lit)
     if not len(traced) or not len(suns):
         return Seconds(0.0, 0.0, 0.0)
     generator = np.random.default_rng([request.seed, 0x5EC5])
@@ -58,10 +60,14 @@ def predict_seconds(prepared, request):
     full = np.ones(len(traced), bool) if plan.receivers is None else plan.receivers[traced]
     points = points_above(request.shadow_samples)
     rays, pairs = (
-        full.sum() + (~full).sum() * fewer / every
-        for fewer, every in ((fewer_rays(request.samples), request.samples), (fewer_points(points), points))
+        np.where(full, 1.0, fewer / every)[sent[traced]].sum()
+        for sent, fewer, every in (
+            (looking, fewer_rays(request.samples), request.samples),
+            (lit, fewer_points(points), points),
+        )
     )
-    towards_sources = np.mean([len(facing(patches, source, traced)) for source in plan.sources] or [0])
+    among = np.flatnonzero(looking)
+    towards_sources = np.mean([len(facing(patches, source, among)) for source in plan.sources] or [0])
     work = np.array([rays, pairs * len(suns), rays * (1 + len(suns)) * plan.max_bounces, towards_sources])
     sky, sun, products, sources = (float(seconds) for seconds in work * per_patch / usable_threads(request.threads))
     # What patches receive of a source is reflected as is the light of one more sun.

@@ -16,6 +16,7 @@ from weathers import BERLIN, plain_table, year_of
 
 from citypv.core.commands.judge_light import judge_light
 from citypv.core.effects import switched_off
+from citypv.core.effects.plan_effects import describe_plan
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.request import Request
 from citypv.core.study import prepare_study, read_scene, read_year, trace_scene
@@ -116,6 +117,12 @@ def test_light_that_a_layer_of_leaves_takes(bare):
         share = weather.data["ghi"][summer].sum() / weather.data["ghi"].sum()
         passed = share * passed + (1 - share) * 2 * expn(3, 0.5 * bare)
     assert outcome == {"left_out": pytest.approx(1 / passed - 1, rel=0.03), "holds": True}
+
+
+def test_the_plan_says_that_too_much_light_is_found():
+    plan = prepare_study(below_leaves(), year(), Request(**CHEAP | BLACK | {"effects": {"trees": False}})).plan
+    (line,) = (one for one in describe_plan(plan) if one.startswith("trees"))
+    assert f"finds at most {100 * plan['trees'].bound:.2f} % too much light" in line and plan["trees"].bound > 0
 
 
 @pytest.mark.parametrize("key", ["sky-rays", "trees"])

@@ -220,6 +220,10 @@ def test_seconds_are_those_of_both_states_and_change_no_result(tmp_path):
         assert (state.diffuse_relative == alone.diffuse_relative).all()
         assert (state.visible_share == alone.visible_share).all()
     assert seconds.sky_rays > 0 and seconds.shadow_rays > 0
+    for key, name in (("sky-rays", "sky_rays"), ("shadow-rays", "shadow_rays")):
+        off = replace(request, effects={key: False})
+        without = predict_seconds(prepare_study(scene, weather, off), off)
+        assert getattr(without, name) == 0 < max(vars(without).values()), key
 
 
 def test_volumes_of_crowns():
