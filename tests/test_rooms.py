@@ -36,7 +36,7 @@ LAYERS = (
         "request",
         "interruption",
     ),
-    *("rays", "sampling", "city", "trees", "ground", "files", "scene", "racks", "materials", "patches"),
+    *("rays", "sampling", "compiling", "city", "trees", "ground", "files", "scene", "racks", "materials", "patches"),
     *(
         "sun",
         "horizon",

@@ -17,7 +17,7 @@ from ..progress import CancelledError, TerminalProgress
 from ..version import __version__
 from .add_cluster import add_cluster, cluster_of_options
 from .add_options import add_options, free_settings, imply_settings, request_of_options
-from .import_command import import_command
+from .import_command import compile_beside, import_command
 from .print_output import print_output
 
 KNOBS = ("suns", "samples", "shadow_samples")  # that `--time-budget` chooses where they are not given
@@ -191,18 +191,19 @@ def run_simulate(options):
     for name in pictures:
         if options.draw is None or importlib.util.find_spec("bpy") is None:
             raise InputError(f"--{name}", "needs Blender's Python module", "type: pip install '.[blender]'")
-    command = import_command("simulate")
-    interrupted = command.simulate(
-        options.city,
-        options.out,
-        request_of_options(options),
-        overwrite=options.overwrite,
-        stream=output_stream(options),
-        draw=partial(options.draw, pictures=pictures) if pictures else None,
-        exports=[name for name in command.EXPORTS if getattr(options, name)],
-        cluster=cluster_of_options(options),
-        free=options.free,
-    )
+    with compile_beside(request := request_of_options(options)):
+        command = import_command("simulate")
+        interrupted = command.simulate(
+            options.city,
+            options.out,
+            request,
+            overwrite=options.overwrite,
+            stream=output_stream(options),
+            draw=partial(options.draw, pictures=pictures) if pictures else None,
+            exports=[name for name in command.EXPORTS if getattr(options, name)],
+            cluster=cluster_of_options(options),
+            free=options.free,
+        )
     if not interrupted:
         return 0
     print(interrupted, file=sys.stderr)
@@ -277,10 +278,9 @@ def run_effects(options):
 
 def run_accuracy(options):
     """`citypv accuracy`."""
-    from .show_accuracy import show_accuracy
-
-    lines = show_accuracy(options.city, request_of_options(options), plot=options.plot, as_json=options.json)
-    print_output("\n".join(lines))
+    with compile_beside(request := request_of_options(options)):
+        show = import_command("show_accuracy").show_accuracy
+        print_output("\n".join(show(options.city, request, plot=options.plot, as_json=options.json)))
 
 
 def run_selfcheck(options):

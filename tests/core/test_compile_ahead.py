@@ -1,0 +1,113 @@
+"""The second process of a first run: what it compiles, and that it neither prints, nor stays, nor fails the run."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from citypv.core.commands.command_line import main
+from citypv.core.compiling import compile_ahead as ahead
+from citypv.core.compiling.compile_loops import read_loops
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def fresh_cache(tmp_path, monkeypatch):
+    """An empty folder in which new processes keep what they compile."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "numba"))
+    return tmp_path / "numba"
+
+
+@pytest.fixture
+def nothing_kept(monkeypatch):
+    """As on a computer on which nothing was compiled yet."""
+    monkeypatch.setattr(ahead, "is_compiled", lambda: False)
+
+
+def wait_for(condition, seconds=120):
+    """Wait until a condition holds."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def load_in_new_process(line):
+    """How often a new process found a loop in the cache, and how often it compiled it."""
+    code = "import sys; from citypv.core.compiling.compile_loops import compile_loop as c; s = c(sys.argv[1]).stats;"
+    code += "print(sum(s.cache_hits.values()), sum(s.cache_misses.values()))"
+    found = subprocess.run([sys.executable, "-c", code, line], capture_output=True, text=True, check=True)
+    return found.stdout.split()
+
+
+def test_a_new_process_finds_what_the_child_compiled_which_ends_with_its_parent(fresh_cache):
+    child = ahead.start_child()
+    name = read_loops()[-1].split()[1]
+    wait_for(lambda: list(fresh_cache.glob(f"*/*.{name}-*.nbc")) or child.poll() is not None)
+    child.stdin.close()  # as the system closes it when the parent ends
+    assert child.wait(60) == 0
+    assert len(list(fresh_cache.glob("*/*.nbi"))) < len(read_loops()) / 2  # it did not go on to the end
+    assert load_in_new_process(read_loops()[-1]) == ["1", "0"]
+
+
+def test_the_child_is_ended_with_the_block(nothing_kept, fresh_cache, monkeypatch):
+    started, start = [], ahead.start_child
+    monkeypatch.setattr(ahead, "start_child", lambda: started.append(start()) or started[0])
+    with pytest.raises(ZeroDivisionError), ahead.compile_ahead(threads=2):
+        assert started[0].poll() is None
+        raise ZeroDivisionError
+    assert started[0].returncode is not None
+
+
+@pytest.mark.parametrize("fault", ["no program", "not Python", "no package"])
+def test_a_failing_child_fails_no_run_and_prints_nothing(nothing_kept, monkeypatch, tmp_path, capfd, fault):
+    if fault == "no package":
+        monkeypatch.setattr(ahead, "ROOT", tmp_path)
+    else:
+        program = tmp_path / "python"
+        if fault == "not Python":
+            program.write_text("#!/bin/sh\necho no; echo no >&2; exit 3\n")
+            program.chmod(0o755)
+        monkeypatch.setattr(sys, "executable", str(program))
+    with ahead.compile_ahead(threads=2):
+        child = ahead.start_child()
+        assert (child is None) == (fault == "no program" or (os.name == "nt" and fault == "not Python"))
+        if child is not None:
+            assert child.wait(60) != 0
+            ahead.stop_child(child)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    "kept, threads, estimator", [(True, "2", "gather"), (False, "1", "gather"), (False, "2", "forward")]
+)
+def test_no_child_where_it_is_of_no_use(monkeypatch, tmp_path, kept, threads, estimator):
+    monkeypatch.setattr(ahead, "is_compiled", lambda: kept)
+    monkeypatch.setattr(ahead, "start_child", lambda: pytest.fail("started"))
+    options = ["--quiet", "--threads", threads, "--estimator", estimator, "--out", str(tmp_path / "out")]
+    assert main(["simulate", str(tmp_path / "none.gml"), *options]) == 2  # of the missing file
+
+
+def test_a_run_starts_the_child_before_it_reads_and_ends_it(nothing_kept, monkeypatch, tmp_path):
+    started = []
+
+    def start():
+        started.append(subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE))
+        return started[0]
+
+    monkeypatch.setattr(ahead, "start_child", start)
+    assert main(["simulate", str(tmp_path / "none.gml"), "--quiet", "--threads", "2", "--out", str(tmp_path)]) == 2
+    assert started[0].returncode is not None
+
+
+@pytest.mark.slow
+@pytest.mark.once
+def test_the_list_names_each_loop_that_a_draft_calls():
+    """Where it does not, type: python tools/list_loops.py."""
+    tool = [sys.executable, "-W", "error", ROOT / "tools/list_loops.py", "--print"]
+    found = subprocess.run(tool, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert sorted(found) == sorted(read_loops())
