@@ -68,24 +68,26 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
     surface = parent if surface is None else np.asarray(surface)
     thin = np.zeros(surface.max(initial=-1) + 1, bool)  # surfaces that had elongated triangles to split
     while True:
-        long, elongated = find_long_edges(vertices, triangles, patch_size[parent])
+        measures = measure_triangles(vertices, triangles)
+        long, elongated = find_long_edges(measures, patch_size[parent])
         new = np.unique(surface[parent[elongated]])
         if not thin[new].all():
             fresh = np.isin(np.arange(len(thin)), new) & ~thin
             thin |= fresh
             triangles = flip_thin(vertices, triangles, surface[parent], fresh)
-            long, _ = find_long_edges(vertices, triangles, patch_size[parent])
+            measures = measure_triangles(vertices, triangles)
+            long, _ = find_long_edges(measures, patch_size[parent])
         if not long.any():
             break
         rows = thin[surface[parent]]
-        long &= ~find_waiting(vertices, triangles, surface[parent], (long, rows))
+        long &= ~find_waiting(vertices, triangles, surface[parent], (long, rows), measures)
         edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)  # (3 t, 2)
         key = edges[:, 0] * np.int64(len(vertices)) + edges[:, 1]
         halved, first, number = np.unique(key[long.reshape(-1)], return_index=True, return_inverse=True)
         place = np.minimum(np.searchsorted(halved, key), len(halved) - 1)
         middle = np.where(halved[place] == key, len(vertices) + place, -1)
         parts = np.zeros(len(halved), np.int64)
-        wanted = count_parts(vertices, triangles, patch_size[parent])
+        wanted = count_parts(measures, patch_size[parent])
         np.maximum.at(parts, number.reshape(-1), wanted[long])
         ends = vertices[edges[long.reshape(-1)][first]]  # (m, 2, 3)
         vertices = np.concatenate([vertices, cut_edges(ends, parts)])
@@ -121,35 +123,41 @@ def measure_triangles(vertices, triangles):
 
 def measure_some(vertices, triangles):
     """What `measure_triangles` returns, of a few of them."""
-    corners = vertices[triangles]
-    length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-    doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    longest = length.max(axis=1, initial=0)
+    a, b, c = (vertices[triangles[:, corner]].T for corner in range(3))  # (3, t) each
+    length = np.column_stack([norm(b - a), norm(c - b), norm(a - c)])
+    longest = np.maximum(np.maximum(length[:, 0], length[:, 1]), length[:, 2])
+    (x, y, z), (u, v, w) = b - a, c - a
+    doubled = norm((y * w - z * v, z * u - x * w, x * v - y * u))
     return length, np.divide(doubled, longest, out=np.zeros(len(longest)), where=longest > 0)
 
 
-def find_long_edges(vertices, triangles, patch_size):
-    """Edges that are too long (t, 3), and elongated triangles that have one (t,)."""
-    length, height = measure_triangles(vertices, triangles)
+def norm(vectors):
+    """Lengths of vectors (3, n) of which x, y and z are given: (n,)."""
+    x, y, z = vectors
+    return np.sqrt(x * x + y * y + z * z)
+
+
+def find_long_edges(measures, patch_size):
+    """Edges that are too long (t, 3), and elongated triangles that have one (t,), from their lengths and heights."""
+    length, height = measures
     long = length > (1 + TIE) * patch_size[:, None]
     return long, long.any(axis=1) & (length.max(axis=1, initial=0) > ELONGATED * height)
 
 
-def count_parts(vertices, triangles, patch_size):
+def count_parts(measures, patch_size):
     """Number of equal parts into which to cut each edge, (t, 3): 2, but along elongated triangles as many as it takes
     to fit the patch size, and along narrow strips as many as it takes for the diagonals to fit it."""
-    length, height = measure_triangles(vertices, triangles)
+    length, height = measures
     elongated = length.max(axis=1, initial=0) > ELONGATED * height
     piece = np.sqrt(patch_size**2 - np.where(height < STRIP * patch_size, height, 0) ** 2)
     parts = np.maximum(np.ceil(length / piece[:, None] - TIE), 2)
     return np.where(elongated[:, None], parts, 2).astype(np.int64)
 
 
-def find_waiting(vertices, triangles, surface, wanted):
+def find_waiting(vertices, triangles, surface, wanted, measures):
     """Edges (t, 3) of some rows that are not split yet, since they may be flipped: between two elongated triangles that
     both have a long edge on the outline, which is split in any case."""
-    long, rows = wanted
-    length, height = measure_triangles(vertices, triangles)
+    (long, rows), (length, height) = wanted, measures
     rows = np.flatnonzero(rows & (long.sum(axis=1) > 1) & (length.max(axis=1, initial=0) > ELONGATED * height))
     waiting = np.zeros(long.shape, bool)
     pairs, corners = find_inner_edges(vertices, triangles[rows], surface[rows])
