@@ -6,6 +6,8 @@ from importlib import import_module
 from pathlib import Path
 from threading import Thread
 
+from numba.core.sigutils import normalize_signature
+
 LOOPS = Path(__file__).with_name("loops.txt")
 CORE = __package__.rpartition(".")[0]
 
@@ -43,5 +45,6 @@ def compile_loop(line):
     """
     module, function, arguments = line.split(" ", 2)
     loop = getattr(import_module(f"{CORE}.{module}"), function)
-    loop.compile(arguments)
+    types, _ = normalize_signature(arguments)  # of a text, numba's cache would keep the letters
+    loop.compile(types)
     return loop
