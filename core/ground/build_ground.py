@@ -167,7 +167,7 @@ def under_buildings(vertices, triangles, footprints):
     corners = vertices[triangles][..., :2]
     triangle, block = find_inside(blocks, corners.mean(axis=1))
     under = np.zeros(len(triangles), bool)
-    under[triangle] = shapely.contains(blocks[block], draw_triangles(corners[triangle]))
+    under[triangle[shapely.contains(blocks[block], draw_triangles(corners[triangle]))]] = True
     return under
 
 

@@ -7,7 +7,7 @@ import shapely
 
 from ..city.measure_polygons import next_in_ring, polygon_bounds
 from .find_floating import GENTLE, find_floating, measure_objects
-from .in_polygons import find_inside
+from .in_polygons import find_in_boxes, lie_in
 from .slope_filter import find_standing
 
 # An edge further above a neighbouring foot than this does not stand on the ground [m]:
@@ -96,14 +96,23 @@ def _is_lowest(city, low, footprint):
 
 def outline_polygons(city, points, chosen):
     """Polygons in plan view, with holes, (k,) shapely; self-intersections are repaired."""
-    shapes = []
-    for polygon in chosen:
-        first, last = city.polygon_start[polygon], city.polygon_start[polygon + 1]
-        rings = [points[city.ring_start[r] : city.ring_start[r + 1], :2] for r in range(first, last)]
-        rings = [ring for ring in rings if len(ring) > 2]
-        shapes.append(shapely.Polygon(rings[0], rings[1:]) if rings else shapely.Polygon())
-    shapes = np.array(shapes, dtype=object)
-    return shapely.make_valid(shapes) if len(shapes) else shapes
+    if not len(chosen):
+        return np.empty(0, object)
+    first, count = city.polygon_start[chosen], np.diff(city.polygon_start)[chosen]
+    ring = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())
+    length = np.diff(city.ring_start)[ring]
+    rings = np.bincount(np.repeat(np.arange(len(chosen)), count)[length > 2], minlength=len(chosen))
+    ring, length = ring[length > 2], length[length > 2]
+    first, last = city.ring_start[ring], city.ring_start[ring] + length - 1
+    # The first point is repeated at the end, unless the ring is closed as seen from above.
+    closing = (points[first, :2] != points[last, :2]).any(axis=1) | (length < 4)
+    starts = np.append(0, np.cumsum(length + closing))
+    point = np.repeat(first - starts[:-1], length + closing) + np.arange(starts[-1])
+    point[starts[1:][closing] - 1] = first[closing]
+    shapes = shapely.from_ragged_array(
+        shapely.GeometryType.POLYGON, points[point, :2], (starts, np.append(0, np.cumsum(rings)))
+    )
+    return shapely.make_valid(shapes)
 
 
 def _is_wall_bottom(start, end, surfaces, polygon_of_point):
@@ -121,7 +130,9 @@ def _above_another(shapes, low, footprints, middles, own):
     above = np.zeros(len(middles), bool)
     if not len(shapes) or not len(middles):
         return above
-    edge, shape = find_inside(shapely.buffer(shapes, -INSIDE), middles[:, :2])
+    edge, shape = find_in_boxes(shapely.bounds(shapes), middles[:, :2])
     other = footprints[shape]
-    above[edge[(other != own[edge]) & (middles[edge, 2] > low[other] + WALL_STEP)]] = True
+    higher = (other != own[edge]) & (middles[edge, 2] > low[other] + WALL_STEP)
+    edge, (shape, each) = edge[higher], np.unique(shape[higher], return_inverse=True)
+    above[edge[lie_in(shapely.buffer(shapes[shape], -INSIDE)[each], middles[edge, :2])]] = True
     return above

@@ -28,16 +28,10 @@ def triangulate_plan(places):
     (t, 3) int64
         All turning the same way.
     """
-    polygons = shapely.delaunay_triangles(shapely.linestrings(places))  # a line is any collection of places
-    corners = shapely.get_coordinates(polygons).reshape(-1, 4, 2)[:, :3]
-    key = as_keys(places)
-    order = np.argsort(key)
-    return order[np.searchsorted(key[order], as_keys(corners.reshape(-1, 2)))].reshape(-1, 3)
-
-
-def as_keys(places):
-    """Complex numbers, which numpy sorts by x, then y: (p,)."""
-    return places[:, 0] + 1j * places[:, 1]
+    numbered = np.column_stack([places, np.arange(len(places))])  # GEOS carries heights along: here the row
+    polygons = shapely.delaunay_triangles(shapely.linestrings(numbered))  # a line is any collection of places
+    corners = shapely.get_coordinates(polygons, include_z=True).reshape(-1, 4, 3)[:, :3, 2]
+    return corners.astype(np.int64)
 
 
 def add_places(places, mesh, new, start):
