@@ -25,19 +25,30 @@ def merge_places(points):
     Places are sorted by x, then y; of equally low points the first is taken. No two are closer than ROUNDING, even if
     the border of two cells runs between them.
     """
-    _, place = np.unique(place_keys(points), return_inverse=True)
-    lowest = find_lowest(points, place)
+    lowest, place = find_lowest(points, place_keys(points))
     joined = join_across_borders(points[lowest, :2])
     if joined.max(initial=-1) == len(lowest) - 1:  # none was joined with another
         return lowest, place
-    place = joined[place]
-    return find_lowest(points, place), place
+    return find_lowest(points, joined[place])
 
 
-def find_lowest(points, place):
-    """The lowest point of each place: (p,) int."""
-    order = np.lexsort([points[:, 2], place])
-    return order[np.unique(place[order], return_index=True)[1]]
+def find_lowest(points, key):
+    """The lowest point of each distinct key, the first of equally low ones, (p,) int; which key each has, (k,) int."""
+    order, first = group(key)
+    height = points[order, 2]
+    number = np.repeat(np.arange(len(first)), np.diff(first, append=len(key)))
+    low = np.minimum.reduceat(height, first) if len(first) else height
+    lowest = np.where(height == low[number], order, len(key))
+    place = np.empty(len(key), np.int64)
+    place[order] = number
+    return (np.minimum.reduceat(lowest, first) if len(first) else lowest), place
+
+
+def group(key):
+    """Order in which equal whole numbers, (k,) int, follow one another, and where each group of them begins."""
+    order = np.argsort(key)
+    ordered = key[order]
+    return order, np.flatnonzero(np.append(len(key) > 0, ordered[1:] != ordered[:-1])[: len(key)])
 
 
 def join_across_borders(places):
@@ -45,6 +56,8 @@ def join_across_borders(places):
     cells = places / COINCIDENT
     near = np.flatnonzero((np.abs(cells - np.round(cells)) > 0.5 - ROUNDING / COINCIDENT).any(axis=1))
     first, second = near[cKDTree(places[near]).query_pairs(ROUNDING, output_type="ndarray")].T
+    if not len(first):
+        return np.arange(len(places))
     pairs = coo_array((np.ones(len(first), bool), (first, second)), (len(places), len(places)))
     return connected_components(pairs, directed=False)[1]
 

@@ -8,10 +8,11 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from .merge_places import COINCIDENT, merge_places, pair_keys
+from .merge_places import COINCIDENT, group, merge_places, pair_keys
 
 NEIGHBOURS = 32
 NEAR = 10.0  # [m] within which feet are compared with whole edges, further away with their ends
+FAR = 100.0  # [m] within which the lowest foot is looked up, to leave out feet that cannot hang
 ROUNDING = 1e-6  # [m]
 SLICE = 10_000  # feet at once: each has some hundred edges nearby
 
@@ -33,14 +34,18 @@ def find_standing(start, end, step, slope):
     if not len(start):
         return np.zeros(0, bool)
     ends, step, slope = np.concatenate([start, end]), np.tile(step, 2), np.tile(slope, 2)
-    hangs = hangs_above_feet(ends, step, slope, start)
-    rest = np.flatnonzero(~hangs)
-    hangs[rest] = hangs_above_edges(ends[rest], step[rest], slope[rest], (start, end))
+    near, far = (lowest_around(ends, start, end, within) for within in (NEAR, FAR))
+    lowest = np.minimum(near, np.minimum(far + slope * NEAR, start[:, 2].min() + slope * FAR))
+    hangs = np.zeros(len(ends), bool)
+    some = np.flatnonzero(ends[:, 2] > step + lowest - ROUNDING)  # no other can hang
+    hangs[some] = hangs_above_feet(ends[some], step[some], slope[some], start)
+    some = np.flatnonzero((ends[:, 2] > step + near) & ~hangs)
+    hangs[some] = hangs_above_edges(ends[some], step[some], slope[some], (start, end))
     return ~hangs.reshape(2, -1).any(axis=0)
 
 
 def hangs_above_feet(points, step, slope, others):
-    """Points for which z - z' <= step + slope * distance does not hold for all of the nearest feet, (p,) bool."""
+    """Points (p, 3) for which z - z' <= step + slope * distance does not hold for all of the nearest feet, (p,) bool."""
     lowest = others[merge_places(others)[0]]  # of several feet at one position only the lowest matters
     places, place = np.unique(points[:, 0] + 1j * points[:, 1], return_inverse=True)
     count = min(NEIGHBOURS, len(lowest))
@@ -59,10 +64,10 @@ def hangs_above_edges(points, step, slope, edges):
     """The same beside whole edges: a bay above the middle of a long wall stands on nothing."""
     start, end = edges
     hangs = np.zeros(len(points), bool)
-    chosen = np.flatnonzero(points[:, 2] > step + lowest_around(points, start, end))
-    lines = shapely.linestrings(np.stack([start[:, :2], end[:, :2]], axis=1)) if len(chosen) else np.empty(0, object)
-    tree = shapely.STRtree(lines)
-    for part in np.split(chosen, range(SLICE, len(chosen), SLICE)):
+    if not len(points):
+        return hangs
+    tree = shapely.STRtree(shapely.linestrings(np.stack([start[:, :2], end[:, :2]], axis=1)))
+    for part in np.split(np.arange(len(points)), range(SLICE, len(points), SLICE)):
         point, edge = tree.query(shapely.points(points[part, :2]), "dwithin", distance=NEAR)
         point = part[point]
         foot = foot_on_edge(points[point], start[edge], end[edge])
@@ -71,25 +76,25 @@ def hangs_above_edges(points, step, slope, edges):
     return hangs
 
 
-def lowest_around(points, start, end):
-    """No edge within NEAR of a point is lower there than this: (p,) float64 [m].
+def lowest_around(points, start, end, within):
+    """No edge within a distance [m] of a point is lower there than this: (p,) float64 [m].
 
-    Pieces of edges, up to NEAR long, have both ends within 2 NEAR of a point that they come near to.
+    Pieces of edges, up to that distance long, have both ends within twice of it from a point that they come near to.
     """
-    parts = np.maximum(np.ceil(np.linalg.norm((end - start)[:, :2], axis=1) / NEAR), 1).astype(np.int64)
+    parts = np.maximum(np.ceil(np.linalg.norm((end - start)[:, :2], axis=1) / within), 1).astype(np.int64)
     edge = np.repeat(np.arange(len(start)), parts + 1)
     number = np.arange(len(edge)) - np.repeat(np.cumsum(parts + 1) - parts - 1, parts + 1)
     ends = start[edge] + (number / parts[edge])[:, None] * (end - start)[edge]
-    cells, cell = np.unique(pair_keys(np.floor(ends[:, :2] / (2 * NEAR)).astype(np.int64)), return_inverse=True)
-    low = np.full(len(cells), np.inf)
-    np.minimum.at(low, cell, ends[:, 2])
-    own = np.floor(points[:, :2] / (2 * NEAR)).astype(np.int64)
-    lowest = np.full(len(points), np.inf)
-    for beside in np.ndindex(3, 3):
-        key = pair_keys(own + np.array(beside) - 1)
-        found = np.minimum(np.searchsorted(cells, key), len(cells) - 1)
-        lowest = np.where(cells[found] == key, np.minimum(lowest, low[found]), lowest)
-    return lowest
+    key = pair_keys(np.floor(ends[:, :2] / (2 * within)).astype(np.int64))
+    order, first = group(key)
+    cells, low = key[order[first]], np.minimum.reduceat(ends[order, 2], first)
+    own, place = np.unique(pair_keys(np.floor(points[:, :2] / (2 * within)).astype(np.int64)), return_inverse=True)
+    lowest = np.full(len(own), np.inf)
+    for east, north in np.ndindex(3, 3):
+        beside = own + ((east - 1) << 32) + north - 1
+        found = np.minimum(np.searchsorted(cells, beside), len(cells) - 1)
+        lowest = np.where(cells[found] == beside, np.minimum(lowest, low[found]), lowest)
+    return lowest[place]
 
 
 def foot_on_edge(points, start, end):

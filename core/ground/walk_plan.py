@@ -47,19 +47,26 @@ def walk(places, mesh, wanted, start):
     """
     triangles, neighbours = mesh
     found, left = np.array(start, np.int64), np.arange(len(wanted))
+    here, came = found, np.full(len(wanted), -2)
     turn = np.sign(twice_areas(places[triangles[:SAMPLE]]).sum())
+    easting, northing = places.T.copy()
     for _ in range(MOST_STEPS):
         if not len(left):
             return found
-        corners = places[triangles[found[left]]] - wanted[left, None]  # (k, 3, 2)
-        x, y = corners[..., 0], corners[..., 1]
+        corners, around = triangles[here], neighbours[here]  # (k, 3)
+        x, y = easting[corners] - wanted[left, :1], northing[corners] - wanted[left, 1:]
         side = x * y[:, [1, 2, 0]] - x[:, [1, 2, 0]] * y  # twice the area between the place and each side
         side *= turn  # the sign of its own area would be noise in a triangle that has hardly any
-        worst = side.argmin(axis=1)
-        onward = side[np.arange(len(left)), worst] < -ROUNDING * (x**2 + y**2).max(axis=1)
-        beyond = neighbours[found[left], worst]
-        found[left[onward]] = beyond[onward]
-        left = left[onward & (beyond >= 0)]
+        side[around == came[:, None]] = np.inf  # never back: two triangles without an area may each name the other
+        rows, worst = np.arange(len(left)), side.argmin(axis=1)
+        away = x**2 + y**2
+        furthest = np.maximum(np.maximum(away[:, 0], away[:, 1]), away[:, 2])
+        onward = np.flatnonzero(side[rows, worst] < -ROUNDING * furthest)
+        beyond = around[onward, worst[onward]]
+        found[left[onward]] = beyond
+        inside = beyond >= 0
+        onward = onward[inside]
+        left, here, came = left[onward], beyond[inside], here[onward]
     if len(left):
         found[left] = find_triangle(places[triangles], wanted[left])
     return found
