@@ -15,9 +15,10 @@ from .heights_on import heights_on
 from .in_polygons import draw_triangles, find_inside, join_polygons
 from .keep_edges import find_cut_edges
 from .merge_places import COINCIDENT, merge_places, unique_pairs
+from .triangle_sides import find_neighbours, sort_sides
 from .triangulate_feet import triangulate_feet
 from .triangulate_plan import triangulate_plan
-from .walk_plan import find_neighbours, triangle_at, walk
+from .walk_plan import triangle_at, walk
 
 DEFAULT_PATCH = 10.0  # [m]
 FEET_FOUND, SPREAD, TRIANGULATED = 0.28, 0.45, 0.8  # shares of the time that are over then
@@ -149,13 +150,15 @@ def _interpolate_heights(foot_points, edges, free, corners):
     low, high = corners
     angle = 2 * np.pi * np.arange(CONTROL_COUNT) / CONTROL_COUNT
     rim = 0.5 * (low + high) + np.hypot(*(high - low)) * np.column_stack([np.cos(angle), np.sin(angle)])
-    weights = (1 / ((place - foot_points[:, :2]) ** 2).sum(axis=1) for place in rim)
-    rim_height = [(weight * foot_points[:, 2]).sum() / weight.sum() for weight in weights]
+    x, y, height = foot_points.T.copy()
+    weights = (1 / ((east - x) ** 2 + (north - y) ** 2) for east, north in rim)
+    rim_height = [(weight * height).sum() / weight.sum() for weight in weights]
     known = np.concatenate([foot_points, np.column_stack([rim, rim_height])])
     triangles = triangulate_plan(known[:, :2])
+    sides = sort_sides(triangles)
     near = triangle_at(triangles, len(known))[cKDTree(known[:, :2]).query(free)[1]]
-    found = walk(known[:, :2], (triangles, find_neighbours(triangles)), free, near)
-    cut = find_cut_edges(known[:, :2], triangles, edges, free)
+    found = walk(known[:, :2], (triangles, find_neighbours(sides)), free, near)
+    cut = find_cut_edges(known[:, :2], (triangles, sides), edges, free)
     return np.column_stack([free, heights_on(known[triangles[found]], free)]), cut
 
 
@@ -163,7 +166,9 @@ def under_buildings(vertices, triangles, footprints):
     """Triangles completely under buildings, where footprints replace the ground."""
     if not len(footprints):
         return np.zeros(len(triangles), bool)
-    blocks = shapely.get_parts(shapely.buffer(join_polygons(footprints), COINCIDENT))
+    # Blocks are widened one by one: all of them together would take four times as long.
+    blocks = shapely.buffer(shapely.get_parts(join_polygons(footprints)), COINCIDENT)
+    blocks = shapely.get_parts(join_polygons(blocks))
     corners = vertices[triangles][..., :2]
     triangle, block = find_inside(blocks, corners.mean(axis=1))
     under = np.zeros(len(triangles), bool)
@@ -173,8 +178,10 @@ def under_buildings(vertices, triangles, footprints):
 
 def faces_up(vertices, triangles):
     """Triangles oriented upwards, without those that have no area in plan view."""
-    a, b, c = (vertices[triangles[:, k], :2] for k in range(3))
-    doubled = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    a, b, c = triangles.T
+    x, y = vertices[:, 0].copy(), vertices[:, 1].copy()
+    along, across = (x[b] - x[a], y[b] - y[a]), (x[c] - x[a], y[c] - y[a])
+    doubled = along[0] * across[1] - along[1] * across[0]
+    longest = np.maximum(along[0] ** 2 + along[1] ** 2, across[0] ** 2 + across[1] ** 2)
     triangles = np.where(doubled[:, None] < 0, triangles[:, ::-1], triangles)
-    longest = np.maximum(((b - a) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1))
     return triangles[np.abs(doubled) > 1e-6 * longest]

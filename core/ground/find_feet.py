@@ -65,12 +65,13 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     middle = 0.5 * (start[edge] + end[edge])
     own = np.where(on_footprint[edge], polygon_of_point[edge], -1)
     edge = edge[~_above_another(shapes, low, np.flatnonzero(footprint), middle, own)]
-    building = np.unique(np.array(city.building_id), return_inverse=True)[1][polygon_of_point]
+    building_of = np.unique(np.array(city.building_id), return_inverse=True)[1]
+    building = building_of[polygon_of_point]
     height, thin = measure_objects(building, points)
     if ground_height is not None:
         middle = 0.5 * (start[edge] + end[edge])
         edge = edge[~find_floating(building[edge], middle, (height, thin), ground_height)]
-    step = np.where(_is_lowest(city, low, footprint), LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
+    step = np.where(_is_lowest(building_of, low, footprint), LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
     step = np.minimum(step, np.maximum(height[building[edge]], WALL_STEP))
     step[~on_footprint[edge]] = WALL_STEP
     slope = np.where(thin[building[edge]], GENTLE, SLOPE)
@@ -86,9 +87,8 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     return Feet(start[edge], end[edge], step, shapes[standing], hanging, polygon, footprint[polygon], outward)
 
 
-def _is_lowest(city, low, footprint):
+def _is_lowest(building, low, footprint):
     """Footprints within half a storey (1.5 m) of their building's lowest one, (n,) bool."""
-    _, building = np.unique(np.array(city.building_id), return_inverse=True)
     lowest = np.full(building.max(initial=-1) + 1, np.inf)
     np.minimum.at(lowest, building[footprint], low[footprint])
     return footprint & (low <= lowest[building] + 1.5)

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .merge_places import group
+
 THIN = 1.0  # [m] what is thinner, lying or upright, is no building
 STOREY = 2.5  # [m] a building that stands nowhere lower than this above the ground floats
 LEAST = 0.5  # [m] lower than this above the ground nothing floats
@@ -25,25 +27,25 @@ def measure_objects(building, points):
     thin : (b,) bool
         Its height, or its width seen from above, is less than THIN.
     """
-    count = building.max(initial=-1) + 1
-    low, high = extremes(building, points[:, 2], count)
-    number = np.maximum(np.bincount(building, minlength=count), 1)
+    order, first = group(building)
+    low, high = extremes(points[order, 2], first)
+    number = np.diff(first, append=len(building))
+    count = len(first)
     middle = np.column_stack([np.bincount(building, points[:, k], count) / number for k in (0, 1)])
     away = points[:, :2] - middle[building]
     # The width across the longer principal axis of the points.
     spread = [np.bincount(building, away[:, i] * away[:, k], count) for i, k in ((0, 0), (1, 1), (0, 1))]
     angle = 0.5 * np.arctan2(2 * spread[2], spread[0] - spread[1])
     across = away[:, 1] * np.cos(angle)[building] - away[:, 0] * np.sin(angle)[building]
-    left, right = extremes(building, across, count)
+    left, right = extremes(across[order], first)
     return high - low, np.minimum(high - low, right - left) < THIN
 
 
-def extremes(group, values, count):
-    """Smallest and largest value in each group: two (count,) float64, infinite for an empty one."""
-    low, high = np.full(count, np.inf), np.full(count, -np.inf)
-    np.minimum.at(low, group, values)
-    np.maximum.at(high, group, values)
-    return low, high
+def extremes(values, first):
+    """Smallest and largest of values, (m,), in runs that begin at some of them: two (b,) float64."""
+    if not len(first):
+        return np.zeros(0), np.zeros(0)
+    return np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
 
 
 def find_floating(building, middles, objects, ground_height):

@@ -33,15 +33,15 @@ def spread_points(foot_places, footprints, low, high, patch_size):
     x, y = np.meshgrid(low[0] + size * (np.arange(columns) + 0.5), low[1] + size * (np.arange(rows) + 0.5))
     cells, done = np.column_stack([x.ravel(), y.ravel()]), []
     while len(cells):
-        distance = np.maximum(tree.query(cells)[0] - 0.7 * size, 0)
+        nearest = tree.query(cells)[0]
+        distance = np.maximum(nearest - 0.7 * size, 0)
         fine = size <= patch_size * 1.0001 + GROWTH * distance
-        done.append(cells[fine])
+        done.append(cells[fine & (nearest > KEEP_AWAY * patch_size)])
         quarters = 0.25 * size * np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])
         cells = (cells[~fine, None] + quarters).reshape(-1, 2)
         size /= 2
     centres = np.concatenate(done)
     centres = centres[(centres > low).all(axis=1) & (centres < high).all(axis=1)]
-    centres = centres[tree.query(centres)[0] > KEEP_AWAY * patch_size]
     return np.concatenate([_outside(centres, footprints), _rim(low, high)])
 
 

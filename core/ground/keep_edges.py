@@ -27,31 +27,29 @@ class Circles:
     high: np.ndarray  # (e,) float64 [m]
 
 
-def find_cut_edges(places, triangles, edges, added):
+def find_cut_edges(places, mesh, edges, added):
     """Edges that are not in the Delaunay triangulation of all places: (e,) bool.
 
     Parameters
     ----------
     places : array, (p, 2) float64 [m]
-    triangles : array, (t, 3) int64
-        Delaunay, of these.
+    mesh : tuple of (t, 3) int64 and Sides
+        Delaunay triangles of these, and their sides.
     edges : array, (e, 2) int64
         The smaller number first.
     added : array, (k, 2) float64 [m]
         More places, none of them within half an edge of its middle.
     """
-    following = triangles[:, [1, 2, 0]]
-    sides = np.stack([np.minimum(triangles, following), np.maximum(triangles, following)], axis=2)
-    key = pair_keys(sides.reshape(-1, 2))
-    order = np.argsort(key)
-    key, apex, wanted = np.append(key[order], [-1, -1]), triangles[:, [2, 0, 1]].ravel()[order], pair_keys(edges)
-    first = np.searchsorted(key[:-2], wanted)
+    triangles, sides = mesh
+    key, wanted = np.append(sides.key, [-1, -1]), pair_keys(edges)
+    apex = triangles[:, [2, 0, 1]].ravel()  # of each side
+    first = np.searchsorted(sides.key, wanted)
     cut = key[first] != wanted
     kept = np.flatnonzero(~cut)
     circles = draw_circles(places[edges[kept, 0]], places[edges[kept, 1]])
-    leave(circles, np.arange(len(kept)), places[apex[first[kept]]])
+    leave(circles, np.arange(len(kept)), places[apex[sides.side[first[kept]]]])
     two = np.flatnonzero(key[first[kept] + 1] == wanted[kept])
-    leave(circles, two, places[apex[first[kept[two]] + 1]])
+    leave(circles, two, places[apex[sides.side[first[kept[two]] + 1]]])
     cut[kept] = meet_all(circles, added)
     return cut
 

@@ -5,8 +5,9 @@ import numpy as np
 from .foot_lines import highest_foot
 from .heights_on import drop_on_triangles, heights_on
 from .merge_places import merge_places, pair_keys, place_keys, unique_pairs
-from .triangulate_plan import add_places, has_edges, triangulate_plan
-from .walk_plan import find_neighbours, triangle_at, walk
+from .triangle_sides import find_neighbours, has_edges, sort_sides
+from .triangulate_plan import add_places, triangulate_plan
+from .walk_plan import triangle_at, walk
 
 ROUNDS = 4  # of halving foot edges that hang above the ground
 SHORTEST_EDGE = 0.5  # [m]
@@ -44,8 +45,9 @@ def triangulate_feet(lines, foot_points, edges, free, report_share):
     lying, on = np.zeros((0, 2), np.int64), np.zeros((0, len(SHARES)), np.int64)
     for turn in range(ROUNDS):
         report_share((turn + 1) / (ROUNDS + 1))
-        missing = find_long(vertices, edges[~has_edges(triangles, edges)])
-        mesh = triangles, find_neighbours(triangles)
+        sides = sort_sides(triangles)
+        missing = find_long(vertices, edges[~has_edges(sides, edges)])
+        mesh = triangles, find_neighbours(sides)
         missing = missing[~np.isin(pair_keys(missing), pair_keys(lying))]
         hang, found = find_hanging(vertices, mesh, missing)
         if not hang.any():

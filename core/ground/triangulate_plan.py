@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from .in_polygons import draw_triangles
 from .merge_places import pair_keys, unique_pairs
+from .triangle_sides import has_edges, sort_sides
 
 FEW = 16  # places that are compared with all triangles, one after the other
 TIE = 1e-9  # relative distance from a circumcircle within which a place counts as inside
@@ -61,7 +62,7 @@ def add_places(places, mesh, new, start):
     while len(used) < len(places):
         fresh = used[triangulate_plan(places[used])]
         sides, beyond = find_border(mesh, gone)
-        lost = ~has_edges(fresh, sides)
+        lost = ~has_edges(sort_sides(fresh), sides)
         if not lost.any():
             fresh = fresh[inside_any(places[fresh].mean(axis=1), places[triangles[gone]])]
             return np.concatenate([triangles[~gone], fresh]), gone
@@ -146,11 +147,12 @@ def near_any(corners, places):
     corners : array, (t, 3, 2) float64 [m]
     places : array, (p, 2) float64 [m]
     """
+    near = np.zeros(len(corners), bool)
     if len(places) <= FEW:
-        low, high = corners.min(axis=1), corners.max(axis=1)
-        near = np.zeros(len(corners), bool)
+        low, high = (pick(pick(corners[:, 0], corners[:, 1]), corners[:, 2]) for pick in (np.minimum, np.maximum))
         for place in places:
-            near |= ((low <= place) & (high >= place)).all(axis=1)
+            rows = np.flatnonzero((low[:, 0] <= place[0]) & (high[:, 0] >= place[0]))
+            near[rows] |= (low[rows, 1] <= place[1]) & (high[rows, 1] >= place[1])
         return near
     middle = corners.mean(axis=1)
     radius = np.sqrt(((corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
@@ -170,20 +172,3 @@ def find_triangle(corners, places):
     found = np.full(len(places), -1)
     found[place] = near[triangle]
     return found
-
-
-def has_edges(triangles, edges):
-    """Whether edges are sides of triangles: (e,) bool.
-
-    Parameters
-    ----------
-    triangles : array, (t, 3) int64
-    edges : array, (e, 2) int64
-        The smaller number first.
-    """
-    following = triangles[:, [1, 2, 0]]
-    sides = np.stack([np.minimum(triangles, following), np.maximum(triangles, following)], axis=2)
-    sides = np.sort(pair_keys(sides.reshape(-1, 2)))
-    wanted = pair_keys(edges)
-    at = np.minimum(np.searchsorted(sides, wanted), len(sides) - 1)
-    return sides[at] == wanted

@@ -5,25 +5,11 @@ From a triangle nearby it takes a few steps, all places at once: no search tree 
 
 import numpy as np
 
-from .merge_places import pair_keys
 from .triangulate_plan import find_triangle, twice_areas
 
 MOST_STEPS = 200  # a walk among triangles that are not Delaunay by rounding may not end; a search does
 SAMPLE = 1000  # triangles that tell which way all turn
 ROUNDING = 1e-12  # of the square of the distance to a corner: so little beyond a side, a place lies on it
-
-
-def find_neighbours(triangles):
-    """The triangle beyond each side (corner k to k + 1), -1 beyond the hull: (t, 3) int64."""
-    following = triangles[:, [1, 2, 0]]
-    sides = np.stack([np.minimum(triangles, following), np.maximum(triangles, following)], axis=2)
-    key = pair_keys(sides.reshape(-1, 2))
-    order = np.argsort(key)
-    same = np.flatnonzero(key[order[1:]] == key[order[:-1]])
-    one, other = order[same], order[same + 1]
-    neighbours = np.full(len(key), -1)
-    neighbours[one], neighbours[other] = other // 3, one // 3
-    return neighbours.reshape(-1, 3)
 
 
 def triangle_at(triangles, count):
