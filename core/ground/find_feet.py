@@ -7,7 +7,8 @@ import shapely
 
 from ..city.measure_polygons import next_in_ring, polygon_bounds
 from .find_floating import GENTLE, find_floating, measure_objects
-from .in_polygons import find_in_boxes, lie_in
+from .in_polygons import lie_in
+from .place_grid import find_in_boxes, lay_grid, list_runs
 from .slope_filter import find_standing
 
 # An edge further above a neighbouring foot than this does not stand on the ground [m]:
@@ -99,15 +100,15 @@ def outline_polygons(city, points, chosen):
     if not len(chosen):
         return np.empty(0, object)
     first, count = city.polygon_start[chosen], np.diff(city.polygon_start)[chosen]
-    ring = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())
+    shape, ring = list_runs(first, count)
     length = np.diff(city.ring_start)[ring]
-    rings = np.bincount(np.repeat(np.arange(len(chosen)), count)[length > 2], minlength=len(chosen))
+    rings = np.bincount(shape[length > 2], minlength=len(chosen))
     ring, length = ring[length > 2], length[length > 2]
     first, last = city.ring_start[ring], city.ring_start[ring] + length - 1
     # The first point is repeated at the end, unless the ring is closed as seen from above.
     closing = (points[first, :2] != points[last, :2]).any(axis=1) | (length < 4)
     starts = np.append(0, np.cumsum(length + closing))
-    point = np.repeat(first - starts[:-1], length + closing) + np.arange(starts[-1])
+    _, point = list_runs(first, length + closing)
     point[starts[1:][closing] - 1] = first[closing]
     shapes = shapely.from_ragged_array(
         shapely.GeometryType.POLYGON, points[point, :2], (starts, np.append(0, np.cumsum(rings)))
@@ -130,7 +131,8 @@ def _above_another(shapes, low, footprints, middles, own):
     above = np.zeros(len(middles), bool)
     if not len(shapes) or not len(middles):
         return above
-    edge, shape = find_in_boxes(shapely.bounds(shapes), middles[:, :2])
+    boxes = shapely.bounds(shapes)
+    edge, shape = find_in_boxes(lay_grid(middles[:, :2], boxes), boxes)
     other = footprints[shape]
     higher = (other != own[edge]) & (middles[edge, 2] > low[other] + WALL_STEP)
     edge, (shape, each) = edge[higher], np.unique(shape[higher], return_inverse=True)

@@ -5,16 +5,16 @@ are compared one by one.
 """
 
 import numpy as np
-import shapely
 from scipy.spatial import cKDTree
 
 from .merge_places import COINCIDENT, group, merge_places, pair_keys
+from .place_grid import find_in_boxes, lay_grid
 
 NEIGHBOURS = 32
 NEAR = 10.0  # [m] within which feet are compared with whole edges, further away with their ends
 FAR = 100.0  # [m] within which the lowest foot is looked up, to leave out feet that cannot hang
 ROUNDING = 1e-6  # [m]
-SLICE = 10_000  # feet at once: each has some hundred edges nearby
+SLICE = 10_000  # edges at once: each may have some hundred feet nearby
 
 
 def find_standing(start, end, step, slope):
@@ -66,13 +66,16 @@ def hangs_above_edges(points, step, slope, edges):
     hangs = np.zeros(len(points), bool)
     if not len(points):
         return hangs
-    tree = shapely.STRtree(shapely.linestrings(np.stack([start[:, :2], end[:, :2]], axis=1)))
-    for part in np.split(np.arange(len(points)), range(SLICE, len(points), SLICE)):
-        point, edge = tree.query(shapely.points(points[part, :2]), "dwithin", distance=NEAR)
-        point = part[point]
+    low, high = np.minimum(start[:, :2], end[:, :2]), np.maximum(start[:, :2], end[:, :2])
+    boxes = np.column_stack([low - NEAR, high + NEAR])
+    grid = lay_grid(points[:, :2], boxes)
+    for part in range(0, len(start), SLICE):
+        point, edge = find_in_boxes(grid, boxes[part : part + SLICE])
+        edge += part
         foot = foot_on_edge(points[point], start[edge], end[edge])
-        distance = np.hypot(*(points[point, :2] - foot[:, :2]).T)
-        hangs[point[points[point, 2] - foot[:, 2] > step[point] + slope[point] * distance + COINCIDENT]] = True
+        distance = np.hypot(points[point, 0] - foot[:, 0], points[point, 1] - foot[:, 1])
+        rise = points[point, 2] - foot[:, 2]
+        hangs[point[(distance <= NEAR) & (rise > step[point] + slope[point] * distance + COINCIDENT)]] = True
     return hangs
 
 
