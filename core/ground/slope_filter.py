@@ -7,6 +7,7 @@ are compared one by one.
 import numpy as np
 from scipy.spatial import cKDTree
 
+from .foot_lines import draw_boxes, foot_on_edge
 from .merge_places import COINCIDENT, group, merge_places, pair_keys
 from .place_grid import find_in_boxes, lay_grid
 
@@ -66,14 +67,12 @@ def hangs_above_edges(points, step, slope, edges):
     hangs = np.zeros(len(points), bool)
     if not len(points):
         return hangs
-    low, high = np.minimum(start[:, :2], end[:, :2]), np.maximum(start[:, :2], end[:, :2])
-    boxes = np.column_stack([low - NEAR, high + NEAR])
+    boxes = draw_boxes(start, end, NEAR)
     grid = lay_grid(points[:, :2], boxes)
     for part in range(0, len(start), SLICE):
         point, edge = find_in_boxes(grid, boxes[part : part + SLICE])
         edge += part
-        foot = foot_on_edge(points[point], start[edge], end[edge])
-        distance = np.hypot(points[point, 0] - foot[:, 0], points[point, 1] - foot[:, 1])
+        foot, distance = foot_on_edge(points[point], start[edge], end[edge])
         rise = points[point, 2] - foot[:, 2]
         hangs[point[(distance <= NEAR) & (rise > step[point] + slope[point] * distance + COINCIDENT)]] = True
     return hangs
@@ -98,11 +97,3 @@ def lowest_around(points, start, end, within):
         found = np.minimum(np.searchsorted(cells, beside), len(cells) - 1)
         lowest = np.where(cells[found] == beside, np.minimum(lowest, low[found]), lowest)
     return lowest[place]
-
-
-def foot_on_edge(points, start, end):
-    """Point of each edge nearest to a point in plan, at the edge's height: (k, 3) float64 [m]."""
-    along = end - start
-    squared = np.maximum((along[:, :2] ** 2).sum(axis=1), 1e-12)
-    share = ((points[:, :2] - start[:, :2]) * along[:, :2]).sum(axis=1) / squared
-    return start + np.clip(share, 0, 1)[:, None] * along
