@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 MOST_CELLS = 1 << 20  # along either side
-SHARE = 0.25  # of the mean box: size of a cell
+SHARE = 0.5  # of the mean box: size of a cell
 
 
 class PlaceGrid(NamedTuple):

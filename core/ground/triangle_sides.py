@@ -36,3 +36,25 @@ def has_edges(sides, edges):
     wanted = pair_keys(edges)
     at = np.minimum(np.searchsorted(sides.key, wanted), len(sides.key) - 1)
     return sides.key[at] == wanted
+
+
+def renew_neighbours(neighbours, gone, triangles):
+    """Neighbours after some triangles have given way to others.
+
+    Parameters
+    ----------
+    neighbours : array, (t, 3) int64
+        Of before.
+    gone : array, (t,) bool
+        Triangles of before that are no more.
+    triangles : array, (s, 3) int64
+        Those that are left come first, in their order.
+    """
+    left = len(gone) - np.count_nonzero(gone)
+    number = np.append(np.where(gone, -2, np.cumsum(~gone) - 1), -1)  # of each, and of none
+    renewed = np.full((len(triangles), 3), -2)
+    renewed[:left] = number[neighbours[~gone]]
+    rows = np.flatnonzero((renewed == -2).any(axis=1))  # new ones, and those beside gone ones
+    around = find_neighbours(sort_sides(triangles[rows]))
+    renewed[rows] = np.where(renewed[rows] == -2, np.where(around >= 0, rows[around], -1), renewed[rows])
+    return renewed

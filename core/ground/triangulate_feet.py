@@ -5,7 +5,7 @@ import numpy as np
 from .foot_lines import highest_foot
 from .heights_on import drop_on_triangles, heights_on
 from .merge_places import merge_places, pair_keys, place_keys, unique_pairs
-from .triangle_sides import find_neighbours, has_edges, sort_sides
+from .triangle_sides import find_neighbours, has_edges, renew_neighbours, sort_sides
 from .triangulate_plan import add_places, triangulate_plan
 from .walk_plan import triangle_at, walk
 
@@ -42,18 +42,16 @@ def triangulate_feet(lines, foot_points, edges, free, report_share):
     if len(missing):
         vertices, edges, _, _ = halve(lines, vertices, first, edges, missing)
     triangles = triangulate_plan(vertices[:, :2])
+    sides = sort_sides(triangles)
+    mesh, missing = (triangles, find_neighbours(sides)), find_long(vertices, edges[~has_edges(sides, edges)])
     lying, on = np.zeros((0, 2), np.int64), np.zeros((0, len(SHARES)), np.int64)
     for turn in range(ROUNDS):
         report_share((turn + 1) / (ROUNDS + 1))
-        sides = sort_sides(triangles)
-        missing = find_long(vertices, edges[~has_edges(sides, edges)])
-        mesh = triangles, find_neighbours(sides)
-        missing = missing[~np.isin(pair_keys(missing), pair_keys(lying))]
         hang, found = find_hanging(vertices, mesh, missing)
         if not hang.any():
             break
         count = len(vertices)
-        vertices, edges, source, in_place = halve(lines, vertices, first, edges, missing[hang])
+        vertices, halved, source, in_place = halve(lines, vertices, first, edges, missing[hang])
         new = np.arange(count, len(vertices))
         start = walk(vertices[:, :2], mesh, vertices[new, :2], found[hang, 1][source])
         if in_place:
@@ -63,8 +61,37 @@ def triangulate_feet(lines, foot_points, edges, free, report_share):
         # Edges on triangles that are still there lie on the ground as before.
         lying, on = np.concatenate([lying, missing[~hang]]), np.concatenate([on, found[~hang]])
         kept = ~gone[on].any(axis=1) & (on >= 0).all(axis=1)
+        missing = find_missing(vertices, (mesh[0], triangles, gone), (edges, halved), lying)
+        edges = halved
+        missing = missing[~np.isin(pair_keys(missing), pair_keys(lying[kept]))]
         lying, on = lying[kept], (np.cumsum(~gone) - 1)[on[kept]]
+        mesh = triangles, renew_neighbours(mesh[1], gone, triangles)
     return sort_places(vertices, triangles, first)
+
+
+def find_missing(vertices, change, edges, missing):
+    """Edges that are missing after a change and long enough to be halved: (k, 2), sorted.
+
+    Parameters
+    ----------
+    vertices : array, (v, 3) float64 [m]
+    change : tuple of (t, 3) int64, (s, 3) int64 and (t,) bool
+        Triangles of before and after, and which of the former are gone.
+    edges : tuple of (d, 2) int64 and (e, 2) int64
+        Of before and after.
+    missing : array, (m, 2) int64
+        Those that were missing before and are still wanted.
+    """
+    before, after, gone = change
+    known, edges = edges
+    touched = np.zeros(len(vertices), bool)  # between other corners nothing has changed
+    touched[after[len(before) - np.count_nonzero(gone) :]] = True
+    touched[edges[~np.isin(pair_keys(edges), pair_keys(known))]] = True
+    inside = touched[edges].all(axis=1)
+    near = after[np.count_nonzero(touched[after], axis=1) > 1]
+    lost = edges[inside][~has_edges(sort_sides(near), edges[inside])]
+    still = missing[~touched[missing].all(axis=1)]
+    return find_long(vertices, unique_pairs(np.concatenate([lost, still])))
 
 
 def find_long(vertices, edges):
