@@ -167,7 +167,7 @@ def under_buildings(vertices, triangles, footprints):
     if not len(footprints):
         return np.zeros(len(triangles), bool)
     # Blocks are widened one by one: all of them together would take four times as long.
-    blocks = shapely.buffer(shapely.get_parts(join_polygons(footprints)), COINCIDENT)
+    blocks = shapely.buffer(shapely.get_parts(join_polygons(footprints)), COINCIDENT, quad_segs=4)
     blocks = shapely.get_parts(join_polygons(blocks))
     corners = vertices[triangles][..., :2]
     triangle, block = find_inside(blocks, corners.mean(axis=1))

@@ -58,18 +58,21 @@ def add_places(places, mesh, new, start):
     """
     triangles, _ = mesh
     gone = find_cavity(places, mesh, new, start) if (start >= 0).all() else np.ones(len(triangles), bool)
-    used = np.union1d(triangles[gone], new)
-    while len(used) < len(places):
+    left, pieces = gone.copy(), [triangles[:0]]
+    while not gone.all():
+        used = np.union1d(triangles[left], new[left[start]])
         fresh = used[triangulate_plan(places[used])]
-        sides, beyond = find_border(mesh, gone)
+        sides, inside, beyond = find_border(mesh, left)
         lost = ~has_edges(sort_sides(fresh), sides)
+        again = hang_together(mesh, left, inside[lost])
+        done = left & ~again
+        pieces.append(fresh[inside_any(places[fresh].mean(axis=1), places[triangles[done]])])
         if not lost.any():
-            fresh = fresh[inside_any(places[fresh].mean(axis=1), places[triangles[gone]])]
-            return np.concatenate([triangles[~gone], fresh]), gone
-        if (beyond[lost] < 0).any():
+            return np.concatenate([triangles[~gone], *pieces]), gone
+        if (beyond[lost] < 0).any() or (gone & ~again)[beyond[lost]].any():
             break
-        gone[beyond[lost]] = True  # where four corners lie on one circle, either diagonal may be drawn
-        used = np.union1d(used, triangles[gone])
+        left = again
+        gone[beyond[lost]] = left[beyond[lost]] = True  # of four corners on one circle, either diagonal may be drawn
     return triangulate_plan(places), np.ones(len(triangles), bool)
 
 
@@ -92,14 +95,25 @@ def find_cavity(places, mesh, new, start):
     return gone
 
 
+def hang_together(mesh, chosen, rows):
+    """Of the chosen triangles, (t,) bool, those that hang together with some of them, (k,) int: (t,) bool."""
+    found = np.zeros(len(chosen), bool)
+    while len(rows):
+        found[rows] = True
+        rows = np.unique(mesh[1][rows])
+        rows = rows[(rows >= 0) & chosen[rows] & ~found[rows]]
+    return found
+
+
 def find_border(mesh, chosen):
-    """Sides of some triangles towards others, (b, 2), and the triangles beyond them, -1 beyond the hull, (b,) int."""
+    """Sides of some triangles towards others, (b, 2), and the triangles within and beyond, two (b,) int, the latter -1
+    beyond the hull."""
     triangles, neighbours = mesh
     rows = np.flatnonzero(chosen)
     beyond = neighbours[rows]
     open_side = (beyond < 0) | ~chosen[beyond]
     sides = np.stack([triangles[rows], triangles[rows][:, [1, 2, 0]]], axis=2)[open_side]
-    return np.sort(sides, axis=1), beyond[open_side]
+    return np.sort(sides, axis=1), np.repeat(rows, 3)[open_side.ravel()], beyond[open_side]
 
 
 def in_circles(places, triangles, others):
