@@ -4,7 +4,6 @@ from functools import partial
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
 from ..city.check_geometry import check_parts, check_patch_size
 from ..progress import ignore_share, report_part
@@ -99,8 +98,9 @@ def build_ground(
     lines = draw_lines(feet)
     foot_points, edges = cut_feet(feet, lines, 0.5 * patch_size)
     report_share(FEET_FOUND)
-    free = spread_points(foot_points[:, :2], feet.footprints, low[:2] - reach, high[:2] + reach, patch_size)
-    free, cut = _interpolate_heights(foot_points, edges, free, (low[:2] - reach, high[:2] + reach))
+    corners = low[:2] - reach, high[:2] + reach
+    free, nearest = spread_points(foot_points[:, :2], feet.footprints, *corners, patch_size)
+    free, cut = _interpolate_heights(foot_points, edges, (free, nearest), corners)
     report_share(SPREAD)
     triangulate_part = partial(report_part, report_share, SPREAD, TRIANGULATED)
     vertices, triangles = triangulate_feet(lines, foot_points, (edges, cut), free, triangulate_part)
@@ -147,7 +147,7 @@ def cut_feet(feet, lines, longest):
 def _interpolate_heights(foot_points, edges, free, corners):
     """Free places with heights between those of the feet, and out to a rim at about their mean height; and whether each
     edge is missing in the triangulation of all."""
-    low, high = corners
+    (free, nearest), (low, high) = free, corners
     angle = 2 * np.pi * np.arange(CONTROL_COUNT) / CONTROL_COUNT
     rim = 0.5 * (low + high) + np.hypot(*(high - low)) * np.column_stack([np.cos(angle), np.sin(angle)])
     x, y, height = foot_points.T.copy()
@@ -156,7 +156,7 @@ def _interpolate_heights(foot_points, edges, free, corners):
     known = np.concatenate([foot_points, np.column_stack([rim, rim_height])])
     triangles = triangulate_plan(known[:, :2])
     sides = sort_sides(triangles)
-    near = triangle_at(triangles, len(known))[cKDTree(known[:, :2]).query(free)[1]]
+    near = triangle_at(triangles, len(known))[nearest]
     found = walk(known[:, :2], (triangles, find_neighbours(sides)), free, near)
     cut = find_cut_edges(known[:, :2], (triangles, sides), edges, free)
     return np.column_stack([free, heights_on(known[triangles[found]], free)]), cut
@@ -169,8 +169,8 @@ def under_buildings(vertices, triangles, footprints):
     # Blocks are widened one by one: all of them together would take four times as long.
     blocks = shapely.buffer(shapely.get_parts(join_polygons(footprints)), COINCIDENT, quad_segs=4)
     blocks = shapely.get_parts(join_polygons(blocks))
-    corners = vertices[triangles][..., :2]
-    triangle, block = find_inside(blocks, corners.mean(axis=1))
+    corners = vertices[:, :2].copy()[triangles]
+    triangle, block = find_inside(blocks, (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3)
     under = np.zeros(len(triangles), bool)
     under[triangle[shapely.contains(blocks[block], draw_triangles(corners[triangle]))]] = True
     return under

@@ -96,7 +96,7 @@ def _spread(foot_points, feet, terrain, bounds, patch_size):
     near = low[:2] - reach, high[:2] + reach
     far_low = np.minimum(near[0], np.maximum(found.min(axis=0)[:2], low[:2] - HORIZON))
     far_high = np.maximum(near[1], np.minimum(found.max(axis=0)[:2], high[:2] + HORIZON))
-    free = spread_points(foot_places, feet.footprints, far_low, far_high, patch_size)
+    free, _ = spread_points(foot_places, feet.footprints, far_low, far_high, patch_size)
     places = np.concatenate([foot_places, free])
     heights = measure_heights(terrain, places)
     at_feet = np.arange(len(places)) < len(foot_places)

@@ -66,7 +66,8 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     middle = 0.5 * (start[edge] + end[edge])
     own = np.where(on_footprint[edge], polygon_of_point[edge], -1)
     edge = edge[~_above_another(shapes, low, np.flatnonzero(footprint), middle, own)]
-    building_of = np.unique(np.array(city.building_id), return_inverse=True)[1]
+    number = {name: k for k, name in enumerate(dict.fromkeys(city.building_id))}
+    building_of = np.array([number[name] for name in city.building_id], np.int64)
     building = building_of[polygon_of_point]
     height, thin = measure_objects(building, points)
     if ground_height is not None:

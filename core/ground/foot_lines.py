@@ -54,8 +54,13 @@ def highest_foot(lines, places):
 
 
 def foot_on_edge(points, start, end):
-    """Point of each edge nearest to a point in plan, at the edge's height, (k, 3) float64 [m]; and how far away in plan,
-    (k,) float64 [m]."""
+    """Point of each edge nearest to a point in plan, at the edge's height, and how far away in plan it is.
+
+    Returns
+    -------
+    foot : (k, 3) float64 [m]
+    distance : (k,) float64 [m]
+    """
     along = end - start
     squared = np.maximum(along[:, 0] ** 2 + along[:, 1] ** 2, 1e-12)
     away = points[:, :2] - start[:, :2]

@@ -26,23 +26,29 @@ def spread_points(foot_places, footprints, low, high, patch_size):
     -------
     places : array, (p, 2) float64 [m]
         Includes the corners of the ground and points on its rim.
+    nearest : array, (p,) int64
+        The foot nearest to each.
     """
     tree = cKDTree(foot_places)
     size = _root_size(high - low, patch_size)
     columns, rows = (int(n) for n in np.ceil((high - low) / size))
     x, y = np.meshgrid(low[0] + size * (np.arange(columns) + 0.5), low[1] + size * (np.arange(rows) + 0.5))
-    cells, done = np.column_stack([x.ravel(), y.ravel()]), []
+    cells, done, feet = np.column_stack([x.ravel(), y.ravel()]), [], []
     while len(cells):
-        nearest = tree.query(cells)[0]
-        distance = np.maximum(nearest - 0.7 * size, 0)
+        away, nearest = tree.query(cells)
+        distance = np.maximum(away - 0.7 * size, 0)
         fine = size <= patch_size * 1.0001 + GROWTH * distance
-        done.append(cells[fine & (nearest > KEEP_AWAY * patch_size)])
+        kept = fine & (away > KEEP_AWAY * patch_size)
+        done.append(cells[kept])
+        feet.append(nearest[kept])
         quarters = 0.25 * size * np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])
         cells = (cells[~fine, None] + quarters).reshape(-1, 2)
         size /= 2
-    centres = np.concatenate(done)
-    centres = centres[(centres > low).all(axis=1) & (centres < high).all(axis=1)]
-    return np.concatenate([_outside(centres, footprints), _rim(low, high)])
+    centres, feet = np.concatenate(done), np.concatenate(feet)
+    outside = (centres > low).all(axis=1) & (centres < high).all(axis=1)
+    outside[outside] = _outside(centres[outside], footprints)
+    rim = _rim(low, high)
+    return np.concatenate([centres[outside], rim]), np.concatenate([feet[outside], tree.query(rim)[1]])
 
 
 def _root_size(extent, patch_size):
@@ -52,11 +58,9 @@ def _root_size(extent, patch_size):
 
 
 def _outside(centres, footprints):
-    if not len(footprints):
-        return centres
     outside = np.ones(len(centres), bool)
     outside[find_inside(footprints, centres)[0]] = False
-    return centres[outside]
+    return outside
 
 
 def _rim(low, high):

@@ -1,12 +1,12 @@
 """Places sorted by the cells of a grid, to find those in boxes: in each row of cells they follow one another.
 
-          ┌──┬──┬──┬──┬──┐
-    row 2 │  │░░│░░│░░│  │     A box meets the cells ░: one run of places in each row, found by bisection. No search
-          ├──┼──┼──┼──┼──┤     tree is built, and no geometry for each place.
-    row 1 │  │░░│░░│░░│  │
-          ├──┼──┼──┼──┼──┤
-    row 0 │  │  │  │  │  │
-          └──┴──┴──┴──┴──┘
+      ┌──┬──┬──┬──┬──┐
+row 2 │  │░░│░░│░░│  │     A box meets the cells ░: one run of places in each row, found by bisection. No search
+      ├──┼──┼──┼──┼──┤     tree is built, and no geometry for each place.
+row 1 │  │░░│░░│░░│  │
+      ├──┼──┼──┼──┼──┤
+row 0 │  │  │  │  │  │
+      └──┴──┴──┴──┴──┘
 """
 
 from typing import NamedTuple
@@ -56,9 +56,9 @@ def find_in_boxes(grid, boxes):
     """
     chosen = np.flatnonzero(np.isfinite(boxes).all(axis=1))
     boxes = boxes[chosen]
-    (columns, rows), cells = grid.count, np.floor((boxes - np.tile(grid.origin, 2)) / grid.size)
-    left, right = (np.clip(cells[:, k], *limits).astype(np.int64) for k, limits in ((0, (0, columns)), (2, (-1, columns - 1))))
-    bottom, top = (np.clip(cells[:, k], *limits).astype(np.int64) for k, limits in ((1, (0, rows)), (3, (-1, rows - 1))))
+    columns, cells = grid.count[0], np.floor((boxes - np.tile(grid.origin, 2)) / grid.size)
+    left, bottom = np.clip(cells[:, :2], 0, grid.count).astype(np.int64).T
+    right, top = np.clip(cells[:, 2:], -1, grid.count - 1).astype(np.int64).T
     box, row = list_runs(bottom, np.where(left <= right, top + 1 - bottom, 0))
     first = np.searchsorted(grid.key, row * columns + left[box])
     last = np.searchsorted(grid.key, row * columns + right[box], "right")

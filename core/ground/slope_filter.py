@@ -35,10 +35,12 @@ def find_standing(start, end, step, slope):
     if not len(start):
         return np.zeros(0, bool)
     ends, step, slope = np.concatenate([start, end]), np.tile(step, 2), np.tile(slope, 2)
-    near, far = (lowest_around(ends, start, end, within) for within in (NEAR, FAR))
-    lowest = np.minimum(near, np.minimum(far + slope * NEAR, start[:, 2].min() + slope * FAR))
-    hangs = np.zeros(len(ends), bool)
+    near, hangs = lowest_around(ends, start, end, NEAR), np.zeros(len(ends), bool)
+    lowest = np.minimum(near, start[:, 2].min() + slope * NEAR)
     some = np.flatnonzero(ends[:, 2] > step + lowest - ROUNDING)  # no other can hang
+    far = lowest_around(ends[some], start, end, FAR) + slope[some] * NEAR
+    lowest = np.minimum(near[some], np.minimum(far, start[:, 2].min() + slope[some] * FAR))
+    some = some[ends[some, 2] > step[some] + lowest - ROUNDING]
     hangs[some] = hangs_above_feet(ends[some], step[some], slope[some], start)
     some = np.flatnonzero((ends[:, 2] > step + near) & ~hangs)
     hangs[some] = hangs_above_edges(ends[some], step[some], slope[some], (start, end))
@@ -46,7 +48,9 @@ def find_standing(start, end, step, slope):
 
 
 def hangs_above_feet(points, step, slope, others):
-    """Points (p, 3) for which z - z' <= step + slope * distance does not hold for all of the nearest feet, (p,) bool."""
+    """Points (p, 3) for which z - z' <= step + slope * distance does not hold for all nearest feet: (p,) bool."""
+    if not len(points):
+        return np.zeros(0, bool)
     lowest = others[merge_places(others)[0]]  # of several feet at one position only the lowest matters
     places, place = np.unique(points[:, 0] + 1j * points[:, 1], return_inverse=True)
     count = min(NEIGHBOURS, len(lowest))

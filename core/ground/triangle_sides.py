@@ -1,4 +1,4 @@
-"""Sides of triangles, sorted so that the two triangles of each follow one another; neighbours and edges are read off."""
+"""Sides of triangles sorted so that the two triangles of each follow one another: neighbours and edges read off."""
 
 from typing import NamedTuple
 

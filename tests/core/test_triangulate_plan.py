@@ -4,17 +4,18 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay, cKDTree
 
+from citypv.core.ground import walk_plan
 from citypv.core.ground.keep_edges import find_cut_edges
+from citypv.core.ground.triangle_sides import find_neighbours, has_edges, renew_neighbours, sort_sides
 from citypv.core.ground.triangulate_plan import (
     add_places,
     circumscribe,
     find_triangle,
-    has_edges,
     near_any,
     triangulate_plan,
     twice_areas,
 )
-from citypv.core.ground.walk_plan import find_neighbours, triangle_at, walk
+from citypv.core.ground.walk_plan import triangle_at, walk
 
 CORNERS = np.array([[0.0, 0], [1000, 0], [1000, 1000], [0, 1000]])
 ROUNDING = 1e-6  # [m] of a circumcircle's radius
@@ -52,11 +53,13 @@ def test_added_places_leave_them_delaunay(places, count):
     before = triangulate_plan(places)
     new = np.arange(len(places), len(every))
     start = find_triangle(places[before], every[new])
-    triangles, gone = add_places(every, (before, find_neighbours(before)), new, start)
+    triangles, gone = add_places(every, (before, find_neighbours(sort_sides(before))), new, start)
     kept = int((~gone).sum())
     assert_delaunay(every, triangles)
     assert 0 < kept < len(before) and len(triangles) == len(before) + 2 * count
     np.testing.assert_array_equal(triangles[:kept], before[~gone])
+    renewed = renew_neighbours(find_neighbours(sort_sides(before)), gone, triangles)
+    np.testing.assert_array_equal(renewed, find_neighbours(sort_sides(triangles)))
 
 
 def test_places_in_triangles_and_sides():
@@ -70,15 +73,15 @@ def test_places_in_triangles_and_sides():
     assert not near_any(corners, np.empty((0, 2))).any()
     assert not near_any(corners, np.array([[2000.0, 2000.0]])).any()
     sides = np.sort(triangulation.simplices[:, :2], axis=1).astype(np.int64)
-    assert has_edges(triangulation.simplices, sides).all()
-    assert not has_edges(triangulation.simplices, np.array([[0, 2], [1, 3]])).any()
+    assert has_edges(sort_sides(triangulation.simplices), sides).all()
+    assert not has_edges(sort_sides(triangulation.simplices), np.array([[0, 2], [1, 3]])).any()
 
 
 def test_a_walk_ends_where_the_place_lies():
     places = scatter(2000)
     wanted = np.random.default_rng(3).uniform(-50, 1050, (500, 2))
     triangulation = Delaunay(places)
-    mesh = triangulation.simplices.astype(np.int64), find_neighbours(triangulation.simplices)
+    mesh = triangulation.simplices.astype(np.int64), find_neighbours(sort_sides(triangulation.simplices))
     start = np.random.default_rng(4).integers(len(mesh[0]), size=len(wanted))
     np.testing.assert_array_equal(walk(places, mesh, wanted, start), triangulation.find_simplex(wanted))
     near = triangle_at(mesh[0], len(places))
@@ -92,7 +95,7 @@ def test_many_corners_on_one_circle_stay_delaunay_and_whole():
     places = grid()
     every = np.append(places, [[475.0, 475.0], [475.0, 525.0], [500.0, 475.0]], axis=0)
     before, new = triangulate_plan(places), len(places) + np.arange(3)
-    mesh = before, find_neighbours(before)
+    mesh = before, find_neighbours(sort_sides(before))
     triangles, gone = add_places(every, mesh, new, find_triangle(places[before], every[new]))
     assert_delaunay(every, triangles)
     assert gone.sum() < 40
@@ -109,7 +112,21 @@ def test_edges_that_more_places_cut_are_those_that_qhull_leaves_out(seed):
     ends = places[edges]
     away = cKDTree(added).query(ends.mean(axis=1))[0]
     edges = edges[2 * away > np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)]
-    expected = ~has_edges(Delaunay(np.concatenate([places, added])).simplices, edges)
-    np.testing.assert_array_equal(find_cut_edges(places, before, edges, added), expected)
-    kept = has_edges(before, edges)
+    expected = ~has_edges(sort_sides(Delaunay(np.concatenate([places, added])).simplices), edges)
+    np.testing.assert_array_equal(find_cut_edges(places, (before, sort_sides(before)), edges, added), expected)
+    kept = has_edges(sort_sides(before), edges)
     assert (expected & kept).sum() > 20 and (~expected).sum() > 100 and (~kept).any()
+
+
+def test_a_walk_does_not_turn_back_between_two_triangles_without_area(monkeypatch):
+    """Three triangles of corners in one line: seen from aside, two of them are each beyond the other."""
+    monkeypatch.setattr(walk_plan, "find_triangle", None)  # looked for where a walk does not end
+    places = np.array([[0.0, 0], [4, 0], [2, 0], [1, 0], [3, 0], [2, 4], [2, -4]])
+    triangles = np.array([[0, 3, 5], [3, 2, 5], [2, 4, 5], [4, 1, 5], [0, 1, 2], [0, 2, 3], [2, 1, 4], [0, 6, 1]])
+    mesh = triangles, find_neighbours(sort_sides(triangles))
+    wanted = np.array([[1.5, 1.0], [0.5, 0.2], [3.2, 0.5], [2.2, 2.0]])
+    found = walk(places, mesh, wanted, np.full(4, 7))
+    corners = places[triangles[found]]
+    expected = [1, 0, 3, 2]
+    np.testing.assert_array_equal(found, expected)
+    assert (np.abs(twice_areas(corners)) > 0).all()
