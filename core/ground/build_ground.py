@@ -108,8 +108,9 @@ def build_ground(
     report_share(TRIANGULATED)
     between = np.flatnonzero((triangles < len(vertices) - len(free)).all(axis=1))  # free places are outside
     triangles = np.delete(triangles, between[under_buildings(vertices, triangles[between], feet.footprints)], axis=0)
-    used, corners = np.unique(triangles, return_inverse=True)
-    return vertices[used], corners.reshape(-1, 3), feet.hanging
+    used = np.zeros(len(vertices), bool)
+    used[triangles] = True
+    return vertices[used], (np.cumsum(used) - 1)[triangles], feet.hanging
 
 
 def feet_or_corners(city, points, surfaces, footprint, ground_height=None):
