@@ -53,11 +53,12 @@ def find_inner_edges(vertices, triangles, surface):
 
     The first triangle runs a, b, p and the second b, a, q.
     """
-    start, end, apex = (triangles[:, turn].reshape(-1) for turn in ([0, 1, 2], [1, 2, 0], [2, 0, 1]))
-    key = np.minimum(start, end) * np.int64(len(vertices)) + np.maximum(start, end)
+    start, end, apex = (np.roll(triangles, -k, axis=1).reshape(-1) for k in range(3))
     owner = np.repeat(np.arange(len(triangles)), 3)
-    order = np.argsort(2 * key + (start > end))  # by edge, then by where it starts
-    same = key[order][1:] == key[order][:-1]
+    key = (np.minimum(start, end).astype(np.int64) << 32) + 2 * np.maximum(start, end) + (start > end)
+    order = np.argsort(key)  # of the two at an edge, the one that starts at its smaller end comes first
+    edge = key[order] >> 1
+    same = edge[1:] == edge[:-1]
     used_more = np.concatenate([[False], same[:-1] & same[1:]]) | np.concatenate([same[:-1] & same[1:], [False]])
     first = np.flatnonzero(same & ~used_more[: len(same)]) if len(same) else np.zeros(0, np.int64)
     one, other = order[first], order[first + 1]
