@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
-from ..sampling.random_numbers import mix, uniform
+from ..sampling.random_numbers import mix, uniform_of
 from ..sampling.sample_points import (
     additive_recurrence,
     cell_contacts,
@@ -13,10 +13,13 @@ from ..sampling.sample_points import (
     stratified_points,
     upright_cells,
 )
+from .classify_rays import BACK, DARK, FAR_GROUND, FRONT, classify_rays
 
 RAYS_PER_CELL = 8  # per vote
 STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an open shell
 UNKNOWN, OPEN, COVERED = np.int8([-1, 0, 1])  # states of a cell
+STATE_OF_FATE = np.full(DARK + 1, OPEN)  # what a ray from a cell tells on it
+STATE_OF_FATE[[FAR_GROUND, BACK]] = UNKNOWN, COVERED
 
 
 def meets_back(patches, hit, directions):
@@ -58,16 +61,27 @@ def find_covered_cells(ray_scene, patches, chosen):
     -------
     (c, CELL_DIVISIONS²) bool
     """
-    numbers = uniform(mix(patches.place_key[chosen] ^ np.uint64(0xC0FE)), 4 * CELL_DIVISIONS**2)
-    numbers = numbers.reshape(len(chosen), -1, 4)
-    starts = *stratified_points(numbers, CELL_DIVISIONS), numbers[..., 2:]
-    upright = upright_cells(CELL_DIVISIONS)
-    first = first_states(ray_scene, patches, chosen, [part[:, upright] for part in starts], rising=True)
-    covered = np.zeros(numbers.shape[:2], bool)
+    starts = starts_in_cells(patches.place_key[chosen], upright_cells(CELL_DIVISIONS))
+    first = first_states(ray_scene, patches, chosen, starts, rising=True)
+    covered = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
     suspect = np.flatnonzero((first == COVERED).any(axis=1))
     if len(suspect):
-        covered[suspect] = examine_cells(ray_scene, patches, chosen[suspect], [part[suspect] for part in starts])
+        starts = starts_in_cells(patches.place_key[chosen[suspect]], np.arange(CELL_DIVISIONS**2))
+        covered[suspect] = examine_cells(ray_scene, patches, chosen[suspect], starts)
     return covered
+
+
+def starts_in_cells(keys, cells):
+    """One point in each of some cells of patches, and random numbers: `starts` of `first_states`.
+
+    Parameters
+    ----------
+    keys : (c,) uint64
+    cells : (m,) int
+    """
+    keys = mix(keys ^ np.uint64(0xC0FE))[:, None]
+    u, v, *shifts = (uniform_of(keys, 4 * cells + number) for number in range(1, 5))
+    return *stratified_points(u, v, CELL_DIVISIONS, cells), shifts
 
 
 def first_states(ray_scene, patches, chosen, starts, *, rising=False):
@@ -76,8 +90,8 @@ def first_states(ray_scene, patches, chosen, starts, *, rising=False):
     Parameters
     ----------
     chosen : (c,) int
-    starts : three of (c, m), (c, m) and (c, m, 2) float32
-        Barycentric weights of the points, and random numbers in [0, 1).
+    starts : tuple of (c, m), (c, m) and two (c, m) float32
+        Barycentric weights of the points, and two random numbers in [0, 1).
     rising : bool
         Whether rays that would descend are mirrored at the horizontal plane, where that leaves them in front.
 
@@ -87,17 +101,19 @@ def first_states(ray_scene, patches, chosen, starts, *, rising=False):
         COVERED if it hits a back; UNKNOWN if it leaves below the horizon, from an open place or from below the ground.
     """
     b1, b2, shifts = starts
-    u, v = (shifted(around, shifts[..., axis])[..., 0] for axis, around in enumerate(additive_recurrence(1, 2).T))
+    u, v = (shifted(around, shifts[axis])[..., 0] for axis, around in enumerate(additive_recurrence(1, 2).T))
     local = cosine_direction(u, v)
     origins, directions = rays_from_patches(patches, chosen, b1, b2, local)
     if rising:
         height = directions[..., 2]
         turned = (height < 0) & (local[2] > 2 * height * patches.normal[chosen, 2:])
-        height[turned] *= -1
+        np.negative(height, where=turned, out=height)
     hit = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3)).triangle.reshape(u.shape)
-    state = np.where((hit < 0) & (directions[..., 2] <= 0), UNKNOWN, OPEN)
-    state[meets_back(patches, hit, directions)] = COVERED
-    return state
+    fate = np.empty(hit.shape, np.uint8)
+    classify_rays(hit, np.moveaxis(directions, -1, 0), patches.facing, fate)
+    backs = np.nonzero(fate == BACK)
+    fate[backs] = np.where(patches.other_side[hit[backs]] < 0, BACK, FRONT)  # sheets have none
+    return STATE_OF_FATE[fate]
 
 
 def examine_cells(ray_scene, patches, chosen, starts):
@@ -113,7 +129,7 @@ def examine_cells(ray_scene, patches, chosen, starts):
     Parameters
     ----------
     chosen : (c,) int
-    starts : three of (c, cells), (c, cells) and (c, cells, 2) float32
+    starts : tuple
         As of `first_states`.
 
     Returns
@@ -124,9 +140,8 @@ def examine_cells(ray_scene, patches, chosen, starts):
     verdict = settled_cells(first_states(ray_scene, patches, chosen, starts))
     covered = verdict == COVERED
     row, cell = np.nonzero(verdict == UNKNOWN)
-    covered[row, cell] = vote_covered(
-        ray_scene, patches, chosen[row], (b1[row, cell], b2[row, cell]), shifts[row, cell]
-    )
+    places, shifts = (b1[row, cell], b2[row, cell]), np.stack([part[row, cell] for part in shifts], axis=1)
+    covered[row, cell] = vote_covered(ray_scene, patches, chosen[row], places, shifts)
     return covered | lie_in_earth(ray_scene, patches, points_of_patches(patches, chosen, b1, b2))
 
 

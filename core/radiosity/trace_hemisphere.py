@@ -13,6 +13,7 @@ from ..check_arrays import check_array
 from ..errors import InputError
 from ..form_factors.form_factors import FEWEST_RAYS, FormFactors, count_hits, count_starts
 from ..horizon.horizon import mark_hidden
+from ..patches.classify_rays import BACK, DARK, FAR_GROUND, FRONT, LEAVES, SKY, classify_rays
 from ..patches.find_covered import cells_near_cover, enclosed_cells, find_covered_cells, lie_in_earth
 from ..patches.stop_in_crowns import stop_in_crowns
 from ..rays.places import Places
@@ -23,7 +24,6 @@ from .hemisphere import HemisphereRays
 from .replicates import tally_deviations
 
 RAYS_PER_TASK = 1 << 18
-SKY, FAR_GROUND, FRONT, LEAVES, BACK, DARK = range(6)  # fate of a ray; the last three carry nothing
 
 
 def trace_hemisphere(
@@ -172,28 +172,6 @@ def mark_dark(fate, within, start_cells, covered, enclosed):
             cell = start_cells[patch, ray]
             if enclosed[place, cell] or (covered[place, cell] and fate[patch, ray] == FAR_GROUND):
                 fate[patch, ray] = DARK
-
-
-@njit(nogil=True, cache=True)
-def classify_rays(hit, directions, facing, fate):
-    """Write the fate of each ray into the last argument.
-
-    Parameters
-    ----------
-    hit : (c, rays) int32
-    directions : (3, c, rays) float32
-    facing : (p, 4) float32
-    fate : (c, rays) uint8
-    """
-    for patch in range(len(hit)):
-        for ray in range(hit.shape[1]):
-            met = hit[patch, ray]
-            x, y, z = directions[0, patch, ray], directions[1, patch, ray], directions[2, patch, ray]
-            if met < 0:
-                fate[patch, ray] = SKY if z > 0 else FAR_GROUND
-                continue
-            along = x * facing[met, 0] + y * facing[met, 1] + z * facing[met, 2] + facing[met, 3]
-            fate[patch, ray] = BACK if along > 0 else FRONT
 
 
 @njit(nogil=True, cache=True)

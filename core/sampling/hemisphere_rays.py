@@ -150,26 +150,26 @@ def rays_from_patches(patches, chosen, b1, b2, local):
     Returns
     -------
     origins, directions : (c, rays, 3) float32
+        In memory all x come first, then all y, then all z.
     """
     tangents, normal = patches.tangents[chosen], patches.normal[chosen]
-    directions = np.empty((*b1.shape, 3), np.float32)
-    for axis in range(3):
-        directions[..., axis] = (
-            local[0] * tangents[:, 0, axis, None]
-            + local[1] * tangents[:, 1, axis, None]
-            + local[2] * normal[:, axis, None]
-        )
-    return points_of_patches(patches, chosen, b1, b2), directions
+    directions = np.empty((3, *b1.shape), np.float32)
+    for axis, to in enumerate(directions):
+        np.multiply(local[0], tangents[:, 0, axis, None], out=to)
+        to += local[1] * tangents[:, 1, axis, None]
+        to += local[2] * normal[:, axis, None]
+    return points_of_patches(patches, chosen, b1, b2), np.moveaxis(directions, 0, -1)
 
 
 def points_of_patches(patches, chosen, b1, b2):
     """Ray origins just in front of patches: (c, m, 3) float32. Parameters as in `rays_from_patches`."""
     edges = patches.edges[chosen]
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
-    points = np.empty((*b1.shape, 3), np.float32)
-    for axis in range(3):
-        points[..., axis] = start[:, axis, None] + b1 * edges[:, 0, axis, None] + b2 * edges[:, 1, axis, None]
-    return points
+    points = np.empty((3, *b1.shape), np.float32)
+    for axis, to in enumerate(points):
+        np.add(start[:, axis, None], b1 * edges[:, 0, axis, None], out=to)
+        to += b2 * edges[:, 1, axis, None]
+    return np.moveaxis(points, 0, -1)
 
 
 def is_compiled():

@@ -49,5 +49,10 @@ def uniform(keys, count):
     -------
     (n, count) float32
     """
-    counters = np.arange(1, count + 1, dtype=np.uint64) * GOLDEN
-    return (mix(keys[:, None] + counters) >> np.uint64(40)).astype(np.float32) * np.float32(2**-24)
+    return uniform_of(keys[:, None], np.arange(1, count + 1))
+
+
+def uniform_of(keys, numbers):
+    """Some of these numbers: (...) float32 of keys, (...) uint64, and of their places from 1 on, (...) int."""
+    counters = numbers.astype(np.uint64) * GOLDEN
+    return (mix(keys + counters) >> np.uint64(40)).astype(np.float32) * np.float32(2**-24)

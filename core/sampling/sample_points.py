@@ -56,13 +56,18 @@ def sobol_points(index):
     Points k 2^m to (k + 1) 2^m - 1, for any k, are the first 2^m moved by the digital shift that is the first of them.
     So rounds that take such parts one after the other continue one net.
     """
-    directions = np.array([sobol_directions(dimension) for dimension in range(4)], np.uint32).T  # (DIGITS, 4)
     gray = np.asarray(index, np.uint32)
     gray = gray ^ (gray >> np.uint32(1))
     points = np.zeros((len(gray), 4), np.uint32)
-    for digit, direction in enumerate(directions):
+    for digit, direction in enumerate(all_directions()[: int(gray.max(initial=0)).bit_length()]):
         points ^= ((gray[:, None] >> np.uint32(digit)) & np.uint32(1)) * direction
     return points
+
+
+@functools.cache
+def all_directions():
+    """Direction numbers of all four dimensions: (DIGITS, 4) uint32."""
+    return np.array([sobol_directions(dimension) for dimension in range(4)], np.uint32).T
 
 
 def sobol_directions(dimension):
@@ -145,6 +150,7 @@ def cell_of_point(b1, b2, divisions):
     return (row * (2 * divisions - row) + place).astype(dtype)
 
 
+@functools.cache
 def cell_corners(divisions):
     """Barycentric coordinates of the vertices of the congruent sub-triangles, in the order of `cell_of_point`.
 
@@ -179,24 +185,28 @@ def cell_contacts(divisions):
     return (names[:, None, :, None] == names[None, :, None, :]).any(axis=(2, 3))
 
 
-def stratified_points(uniform_numbers, divisions):
+def stratified_points(u, v, divisions, cells=slice(None)):
     """Stratified sampling: one uniform point in each of the `divisions`² congruent sub-triangles.
 
     Parameters
     ----------
-    uniform_numbers : (n, divisions², 2) float32
+    u, v : (n, cells) float32
+        Random numbers.
+    divisions : int
+    cells : (cells,) int, optional
+        The sub-triangles; all if not given.
 
     Returns
     -------
-    b1, b2 : (n, divisions²) float32
+    b1, b2 : (n, cells) float32
     """
-    corners = cell_corners(divisions)
-    b1, b2 = barycentric_of_square(uniform_numbers[..., 0], uniform_numbers[..., 1])
-    first, second, third = corners[:, 0], corners[:, 1], corners[:, 2]
-    points = first + b1[..., None] * (second - first) + b2[..., None] * (third - first)
-    return points[..., 0], points[..., 1]
+    b1, b2 = barycentric_of_square(u, v)
+    first, second, third = np.moveaxis(cell_corners(divisions)[cells], 0, -1)  # (2, cells) each
+    one, other = (first[axis] + b1 * (second - first)[axis] + b2 * (third - first)[axis] for axis in (0, 1))
+    return one, other
 
 
+@functools.cache
 def cells_inside(divisions, larger):
     """Which of the `larger`² cells contains each of the `divisions`² (by centroid if it overlaps several).
 

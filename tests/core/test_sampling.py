@@ -64,7 +64,7 @@ def test_square_maps_onto_the_triangle_with_equal_area():
 @pytest.mark.parametrize("divisions", [1, 2, 3, 4, 8])
 def test_stratified_points_lie_in_their_cells(divisions):
     numbers = uniform(KEYS[:200], 2 * divisions**2).reshape(200, divisions**2, 2)
-    cells = cell_of_point(*stratified_points(numbers, divisions), divisions)
+    cells = cell_of_point(*stratified_points(*np.moveaxis(numbers, -1, 0), divisions), divisions)
     inside = cells == np.arange(divisions**2)
     assert inside.mean() > 0.999  # a point on an edge may round to the neighbour
 

@@ -143,7 +143,7 @@ def test_variance_along_the_line_of_what_covers(count, lines):
     places = shadow_nets(number, count, generator)
     lit = np.einsum("xn,xnm->nm", normal, places) > edge[:, None]
     actual = np.mean((lit.mean(axis=1) - area) ** 2)
-    cells = np.stack(stratified_points(generator.random((number, 64, 2), np.float32), 8))
+    cells = np.stack(stratified_points(*generator.random((2, number, 64), np.float32), 8))
     covered = np.einsum("xn,xnm->nm", normal, cells) <= edge[:, None]
     stated = variance_of_cover(covered, count).mean()
     finest = 0.8 if count < 64 else 0.65  # as many cells as points do not tell where between these the line runs
