@@ -159,7 +159,9 @@ def shares_of_cells(covered, cells):
     inside = cells_inside(round(np.sqrt(covered.shape[1])), round(np.sqrt(cells)))
     members = np.zeros((covered.shape[1], cells))
     members[np.arange(len(inside)), inside] = 1
-    return covered @ (members / np.maximum(members.sum(axis=0), 1))
+    share, partly = np.zeros((len(covered), cells)), np.flatnonzero(covered.any(axis=1))
+    share[partly] = covered[partly] @ (members / np.maximum(members.sum(axis=0), 1))
+    return share
 
 
 def variance_of_neighbours(by_point):

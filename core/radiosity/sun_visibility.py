@@ -20,6 +20,7 @@ from .shadow_points import KnownPoints, ShadowPoints, count_elements, shadow_poi
 from .sun_blocks import SunBlock
 
 POINTS_PER_TASK = 1 << 14
+NONE, ONE = np.float32(0), np.float32(1)
 
 
 @dataclass
@@ -221,7 +222,7 @@ def trace_shadow_rays(ray_scene, patches, chosen, points, suns, *, taken, behind
     return int(wanted.sum()) * points.position.shape[1]
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, fastmath={"reassoc"})
 def add_points(free, points, suns, chosen, light):
     """Add up the light at the points of each patch.
 
@@ -240,31 +241,31 @@ def add_points(free, points, suns, chosen, light):
     open_points, representative_points, taken = points
     (aoi_projection, weights, columns), (visible_share, visible_elements, by_point) = suns, light
     point_count, cells = open_points.shape[1], representative_points.shape[1]
+    total = np.empty(point_count, np.float32)
     for patch in range(len(free)):
-        row, every = chosen[patch], 0
+        row, every, is_open = chosen[patch], 0, open_points[patch]
         for cell in range(cells):
             every |= int(representative_points[patch, cell] >= 0) << cell
+        for point in range(point_count):
+            total[point] = by_point[row, taken[patch, point]]
         for sun in range(free.shape[1]):
             if aoi_projection[patch, sun] <= 0:
                 continue
-            visible = 0
+            weighted, visible, seen = weights[sun] * aoi_projection[patch, sun], NONE, free[patch, sun]
             for point in range(point_count):
-                visible += free[patch, sun, point] & open_points[patch, point]
+                lit = seen[point] & is_open[point]
+                visible += ONE if lit else NONE
+                total[point] += weighted if lit else NONE
             if visible == 0:
                 continue
-            weighted = weights[sun] * aoi_projection[patch, sun]
-            if visible == point_count:
-                for point in range(point_count):
-                    by_point[row, taken[patch, point]] += weighted
-                visible_share[row, columns[sun]], visible_elements[row, columns[sun]] = 1, every
-                continue
-            for point in range(point_count):
-                if free[patch, sun, point] & open_points[patch, point]:
-                    by_point[row, taken[patch, point]] += weighted
-            bits = 0
-            for cell in range(cells):
-                point = representative_points[patch, cell]
-                if point >= 0:
-                    bits |= int(free[patch, sun, point] & open_points[patch, point]) << cell
-            visible_share[row, columns[sun]] = np.float32(visible) / np.float32(point_count)
+            bits = every
+            if visible < point_count:
+                bits = 0
+                for cell in range(cells):
+                    point = representative_points[patch, cell]
+                    if point >= 0:
+                        bits |= int(seen[point] & is_open[point]) << cell
+            visible_share[row, columns[sun]] = visible / np.float32(point_count)
             visible_elements[row, columns[sun]] = bits
+        for point in range(point_count):
+            by_point[row, taken[patch, point]] = total[point]
