@@ -1,8 +1,8 @@
 """Loops over the rows of the matrix of form factors (compiled by numba).
 
-Rays of one patch that hit the same place are merged before they are multiplied, except for a single light source, where
-that would cost more than it saves. Each loop takes `rows`, the arrays of `Rows`; `scale`, the bit shifts from a key to
-the patch and to the cell that was hit, and the weight of one ray; and `product`, to which it writes.
+Rays of one patch that hit the same place are merged before they are multiplied with the light of many sources. Each
+loop takes `rows`, the arrays of `Rows`; `scale`, the bit shifts from a key to the patch and to the cell that was hit,
+and the weight of one ray; and `product`, to which it writes.
 """
 
 import numpy as np
@@ -36,14 +36,15 @@ def merge_row(row, rows, shift, met, weight):
         Number of places.
     """
     start, key, count = rows
-    found, entry, last = 0, start[row], start[row + 1]
-    while entry < last:
-        place, rays = key[entry] >> shift, 0
-        while entry < last and key[entry] >> shift == place:
-            rays += count[entry]
-            entry += 1
+    found, last, rays = -1, -1, np.uint32(0)
+    # Without branches: whether a ray hits the same place as the one before cannot be predicted.
+    for entry in range(start[row], start[row + 1]):
+        place = key[entry] >> shift
+        found += place != last
+        rays = count[entry] + (rays if place == last else np.uint32(0))
         met[found], weight[found] = place, rays
-        found += 1
+        last = place
+    found += 1
     for spare in range(found, found + 3):
         met[spare], weight[spare] = 0, 0
     return found
@@ -56,17 +57,6 @@ def room_for_rows(start):
     for row in range(len(start) - 1):
         longest = max(longest, start[row + 1] - start[row])
     return np.empty(longest + 3, np.int32), np.empty(longest + 3, np.float32)
-
-
-@njit(nogil=True, cache=True)
-def add_single(rows, scale, product, factor, light):
-    """Radiosity of cells, a factor (p · cells,) times light (p,), times the share of rays that hit them."""
-    (chosen, start, key, count), (to_patch, to_cell, share) = rows, scale
-    for row in range(len(chosen)):
-        total = 0.0
-        for entry in range(start[row], start[row + 1]):
-            total += count[entry] * factor[key[entry] >> to_cell] * light[key[entry] >> to_patch]
-        product[chosen[row], 0] = share * total
 
 
 @njit(nogil=True, cache=True)
@@ -103,14 +93,14 @@ def link_patches(rows, scale, factor):
         start[row + 1] = start[row] + (found + 3) // 4 * 4
     patch, weight = np.zeros(start[-1], np.int32), np.zeros(start[-1], np.float32)
     for row in range(len(first) - 1):
-        place, entry = start[row], first[row]
-        while entry < first[row + 1]:
-            met, total = key[entry] >> to_patch, np.float32(0)
-            while entry < first[row + 1] and key[entry] >> to_patch == met:
-                total += np.float32(count[entry]) * factor[key[entry] >> to_cell]
-                entry += 1
+        place, last, total = start[row] - 1, -1, NONE
+        # Without branches, as in `merge_row`.
+        for entry in range(first[row], first[row + 1]):
+            met = key[entry] >> to_patch
+            place += met != last
+            total = (total if met == last else NONE) + np.float32(count[entry]) * factor[key[entry] >> to_cell]
             patch[place], weight[place] = met, share * total
-            place += 1
+            last = met
     return start, patch, weight
 
 
