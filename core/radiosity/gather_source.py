@@ -6,7 +6,6 @@ import numpy as np
 
 from ..effects.receivers import fewer_rays
 from ..form_factors.form_factor_products import multiply_elements
-from ..form_factors.form_factors import FEWEST_RAYS
 from ..horizon.horizon import mark_hidden
 from ..patches.find_covered import enclosed_cells, lie_in_earth
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches, shift_replicates
@@ -16,17 +15,15 @@ from ..sampling.sample_points import (
     HEMISPHERE_REPLICATES,
     barycentric_of_square,
     cell_of_point,
-    cells_inside,
     sobol_digits,
 )
 from ..threads import map_in_order
 from ..transfer.transfer import SourceLight
 from .light_errors import ReflectedError, errors_of_surfaces
 from .patch_size_errors import steps_of_cells
-from .replicates import STEP, Deviations, propagate_deviations, tally_deviations
+from .replicates import STEP, Deviations, propagate_deviations
 from .solve_radiosity import iterate_bounces, radiosity_factor, variance_of_replicates
 from .trace_hemisphere import (
-    BACK,
     DARK,
     FAR_GROUND,
     RAYS_PER_TASK,
@@ -186,12 +183,8 @@ def trace_patches(context, source, some, sequence, cells):
     fate[within] = np.where(lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within])
     if ray_scene.canopy is not None:
         stop_at_leaves(ray_scene, patches, (origins, directions), hits, fate)
-    near_cover, cell_of = cells_near_cover(covered, within), cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
-    sky, _, element, _, _ = tally_rays(fate, start_cells, near_cover, cell_of, cells)
-    deviation = np.empty((len(chosen), cells, HEMISPHERE_REPLICATES), np.int16)
-    resolved = cell_of, fate.shape[1] >= FEWEST_RAYS * cells
-    tally_deviations((fate, start_cells, near_cover), resolved, (SKY, BACK), deviation)
-    return sky, element, deviation
+    tally = tally_rays(fate, start_cells, cells_near_cover(covered, within), cells)
+    return tally.sky, tally.element_sky, tally.deviation
 
 
 def source_rays(patches, source, chosen, sequence, *, share):

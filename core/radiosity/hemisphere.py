@@ -38,7 +38,7 @@ class ElementSky:
     """First light of the sky on the elements of p patches: needed until reflected skylight is known."""
 
     view: np.ndarray  # (p, cells) float32, share of rays from the open part of each element that reach the sky
-    deviation: np.ndarray  # (p, cells, HEMISPHERE_REPLICATES) int16, of `tally_deviations`
+    deviation: np.ndarray  # (p, cells, HEMISPHERE_REPLICATES) int16, of `Tally`
 
 
 @dataclass

@@ -9,7 +9,6 @@ light are therefore propagated through F like light, and the variance of what ar
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from ..form_factors.form_factor_products import multiply_columns, propagate
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
@@ -23,47 +22,6 @@ class Deviations(NamedTuple):
 
     values: np.ndarray  # (p, cells, HEMISPHERE_REPLICATES) int16
     unit: np.float32  # of `values`; or (p,) float32, of those of each patch
-
-
-@njit(nogil=True, cache=True)
-def tally_deviations(met_by, cells, limits, deviation):
-    """Deviation of each replicate's visible sky from the mean of all, for each cell, in units of STEP.
-
-    The visible sky of the open part of a cell is a ratio of two counts, rays that reach the sky over rays that start in
-    the open; its deviation is linearised in both.
-
-    Parameters
-    ----------
-    met_by : tuple of (c, rays) uint8, (c, rays) uint8 and (c, CELL_DIVISIONS²) bool
-        Fates and start cells of rays, and the cells of `cells_near_cover`.
-    cells : tuple of (CELL_DIVISIONS²,) int and bool
-        The larger cell that contains each of these, and whether enough rays start in each; if not, the patch is taken
-        as a whole.
-    limits : tuple of two int
-        Fates: the one that counts as sky, and the first of those that do not prove a start in the open.
-    deviation : (c, cells, HEMISPHERE_REPLICATES) int16
-        Written.
-    """
-    (fate, start_cells, near_cover), (cell_of, resolves), (sky, back) = met_by, cells, limits
-    count, rays = fate.shape
-    replicates = deviation.shape[2]
-    per_replicate = rays // replicates
-    resolved = deviation.shape[1] if resolves else 1
-    free, started = np.empty((2, resolved, replicates), np.float32)
-    for patch in range(count):
-        free[:], started[:] = 0, 0
-        for ray in range(replicates * per_replicate):
-            start, met = start_cells[patch, ray], fate[patch, ray]
-            cell, replicate = cell_of[start] if resolves else 0, ray // per_replicate
-            free[cell, replicate] += met == sky
-            started[cell, replicate] += (not near_cover[patch, start]) | (met < back)
-        for cell in range(deviation.shape[1]):
-            of_cell, begun = free[cell if resolves else 0], started[cell if resolves else 0]
-            whole = max(begun.sum(), np.float32(1))
-            mean = of_cell.sum() / whole
-            for replicate in range(replicates):
-                apart = (of_cell[replicate] - mean * begun[replicate]) * replicates / whole
-                deviation[patch, cell, replicate] = np.int16(max(-32767, min(32767, np.rint(apart / STEP))))
 
 
 def propagate_deviations(context, hemisphere, first, arrived):

@@ -6,6 +6,8 @@
 ═════════════ patch
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
@@ -21,9 +23,21 @@ from ..sampling.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, cells_inside, sobol_digits
 from ..threads import map_in_order
 from .hemisphere import HemisphereRays
-from .replicates import tally_deviations
+from .replicates import STEP
 
 RAYS_PER_TASK = 1 << 18
+LOW = (1 << 32) - 1  # bits of the first of two counts in one number
+
+
+class Tally(NamedTuple):
+    """What the rays of c patches reach."""
+
+    sky: np.ndarray  # (c, HEMISPHERE_REPLICATES) float32, share of rays that reach the sky
+    far_ground: np.ndarray  # (c, HEMISPHERE_REPLICATES) float32
+    element_sky: np.ndarray  # (c, cells) float32, of their open part; of the whole patch if too few rays start there
+    element_far_ground: np.ndarray  # (c, cells) float32, share of all rays of the patch
+    open_share: np.ndarray  # (c, cells) float32, share of the rays that start in each cell
+    deviation: np.ndarray  # (c, cells, HEMISPHERE_REPLICATES) int16, of `write_deviations`
 
 
 def trace_hemisphere(
@@ -85,15 +99,15 @@ def trace_hemisphere(
     if len(rows):
         progress("sky and reflections", 0, len(rows) * sample_count, "rays")
     for chosen, traced_rows in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
-        tally, covered, matrix_rows, deviation = traced_rows
+        tally, covered, matrix_rows = traced_rows
         found.covered[chosen] = covered
-        found.sky[chosen], found.far_ground[chosen] = tally[:2]
+        found.sky[chosen], found.far_ground[chosen] = tally.sky, tally.far_ground
         if reflections:
             matrix_rows.rays = len(sequence)
             found.form_factors.rows.append(matrix_rows)
         if tallies is not None:
-            tallies.sky.view[chosen], tallies.far_ground[chosen], tallies.open_share[chosen] = tally[2:]
-            tallies.sky.deviation[chosen] = deviation
+            tallies.sky.view[chosen], tallies.sky.deviation[chosen] = tally.element_sky, tally.deviation
+            tallies.far_ground[chosen], tallies.open_share[chosen] = tally.element_far_ground, tally.open_share
         found.ray_count += len(chosen) * sample_count
         progress("sky and reflections", found.ray_count, len(rows) * sample_count, "rays")
     return found
@@ -112,12 +126,9 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells, terrain=None):  #
 
     Returns
     -------
-    tally : tuple
-        Of `tally_rays`.
+    tally : Tally
     covered : (c, CELL_DIVISIONS²) bool
     rows : Rows or None
-    deviation : (c, cells, HEMISPHERE_REPLICATES) int16 or None
-        Of `tally_deviations`.
     """
     origins, directions, start_cells = hemisphere_rays(patches, chosen, sequence)
     hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
@@ -138,16 +149,12 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells, terrain=None):  #
         mark_hidden(fate, np.moveaxis(directions, -1, 0), np.sin(np.radians(terrain.elevation)), SKY, FAR_GROUND)
 
     cells, starts = cells or (1, 0)
-    cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
-    near_cover = cells_near_cover(covered, within)
-    tally = tally_rays(fate, start_cells, near_cover, cell_of, cells)
+    tally = tally_rays(fate, start_cells, cells_near_cover(covered, within), cells)
     if not starts:
-        return tally, covered, None, None
-    deviation = np.empty((len(chosen), cells, HEMISPHERE_REPLICATES), np.int16)
-    resolved = cell_of, fate.shape[1] >= FEWEST_RAYS * cells
-    tally_deviations((fate, start_cells, near_cover), resolved, (SKY, BACK), deviation)
+        return tally, covered, None
+    cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
     start_of = start_cells, cell_of if starts > 1 else np.zeros_like(cell_of), starts
-    return tally, covered, count_hits(chosen, (hit, fate == FRONT), (hits.b1, hits.b2), cells, start_of), deviation
+    return tally, covered, count_hits(chosen, (hit, fate == FRONT), (hits.b1, hits.b2), cells, start_of)
 
 
 def stop_at_leaves(ray_scene, patches, rays, places, fate):
@@ -174,9 +181,8 @@ def mark_dark(fate, within, start_cells, covered, enclosed):
                 fate[patch, ray] = DARK
 
 
-@njit(nogil=True, cache=True)
-def tally_rays(fate, start_cells, near_cover, cell_of, cells):
-    """Shares of rays that reach sky and far ground, in each replicate and in each cell.
+def tally_rays(fate, start_cells, near_cover, cells):
+    """Shares of rays that reach sky and far ground, in each replicate and in each cell: Tally.
 
     Parameters
     ----------
@@ -184,48 +190,88 @@ def tally_rays(fate, start_cells, near_cover, cell_of, cells):
     start_cells : (c, rays) uint8
     near_cover : (c, CELL_DIVISIONS²) bool
         Of `cells_near_cover`.
-    cell_of : (CELL_DIVISIONS²,) int
-        The larger cell that contains each of these.
     cells : int
-        Number of larger cells.
-
-    Returns
-    -------
-    sky, far_ground : (c, HEMISPHERE_REPLICATES) float32
-    element_sky : (c, cells) float32
-        For the open part of each; that of the whole patch if too few rays start in its cells.
-    element_far_ground : (c, cells) float32
-        Share of all rays of the patch.
-    open_share : (c, cells) float32
-        Share of the rays that start in each cell.
+        Number of larger cells: 1, 4 or 16.
     """
-    count, rays = fate.shape
+    count = len(fate)
     sky, far_ground = np.empty((2, count, HEMISPHERE_REPLICATES), np.float32)
-    element_sky, element_far_ground, open_share = np.empty((3, count, cells), np.float32)
-    per_replicate, enough = rays // HEMISPHERE_REPLICATES, rays >= FEWEST_RAYS * cells
-    free, below, started, all_rays = np.empty((4, cells), np.int64)
+    deviation = np.empty((count, cells, HEMISPHERE_REPLICATES), np.int16)
+    tally = Tally(sky, far_ground, *np.empty((3, count, cells), np.float32), deviation)
+    cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
+    count_fates((fate, start_cells, near_cover), (cell_of, fate.shape[1] >= FEWEST_RAYS * cells), tuple(tally))
+    return tally
+
+
+@njit(nogil=True, cache=True)
+def count_fates(met_by, resolved, tally):
+    """Write a Tally.
+
+    Parameters
+    ----------
+    met_by : tuple of (c, rays) uint8, (c, rays) uint8 and (c, CELL_DIVISIONS²) bool
+        The first three parameters of `tally_rays`.
+    resolved : tuple of (CELL_DIVISIONS²,) int and bool
+        The larger cell that contains each of these, and whether enough rays start in each; if not, the patch is taken
+        as a whole.
+    tally : tuple
+        Written.
+    """
+    (fate, start_cells, near_cover), (cell_of, resolves) = met_by, resolved
+    sky, far_ground, element_sky, element_far_ground, open_share, deviation = tally
+    (count, rays), cells, every = fate.shape, element_sky.shape[1], HEMISPHERE_REPLICATES
+    per_replicate = rays // HEMISPHERE_REPLICATES
+    # Two counts in one number each: all rays and those to the far ground; rays to the sky and starts in the open.
+    escaping, opening = np.empty((2, cells), np.int64)
+    # The last row is for the whole patch, the last column for all replicates.
+    free, started = np.empty((2, cells + 1, HEMISPHERE_REPLICATES + 1), np.int64)
     for patch in range(count):
-        free[:], below[:], started[:], all_rays[:] = 0, 0, 0, 0
+        escaping[:], free[:], started[:] = 0, 0, 0
         for replicate in range(HEMISPHERE_REPLICATES):
-            upwards, downwards = 0, 0
+            downwards = 0
+            opening[:] = 0
             for ray in range(replicate * per_replicate, (replicate + 1) * per_replicate):
                 start, met = start_cells[patch, ray], fate[patch, ray]
                 cell = cell_of[start]
-                upwards += met == SKY
                 downwards += met == FAR_GROUND
-                free[cell] += met == SKY
-                below[cell] += met == FAR_GROUND
-                all_rays[cell] += 1
-                started[cell] += (not near_cover[patch, start]) | (met < BACK)
-            sky[patch, replicate] = np.float32(upwards) / np.float32(per_replicate)
+                escaping[cell] += 1 + (int(met == FAR_GROUND) << 32)
+                opening[cell] += int(met == SKY) + (int((not near_cover[patch, start]) | (met < BACK)) << 32)
+            for cell in range(cells):
+                reached, begun = opening[cell] & LOW, opening[cell] >> 32
+                for row in (cell, cells):
+                    for column in (replicate, every):
+                        free[row, column] += reached
+                        started[row, column] += begun
+            sky[patch, replicate] = np.float32(free[cells, replicate]) / np.float32(per_replicate)
             far_ground[patch, replicate] = np.float32(downwards) / np.float32(per_replicate)
-        escaped, begun = 0, 0
         for cell in range(cells):
-            escaped, begun = escaped + free[cell], begun + started[cell]
-        whole = np.float32(escaped / max(begun, 1))
-        for cell in range(cells):
-            open_share[patch, cell] = started[cell] / all_rays[cell] if all_rays[cell] else 1
-            element_far_ground[patch, cell] = below[cell] / rays
-            resolves = enough & (all_rays[cell] > 0)
-            element_sky[patch, cell] = free[cell] / max(started[cell], 1) if resolves else whole
-    return sky, far_ground, element_sky, element_far_ground, open_share
+            all_rays, below = escaping[cell] & LOW, escaping[cell] >> 32
+            taken = cell if resolves and all_rays > 0 else cells
+            open_share[patch, cell] = started[cell, every] / all_rays if all_rays else 1
+            element_far_ground[patch, cell] = below / rays
+            element_sky[patch, cell] = free[taken, HEMISPHERE_REPLICATES] / max(
+                started[taken, HEMISPHERE_REPLICATES], 1
+            )
+            taken = cell if resolves else cells
+            write_deviations(free[taken], started[taken], deviation[patch, cell])
+
+
+@njit(nogil=True, cache=True)
+def write_deviations(free, started, deviation):
+    """Deviation of each replicate's visible sky from the mean of all, in units of STEP.
+
+    The visible sky is a ratio of two counts, rays that reach the sky over rays that start in the open; its deviation is
+    linearised in both.
+
+    Parameters
+    ----------
+    free, started : (HEMISPHERE_REPLICATES + 1,) int
+        Numbers of these rays, the last one that of all replicates.
+    deviation : (HEMISPHERE_REPLICATES,) int16
+        Written.
+    """
+    whole = np.float32(max(started[HEMISPHERE_REPLICATES], 1))
+    mean = np.float32(free[HEMISPHERE_REPLICATES]) / whole
+    for replicate in range(HEMISPHERE_REPLICATES):
+        apart = np.float32(free[replicate]) - mean * np.float32(started[replicate])
+        steps = np.rint(apart * HEMISPHERE_REPLICATES / whole / STEP)
+        deviation[replicate] = np.int16(max(-32767, min(32767, steps)))

@@ -154,10 +154,10 @@ def rays_from_patches(patches, chosen, b1, b2, local):
     """
     tangents, normal = patches.tangents[chosen], patches.normal[chosen]
     directions = np.empty((3, *b1.shape), np.float32)
-    for axis, to in enumerate(directions):
-        np.multiply(local[0], tangents[:, 0, axis, None], out=to)
-        to += local[1] * tangents[:, 1, axis, None]
-        to += local[2] * normal[:, axis, None]
+    for axis in range(3):
+        np.multiply(local[0], tangents[:, 0, axis, None], out=directions[axis])
+        directions[axis] += local[1] * tangents[:, 1, axis, None]
+        directions[axis] += local[2] * normal[:, axis, None]
     return points_of_patches(patches, chosen, b1, b2), np.moveaxis(directions, 0, -1)
 
 
@@ -166,9 +166,9 @@ def points_of_patches(patches, chosen, b1, b2):
     edges = patches.edges[chosen]
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     points = np.empty((3, *b1.shape), np.float32)
-    for axis, to in enumerate(points):
-        np.add(start[:, axis, None], b1 * edges[:, 0, axis, None], out=to)
-        to += b2 * edges[:, 1, axis, None]
+    for axis in range(3):
+        np.add(start[:, axis, None], b1 * edges[:, 0, axis, None], out=points[axis])
+        points[axis] += b2 * edges[:, 1, axis, None]
     return np.moveaxis(points, 0, -1)
 
 
