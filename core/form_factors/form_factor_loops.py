@@ -145,18 +145,20 @@ def add_elements(rows, scale, product, radiosity):
 
 @njit(nogil=True, cache=True)
 def add_steps(rows, scale, product, radiosity):
-    """Two kinds of radiosity of cells, (p · cells, 2): of the first the sum by replicate, of the second that of all."""
+    """Three kinds of radiosity of cells, (p · cells, 3): of two the sum by replicate, of the third that of all."""
     (chosen, start, key, count), (_, to_cell, share) = rows, scale
     for row in range(len(chosen)):
         total, whole = product[chosen[row]], NONE
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
             rays, met = np.float32(count[entry]), radiosity[key[entry] >> to_cell]
-            total[key[entry] & (HEMISPHERE_REPLICATES - 1)] += rays * met[0]
-            whole += rays * met[1]
-        for replicate in range(HEMISPHERE_REPLICATES):
-            total[replicate] *= share
-        total[HEMISPHERE_REPLICATES] = share * whole
+            replicate = key[entry] & (HEMISPHERE_REPLICATES - 1)
+            total[replicate] += rays * met[0]
+            total[replicate + HEMISPHERE_REPLICATES] += rays * met[1]
+            whole += rays * met[2]
+        for column in range(2 * HEMISPHERE_REPLICATES):
+            total[column] *= share
+        total[2 * HEMISPHERE_REPLICATES] = share * whole
 
 
 @njit(nogil=True, cache=True)

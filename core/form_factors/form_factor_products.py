@@ -102,26 +102,28 @@ def multiply_elements(form_factors, factor, light, threads=1):
     return run_rows(form_factors, product, threads, add_elements, radiosity) * np.float32(HEMISPHERE_REPLICATES)
 
 
-def multiply_steps(form_factors, factor, steps, threads=1):
-    """The same for two kinds of light of cells at once, the first by replicate.
+def multiply_steps(form_factors, factor, light, threads=1):
+    """The same for three kinds of light of cells at once, the first two by replicate.
 
     Parameters
     ----------
     factor : (p,) float32
-    steps : (p, cells, 2) float32
+    light : (p, cells, 3) float32
+        Overwritten with the radiosity.
 
     Returns
     -------
-    (p, HEMISPHERE_REPLICATES) float32
-        F · (factor ∘ first), replicates separately.
+    two (p, HEMISPHERE_REPLICATES) float32
+        F · (factor ∘ light) of the first and of the second, replicates separately.
     (p, 2) float32
-        F · (factor ∘ each of them), the mean over the replicates.
+        That of the second and of the third, the mean over the replicates.
     """
-    product = empty_product(form_factors, HEMISPHERE_REPLICATES + 1)
-    radiosity = (factor[:, None, None] * steps).reshape(-1, 2)
-    by_replicate, second = np.split(run_rows(form_factors, product, threads, add_steps, radiosity), [-1], axis=1)
-    both = np.concatenate([by_replicate.sum(axis=1, keepdims=True), second], axis=1)
-    return by_replicate * np.float32(HEMISPHERE_REPLICATES), both
+    product = empty_product(form_factors, 2 * HEMISPHERE_REPLICATES + 1)
+    light *= factor[:, None, None]
+    run_rows(form_factors, product, threads, add_steps, light.reshape(-1, 3))
+    first, second, third = np.split(product, [HEMISPHERE_REPLICATES, 2 * HEMISPHERE_REPLICATES], axis=1)
+    both = np.concatenate([second.sum(axis=1, keepdims=True), third], axis=1)
+    return *(part * np.float32(HEMISPHERE_REPLICATES) for part in (first, second)), both
 
 
 def multiply_starts(form_factors, factor, light, threads=1):

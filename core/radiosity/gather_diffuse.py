@@ -7,7 +7,7 @@ import numpy as np
 
 from ..form_factors.form_factor_products import multiply_elements
 from .light_errors import LightError, ReflectedError, errors_of_surfaces
-from .patch_size_errors import estimate_discretisation_error, steps_of_cells
+from .patch_size_errors import estimate_discretisation_error, reflect_cells
 from .replicates import STEP, Deviations, propagate_deviations
 from .solve_radiosity import iterate_bounces, radiosity_of_elements, variance_of_replicates
 
@@ -46,7 +46,7 @@ def gather_diffuse(context, hemisphere, element_sky):
         report_bounces(context, 0)
         far_first = context.request.ground_albedo * hemisphere.far_ground
         form_factors = hemisphere.form_factors
-        first_bounce = multiply_elements(form_factors, context.patches.albedo, element_sky.view, context.threads)
+        first_bounce, steps = reflect_cells(context, hemisphere, element_sky.view)
         _, propagated, last = iterate_bounces(
             form_factors,
             hemisphere.factor,
@@ -62,7 +62,6 @@ def gather_diffuse(context, hemisphere, element_sky):
         if context.rounds:
             radiosity = radiosity_of_elements(context, hemisphere, element_sky.view, propagated)
         by_replicate += reflected
-        steps = steps_of_cells(context, hemisphere, element_sky.view)
         discretisation_error = estimate_discretisation_error(context, steps, reflected)
         passed_on = propagate_deviations(context, hemisphere, Deviations(element_sky.deviation, STEP), reflected)
         reflections = ReflectedError(merge @ by_replicate.mean(axis=1, dtype=float), passed_on, steps)

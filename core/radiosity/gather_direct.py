@@ -13,7 +13,7 @@ from ..transfer.surface_means import average_surfaces
 from .add_specular import LightOfSuns, Specular, add_specular_suns
 from .direct_errors import SeenSky, deviations_of_spread, spread_of_elements, variance_of_shadow_points
 from .light_errors import LightError, ReflectedError, errors_of_surfaces
-from .patch_size_errors import estimate_discretisation_error, steps_of_cells
+from .patch_size_errors import estimate_discretisation_error, reflect_cells
 from .replicates import propagate_deviations
 from .shadow_points import KnownPoints, points_above
 from .solve_radiosity import covariance_of_replicates, radiosity_of_elements, reflect_block, variance_of_replicates
@@ -197,12 +197,12 @@ def error_of_direct(context, hemisphere, annual, suns, diffuse):
         return errors_of_surfaces(merge, variance), np.zeros(merge.shape[0]), from_points, 0.0
     element_annual = np.take_along_axis(annual.by_point, annual.known.representative_points, axis=1)
     by_replicate = multiply_elements(hemisphere.form_factors, annual.propagated, hemisphere.factor, threads)
-    by_replicate += multiply_elements(hemisphere.form_factors, patches.albedo, element_annual, threads)
+    first_bounce, steps = reflect_cells(context, hemisphere, element_annual)
+    by_replicate += first_bounce
     by_replicate += annual.lit_ground * hemisphere.far_ground
     if context.rounds:
         annual.by_replicate = by_replicate.copy()
         annual.radiosity = radiosity_of_elements(context, hemisphere, element_annual, annual.propagated)
-    steps = steps_of_cells(context, hemisphere, element_annual)
     share = estimate_discretisation_error(context, steps, by_replicate)
     covariance = merge.power(2) @ covariance_of_replicates(by_replicate, diffuse)
     noise = variance + variance_of_replicates(by_replicate)

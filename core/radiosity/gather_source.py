@@ -20,7 +20,7 @@ from ..sampling.sample_points import (
 from ..threads import map_in_order
 from ..transfer.transfer import SourceLight
 from .light_errors import ReflectedError, errors_of_surfaces
-from .patch_size_errors import steps_of_cells
+from .patch_size_errors import reflect_cells
 from .replicates import STEP, Deviations, propagate_deviations
 from .solve_radiosity import iterate_bounces, radiosity_factor, variance_of_replicates
 from .trace_hemisphere import (
@@ -70,14 +70,13 @@ def gather_source(context, source, hemisphere, cells, specular=None):
     merge, reflections, by_replicate = context.merge, None, first.light
     if context.plan.reflections:
         form_factors, threads = hemisphere.form_factors, context.threads
-        first_bounce = multiply_elements(form_factors, context.patches.albedo, first.element, threads)
+        first_bounce, steps = reflect_cells(context, hemisphere, first.element)
         arriving = first_bounce.mean(axis=1, keepdims=True)
         _, propagated, _ = iterate_bounces(
             form_factors, hemisphere.factor, arriving, context.plan.max_bounces, threads=threads
         )
         reflected = multiply_elements(form_factors, propagated, hemisphere.factor, threads) + first_bounce
         by_replicate = first.light + reflected
-        steps = steps_of_cells(context, hemisphere, first.element)
         passed_on = propagate_deviations(context, hemisphere, first.deviations, reflected)
         reflections = ReflectedError(merge @ by_replicate.mean(axis=1, dtype=float), passed_on, steps)
     error = errors_of_surfaces(merge, variance_of_replicates(by_replicate), reflections)

@@ -37,7 +37,7 @@ class ReflectedError(NamedTuple):
 
     light: np.ndarray  # (n,) all light of the surfaces
     deviations: np.ndarray  # (p, HEMISPHERE_REPLICATES), of `propagate_deviations`
-    steps: Steps  # of `steps_of_cells`
+    steps: Steps  # of `reflect_cells`
 
 
 def errors_of_surfaces(merge, variance, reflections=None):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..form_factors.form_factor_products import multiply_steps
+from ..form_factors.form_factor_products import multiply_elements, multiply_steps
 from ..sampling.sample_points import cells_inside
 from .direct_errors import shares_of_cells
 from .solve_radiosity import variance_of_replicates
@@ -28,8 +28,8 @@ class Steps(NamedTuple):
     variance: np.ndarray  # (p,) float64, of the former, by the rays of the patch itself
 
 
-def steps_of_cells(context, hemisphere, first):
-    """How much more light patches would receive at first bounce from cells of twice the length, and from whole patches.
+def reflect_cells(context, hemisphere, first):
+    """First bounce, and how much more light it would bring from cells of twice the length, and from whole patches.
 
     Parameters
     ----------
@@ -40,18 +40,22 @@ def steps_of_cells(context, hemisphere, first):
 
     Returns
     -------
-    Steps
+    first_bounce : (p, HEMISPHERE_REPLICATES) float32
+    steps : Steps
         With four cells per patch there is no second step, so the first one is taken for both; with one cell both are 0.
     """
+    form_factors, albedo, threads = hemisphere.form_factors, context.patches.albedo, context.threads
     count, cells = first.shape
     if cells == 1:
-        return Steps(np.zeros((count, 2), np.float32), np.zeros(count))
+        none = Steps(np.zeros((count, 2), np.float32), np.zeros(count))
+        return multiply_elements(form_factors, albedo, first, threads), none
     open_share = (1 - shares_of_cells(hemisphere.covered, cells)).astype(np.float32)
     whole = average_groups(first, open_share, np.zeros(cells, int))
     halves = average_groups(first, open_share, cells_inside(round(np.sqrt(cells)), 2)) if cells > 4 else first
-    steps = np.stack([halves - first, whole - halves] if cells > 4 else [whole - first] * 2, axis=2)
-    by_replicate, received = multiply_steps(hemisphere.form_factors, context.patches.albedo, steps, context.threads)
-    return Steps(received, variance_of_replicates(by_replicate))
+    steps = [halves - first, whole - halves] if cells > 4 else [whole - first] * 2
+    light = np.stack([first, *steps], axis=2)
+    first_bounce, by_replicate, received = multiply_steps(form_factors, albedo, light, threads)
+    return first_bounce, Steps(received, variance_of_replicates(by_replicate))
 
 
 def average_groups(light, open_share, groups):
