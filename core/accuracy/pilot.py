@@ -26,13 +26,14 @@ from ..sky.choose_sky import choose_sky
 from ..sun.choose_suns import choose_suns
 from ..sun.spread_suns import spread_suns
 from ..transfer.take_rows import take_rows
+from .part_of_city import spread_transfer, take_part
 from .survey import DRAWN, survey_city, whole_replicates
 from .time_electricity import time_electricity
 from .yield_errors import split_errors
 
 PATCHES, INNER = 8_000, 4_000  # of the square, and of its inner part
-FEW = 64  # patches of the run that tells what the city's size costs
-TIMED, SECONDS = (3_000, 16_000), 1.5  # patches of the timed runs, so many that run A takes [s] beyond it
+FEW, ROWS = 64, 32_768  # patches of the run that tells what the city's size costs, and rows of its arrays
+TIMED, SECONDS = (2_000, 8_000), 0.6  # patches of the timed runs, so many that run A takes [s]
 BLOCK = 32  # patches drawn together: rays of neighbours go similar ways, and cost less than those of strangers
 SUNS = "days:12"
 RUNS = {  # name -> samples, shadow samples, most reflections (None: as planned)
@@ -52,6 +53,7 @@ class PilotRun:
     bounces: int
     suns: int
     counts: tuple  # patches that got all rays, and others that got fewer
+    share: float  # of the city's patches that arrays have rows of
     seconds: dict  # stage -> [s] of wall time
     processor_seconds: dict  # stage -> [s], sum over threads
     main_seconds: tuple  # [s] of the main thread, before the suns and from then on
@@ -125,25 +127,24 @@ def run_pilot(scene, prepared, weather, request, progress=silent):
 
 
 def time_patches(inputs, square):
-    """PilotRun of hardly a patch, and those of patches drawn from the whole city.
+    """PilotRun of hardly a patch in arrays of many, and those of patches drawn from the whole city.
 
     What the square took tells how many of these are enough to be timed, and not too many.
     """
     _, prepared, _, request, _ = inputs
     few = draw_patches(prepared, FEW, request.seed)
-    before, _ = trace_part(inputs, few, RUNS["A"])
-    spent, least = (sum(run.processor_seconds.values()) for run in (square, before))
-    each = max(spent - least, 1e-9) / max(sum(square.counts), 1)
+    empty, _ = trace_part(inputs, few, RUNS["A"], around=draw_surfaces(prepared, ROWS))
+    spent, least = (sum(run.processor_seconds.values()) for run in (square, empty))
+    each = max(spent - least * square.share / empty.share, 1e-9) / max(sum(square.counts), 1)
     some = draw_patches(prepared, int(np.clip(SECONDS / each, *TIMED)), request.seed)
-    timed = [trace_part(inputs, some, setting)[0] for setting in RUNS.values()]
-    return shorter(before, trace_part(inputs, few, RUNS["A"])[0]), timed
+    return empty, [trace_part(inputs, some, setting)[0] for setting in RUNS.values()]
 
 
-def shorter(one, other):
-    """A run with the shorter time of each stage of two alike: other work on the machine makes either longer."""
-    stages = {name: min(other.processor_seconds[name], took) for name, took in one.processor_seconds.items()}
-    main_seconds = tuple(np.minimum(one.main_seconds, other.main_seconds))
-    return replace(one, processor_seconds=stages, main_seconds=main_seconds)
+def draw_surfaces(prepared, count):
+    """Patches of whole surfaces and of the generated ground, evenly spread, about so many of all: (p,) bool."""
+    own = prepared.scene.triangle_surface
+    step = max(round(len(own) / count), 1)
+    return np.where(own >= 0, own, np.arange(len(own))) % step == 0
 
 
 def draw_patches(prepared, count, seed):
@@ -200,7 +201,7 @@ def choose_square(scene, patches, traced, count):
     return distance <= np.sort(distance[traced])[count - 1]
 
 
-def trace_part(inputs, part, setting, counted=None):
+def trace_part(inputs, part, setting, counted=None, *, around=False):
     """Trace some patches with one of the settings.
 
     Parameters
@@ -211,21 +212,28 @@ def trace_part(inputs, part, setting, counted=None):
         Of RUNS.
     counted : (n,) bool, optional
         Surfaces whose errors are told; none if not given.
+    around : (p,) bool, optional
+        Further patches that arrays have rows of.
 
     Returns
     -------
     PilotRun and Transfer
+        Of all surfaces; those without a patch in the part are dark.
     """
     scene, prepared, weather, request, suns = inputs
     samples, shadow_samples, most = setting
     bounces = min(prepared.plan.max_bounces, most or prepared.plan.max_bounces)
     request = replace(request, samples=samples, shadow_samples=shadow_samples, estimator="gather")
-    patches = replace(prepared.patches, receives=prepared.patches.receives & part)
-    plan = with_bounces(prepared.plan, bounces)
+    few = take_part(scene, prepared, part | around)
+    patches = few.prepared.patches
+    receives = patches.receives.copy()
+    receives[: len(few.patches)] &= part[few.patches]
+    patches = replace(patches, receives=receives)
+    plan = with_bounces(few.prepared.plan, bounces)
     laps = MainClock()
-    transfer = trace_hybrid(scene, suns, request, laps, prepared=replace(prepared, patches=patches, plan=plan))
+    transfer = trace_hybrid(few.scene, suns, request, laps, prepared=replace(few.prepared, patches=patches, plan=plan))
     main_seconds = laps.split()
-    errors = None if counted is None else tell_errors(transfer, weather, request, counted)
+    errors = None if counted is None else tell_errors(transfer, weather, request, (counted, few.surfaces))
     record = transfer.record
     run = PilotRun(
         samples=samples,
@@ -233,22 +241,34 @@ def trace_part(inputs, part, setting, counted=None):
         bounces=bounces,
         suns=len(suns),
         counts=count_patches(patches, plan, record.hemisphere_rays, samples),
+        share=len(patches) / len(prepared.patches),
         seconds=record.seconds,
         processor_seconds=record.processor_seconds,
         main_seconds=main_seconds,
         errors=errors,
         last_bounce=max(record.last_bounce_share_diffuse, record.last_bounce_share_direct),
     )
-    return run, transfer
+    return run, spread_transfer(transfer, few, scene.surfaces)
 
 
-def tell_errors(transfer, weather, request, counted):
-    """YieldErrors of some surfaces, with their rows in the whole city."""
-    rows = np.flatnonzero(counted)
+def tell_errors(transfer, weather, request, surfaces):
+    """YieldErrors of some surfaces, with their rows in the whole city.
+
+    Parameters
+    ----------
+    transfer : Transfer
+        Of a part of the city.
+    weather : Weather
+    request : Request
+    surfaces : tuple of (n,) bool and (k,) int
+        Which surfaces of the city are asked for, and those that the Transfer has.
+    """
+    counted, known = surfaces
+    rows = np.flatnonzero(counted[known])
     part = take_rows(transfer, rows)
     energy = compute_energy(part, weather, build_system(request), request.threads, sky=choose_sky(request, transfer))
     errors = split_errors(part, weather, energy)
-    return replace(errors, rows=rows[errors.rows])
+    return replace(errors, rows=known[rows[errors.rows]])
 
 
 def count_patches(patches, plan, rays, samples):

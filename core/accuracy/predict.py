@@ -68,7 +68,7 @@ def price_pilot(pilot, fixed, patch_size, surfaces):
     empty = pilot.empty
     # Threads go through arrays of all patches for every sun, the main thread once.
     per_sun = max(of_suns(empty) - empty.main_seconds[1], 0.0) / empty.suns
-    overhead = np.array([of_sky(empty) + of_suns(empty) - per_sun * empty.suns, per_sun])
+    overhead = np.array([of_sky(empty) + of_suns(empty) - per_sun * empty.suns, per_sun]) / empty.share
     return Prices(
         overhead=overhead,
         sky=fit_costs(np.array([(work.patches, work.rays) for work in works]), beyond_empty(runs, empty, of_sky, 0)),
@@ -98,9 +98,9 @@ def of_sky(run):
 
 
 def beyond_empty(runs, empty, stage, part):
-    """Time of threads in a stage of each run, less what the size of the city costs them: (runs,) float64 [s]."""
-    threads = [stage(run) - run.main_seconds[part] for run in (*runs, empty)]
-    return np.maximum(np.array(threads[:-1]) - threads[-1], 0)
+    """Time of threads in a stage of each run, less what the size of its arrays costs them: (runs,) float64 [s]."""
+    threads = np.array([stage(run) - run.main_seconds[part] for run in (*runs, empty)])
+    return np.maximum(threads[:-1] - threads[-1] * np.array([run.share for run in runs]) / empty.share, 0)
 
 
 def fit_costs(terms, seconds):

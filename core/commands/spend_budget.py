@@ -134,7 +134,7 @@ def raise_prices(prices, square):
     work = work_of_patches(prices.survey, square.counts, square.samples, square.shadow_samples)
     terms = np.array(terms_of_suns(work, square.bounces, square.suns))
     sky, suns = (
-        raise_costs(costs, of_work, max(taken - overhead, 0.0))
+        raise_costs(costs, of_work, max(taken - square.share * overhead, 0.0))
         for costs, of_work, taken, overhead in (
             (prices.sky, np.array([work.patches, work.rays]), of_sky(square), prices.overhead[0]),
             (prices.suns, terms, of_suns(square), prices.overhead[1] * square.suns),

@@ -17,8 +17,8 @@ def take_rows(transfer, rows):
     -------
     Transfer
     """
-    taken = {name: _take_fields(getattr(transfer, name), rows) for name in ("surfaces", "error_parts")}
-    taken["sources"] = {name: _take_fields(light, rows) for name, light in transfer.sources.items()}
+    taken = {name: take_fields(getattr(transfer, name), rows) for name in ("surfaces", "error_parts")}
+    taken["sources"] = {name: take_fields(light, rows) for name, light in transfer.sources.items()}
     own = {name: value for name, value in vars(transfer).items() if isinstance(value, np.ndarray)}
     taken |= {name: np.asarray(value[rows]) for name, value in own.items()}
     material = transfer.material and [transfer.material[k] for k in rows]
@@ -26,7 +26,8 @@ def take_rows(transfer, rows):
     return replace(transfer, **taken, material=material, bare=bare, outlines=None)
 
 
-def _take_fields(part, rows):
+def take_fields(part, rows):
+    """Some rows of each field of a dataclass whose fields are arrays or lists with as many; None of None."""
     if part is None:
         return None
     values = {one.name: getattr(part, one.name) for one in fields(part)}

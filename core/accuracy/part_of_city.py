@@ -1,0 +1,211 @@
+"""A city reduced to some of its patches: arrays have rows of these only, all other triangles still block rays.
+
+    rows       of the part │ stand-ins for all others, when their fronts are hit │ when their backs are hit
+    numbers    as they are │ receive and reflect nothing                         │ by kind: sheets, the ground from below
+
+The tree stays that of the whole city. Patches keep their random numbers, so that rays, hits and light are those of a
+trace of the same patches in arrays of all of them; only the time and memory of these arrays are saved. Many stand-ins
+share the hits on other patches, so that the matrix of form factors has about as many entries as with all of them.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+
+from ..effects.shadow_rays import ShadowRays
+from ..materials.brdf_lambertian import Lambertian
+from ..patches.patches import take_patches
+from ..transfer.take_rows import take_fields
+
+STAND_INS = 2_048  # for generated ground, and as many for all else
+BACKS = 4  # rows for backs: of sheets or not, of the ground from below or not
+PATCH_ARRAYS = ("sky-rays", "receivers", "reflectors")  # effects whose setting may have a row for each patch
+
+
+@dataclass
+class PartOfCity:
+    """Some patches of a city, ready to be traced."""
+
+    scene: object  # Scene of the surfaces of the part, for the tables
+    prepared: object  # PreparedScene
+    patches: np.ndarray  # (k,) int, rows in the whole city; the first k of the part
+    surfaces: np.ndarray  # (n,) int, the same of the surfaces
+
+
+class RaysOfPart:
+    """The tree of a whole city, with hits told as rows of a part.
+
+    Parameters
+    ----------
+    ray_scene : FacingScene
+    facing : (p, 4) float32
+        Of all patches.
+    rows : tuple of (p,) int32 and (p,) int32
+        Row that stands for each patch when its front is hit, and when its back is.
+    """
+
+    canopy = None
+
+    def __init__(self, ray_scene, facing, rows):
+        self._whole, self._facing, self._rows = ray_scene, facing, rows
+        self.engine = ray_scene.engine
+        self.trace_shadow_rays, self.trace_blocked = ray_scene.trace_shadow_rays, ray_scene.trace_blocked
+
+    @property
+    def thread_seconds(self):
+        """Spent in Embree, summed over the threads [s]."""
+        return self._whole.thread_seconds
+
+    def trace_places(self, ray_origins, ray_directions):
+        """As of `FacingScene`."""
+        ray_directions = np.asfortranarray(ray_directions, np.float32)
+        places = self._whole.trace_places(ray_origins, ray_directions)
+        turn_to_rows(self._rows, self._facing, ray_directions, places.triangle)
+        return places
+
+    def trace_closest(self, ray_origins, ray_directions):
+        """As of `RayScene`."""
+        ray_directions = np.asfortranarray(ray_directions, np.float32)
+        hit = self._whole.trace_closest(ray_origins, ray_directions)
+        turn_to_rows(self._rows, self._facing, ray_directions, hit)
+        return hit
+
+
+@njit(nogil=True, cache=True)
+def turn_to_rows(rows, facing, directions, hit):
+    """Change patches that rays hit, (m,) int32, to rows of a part, in place.
+
+    Parameters
+    ----------
+    rows : tuple of (p,) int32 and (p,) int32
+        Of `RaysOfPart`.
+    facing : (p, 4) float32
+    directions : (m, 3) float32
+    """
+    front, back = rows
+    for ray in range(len(hit)):
+        met = hit[ray]
+        if met >= 0:
+            along = directions[ray, 0] * facing[met, 0] + directions[ray, 1] * facing[met, 1]
+            along += directions[ray, 2] * facing[met, 2] + facing[met, 3]
+            hit[ray] = back[met] if along > 0 else front[met]
+
+
+def can_be_reduced(prepared):
+    """Whether all that rays do is told by rows of the part: crowns and mirrors need the very triangles that are hit."""
+    brdfs = {id(one.brdf): one.brdf for one in prepared.materials}.values()
+    return all(isinstance(brdf, Lambertian) for brdf in brdfs) and not prepared.plan["trees"].on
+
+
+def take_part(scene, prepared, part, stand_ins=STAND_INS):
+    """Reduce a city to some of its patches.
+
+    Parameters
+    ----------
+    scene : Scene
+    prepared : PreparedScene
+        With its tree.
+    part : (p,) bool
+    stand_ins : int
+
+    Returns
+    -------
+    PartOfCity
+        The whole city where hardly a row would be saved, or where it cannot be reduced.
+    """
+    others = choose_stand_ins(prepared.scene, ~part, stand_ins)
+    rows = np.flatnonzero(part)
+    if len(rows) + len(others) + BACKS >= len(part) or not can_be_reduced(prepared):
+        return PartOfCity(scene, prepared, np.arange(len(part)), np.arange(len(scene.surfaces)))
+    owner = prepared.scene.triangle_surface
+    surfaces = np.unique(owner[rows][owner[rows] >= 0])
+    taken = np.concatenate([rows, others, np.zeros(BACKS, int)])
+    patches = stand_for_others(take_patches(prepared.patches, taken), len(rows))
+    own = np.full(len(taken), -1, np.int32)
+    own[: len(rows)] = np.where(owner[rows] >= 0, np.searchsorted(surfaces, owner[rows]), -1)
+    few = replace(
+        prepared.scene,
+        triangles=prepared.scene.triangles[taken],
+        triangle_surface=own,
+        footprint=prepared.scene.footprint[taken],
+        closure=prepared.scene.closure[taken],
+        surfaces=take_fields(scene.surfaces, surfaces),
+        **dict.fromkeys(("sheet", "back_of", "racks", "rack_of_back", "number", "halo")),
+    )
+    materials = [prepared.materials[k] for k in [*surfaces, -1]]
+    ray_scene = RaysOfPart(prepared.plan.ray_scene, prepared.patches.facing, rows_of_hits(prepared, rows, others))
+    plan = take_plan(prepared.plan, taken, slice(len(rows), len(rows) + len(others)), owner[others] >= 0)
+    reduced = replace(prepared, scene=few, materials=materials, patches=patches, plan=replace(plan, ray_scene=ray_scene))
+    return PartOfCity(few, reduced, rows, surfaces)
+
+
+def choose_stand_ins(scene, others, count):
+    """Patches, evenly spread, that stand for some others: the generated ground first, then all else: (s,) int."""
+    ground = scene.triangle_surface < 0
+    kinds = (np.flatnonzero(others & ground), np.flatnonzero(others & ~ground))
+    return np.concatenate([found[:: max(-(-len(found) // count), 1)] for found in kinds])
+
+
+def stand_for_others(patches, first):
+    """The rows from the first stand-in on as what is hit of others: fronts, and at the end BACKS backs."""
+    count = len(patches)
+    for name, value in (("receives", False), ("ground", False), ("other_side", -1), ("area", 0)):
+        getattr(patches, name)[first:] = value
+    patches.facing[first:] = 0, 0, 0, -1  # hit from the front whatever the direction
+    patches.facing[count - BACKS :, 3] = 1
+    patches.other_side[[count - 3, count - 1]] = 0
+    patches.ground[count - 2 :], patches.normal[count - 2 :] = True, (0, 0, 1)
+    return patches
+
+
+def rows_of_hits(prepared, rows, others):
+    """Rows of `RaysOfPart`."""
+    patches, ground = prepared.patches, prepared.scene.triangle_surface < 0
+    last = len(rows) + len(others)
+    above = patches.ground & (patches.normal[:, 2] > 0)
+    back = last + (patches.other_side >= 0) + 2 * above
+    front = np.zeros(len(patches), np.int32)
+    for kind in (ground, ~ground):
+        places = len(rows) + np.flatnonzero(kind[others])
+        if len(places):
+            front[kind] = places[np.arange(kind.sum()) % len(places)]
+    back[rows] = front[rows] = np.arange(len(rows))
+    return front, back.astype(np.int32)
+
+
+def take_plan(plan, taken, stand_ins, receivers):
+    """The plan for some patches; stand-ins for others than generated ground count as receivers, which get no turns."""
+    effects = []
+    for one in plan.effects:
+        setting = one.setting
+        if one.key in PATCH_ARRAYS and isinstance(setting, np.ndarray):
+            setting = setting[taken]
+        if one.key == "receivers" and setting is not None:
+            setting[stand_ins] = receivers
+        if isinstance(setting, ShadowRays):
+            setting = replace(setting, unobstructed=setting.unobstructed[taken])
+        effects.append(replace(one, setting=setting))
+    return replace(plan, effects=effects)
+
+
+def spread_transfer(transfer, part, surfaces):
+    """Transfer of a part with rows for all Surfaces: those of others are dark, and covered."""
+    if len(transfer.surfaces) == len(surfaces):
+        return transfer
+
+    def spread(values, beyond=0):
+        found = np.zeros((len(surfaces), *values.shape[1:]), values.dtype)
+        if beyond:
+            found[:] = beyond
+        found[part.surfaces] = values
+        return found
+
+    wide = {name: spread(values) for name, values in vars(transfer).items() if isinstance(values, np.ndarray)}
+    wide["covered_share"] = spread(transfer.covered_share, 1)
+    sources = {
+        name: replace(light, **{field: spread(values) for field, values in vars(light).items()})
+        for name, light in transfer.sources.items()
+    }
+    unknown = dict.fromkeys(("material", "albedos", "error_parts"))
+    return replace(transfer, surfaces=surfaces, sources=sources, **wide | unknown)
