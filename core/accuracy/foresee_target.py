@@ -19,7 +19,7 @@ from ..sun.spread_suns import spread_suns
 from .fill_untraced import fill_untraced
 from .pilot import RUNS, choose_neighbourhood, trace_part
 from .refine import CELLS, unreachable
-from .sun_sampling import TracedYear, measure_ways, name_groups, shares_of_names
+from .sun_sampling import LOOKED_AT, TracedYear, measure_ways, name_groups, shares_of_names
 from .yield_errors import SAMPLED
 
 PATCHES, INNER = 4_000, 2_000  # of the square, and of its inner part
@@ -78,12 +78,13 @@ def trace_square(inputs, way, progress):
     return run, transfer
 
 
-def measure_suns(inputs, transfer, ways, progress):
-    """Suns of some ways to choose them, and what each does to full load hours: two lists."""
+def measure_suns(inputs, transfer, ways, progress, patches=LOOKED_AT):
+    """Suns of some ways to choose them, and what each does to full load hours, on some patches: two lists."""
     scene, prepared, weather, request = inputs
     suns = [choose_suns(way, *weather.axis, request.seed, position=weather.data) for way in ways]
     whole = fill_untraced(transfer, name_groups(transfer.surfaces))
-    return suns, measure_ways(TracedYear(scene, weather, whole, request), suns, progress, prepared=prepared)
+    traced = TracedYear(scene, weather, whole, request)
+    return suns, measure_ways(traced, suns, progress, prepared=prepared, patches=patches)
 
 
 def with_suns(errors, measured, names):

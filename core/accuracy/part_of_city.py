@@ -1,7 +1,7 @@
 """A city reduced to some of its patches: arrays have rows of these only, all other triangles still block rays.
 
     rows       of the part │ stand-ins for all others, when their fronts are hit │ when their backs are hit
-    numbers    as they are │ receive and reflect nothing                         │ by kind: sheets, the ground from below
+               as they are │ neither receive nor reflect                         │ sheets, ground from below, others
 
 The tree stays that of the whole city. Patches keep their random numbers, so that rays, hits and light are those of a
 trace of the same patches in arrays of all of them; only the time and memory of these arrays are saved. Many stand-ins
@@ -14,7 +14,6 @@ import numpy as np
 from numba import njit
 
 from ..effects.shadow_rays import ShadowRays
-from ..materials.brdf_lambertian import Lambertian
 from ..patches.patches import take_patches
 from ..transfer.take_rows import take_fields
 
@@ -92,10 +91,11 @@ def turn_to_rows(rows, facing, directions, hit):
             hit[ray] = back[met] if along > 0 else front[met]
 
 
-def can_be_reduced(prepared):
+def can_be_reduced(plan):
     """Whether all that rays do is told by rows of the part: crowns and mirrors need the very triangles that are hit."""
-    brdfs = {id(one.brdf): one.brdf for one in prepared.materials}.values()
-    return all(isinstance(brdf, Lambertian) for brdf in brdfs) and not prepared.plan["trees"].on
+    specular = plan["specular"]
+    switched_off = specular.bound is None  # such faces are black
+    return not (plan["trees"].on or specular.on or switched_off)
 
 
 def take_part(scene, prepared, part, stand_ins=STAND_INS):
@@ -116,7 +116,7 @@ def take_part(scene, prepared, part, stand_ins=STAND_INS):
     """
     others = choose_stand_ins(prepared.scene, ~part, stand_ins)
     rows = np.flatnonzero(part)
-    if len(rows) + len(others) + BACKS >= len(part) or not can_be_reduced(prepared):
+    if len(rows) + len(others) + BACKS >= len(part) or not can_be_reduced(prepared.plan):
         return PartOfCity(scene, prepared, np.arange(len(part)), np.arange(len(scene.surfaces)))
     owner = prepared.scene.triangle_surface
     surfaces = np.unique(owner[rows][owner[rows] >= 0])
@@ -136,7 +136,9 @@ def take_part(scene, prepared, part, stand_ins=STAND_INS):
     materials = [prepared.materials[k] for k in [*surfaces, -1]]
     ray_scene = RaysOfPart(prepared.plan.ray_scene, prepared.patches.facing, rows_of_hits(prepared, rows, others))
     plan = take_plan(prepared.plan, taken, slice(len(rows), len(rows) + len(others)), owner[others] >= 0)
-    reduced = replace(prepared, scene=few, materials=materials, patches=patches, plan=replace(plan, ray_scene=ray_scene))
+    reduced = replace(
+        prepared, scene=few, materials=materials, patches=patches, plan=replace(plan, ray_scene=ray_scene)
+    )
     return PartOfCity(few, reduced, rows, surfaces)
 
 

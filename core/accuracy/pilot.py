@@ -31,9 +31,9 @@ from .survey import DRAWN, survey_city, whole_replicates
 from .time_electricity import time_electricity
 from .yield_errors import split_errors
 
-PATCHES, INNER = 8_000, 4_000  # of the square, and of its inner part
-FEW, ROWS = 64, 32_768  # patches of the run that tells what the city's size costs, and rows of its arrays
-TIMED, SECONDS = (2_000, 8_000), 0.6  # patches of the timed runs, so many that run A takes [s]
+PATCHES, INNER = 4_000, 1_600  # of the square, and of its inner part
+FEW, ROWS = 64, 30_000  # patches of the runs that tell what the city's size costs, and rows of the larger arrays
+TIMED, SECONDS = (2_000, 6_000), 0.5  # patches of the timed runs, so many that run A takes [s]
 BLOCK = 32  # patches drawn together: rays of neighbours go similar ways, and cost less than those of strangers
 SUNS = "days:12"
 RUNS = {  # name -> samples, shadow samples, most reflections (None: as planned)
@@ -67,7 +67,7 @@ class Pilot:
 
     runs: dict  # "A" and "C" -> PilotRun, of the square
     timed: list  # of PilotRun, of patches of the whole city
-    empty: PilotRun  # the same of hardly a patch
+    empty: tuple  # of PilotRun, of hardly a patch: in arrays of few rows, and of many
     survey: object  # Survey of the whole city
     electricity: float  # [s] for all surfaces
     transfer: object  # Transfer of run A
@@ -127,15 +127,15 @@ def run_pilot(scene, prepared, weather, request, progress=silent):
 
 
 def time_patches(inputs, square):
-    """PilotRun of hardly a patch in arrays of many, and those of patches drawn from the whole city.
+    """PilotRuns of hardly a patch in arrays of few rows and of many, and those of patches drawn from the whole city.
 
     What the square took tells how many of these are enough to be timed, and not too many.
     """
     _, prepared, _, request, _ = inputs
     few = draw_patches(prepared, FEW, request.seed)
-    empty, _ = trace_part(inputs, few, RUNS["A"], around=draw_surfaces(prepared, ROWS))
-    spent, least = (sum(run.processor_seconds.values()) for run in (square, empty))
-    each = max(spent - least * square.share / empty.share, 1e-9) / max(sum(square.counts), 1)
+    empty = tuple(trace_part(inputs, few, RUNS["A"], around=rows)[0] for rows in (False, draw_surfaces(prepared, ROWS)))
+    spent, least = (sum(run.processor_seconds.values()) for run in (square, empty[0]))
+    each = max(spent - least, 1e-9) / max(sum(square.counts), 1)
     some = draw_patches(prepared, int(np.clip(SECONDS / each, *TIMED)), request.seed)
     return empty, [trace_part(inputs, some, setting)[0] for setting in RUNS.values()]
 
@@ -217,8 +217,8 @@ def trace_part(inputs, part, setting, counted=None, *, around=False):
 
     Returns
     -------
-    PilotRun and Transfer
-        Of all surfaces; those without a patch in the part are dark.
+    PilotRun, and Transfer or None
+        The Transfer, made if errors are told, has all surfaces; those without a patch in the part are dark.
     """
     scene, prepared, weather, request, suns = inputs
     samples, shadow_samples, most = setting
@@ -248,7 +248,7 @@ def trace_part(inputs, part, setting, counted=None, *, around=False):
         errors=errors,
         last_bounce=max(record.last_bounce_share_diffuse, record.last_bounce_share_direct),
     )
-    return run, spread_transfer(transfer, few, scene.surfaces)
+    return run, None if counted is None else spread_transfer(transfer, few, scene.surfaces)
 
 
 def tell_errors(transfer, weather, request, surfaces):

@@ -65,14 +65,14 @@ def price_pilot(pilot, fixed, patch_size, surfaces):
     runs, survey = pilot.timed, pilot.survey
     works = [work_of_patches(survey, run.counts, run.samples, run.shadow_samples) for run in runs]
     terms = np.array([terms_of_suns(work, run.bounces, run.suns) for work, run in zip(works, runs, strict=True)])
-    empty = pilot.empty
     # Threads go through arrays of all patches for every sun, the main thread once.
-    per_sun = max(of_suns(empty) - empty.main_seconds[1], 0.0) / empty.suns
-    overhead = np.array([of_sky(empty) + of_suns(empty) - per_sun * empty.suns, per_sun]) / empty.share
+    whole = {stage: time_of_arrays(pilot.empty, stage) for stage in (of_sky, of_suns, threads_of_suns)}
+    per_sun = whole[threads_of_suns] / runs[0].suns
+    overhead = np.array([whole[of_sky] + whole[of_suns] - whole[threads_of_suns], per_sun])
     return Prices(
         overhead=overhead,
-        sky=fit_costs(np.array([(work.patches, work.rays) for work in works]), beyond_empty(runs, empty, of_sky, 0)),
-        suns=fit_costs(terms, beyond_empty(runs, empty, of_suns, 1)),
+        sky=fit_costs(np.array([(work.patches, work.rays) for work in works]), beyond_arrays(pilot, threads_of_sky)),
+        suns=fit_costs(terms, beyond_arrays(pilot, threads_of_suns)),
         survey=survey,
         wall=sum(sum(run.seconds.values()) for run in runs) / sum(sum(run.processor_seconds.values()) for run in runs),
         fixed=fixed,
@@ -97,10 +97,29 @@ def of_sky(run):
     return sum(seconds.values()) - seconds["suns"] - seconds["plan and tree"]
 
 
-def beyond_empty(runs, empty, stage, part):
-    """Time of threads in a stage of each run, less what the size of its arrays costs them: (runs,) float64 [s]."""
-    threads = np.array([stage(run) - run.main_seconds[part] for run in (*runs, empty)])
-    return np.maximum(threads[:-1] - threads[-1] * np.array([run.share for run in runs]) / empty.share, 0)
+def threads_of_suns(run):
+    """The same without the main thread."""
+    return max(of_suns(run) - run.main_seconds[1], 0.0)
+
+
+def threads_of_sky(run):
+    """The same without the main thread."""
+    return max(of_sky(run) - run.main_seconds[0], 0.0)
+
+
+def time_of_arrays(empty, stage, share=1.0):
+    """Time of a stage of a run of hardly a patch, with rows of a share of the city's patches: float [s].
+
+    It grows linearly with the rows.
+    """
+    few, many = empty
+    growth = (stage(many) - stage(few)) / max(many.share - few.share, 1e-9)
+    return stage(few) + max(growth, 0.0) * (share - few.share)
+
+
+def beyond_arrays(pilot, stage):
+    """Time of a stage of each timed run, less what its arrays take whatever is traced: (runs,) float64 [s]."""
+    return np.array([max(stage(run) - time_of_arrays(pilot.empty, stage, run.share), 0.0) for run in pilot.timed])
 
 
 def fit_costs(terms, seconds):

@@ -12,7 +12,7 @@ from ..transfer.prepare_scene import build_tree, prepare_scene
 from .fill_untraced import fill_untraced
 from .pilot import run_pilot
 from .predict import Knobs, left_by_bounces, predict_errors, predict_seconds, price_pilot
-from .sun_sampling import TracedYear, measure_ways, name_groups, shares_of_names
+from .sun_sampling import FEWER, TracedYear, measure_ways, name_groups, shares_of_names
 from .yield_errors import SOURCES
 
 WAYS = ("days:12", "days:24", "days:52", "typical-days:12", "sky-grid:1654", "hourly")
@@ -74,10 +74,9 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
     ways = {name: choose_suns(name, *weather.axis, request.seed, position=weather.data) for name in names}
     clock = time.perf_counter()
     whole = fill_untraced(pilot.transfer, name_groups(pilot.transfer.surfaces))
-    measured = measure_ways(
-        TracedYear(scene, weather, whole, request), list(ways.values()), progress, prepared=prepared
-    )
-    checking = (time.perf_counter() - clock) / 2  # mostly the hourly suns, and several choices beside them
+    traced = TracedYear(scene, weather, whole, request)
+    measured = measure_ways(traced, list(ways.values()), progress, prepared=prepared, patches=FEWER)
+    checking = time.perf_counter() - clock  # a run looks at twice as many patches, under one choice of suns
     sampling = dict(zip(names, (sampling_of_surfaces(one, pilot) for one in measured), strict=True))
     fixed = reading + preparing + checking + pilot.electricity
     prices = price_pilot(pilot, fixed, request.patch_size, len(scene.surfaces))

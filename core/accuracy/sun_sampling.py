@@ -8,6 +8,7 @@ from threadpoolctl import threadpool_limits
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..progress import silent
+from ..radiosity.sun_sampling_error import PATCHES as LOOKED_AT
 from ..radiosity.sun_sampling_error import trace_sun_samples
 from ..request import Request
 from ..scene.scene import Scene
@@ -16,6 +17,8 @@ from ..sun.choose_suns import choose_suns
 from ..threads import map_in_order, usable_threads
 from ..transfer.transfer import Transfer
 from ..weather.weather import Weather
+
+FEWER = LOOKED_AT // 2  # patches where several choices are compared before a run
 
 
 class TracedYear(NamedTuple):
@@ -27,7 +30,7 @@ class TracedYear(NamedTuple):
     request: Request
 
 
-def measure_ways(traced, ways, progress=silent, *, prepared=None):
+def measure_ways(traced, ways, progress=silent, *, prepared=None, patches=LOOKED_AT):
     """Error of full load hours by some choices of suns. Reflections are left out: they change more slowly than shadows.
 
     Parameters
@@ -36,6 +39,8 @@ def measure_ways(traced, ways, progress=silent, *, prepared=None):
     ways : list of Suns
     progress : callable
     prepared : PreparedScene, optional
+    patches : int
+        On how many, about.
 
     Returns
     -------
@@ -48,7 +53,8 @@ def measure_ways(traced, ways, progress=silent, *, prepared=None):
     if all(suns.way == "hourly" for suns in ways) or not transfer.surfaces.eligible.any():
         return [no_error(0) for _ in ways]
     hourly = choose_suns("hourly", *weather.axis, request.seed, position=weather.data)
-    *clustered, exact = trace_sun_samples(scene, transfer, [*ways, hourly], request, progress, prepared=prepared)
+    every = [*ways, hourly]
+    *clustered, exact = trace_sun_samples(scene, transfer, every, request, progress, prepared=prepared, count=patches)
     system, sky = build_system(request), choose_sky(request, transfer)
     threads = usable_threads(request.threads)
 

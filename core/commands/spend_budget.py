@@ -16,7 +16,7 @@ import numpy as np
 from ..accuracy.foresee_target import measure_suns, trace_square, with_suns
 from ..accuracy.pilot import SUNS, Pilot, time_patches
 from ..accuracy.predict import USUAL, Knobs, of_sky, of_suns, predict_seconds, price_pilot, terms_of_suns
-from ..accuracy.sun_sampling import name_groups
+from ..accuracy.sun_sampling import FEWER, name_groups
 from ..accuracy.survey import survey_city, work_of_patches
 from ..accuracy.time_electricity import time_electricity
 from ..accuracy.yield_errors import SAMPLED
@@ -99,8 +99,8 @@ def make_offers(inputs, free, progress):
     choices = {name: CHOICES[name] if name in free else (getattr(request, name),) for name in CHOICES}
     square, transfer = trace_square(inputs, SUNS, progress)
     started = time.monotonic()
-    suns, found = measure_suns(inputs, transfer, choices["suns"], progress)
-    checking = (time.monotonic() - started) / 2  # mostly the hourly suns, and several choices beside them
+    suns, found = measure_suns(inputs, transfer, choices["suns"], progress, FEWER)
+    checking = time.monotonic() - started  # a run looks at twice as many patches, under one choice of suns
     names = name_groups(transfer.surfaces)
     known = {
         way: (len(one), with_suns(square.errors, part, names))

@@ -18,10 +18,10 @@ from .sun_blocks import block_of_suns
 from .sun_visibility import sun_visibility
 
 PATCHES = 500
-FEWEST = 40  # of a kind and orientation
+FEWEST = 0.08  # of them of a kind and orientation
 
 
-def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None):
+def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None, count=PATCHES):
     """First light of patches of eligible surfaces under several choices of suns.
 
     Parameters
@@ -34,6 +34,8 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     progress : callable
     prepared : PreparedScene, optional
         Of the scene, where it is known already.
+    count : int
+        Patches, about.
 
     Returns
     -------
@@ -55,7 +57,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
         raise InputError("transfer", problem, "give that of the same scene")
     prepared = prepared or prepare_scene(scene, request)
     patches = prepared.patches
-    chosen = draw_patches(prepared.scene, patches.area, request.seed)
+    chosen = draw_patches(prepared.scene, patches.area, request.seed, count)
     few = take_patches(patches, chosen)
     known = prepared.canopy is None and prepared.plan.ray_scene
     ray_scene = known or LeafyScene(scene.vertices, scene.triangles, prepared.canopy)
@@ -79,10 +81,10 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     return found
 
 
-def draw_patches(scene, area, seed):
+def draw_patches(scene, area, seed, count=PATCHES):
     """Patches of eligible surfaces: (k,) int, ascending.
 
-    Of each kind and orientation they are drawn by area, as many as its share of PATCHES, but FEWEST at least.
+    Of each kind and orientation they are drawn by area, as many as its share of `count`, but FEWEST of it at least.
     """
     own = scene.triangle_surface
     surfaces, generator = scene.surfaces, np.random.default_rng(seed)
@@ -92,9 +94,9 @@ def draw_patches(scene, area, seed):
     for name in np.unique(names[surfaces.eligible]):
         members = np.flatnonzero(eligible & (np.append(names, "")[own] == name) & (area > 0))
         size = area[members]
-        count = min(max(FEWEST, round(PATCHES * size.sum() / whole)), len(members))
-        if count:
-            chosen.append(generator.choice(members, count, replace=False, p=size / size.sum()))
+        some = min(round(count * max(FEWEST, size.sum() / whole)), len(members))
+        if some:
+            chosen.append(generator.choice(members, some, replace=False, p=size / size.sum()))
     return np.sort(np.concatenate(chosen))
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import tsam
+from threadpoolctl import threadpool_limits
 
 from .match_typical_days import match_typical_days
 from .solar_days import whole_solar_days
@@ -83,12 +84,9 @@ def cluster_days(sun, steps, count, seed):
         index=pd.date_range("2021-01-01", periods=len(sun), freq=pd.Timedelta(days=1) / steps),
     )
     method = tsam.KMeans(n_init=RESTARTS, random_state=seed)
-    result = tsam.aggregate(
-        table,
-        n_clusters=count,
-        cluster=tsam.ClusterConfig(method=method, representation="mean"),
-        preserve_column_means=False,
-    )
+    cluster = tsam.ClusterConfig(method=method, representation="mean")
+    with threadpool_limits(1):  # so few days take longer with more threads, whose sums come in any order
+        result = tsam.aggregate(table, n_clusters=count, cluster=cluster, preserve_column_means=False)
     return np.asarray(result.cluster_assignments)
 
 
