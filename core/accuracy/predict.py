@@ -45,7 +45,7 @@ class Prices:
     sky: np.ndarray  # (2,) per patch; per hemisphere ray
     suns: np.ndarray  # (3,) per patch and sun; per shadow point and sun; per entry, sun and product with the matrix
     survey: object  # Survey
-    wall: float  # wall time over processor time
+    wall: float  # of `wall_of`
     fixed: float  # reading, preparing, sun sampling, electricity: all but tracing
     size: float | None  # patch size of the pilot [m]
     bytes_per_sun: float  # of the matrices
@@ -74,7 +74,7 @@ def price_pilot(pilot, fixed, patch_size, surfaces):
         sky=fit_costs(np.array([(work.patches, work.rays) for work in works]), beyond_arrays(pilot, threads_of_sky)),
         suns=fit_costs(terms, beyond_arrays(pilot, threads_of_suns)),
         survey=survey,
-        wall=sum(sum(run.seconds.values()) for run in runs) / sum(sum(run.processor_seconds.values()) for run in runs),
+        wall=wall_of(runs),
         fixed=fixed,
         size=patch_size,
         bytes_per_sun=8.0 * surfaces,
@@ -122,6 +122,14 @@ def beyond_arrays(pilot, stage):
     return np.array([max(stage(run) - time_of_arrays(pilot.empty, stage, run.share), 0.0) for run in pilot.timed])
 
 
+def wall_of(runs):
+    """Wall time of some runs over their processor time, both without what the main thread does alone: float."""
+    alone = sum(sum(run.main_seconds) for run in runs)
+    wall = sum(sum(run.seconds.values()) for run in runs)
+    processor = sum(sum(run.processor_seconds.values()) for run in runs)
+    return max(wall - alone, 0.0) / max(processor - alone, 1e-9)
+
+
 def fit_costs(terms, seconds):
     """Costs that are not negative and explain the seconds of some runs; relative deviations count alike."""
     scale = np.maximum(seconds, LEAST_SECONDS * max(seconds.max(), 1e-6))
@@ -134,8 +142,9 @@ def predict_seconds(prices, knobs):
     work = work_of_city(prices.survey, knobs.samples, knobs.shadow_samples)
     sky = prices.sky @ (work.patches, work.rays)
     suns = prices.suns @ terms_of_suns(work, knobs.bounces, knobs.suns)
-    processor = knobs.rounds * (growth * (sky + suns) + prices.overhead @ (1, knobs.suns))
-    wall = processor * prices.wall
+    alone, per_sun = prices.overhead
+    threads = growth * (sky + suns) + per_sun * knobs.suns
+    processor, wall = knobs.rounds * (threads + alone), knobs.rounds * (threads * prices.wall + alone)
     return wall, processor, wall + prices.fixed + prices.bytes_per_sun * knobs.suns / WRITING
 
 

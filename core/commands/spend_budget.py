@@ -15,7 +15,7 @@ import numpy as np
 
 from ..accuracy.foresee_target import measure_suns, trace_square, with_suns
 from ..accuracy.pilot import SUNS, Pilot, time_patches
-from ..accuracy.predict import USUAL, Knobs, of_sky, of_suns, predict_seconds, price_pilot, terms_of_suns
+from ..accuracy.predict import USUAL, Knobs, of_sky, of_suns, predict_seconds, price_pilot, terms_of_suns, wall_of
 from ..accuracy.sun_sampling import FEWER, name_groups
 from ..accuracy.survey import survey_city, work_of_patches
 from ..accuracy.time_electricity import time_electricity
@@ -140,7 +140,7 @@ def raise_prices(prices, square):
             (prices.suns, terms, of_suns(square), prices.overhead[1] * square.suns),
         )
     )
-    return replace(prices, sky=sky, suns=suns, wall=max(prices.wall, wall_of(square)))
+    return replace(prices, sky=sky, suns=suns, wall=max(prices.wall, wall_of([square])))
 
 
 def raise_costs(costs, terms, seconds):
@@ -149,11 +149,6 @@ def raise_costs(costs, terms, seconds):
     if found >= seconds:
         return costs
     return costs * (seconds / found) if found > 0.5 * seconds else costs + (seconds - found) / len(terms) / terms
-
-
-def wall_of(run):
-    """Wall time of a run over its processor time: float."""
-    return sum(run.seconds.values()) / max(sum(run.processor_seconds.values()), 1e-9)
 
 
 def scale_errors(errors, rays, points):

@@ -1,0 +1,117 @@
+"""A part of a city in arrays of its own patches: the same light as in arrays of all patches."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_city import HEAD, house, surface
+
+from citypv.core.accuracy.part_of_city import BACKS, PartOfCity, RaysOfPart, spread_transfer, take_part
+from citypv.core.accuracy.pilot import PilotRun
+from citypv.core.accuracy.predict import of_suns, time_of_arrays
+from citypv.core.materials.materials import MaterialSpec
+from citypv.core.photons.trace_hybrid import trace_hybrid
+from citypv.core.progress import silent
+from citypv.core.request import Request
+from citypv.core.study import read_scene, read_year
+from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
+
+REQUEST = Request(weather="clear-sky", threads=1, patch_size=2.0, samples=64, shadow_samples=4, report="all")
+STAND_INS = 40
+
+
+@pytest.fixture(scope="module")
+def city(tmp_path_factory):
+    """Three houses, one of which stands halfway inside another, and a thin wall: Scene, PreparedScene and Suns."""
+    path = tmp_path_factory.mktemp("city") / "city.gml"
+    wall = surface("WallSurface", "thin", [(18, -4, 0), (18, 12, 0), (18, 12, 5), (18, -4, 5)])
+    thin = f'<cityObjectMember><bldg:Building gml:id="t">{wall}</bldg:Building></cityObjectMember>'
+    houses = house("a", (0, 0), (12, 10, 8)) + house("b", (20, -3), (10, 14, 14)) + house("c", (8, 2), (8, 6, 3), 2)
+    path.write_text(f"{HEAD}{houses}{thin}</CityModel>\n", encoding="utf-8")
+    scene = read_scene([path], REQUEST)
+    weather = read_year(scene.site, REQUEST)
+    prepared = build_tree(prepare_scene(scene, REQUEST, weather=weather), REQUEST)
+    assert scene.sheet.any() and (prepared.scene.triangle_surface < 0).any() and prepared.patches.ground.any()
+    return scene, prepared, choose_suns("days:4", *weather.axis, 1, position=weather.data)
+
+
+def traced(few, suns, part):
+    """Transfer of some patches of a PartOfCity."""
+    patches = few.prepared.patches
+    receives = patches.receives.copy()
+    receives[: len(few.patches)] &= part[few.patches]
+    prepared = replace(few.prepared, patches=replace(patches, receives=receives))
+    return trace_hybrid(few.scene, suns, REQUEST, silent, prepared=prepared)
+
+
+def whole(scene, prepared):
+    return PartOfCity(scene, prepared, np.arange(len(prepared.patches)), np.arange(len(scene.surfaces)))
+
+
+def choose_part(scene, prepared, buildings, ground=True):
+    """Patches of some buildings and half of the ground, if any; and the surfaces of these."""
+    own = prepared.scene.triangle_surface
+    counted = np.isin(scene.surfaces.building_id, buildings)
+    return np.where(own >= 0, counted[own], ground & (np.arange(len(own)) % 2 == 0)), counted
+
+
+@pytest.mark.parametrize("buildings, ground", [(["a", "t"], True), (["b", "c"], False)])
+def test_light_is_that_of_the_same_patches_in_arrays_of_all(city, buildings, ground):
+    """To the rounding of sums in float32. What others cover is known as well."""
+    scene, prepared, suns = city
+    part, counted = choose_part(scene, prepared, buildings, ground)
+    few = take_part(scene, prepared, part, STAND_INS)
+    assert len(few.prepared.patches) <= part.sum() + 2 * STAND_INS + BACKS < len(part)
+    found = spread_transfer(traced(few, suns, part), few, scene.surfaces)
+    expected = traced(whole(scene, prepared), suns, part)
+    assert expected.covered_share[scene.surfaces.surface_id.index("c_south")] == pytest.approx(0.5, abs=0.05) or ground
+    assert counted.sum() > 3 and expected.direct_reflected[counted].max() > 0.01
+    for name in ("covered_share", "sky_view_factor", "far_ground_view_factor", "diffuse_relative", "visible_share"):
+        assert getattr(found, name)[counted] == pytest.approx(getattr(expected, name)[counted], abs=1e-6), name
+    assert found.direct_reflected[counted] == pytest.approx(expected.direct_reflected[counted], abs=1e-6)
+    for name in ("diffuse_relative_standard_error", "direct_annual_standard_error"):
+        assert getattr(found, name)[counted] == pytest.approx(getattr(expected, name)[counted], rel=1e-4), name
+    for name, light in found.sources.items():
+        assert light.relative[counted] == pytest.approx(expected.sources[name].relative[counted], abs=1e-6)
+
+
+def test_form_factors_have_about_as_many_entries(city):
+    """Hits on others keep apart as far as there are stand-ins; with all of them to the last one."""
+    scene, prepared, _ = city
+    part, _ = choose_part(scene, prepared, ["a", "t"])
+    ray_scene = take_part(scene, prepared, part, STAND_INS).prepared.plan.ray_scene
+    assert isinstance(ray_scene, RaysOfPart)
+    generator = np.random.default_rng(1)
+    directions = generator.normal(size=(4_000, 3)).astype(np.float32)
+    middle = scene.vertices[prepared.scene.triangles[part]].mean(axis=(0, 1))
+    origins = np.tile(np.float32(middle + np.array([0, 0, 30])), (4_000, 1))
+    own = prepared.plan.ray_scene.trace_places(origins, directions).triangle
+    rows = ray_scene.trace_places(origins, directions).triangle
+    assert np.array_equal(own < 0, rows < 0)
+    met = (own >= 0) & part[np.maximum(own, 0)]
+    assert met.any() and np.array_equal(np.flatnonzero(part)[rows[met]], own[met])
+    others = (own >= 0) & ~met
+    assert len(np.unique(rows[others])) > 0.5 * min(STAND_INS, len(np.unique(own[others])))
+
+
+def test_a_small_city_and_one_with_mirrors_stay_whole(city, tmp_path):
+    scene, prepared, _ = city
+    every = np.ones(len(prepared.patches), bool)
+    assert take_part(scene, prepared, every).prepared is prepared
+    request = replace(REQUEST, materials={"glass": MaterialSpec(0.8, "mirror")})
+    surfaces = replace(scene.surfaces, material=["glass"] * len(scene.surfaces))
+    shiny = replace(scene, surfaces=surfaces)
+    for effects in ({}, {"specular": False}):
+        mirrors = prepare_scene(shiny, replace(request, effects=effects))
+        assert take_part(shiny, mirrors, np.arange(len(every)) < len(every) // 2, STAND_INS).prepared is mirrors
+
+
+def test_time_of_arrays_grows_with_their_rows():
+    """A second and three per city, known from a tenth and a half of it."""
+    runs = [
+        PilotRun(256, 16, 3, 12, (64, 0), share, {}, {"suns": 1 + 3 * share}, (0.0, 0.0), None, 0.0)
+        for share in (0.1, 0.5)
+    ]
+    assert time_of_arrays(runs, of_suns) == pytest.approx(4.0)
+    assert time_of_arrays(runs, of_suns, 0.2) == pytest.approx(1.6)
