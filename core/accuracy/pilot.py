@@ -31,7 +31,7 @@ from .survey import DRAWN, survey_city, whole_replicates
 from .time_electricity import time_electricity
 from .yield_errors import split_errors
 
-PATCHES, INNER = 4_000, 1_600  # of the square, and of its inner part
+PATCHES, INNER = 4_000, 2_000  # of the square, and of its inner part
 FEW, ROWS = 64, 30_000  # patches of the runs that tell what the city's size costs, and rows of the larger arrays
 TIMED, SECONDS = (2_000, 6_000), 0.5  # patches of the timed runs, so many that run A takes [s]
 BLOCK = 32  # patches drawn together: rays of neighbours go similar ways, and cost less than those of strangers
