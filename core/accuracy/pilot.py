@@ -8,8 +8,9 @@
 Errors of A and C by source show how fast each falls. Light is passed on from neighbour to neighbour, so they need whole
 neighbourhoods: errors are those of the surfaces in the inner half of the square, for what lies around the square sends
 no light, which makes the surfaces at its edge too dark and what they see too uneven. Seconds need what is typical of
-the city: blocks of patches drawn from all of it give the cost of a ray, a shadow ray and a reflection, less what a run
-of hardly a patch takes, since arrays of all patches cost the same in a run of the whole city.
+the city: blocks of patches drawn from all of it give the cost of a ray, a shadow ray and a reflection, less what their
+arrays take whatever is traced. A run has rows of the patches that it traces only (`part_of_city`); what the arrays of
+the whole city take is that of runs of hardly a patch in few rows and in many, and grows linearly.
 """
 
 import time
@@ -213,7 +214,7 @@ def trace_part(inputs, part, setting, counted=None, *, around=False):
     counted : (n,) bool, optional
         Surfaces whose errors are told; none if not given.
     around : (p,) bool, optional
-        Further patches that arrays have rows of.
+        Further patches that arrays have rows of; none if not given.
 
     Returns
     -------
