@@ -1,6 +1,6 @@
 """The tracer's task, done by another engine: Mitsuba 3 on the processor (LLVM variant, Embree inside).
 
-    python benchmarks/peers/mitsuba.py [--work FOLDER] [--llvm FILE] [--runs 5] [--threads 2] [--json]
+    python benchmarks/peers/mitsuba.py [--scene FILE] [--work FOLDER] [--llvm FILE] [--runs 5] [--threads 2] [--json]
 
 What it needs. Python ≥ 3.11 and the network once: FOLDER/venv (build/peers/venv where --work is not given) is made
 with its own Mitsuba, of the version below; nothing of it enters the environment that citypv runs in. And LLVM ≥ 16 as a
@@ -12,10 +12,14 @@ is taken, but stops at the first maximum of two floats on x86 ("Cannot select: f
 The task, as citypv's estimator gather does it: the town of tests/data/town.npz (91,764 triangles, 143 suns), 256
 hemisphere rays per triangle (closest hit), shadow rays from 16 points per triangle to each sun in front of it, the
 sparse matrix of hits F, and three reflections at albedo 0.25 for every sun and the diffuse sky. Rays that leave below
-the horizon carry nothing. town_in_mitsuba.py does it, with the same choices that serve our tracer (one four-dimensional
+the horizon carry nothing. scene_in_mitsuba.py does it, with the choices that serve our tracer (one four-dimensional
 sequence for places and directions; 16 points that lie evenly for shadows, here the centroids of congruent cells; light
 divided by the uncovered share of a triangle), but without standard errors, without a search for covered cells (each ray
-that meets a back speaks for itself), and for this one kind of scene.
+that meets a back speaks for itself), without one for sheets, and for this one kind of scene.
+
+--scene names another .npz: `vertices` (v, 3) [m], `triangles` (n, 3) with their fronts counterclockwise, `sun` (s, 3)
+towards the suns, `weight` (s,) of them (all alike where there is none), and the reference: `triangle` (k,), their
+numbers, and `light` (k,), their light of a year.
 
 What is timed. One run that is not counted compiles the kernels; then the median of --runs. The scene (Embree's tree) is
 built before and given apart. `cpu` is the time of all threads together: where the machine does other things too, wall
@@ -23,8 +27,9 @@ seconds say little, and cpu divided by the threads is what an idle one would com
 per triangle from the reference in the same file.
 
 With --json one object goes to standard output and everything else to standard error, so that another script can call
-this one: `whole` and `whole_runs`, `seconds` and `cpu_seconds` by stage, `cpu_whole`, `scene_seconds`, `rays`, `rms`,
-`bias_reflected`, `year` (rms of the light of a year in percent of its mean), `versions`.
+this one: `whole` and `whole_runs`, `seconds` and `cpu_seconds` by stage, `cpu_whole`, `scene_seconds`, `rays`,
+`year` (rms of the light of a year in percent of its mean), `versions`; of the town also `rms` by part and
+`bias_reflected`.
 """
 
 import argparse
@@ -118,7 +123,7 @@ def read_options():
     parser.add_argument("--work", type=Path, default=ROOT / "build" / "peers", help="folder for the environment")
     parser.add_argument("--llvm", metavar="FILE", help=f"shared library of LLVM {LEAST_LLVM} or newer")
     parser.add_argument("--json", action="store_true", help="one object instead of a table")
-    parser.add_argument("--town", type=Path, default=TOWN, help="file with triangles, suns and reference")
+    parser.add_argument("--scene", type=Path, default=TOWN, help="file with triangles, suns and reference")
     parser.add_argument("--samples", type=int, default=256, help="hemisphere rays per triangle (256)")
     parser.add_argument("--shadow-samples", type=int, default=16, help="points per triangle, a square number (16)")
     parser.add_argument("--runs", type=int, default=5, help="runs that count (5)")
@@ -139,8 +144,8 @@ def measure(options):
     python = prepare_environment(options.work.resolve())
     numbers = {name: getattr(options, name) for name in ("samples", "shadow_samples", "runs", "threads", "seed")}
     # -P keeps this folder off the path: there, `import mitsuba` would find this file.
-    task = [python, "-P", Path(__file__).with_name("town_in_mitsuba.py")]
-    task.append(json.dumps(numbers | {"town": str(options.town.resolve())}))
+    task = [python, "-P", Path(__file__).with_name("scene_in_mitsuba.py")]
+    task.append(json.dumps(numbers | {"scene": str(options.scene.resolve())}))
     environment = {**os.environ, "DRJIT_LIBLLVM_PATH": str(llvm)}
     done = subprocess.run(task, check=False, env=environment, stdout=subprocess.PIPE, text=True)
     if done.returncode:
@@ -158,8 +163,10 @@ def report(found):
     runs = ", ".join(f"{seconds:.2f}" for seconds in found["whole_runs"])
     print(f"{'whole':>12} {found['whole']:6.2f} s, cpu {found['cpu_whole']:.2f} s; median of {runs}")
     print(f"{'scene':>12} {found['scene_seconds']:6.2f} s before")
-    print("rms " + ", ".join(f"{name} {value:.4f}" for name, value in found["rms"].items()))
-    print(f"bias of the reflected light {found['bias_reflected']:+.2%}")
+    print(f"error of the light of a year {found['year']:.2f} %")
+    if "rms" in found:
+        print("rms " + ", ".join(f"{name} {value:.4f}" for name, value in found["rms"].items()))
+        print(f"bias of the reflected light {found['bias_reflected']:+.2%}")
 
 
 def main():
