@@ -5,9 +5,9 @@
 
 town     91,764 triangles and 143 suns of tests/data/town.npz; reference of 3,000 triangles in the same file, noise
          0.0004, which this program did not make
-midtown  a square of Midtown Manhattan (accuracy_midtown.py); reference of 300 triangles by paths followed one by one
-         under every hour's sun, so that the choice of suns is part of the error; --paths tells how many (noise is
-         printed)
+midtown  a square of Midtown Manhattan, 43,244 triangles (accuracy_midtown.py); reference of 300 triangles by paths
+         followed one by one under every hour's sun, so that the choice of suns is part of the error; --paths tells how
+         many (noise is printed)
 
 The error is that of the light of a year, direct, reflected and diffuse, as root mean square over the triangles in
 percent of their mean. Time is processor time of tracing, the median of --runs; `--threads 1` keeps it from growing with
@@ -15,7 +15,8 @@ waiting threads. Settings that several curves share are traced once per run. Eve
 study can be made in parts, and by one process for each city with a file of its own: table and picture show all that is
 kept of a city. `--points 1` tries the cheapest setting of each curve. *Adaptive* are rounds to a target, with surfaces
 left out that are known well enough (accuracy_adaptive.py). Peers: peers/mitsuba.py does the same task with Mitsuba 3 as
-ray engine, peers/radiance.py with Radiance, a sample of the triangles from which its time is multiplied up.
+ray engine, peers/radiance.py with Radiance on a sample of the triangles, from which its time is multiplied up. They get
+the same triangles and suns (of Midtown those of days:24), and their trees count as ours does.
 """
 
 import argparse
@@ -57,6 +58,7 @@ LADDERS = {  # curve -> settings, from cheap to dear
         {"samples": 64, "shadow_samples": 4},
         {"samples": 256, "shadow_samples": 16},
         {"samples": 1024, "shadow_samples": 64},
+        {"samples": 4096, "shadow_samples": 256},
     ],
     "sky rays": [{"samples": count} for count in (16, 64, 256, 1024)],
     "shadow points": [{"shadow_samples": count} for count in (1, 4, 16, 64)],
@@ -69,9 +71,9 @@ SUNS = {  # of Midtown only: the town's are given
     "hourly": ["hourly"],
 }
 PRESETS = {"draft": (64, 4, "days:12"), "standard": (256, 16, "days:24"), "reference": (1024, 64, "days:52")}
-TARGETS = (2.0, 1.4, 1.0)  # [%] of adaptive rounds
-PHOTONS = (4, 16)  # more would take an hour; their error falls with the square root
-MITSUBA = ((16, 1), (64, 4), (256, 16), (1024, 64))  # rays, points
+TARGETS = {"town": (2.0, 1.4, 1.0), "midtown": (3.5, 2.0, 1.4)}  # [%] of adaptive rounds, on 95 % of the area
+PHOTONS = (4,)  # from each patch, the fewest; four times as many take four times as long for half of the error
+MITSUBA = ((16, 1), (64, 4), (256, 16), (1024, 64), (4096, 256))  # rays, points
 RADIANCE = ((4, 4), (8, 8), (16, 16))  # points, ambient rays from each
 CURVES = [*LADDERS, *SUNS, "presets", "rounds", "adaptive", "forward", "mitsuba", "radiance"]
 MARKS = "osv^DPX*hp<>d"
@@ -90,6 +92,8 @@ class Town:
         axis = np.zeros(count, np.int32), np.arange(count)
         self.given = Suns("hourly", self.known["sun"], np.full(count, 1 / count), *axis)
         self.words = f"{len(self.scene.triangles):,} triangles, {count} suns"
+        self.wanted = np.ones(len(self.scene.triangles), bool)
+        self.file = TOWN  # for peers
 
     def suns(self, way):
         """Its own, whatever the way."""
@@ -112,10 +116,15 @@ class Midtown:
     def __init__(self, options):
         self.traced = {}
         self.scene, self.weather = accuracy_midtown.read_square()
-        self.chosen, self.light, noise = accuracy_midtown.reference(self.scene, self.weather, options.paths)
-        self.words = f"{len(self.scene.triangles):,} triangles"
+        apart = accuracy_midtown.set_apart(self.scene)
+        self.chosen, self.light, noise, hidden = accuracy_midtown.reference(apart, self.weather, options.paths)
+        suns = self.suns("days:24")
+        self.words = f"{len(self.scene.triangles):,} triangles, {len(suns)} suns"
+        self.wanted = self.scene.surfaces.eligible
+        self.file = accuracy_midtown.write_scene(apart, suns, self.chosen, self.light)
         share = 100 * np.sqrt(np.mean(noise**2)) / self.light.mean()
-        print(f"midtown: noise of the reference {share:.2f} % (rms of {len(self.chosen)} triangles)", flush=True)
+        words = f"rms of {len(self.chosen)} triangles; {hidden} drawn beside them lie partly inside something"
+        print(f"midtown: noise of the reference {share:.2f} % ({words})", flush=True)
 
     def suns(self, way):
         """As a run chooses them."""
@@ -164,20 +173,22 @@ def run_rounds(city, threads):
 def run_adaptive(city, threads):
     """The same of rounds to some targets, the first of 256 rays and 16 points."""
     request = Request(**SETTINGS, threads=threads)
-    for target, transfer, spent in refine_to(TARGETS, city.scene, city.suns("days:24"), request):
+    targets = TARGETS[city.name]
+    for target, transfer, spent in refine_to(targets, city.scene, city.suns("days:24"), request, city.wanted):
         yield f"to {target:g} % on 95 % of the area", spent, city.error(transfer)
 
 
-def run_peer(name, numbers, threads):
-    """Processor seconds and error [%] of a peer on the town."""
+def run_peer(name, file, numbers, threads):
+    """Processor seconds and error [%] of a peer on the triangles and suns of a file."""
     names = ("samples", "shadow-samples") if name == "mitsuba" else ("points", "divisions")
     command = [sys.executable, ROOT / "benchmarks" / "peers" / f"{name}.py", "--json", "--threads", threads]
-    command += ["--runs", 1] if name == "mitsuba" else []
+    command += ["--scene", file, *(["--runs", 1] if name == "mitsuba" else [])]
     for option, value in zip(names, numbers, strict=True):
         command += [f"--{option}", value]
     done = subprocess.run([str(word) for word in command], check=True, stdout=subprocess.PIPE, text=True)
     found = json.loads(done.stdout)
-    return found["cpu_whole"], found["year"]
+    before = found["scene_seconds" if name == "mitsuba" else "octree_seconds"]
+    return before + found["cpu_whole"], found["year"]
 
 
 def points_of(city, curve, threads):
@@ -199,11 +210,11 @@ def points_of(city, curve, threads):
     elif curve == "forward":
         for photons in PHOTONS:
             yield f"forward, {photons} photons", *run(city, trace_forward, {"samples": photons}, threads)
-    elif curve in ("mitsuba", "radiance") and city.name == "town":
+    elif curve in ("mitsuba", "radiance"):
         for numbers in MITSUBA if curve == "mitsuba" else RADIANCE:
             words = ("rays", "points") if curve == "mitsuba" else ("points", "ambient rays")
             label = ", ".join(f"{number} {word}" for number, word in zip(numbers, words, strict=True))
-            yield label, *run_peer(curve, numbers, threads)
+            yield label, *run_peer(curve, city.file, numbers, threads)
 
 
 def read_kept(path):
@@ -250,7 +261,7 @@ def main():
     parser.add_argument("--only", nargs="*", choices=CURVES, default=CURVES, help="curves; none: table and picture")
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--paths", type=int, default=250_000, help="from each triangle of Midtown, for its reference")
+    parser.add_argument("--paths", type=int, default=1 << 16, help="from each triangle of Midtown, for its reference")
     parser.add_argument("--points", type=int, help="no more of each curve, from the cheapest on; all if not given")
     parser.add_argument("--kept", type=Path, default=KEPT, help="file of all runs (build/accuracy.json)")
     parser.add_argument("--plot", type=Path, help="pictures PLOT.png of the town, PLOT_midtown.png")

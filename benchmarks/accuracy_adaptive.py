@@ -2,12 +2,13 @@
 
 Their target is the error of this light, as the run itself states it, on 95 % of the area. The first round has 256 rays
 and 16 points; from then on surfaces that are known well enough get no more samples (docs/accuracy.md). Time is that of
-tracing, of all rounds together.
+tracing, of all rounds together. A target that would take longer than MOST_SECONDS ends with the last round in time.
 """
 
 import copy
 import time
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -22,11 +23,13 @@ from citypv.core.transfer.noise import own_diffuse, own_direct, variance_of_mean
 from citypv.core.transfer.patch_light import Round
 from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
 
+MOST_SECONDS = 300.0  # wall time of each target
 
-def light_errors(transfer):
+
+def light_errors(transfer, wanted):
     """Stated errors of the light of a year, the mean over the suns plus that of the sky: YieldErrors in place of hours.
 
-    Surfaces with less than a tenth of the mean light are left out.
+    Of wanted surfaces, (n,) bool, without those that have less than a tenth of their mean light.
     """
     suns, parts = transfer.suns, transfer.error_parts
     cosine = np.maximum(transfer.surfaces.normal @ suns.direction.T, 0)
@@ -40,13 +43,13 @@ def light_errors(transfer):
         "discretisation": (parts.direct_discretisation + parts.diffuse_discretisation) ** 2,
         "suns": np.zeros(len(own)),
     }
-    area = np.asarray(transfer.surfaces.area, float)
+    area = np.where(wanted, transfer.surfaces.area, 0.0)
     lit = (area > 0) & (light >= LEAST_HOURS * np.average(light, weights=area))
     chosen = {name: part[lit] for name, part in variance.items()}
     return YieldErrors(chosen, light[lit], area[lit], transfer.record.rounds, np.flatnonzero(lit))
 
 
-def refine_to(targets, scene, suns, request):
+def refine_to(targets, scene, suns, request, wanted):
     """Transfer and processor seconds for each target [%], one after the other; the first round is that of all of them.
 
     Parameters
@@ -55,6 +58,8 @@ def refine_to(targets, scene, suns, request):
     scene : Scene
     suns : Suns
     request : Request
+    wanted : (n,) bool
+        Surfaces whose errors count.
     """
     before = time.process_time()
     prepared = replace(build_tree(prepare_scene(scene, request), request), round=Round())
@@ -72,5 +77,6 @@ def refine_to(targets, scene, suns, request):
         def choose(errors, before, target=target):
             return choose_counted(errors, request, target, scene.surfaces, before)
 
-        goal = Goal(target, None, largest_round(request), choose)
-        yield target, refine_transfer(copy.deepcopy(first), light_errors, goal, trace, lambda line: None), sum(seconds)
+        goal = Goal(target, time.monotonic() + MOST_SECONDS, largest_round(request), choose)
+        errors = partial(light_errors, wanted=wanted)
+        yield target, refine_transfer(copy.deepcopy(first), errors, goal, trace, lambda line: None), sum(seconds)
