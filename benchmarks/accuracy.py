@@ -60,7 +60,7 @@ LADDERS = {  # curve -> settings, from cheap to dear
         {"samples": 1024, "shadow_samples": 64},
         {"samples": 4096, "shadow_samples": 256},
     ],
-    "sky rays": [{"samples": count} for count in (16, 64, 256, 1024)],
+    "sky rays": [{"samples": count} for count in (16, 64, 256, 1024, 4096)],
     "shadow points": [{"shadow_samples": count} for count in (1, 4, 16, 64)],
     "reflections": [{"max_bounces": count} for count in range(6)],
 }
@@ -73,9 +73,12 @@ SUNS = {  # of Midtown only: the town's are given
 PRESETS = {"draft": (64, 4, "days:12"), "standard": (256, 16, "days:24"), "reference": (1024, 64, "days:52")}
 TARGETS = {"town": (2.0, 1.4, 1.0), "midtown": (3.5, 2.0, 1.4)}  # [%] of adaptive rounds, on 95 % of the area
 PHOTONS = (4,)  # from each patch, the fewest; four times as many take four times as long for half of the error
-MITSUBA = ((16, 1), (64, 4), (256, 16), (1024, 64), (4096, 256))  # rays, points
-RADIANCE = ((4, 4), (8, 8), (16, 16))  # points, ambient rays from each
-CURVES = [*LADDERS, *SUNS, "presets", "rounds", "adaptive", "forward", "mitsuba", "radiance"]
+PEERS = {
+    "mitsuba": ((16, 1), (64, 4), (256, 16), (1024, 64), (4096, 256)),  # rays, points
+    "mitsuba sky rays": ((16, 16), (64, 16), (1024, 16), (4096, 16)),
+    "radiance": ((4, 4), (8, 8), (16, 16)),  # points, ambient rays from each
+}
+CURVES = [*LADDERS, *SUNS, "presets", "rounds", "adaptive", "forward", *PEERS]
 MARKS = "osv^DPX*hp<>d"
 
 
@@ -178,8 +181,9 @@ def run_adaptive(city, threads):
         yield f"to {target:g} % on 95 % of the area", spent, city.error(transfer)
 
 
-def run_peer(name, file, numbers, threads):
+def run_peer(curve, file, numbers, threads):
     """Processor seconds and error [%] of a peer on the triangles and suns of a file."""
+    name = curve.split()[0]
     names = ("samples", "shadow-samples") if name == "mitsuba" else ("points", "divisions")
     command = [sys.executable, ROOT / "benchmarks" / "peers" / f"{name}.py", "--json", "--threads", threads]
     command += ["--scene", file, *(["--runs", 1] if name == "mitsuba" else [])]
@@ -210,9 +214,9 @@ def points_of(city, curve, threads):
     elif curve == "forward":
         for photons in PHOTONS:
             yield f"forward, {photons} photons", *run(city, trace_forward, {"samples": photons}, threads)
-    elif curve in ("mitsuba", "radiance"):
-        for numbers in MITSUBA if curve == "mitsuba" else RADIANCE:
-            words = ("rays", "points") if curve == "mitsuba" else ("points", "ambient rays")
+    elif curve in PEERS:
+        for numbers in PEERS[curve]:
+            words = ("points", "ambient rays") if curve == "radiance" else ("rays", "points")
             label = ", ".join(f"{number} {word}" for number, word in zip(numbers, words, strict=True))
             yield label, *run_peer(curve, city.file, numbers, threads)
 
@@ -246,7 +250,7 @@ def draw(curves, path, words):
         axes = figure.subplots()
         for mark, (label, points) in zip(MARKS, curves.items(), strict=False):
             _, seconds, errors, _ = zip(*points, strict=True)
-            peer = label in ("mitsuba", "radiance")
+            peer = label in PEERS
             axes.plot(seconds, errors, marker=mark, label=label.capitalize(), linestyle="--" if peer else "-")
         make_logarithmic(axes)
         axes.set_xlabel(f"Processor seconds of tracing, {words}")
