@@ -79,7 +79,7 @@ PEERS = {
     "radiance": ((4, 4), (8, 8), (16, 16)),  # points, ambient rays from each
 }
 CURVES = [*LADDERS, *SUNS, "presets", "rounds", "adaptive", "forward", *PEERS]
-MARKS = "osv^DPX*hp<>d"
+MARKS = "osv^DPX*hp<>dH8"  # as many as curves
 
 
 class Town:
@@ -248,7 +248,7 @@ def draw(curves, path, words):
     with plain_style():
         figure = make_figure(8, 5)
         axes = figure.subplots()
-        for mark, (label, points) in zip(MARKS, curves.items(), strict=False):
+        for mark, (label, points) in zip(MARKS[: len(curves)], curves.items(), strict=True):
             _, seconds, errors, _ = zip(*points, strict=True)
             peer = label in PEERS
             axes.plot(seconds, errors, marker=mark, label=label.capitalize(), linestyle="--" if peer else "-")
