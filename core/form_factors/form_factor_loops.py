@@ -1,8 +1,8 @@
 """Loops over the rows of the matrix of form factors (compiled by numba).
 
-Rays of one patch that hit the same place are merged before they are multiplied with the light of many sources. Each
-loop takes `rows`, the arrays of `Rows`; `scale`, the bit shifts from a key to the patch and to the cell that was hit,
-and the weight of one ray; and `product`, to which it writes.
+Rays of one patch that hit the same place are merged before they are multiplied, except for a single light source, where
+that would cost more than it saves. Each loop takes `rows`, the arrays of `Rows`; `scale`, the bit shifts from a key to
+the patch and to the cell that was hit, and the weight of one ray; and `product`, to which it writes.
 """
 
 import numpy as np
@@ -57,6 +57,20 @@ def room_for_rows(start):
     for row in range(len(start) - 1):
         longest = max(longest, start[row + 1] - start[row])
     return np.empty(longest + 3, np.int32), np.empty(longest + 3, np.float32)
+
+
+@njit(nogil=True, cache=True)
+def add_single(rows, scale, product, factor, light):
+    """Radiosity of cells, a factor (p · cells,) times light (p,), times the share of rays that hit them.
+
+    Summed in double precision: what is lost in one reflection grows with their number.
+    """
+    (chosen, start, key, count), (to_patch, to_cell, share) = rows, scale
+    for row in range(len(chosen)):
+        total = 0.0
+        for entry in range(start[row], start[row + 1]):
+            total += count[entry] * factor[key[entry] >> to_cell] * light[key[entry] >> to_patch]
+        product[chosen[row], 0] = share * total
 
 
 @njit(nogil=True, cache=True)

@@ -8,6 +8,7 @@ from .form_factor_loops import (
     add_columns,
     add_elements,
     add_patches,
+    add_single,
     add_starts,
     add_steps,
     add_visible,
@@ -53,6 +54,12 @@ def propagate(form_factors, factor, light, sums, threads=1, *, out=None, total=N
         The product, or `total` if given.
     """
     weight, arrived = sums
+    if light.shape[1] == 1:
+        product = run_rows(
+            form_factors, empty_product(form_factors, 1), threads, add_single, factor.ravel(), light[:, 0]
+        )
+        np.multiply(product[:, 0], weight[0], out=arrived)
+        return product if total is None else np.add(total, product, out=total)
     arrived[:] = 0
     fresh = total is None
     product = total if total is not None else empty_product(form_factors, light.shape[1]) if out is None else out

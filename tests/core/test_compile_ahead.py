@@ -64,10 +64,10 @@ def test_the_child_is_ended_with_the_block(nothing_kept, fresh_cache, monkeypatc
     assert started[0].returncode is not None
 
 
-@pytest.mark.parametrize("fault", ["no program", "not Python", "no package"])
+@pytest.mark.parametrize("fault", ["no program", "not Python", "no module"])
 def test_a_failing_child_fails_no_run_and_prints_nothing(nothing_kept, monkeypatch, tmp_path, capfd, fault):
-    if fault == "no package":
-        monkeypatch.setattr(ahead, "ROOT", tmp_path)
+    if fault == "no module":
+        monkeypatch.setattr(ahead, "START", "import none_of_this_name")
     else:
         program = tmp_path / "python"
         if fault == "not Python":
