@@ -17,6 +17,7 @@ import time
 from dataclasses import dataclass, replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ..effects.receivers import fewer_rays
 from ..energy.compute_energy import compute_energy
@@ -232,7 +233,9 @@ def trace_part(inputs, part, setting, counted=None, *, around=False):
     patches = replace(patches, receives=receives)
     plan = with_bounces(few.prepared.plan, bounces)
     laps = MainClock()
-    transfer = trace_hybrid(few.scene, suns, request, laps, prepared=replace(few.prepared, patches=patches, plan=plan))
+    with threadpool_limits(1, "blas"):  # whose threads wait busily, which would count as processor time
+        ready = replace(few.prepared, patches=patches, plan=plan)
+        transfer = trace_hybrid(few.scene, suns, request, laps, prepared=ready)
     main_seconds = laps.split()
     errors = None if counted is None else tell_errors(transfer, weather, request, (counted, few.surfaces))
     record = transfer.record

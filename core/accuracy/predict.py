@@ -123,11 +123,23 @@ def beyond_arrays(pilot, stage):
 
 
 def wall_of(runs):
-    """Wall time of some runs over their processor time, both without what the main thread does alone: float."""
-    alone = sum(sum(run.main_seconds) for run in runs)
-    wall = sum(sum(run.seconds.values()) for run in runs)
-    processor = sum(sum(run.processor_seconds.values()) for run in runs)
-    return max(wall - alone, 0.0) / max(processor - alone, 1e-9)
+    """Wall time of the threads over their processor time, without what the main thread does alone: float.
+
+    It is that of the part of the runs, sky or suns, in which the threads shared their work best: in a run of the whole
+    city each part has work for all of them.
+    """
+    ratios = []
+    for run in runs:
+        (wall, wall_of_suns), (processor, of_them) = map(split_stages, (run.seconds, run.processor_seconds))
+        alone, alone_with_suns = run.main_seconds
+        ratios.append((wall - alone) / max(processor - alone, 1e-9))
+        ratios.append((wall_of_suns - alone_with_suns) / max(of_them - alone_with_suns, 1e-9))
+    return max(min(ratios), 0.0)
+
+
+def split_stages(seconds):
+    """Seconds of all stages before the suns, and of the suns: two float."""
+    return sum(seconds.values()) - seconds["suns"], seconds["suns"]
 
 
 def fit_costs(terms, seconds):
