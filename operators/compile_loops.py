@@ -18,7 +18,6 @@ def compile_loops(progress):
 
     if is_compiled():
         return
-    from ..core.compiling.compile_ahead import compile_ahead
     from ..core.radiosity.measure_cover import measure_cover
     from ..core.request import Request
     from ..core.selfcheck.plain_scenes import box, join_parts
@@ -27,11 +26,10 @@ def compile_loops(progress):
     progress(COMPILING, 0, STEPS, "steps")
     scene = join_parts(box((0, 0, 0), (10, 10, 10)))
     scene = replace(scene, site=replace(scene.site, latitude=0.0, longitude=0.0))
-    with compile_ahead():
-        measure_cover(scene)
-        progress(COMPILING, 1, STEPS, "steps")
-        request = Request(weather="clear-sky", suns="days:2", samples=16, shadow_samples=2)
-        weather = read_year(scene.site, request)
-        progress(COMPILING, 2, STEPS, "steps")
-        trace_scene(scene, weather, request)
+    measure_cover(scene)
+    progress(COMPILING, 1, STEPS, "steps")
+    request = Request(weather="clear-sky", suns="days:2", samples=16, shadow_samples=2)
+    weather = read_year(scene.site, request)
+    progress(COMPILING, 2, STEPS, "steps")
+    trace_scene(scene, weather, request)
     progress(COMPILING, STEPS, STEPS, "steps")
