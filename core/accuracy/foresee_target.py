@@ -17,7 +17,8 @@ from ..progress import silent
 from ..sun.choose_suns import choose_suns
 from ..sun.spread_suns import spread_suns
 from .fill_untraced import fill_untraced
-from .pilot import RUNS, choose_neighbourhood, trace_part
+from .pilot import choose_neighbourhood
+from .pilot_run import RUNS, trace_part
 from .refine import CELLS, unreachable
 from .sun_sampling import LOOKED_AT, TracedYear, measure_ways, name_groups, shares_of_names
 from .yield_errors import SAMPLED

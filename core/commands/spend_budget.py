@@ -14,11 +14,13 @@ from itertools import product
 import numpy as np
 
 from ..accuracy.foresee_target import measure_suns, trace_square, with_suns
-from ..accuracy.pilot import SUNS, Pilot, time_patches
+from ..accuracy.pilot import Pilot
+from ..accuracy.pilot_run import SUNS
 from ..accuracy.predict import USUAL, Knobs, of_sky, of_suns, predict_seconds, price_pilot, terms_of_suns, wall_of
 from ..accuracy.sun_sampling import FEWER, name_groups
 from ..accuracy.survey import survey_city, work_of_patches
 from ..accuracy.time_electricity import time_electricity
+from ..accuracy.time_patches import time_patches
 from ..accuracy.yield_errors import SAMPLED
 from ..request import option_of
 from ..sun.choose_suns import choose_suns

@@ -1,12 +1,16 @@
 """What the pilot of `citypv accuracy` traces, and of which surfaces it tells errors."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from small_city import write_small_city
 
-from citypv.core.accuracy.pilot import BLOCK, RUNS, choose_neighbourhood, draw_patches, trace_part
+from citypv.core.accuracy import time_patches
+from citypv.core.accuracy.pilot import choose_neighbourhood
+from citypv.core.accuracy.pilot_run import RUNS, PilotRun, trace_part
+from citypv.core.accuracy.time_patches import BLOCK, draw_patches
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.request import Request
 from citypv.core.selfcheck.plain_scenes import join_parts
@@ -77,3 +81,24 @@ def test_hours_of_counted_surfaces_are_those_of_the_whole_city(tmp_path):
     assert counted[run.errors.rows].all() and len(run.errors.rows) > 2
     assert run.errors.hours == pytest.approx(whole.full_load_hours[run.errors.rows], rel=2e-4)
     assert run.errors.area == pytest.approx(whole.counted_area[run.errors.rows])
+
+
+def test_other_work_during_one_run_of_each_does_not_count(monkeypatch):
+    """Each run is traced twice; one of the two takes three times as long, of every second run the first."""
+    true, traced = {"A": 4.0, "B": 3.0, "C": 1.0}, []
+
+    def trace_task(task, suns):
+        traced.append(task)
+        slow = 3.0 if (traced.count(task) == 1) == (task == "B") else 1.0
+        stages = {"sky": slow * true[task], "suns": slow * 2 * true[task]}
+        walls = {stage: 0.5 * took for stage, took in stages.items()}
+        run = PilotRun(256, 16, 3, suns, (0, 0), 0.1, walls, stages, (0.1 * slow, 0.2 * slow), None, 0.0)
+        return run, None
+
+    monkeypatch.setattr(time_patches, "trace_task", trace_task)
+    runs = dict(zip(true, time_patches.time_tasks(list(true), 12), strict=True))
+    assert all(first != second for first, second in pairwise(traced))
+    for name, run in runs.items():
+        assert run.processor_seconds == {"sky": true[name], "suns": 2 * true[name]}
+        assert run.seconds == {"sky": 0.5 * true[name], "suns": true[name]}
+        assert run.main_seconds == (0.1, 0.2)
