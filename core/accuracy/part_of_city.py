@@ -3,6 +3,7 @@
     rows       of the part │ stand-ins for all others, when their fronts are hit │ when their backs are hit
                as they are │ neither receive nor reflect                         │ sheets, ground from below, others
 
+In place of stand-ins, patches of the part can be met for others that are like them, as in the surroundings of a tile.
 The tree stays that of the whole city. Patches keep their random numbers, so that rays, hits and light are those of a
 trace of the same patches in arrays of all of them; only the time and memory of these arrays are saved. Many stand-ins
 share the hits on other patches, so that the matrix of form factors has about as many entries as with all of them.
@@ -98,7 +99,7 @@ def can_be_reduced(plan):
     return not (plan["trees"].on or specular.on or switched_off)
 
 
-def take_part(scene, prepared, part, stand_ins=STAND_INS):
+def take_part(scene, prepared, part, stand_ins=STAND_INS, *, members=None, reported=()):
     """Reduce a city to some of its patches.
 
     Parameters
@@ -108,18 +109,23 @@ def take_part(scene, prepared, part, stand_ins=STAND_INS):
         With its tree.
     part : (p,) bool
     stand_ins : int
+        For the others, that neither receive nor reflect.
+    members : (p,) int, optional
+        Patch of the part that is met in place of each, itself for those of the part: there are no stand-ins then.
+    reported : (m,) int, optional
+        Surfaces that have rows whether or not any of their patches is in the part.
 
     Returns
     -------
     PartOfCity
         The whole city where hardly a row would be saved, or where it cannot be reduced.
     """
-    others = choose_stand_ins(prepared.scene, ~part, stand_ins)
+    others = choose_stand_ins(prepared.scene, ~part, stand_ins) if members is None else np.zeros(0, int)
     rows = np.flatnonzero(part)
     if len(rows) + len(others) + BACKS >= len(part) or not can_be_reduced(prepared.plan):
         return PartOfCity(scene, prepared, np.arange(len(part)), np.arange(len(scene.surfaces)))
     owner = prepared.scene.triangle_surface
-    surfaces = np.unique(owner[rows][owner[rows] >= 0])
+    surfaces = np.union1d(owner[rows][owner[rows] >= 0], np.asarray(reported, int))
     taken = np.concatenate([rows, others, np.zeros(BACKS, int)])
     patches = stand_for_others(take_patches(prepared.patches, taken), len(rows))
     own = np.full(len(taken), -1, np.int32)
@@ -134,7 +140,9 @@ def take_part(scene, prepared, part, stand_ins=STAND_INS):
         **dict.fromkeys(("sheet", "back_of", "racks", "rack_of_back", "number", "halo")),
     )
     materials = [prepared.materials[k] for k in [*surfaces, -1]]
-    ray_scene = RaysOfPart(prepared.plan.ray_scene, prepared.patches.facing, rows_of_hits(prepared, rows, others))
+    ray_scene = RaysOfPart(
+        prepared.plan.ray_scene, prepared.patches.facing, rows_of_hits(prepared, rows, others, members)
+    )
     plan = take_plan(prepared.plan, taken, slice(len(rows), len(rows) + len(others)), owner[others] >= 0)
     reduced = replace(
         prepared, scene=few, materials=materials, patches=patches, plan=replace(plan, ray_scene=ray_scene)
@@ -161,13 +169,13 @@ def stand_for_others(patches, first):
     return patches
 
 
-def rows_of_hits(prepared, rows, others):
-    """Rows of `RaysOfPart`."""
+def rows_of_hits(prepared, rows, others, members=None):
+    """Rows of `RaysOfPart`; members as of `take_part`."""
     patches, ground = prepared.patches, prepared.scene.triangle_surface < 0
     last = len(rows) + len(others)
     above = patches.ground & (patches.normal[:, 2] > 0)
     back = last + (patches.other_side >= 0) + 2 * above
-    front = np.zeros(len(patches), np.int32)
+    front = np.zeros(len(patches), np.int32) if members is None else np.searchsorted(rows, members).astype(np.int32)
     for kind in (ground, ~ground):
         places = len(rows) + np.flatnonzero(kind[others])
         if len(places):

@@ -12,12 +12,13 @@ import numpy as np
 from ..progress import silent
 from ..results.write_summary import finite, peak_memory
 from ..results.write_transfer import write_transfer
-from ..scene.scene import Scene
+from ..scene.scene import OWN, Scene
 from ..study import measure_sun_sampling, trace_scene
 from ..sun.suns import Suns
 from ..transfer.prepare_scene import build_tree, prepare_scene
 from .bound_halo import measure_halo
 from .take_part import take_rows
+from .thin_surroundings import thin_surroundings
 
 
 @dataclass
@@ -68,23 +69,28 @@ def trace_part(run_path, part_path, result_path, threads):
     prepared = prepare_scene(scene, request, suns=run.suns, materials=part.materials)
     effects = [run.terrain if one.key == run.terrain.key else one for one in prepared.plan.effects]
     prepared = build_tree(replace(prepared, plan=replace(prepared.plan, effects=effects)), request)
-    transfer = trace_scene(scene, run.weather, request, silent, Path(result_path).parent, prepared=prepared)
-    sampling = None
-    if part.measure:
-        sampling = measure_sun_sampling(scene, run.weather, transfer, request, prepared=prepared)
     halo = {"sky": 0.0, "reflected": 0.0}
     if not part.complete:
         halo = measure_halo(prepared, request.seed, part.inner, run.city)
-    write_whole(Path(result_path), lambda path: write_transfer(path, keep_own(transfer, part.own)))
+    few = thin_surroundings(scene, prepared, part.own)
+    triangles = len(scene.triangles), int((scene.halo == OWN).sum())
+    del scene, prepared
+    transfer = trace_scene(few.scene, run.weather, request, silent, Path(result_path).parent, prepared=few.prepared)
+    sampling = None
+    if part.measure:
+        sampling = measure_sun_sampling(few.scene, run.weather, transfer, request, prepared=few.prepared)
+    own = np.searchsorted(few.surfaces, part.own)
+    write_whole(Path(result_path), lambda path: write_transfer(path, keep_own(transfer, own)))
     told = {
-        "triangles": len(scene.triangles),
-        "own_triangles": int((scene.halo == 0).sum()),
+        "triangles": triangles[0],
+        "own_triangles": triangles[1],
+        "patches": len(few.prepared.patches),
         "seconds": time.monotonic() - started[0],
         "processor_seconds": time.process_time() - started[1],
         "peak_memory_bytes": peak_memory(),
         "halo": halo,
         "sun_sampling": sampling,
-        "areas": eligible_areas(scene.surfaces),
+        "areas": eligible_areas(few.scene.surfaces),
     }
     write_whole(figures, lambda path: path.write_text(json.dumps(finite(told)), encoding="utf-8"))
     Path(part_path).unlink(missing_ok=True)

@@ -1,8 +1,8 @@
 """Trace a city tile by tile. Read this first.
 
     Scene ─► cut_tiles ─► take_part ─► part.pickle ─► trace_part (a worker) ─► tile.nc ─► join_tiles ─► Transfer
-             who reports   triangles    on disk        reads and writes files
-             and what is   and surfaces
+             who reports   triangles    on disk        thins the surroundings,
+             and what is   and surfaces                reads and writes files
              around it
 
 What is decided from the whole is the same in each tile: suns, number of reflections, effects, materials, terrain. All
@@ -30,7 +30,7 @@ from .tiles import DEFAULT, assign_tiles, bin_pieces, box_pieces, check_tile_siz
 from .trace_part import Part, Run, trace_part
 
 MEASURED = 8  # tiles in which the error of sun sampling is measured
-TASK_VERSION = 1  # raised when results of earlier runs are no longer to be used
+TASK_VERSION = 2  # raised when results of earlier runs are no longer to be used
 KEY_LENGTH = 24
 SETTLED = ("reflections", "far-ground", "perez", "trees", "specular")  # effects that every tile takes over as decided
 ONE_MACHINE = ("target_error", "time_budget")

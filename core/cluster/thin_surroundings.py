@@ -1,0 +1,106 @@
+"""Few patches for the surroundings of a tile, the fewer the further away: the rest of them is met as one of these.
+
+    tile            ▕▔▔▏                       ┌───┐            Patches of one cell that look the same way form a
+    ▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▕  ▏▁▁▁▁▁▕▔▏▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁│▔▔▏│▁▁▁▁▁       cluster. One of them, drawn among those that rays
+    own patches: all          near: nearly all │  ▏│ one of     from the tile meet, passes light on for all.
+                                               └───┘ a cell
+
+Light that a receiver finds in a direction is then that of a patch a few degrees away, of the same albedo, which is lit
+alike on average: a cluster is met as often as its members would be, and its patch is drawn as often as it is met. What
+hides what stays exact, because rays still meet the triangles of the whole city.
+"""
+
+import numpy as np
+
+from ..accuracy.part_of_city import take_part
+from ..sampling.hemisphere_rays import hemisphere_rays
+from ..sampling.random_numbers import mix, uniform
+from ..sampling.sample_points import sobol_digits
+from ..scene.scene import OWN
+from .tiles import gap
+
+WIDTH = 0.3  # of a cell, as a share of its distance from the tile
+FACETS = 1.2  # components of normals are rounded to whole numbers after this: 26 directions, 45° apart
+PATCHES_PER_TASK = 1 << 16
+STREAM, DRAWN = np.uint64(0x7417), np.uint64(0xD7A3)
+
+
+def thin_surroundings(scene, prepared, reported):
+    """The tile with fewer patches around it.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of a tile.
+    prepared : PreparedScene
+        Of it, with its tree.
+    reported : (m,) int
+        Surfaces of the scene that the tile reports.
+
+    Returns
+    -------
+    PartOfCity
+        The whole tile where hardly a patch would be saved, or with trees or mirrors.
+    """
+    cluster = cluster_patches(prepared.scene, prepared.patches)
+    met = count_met(prepared, prepared.scene.halo == OWN)
+    drawn = draw_members(cluster, met, prepared.patches)
+    part = drawn[cluster] == np.arange(len(cluster))
+    return take_part(scene, prepared, part, members=drawn[cluster], reported=reported)
+
+
+def cluster_patches(scene, patches):
+    """Cluster of each patch, (p,) int from 0 on: one for each of the tile's own and of those close to it.
+
+    Cells are cubes, aligned with the axes, of a power of two of a metre: WIDTH of their distance from the tile in plan
+    or less. Patches of one cluster have the same albedo and nearly the same normal, and are all generated ground or all
+    not.
+    """
+    corners = np.asarray(scene.vertices, float)[scene.triangles]
+    own = scene.halo == OWN
+    low, high = corners[own].min(axis=(0, 1)), corners[own].max(axis=(0, 1))
+    distance = gap(corners.min(axis=1), corners.max(axis=1), low, high)
+    level = np.floor(np.log2(np.maximum(WIDTH * distance, 1e-9)))
+    longest = np.ptp(corners, axis=1).max(axis=1)
+    alone = own | (np.exp2(level) < longest)
+    cell = np.floor(corners.mean(axis=1) / np.exp2(level)[:, None])
+    facet = np.rint(FACETS * patches.normal)
+    kind = np.column_stack([patches.albedo, scene.triangle_surface < 0, patches.receives])
+    told = np.column_stack([level, cell, facet, kind])[~alone]
+    cluster = np.empty(len(corners), np.int64)
+    cluster[alone] = np.arange(alone.sum())
+    cluster[~alone] = alone.sum() + np.unique(told, axis=0, return_inverse=True)[1].ravel()
+    return cluster
+
+
+def count_met(prepared, own):
+    """How many of some rays from a tile's own patches, (p,) bool, meet the front of each patch: (p,) int."""
+    patches, ray_scene = prepared.patches, prepared.plan.ray_scene
+    rows = np.flatnonzero(own & patches.receives)
+    keys = patches.key.copy()
+    keys[rows] = mix(keys[rows] ^ STREAM)  # other rays than those that are traced for light
+    others = type(patches)(**{**vars(patches), "key": keys})
+    sequence, met = sobol_digits(1), np.zeros(len(patches), np.int64)
+    for first in range(0, len(rows), PATCHES_PER_TASK):
+        chosen = rows[first : first + PATCHES_PER_TASK]
+        origins, directions, _ = hemisphere_rays(others, chosen, sequence)
+        directions = directions.reshape(-1, 3)
+        hit = ray_scene.trace_places(origins.reshape(-1, 3), directions).triangle
+        front = (hit >= 0) & (np.einsum("ij,ij->i", directions, patches.facing[hit, :3]) + patches.facing[hit, 3] < 0)
+        met += np.bincount(hit[front], minlength=len(met))
+    return met
+
+
+def draw_members(cluster, met, patches):
+    """Patch of each cluster that is met for all: (c,) int.
+
+    Drawn in proportion to the rays that meet each; where none was met, by area.
+    """
+    count = int(cluster.max(initial=-1)) + 1
+    seen = np.bincount(cluster, met, count)[cluster] > 0
+    weight = np.where(seen, met, patches.area)
+    chance = np.maximum(uniform(mix(patches.key ^ DRAWN), 1)[:, 0].astype(float), 2.0**-25)
+    # The least of numbers with exponential distributions of some rates is that of each in proportion to its rate.
+    with np.errstate(divide="ignore"):
+        order = np.lexsort((-np.log(chance) / weight, cluster))
+    return order[np.searchsorted(cluster[order], np.arange(count))]
