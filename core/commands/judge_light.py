@@ -2,7 +2,8 @@
 
 `terrain-horizon` left out: the light behind the horizon is compared with that without; simulated: the light behind the
 horizons that the corners of the scene have with that behind the one of its middle. Both are of the same Transfer, so
-that nothing is traced again. What else is switched off is measured by pilots (`effects.switched_off`).
+that nothing is traced again. What else is switched off, and what lies beyond the last reflection, is measured by pilots
+(`effects.switched_off`).
 """
 
 from dataclasses import replace
@@ -10,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..effects.judge_effects import judge
-from ..effects.switched_off import JUDGED, is_switched_off, measure_off
+from ..effects.switched_off import JUDGED, is_left_out, measure_left_out
 from ..horizon.lost_sky import lost_sky
 from ..results.effect_shares import draw_surfaces
 from ..sky.light_sources import SOURCES
@@ -28,7 +29,7 @@ def judge_light(transfer, plan, weather, request):
     Parameters and return value as of `judge_terrain`.
     """
     transfer, inputs = judge_terrain(transfer, plan, weather, request), plan.inputs
-    found = {key: measure_off(inputs, key) for key in JUDGED if inputs and is_switched_off(inputs, key)}
+    found = {key: measure_left_out(inputs, key) for key in JUDGED if inputs and is_left_out(inputs, key)}
     outcome = {key: {"outcome": judge(value, plan[key].bound)} for key, value in found.items() if value is not None}
     effects = [one | outcome.get(one["key"], {}) for one in transfer.record.effects]
     return replace(transfer, record=replace(transfer.record, effects=effects))

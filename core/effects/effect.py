@@ -46,6 +46,7 @@ class Inputs:
     weather: Any = None  # weather.Weather, where it is known
     suns: Any = None  # sun.Suns, where they are known
     measure: bool = False  # whether the pilot may be traced where no decision depends on it
+    lit_years: Any = None  # list of reflections.Lit, once they have been looked at
     decided: dict = field(default_factory=dict)  # key -> Effect, of the lines of the table above this one
 
     def asked(self, key, default=None):
@@ -88,7 +89,7 @@ class Inputs:
         """The pilot if it has been traced, or may be traced; else None. None where nothing shades the receivers."""
         if self.unshaded:
             return None
-        return self.pilot if self.measure or "pilot" in self.__dict__ else None
+        return self.pilot if self.measure or self.lit_years is not None or "pilot" in self.__dict__ else None
 
     @cached_property
     def unshaded(self) -> bool:

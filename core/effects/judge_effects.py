@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .pilot import SKIES
-
 
 @dataclass
 class Measured:
@@ -54,14 +52,14 @@ def judge(left_out, bound):
 
 
 def share_after_last(plan):
-    """Light beyond the last reflection over the light of the last one, as the pilot found it; None without a pilot."""
-    pilot, last = plan.pilot, plan.max_bounces
-    if pilot is None or not last:
+    """Light beyond the last reflection over the light of the last one, as paths found it; None without any."""
+    last = plan.max_bounces
+    if not plan.lit_years or not last:
         return None
     found = [0.0]
-    for ratio in SKIES:
-        light = pilot.weight @ (pilot.sky.astype(float) + ratio * pilot.sun)
-        found.append(float(light[last + 1 :].sum() / light[last]) if light[last] > 0 else 0.0)
+    for one in plan.lit_years:
+        of_last, beyond = one.weight @ one.beyond[:, last], one.weight @ one.beyond[:, last + 1]
+        found.append(float(beyond / (of_last - beyond)) if of_last > beyond else 0.0)
     return max(found)
 
 

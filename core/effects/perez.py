@@ -35,7 +35,7 @@ def decide(inputs):
     words = (
         f"; it changes unshaded ones by {100 * change.min():+.1f} to {100 * change.max():+.1f} %" if len(change) else ""
     )
-    if sky == "perez" or (sky == "auto" and area > 0) if asked is None else asked:
+    if choose_model(inputs) == KEY:
         reason = f"{area:,.0f} m² of inclined surfaces count" if sky == "auto" and asked is None else "as asked"
         share = share_of_rays(inputs)
         extent = f"dome, circumsolar light and horizon, one horizon ray for {share} of the dome"
@@ -43,6 +43,13 @@ def decide(inputs):
     reason = "no inclined surface counts" if sky == "auto" and asked is None else "as asked"
     bound = bound_change(inputs.weather, change) if len(change) else 0.0 if area == 0 else None
     return Effect(KEY, False, "isotropic sky", reason + words, bound, setting=SkyChoice("isotropic"))
+
+
+def choose_model(inputs):
+    """Model of the sky that the settings and the surfaces call for: str."""
+    sky, asked, surfaces = inputs.request.sky, inputs.asked(KEY), inputs.scene.surfaces
+    counts = sky == "auto" and float(np.asarray(surfaces.area)[surfaces_that_count(surfaces)].sum()) > 0
+    return KEY if (sky == KEY or counts if asked is None else asked) else "isotropic"
 
 
 def share_of_rays(inputs):

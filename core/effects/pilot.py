@@ -17,6 +17,7 @@ from ..patches.find_covered import meets_back
 from ..patches.stop_in_crowns import measure_reach
 from ..sampling.hemisphere_rays import points_of_patches, rays_from_patches
 from ..sampling.sample_points import cosine_direction
+from ..sky.light_sources import SOURCES
 from ..sun.suns import Suns
 from ..trees.canopy import Canopy
 
@@ -42,6 +43,22 @@ class Surroundings:
         """Radiance of the sky over that of its dome, in directions (m, 3): (m,) float64."""
         parts = [ratio * source.radiance * source.contains(directions) for source, ratio in self.sources]
         return np.ones(len(directions)) + sum(parts)
+
+
+def surroundings_in(year, ground_albedo, **others):
+    """Surroundings lit by a year, per light of the sky's dome: suns weigh as their normal irradiance.
+
+    Parameters
+    ----------
+    year : SunlitYear
+    ground_albedo : float
+    others : dict
+        Further fields of Surroundings.
+    """
+    none, dome = np.zeros(len(year.direct), np.int32), max(year.dome, 1e-9)
+    suns = Suns("hourly", year.towards, year.direct / dome, none, none)
+    sources = tuple((SOURCES[name], light / dome) for name, light in year.sources.items())
+    return Surroundings(ground_albedo, suns, sources=sources, **others)
 
 
 @dataclass
@@ -239,31 +256,3 @@ def height_of_suns(suns, terrain):
     """Mean sine of the elevation of the suns, 0 where they are hidden."""
     seen = np.maximum(suns.direction[:, 2], 0) * is_above(terrain, suns.direction)
     return np.average(seen, weights=np.maximum(suns.weight, 0))
-
-
-def share_beyond(pilot, bounces, members=slice(None)):
-    """Share of light that is reflected more often than `bounces` times, with its standard error.
-
-    Parameters
-    ----------
-    pilot : Pilot
-    bounces : int
-    members : (m,) bool, optional
-        Paths of one group.
-
-    Returns
-    -------
-    tuple of two float
-        The larger one of an overcast and of a desert year.
-    """
-    weight = pilot.weight[members]
-    found = []
-    for ratio in SKIES if pilot.sun.any() else SKIES[:1]:
-        light = pilot.sky[members].astype(float) + ratio * pilot.sun[members]
-        whole, beyond = light.sum(axis=1), light[:, bounces + 1 :].sum(axis=1)
-        mean = weight @ whole
-        share = weight @ beyond / mean if mean > 0 else 0.0
-        # Linearised variance of a ratio of two weighted means of independent paths.
-        error = np.sqrt(((weight * (beyond - share * whole)) ** 2).sum()) / mean if mean > 0 else 0.0
-        found.append((float(share), float(error)))
-    return max(found)

@@ -9,7 +9,7 @@ from ..progress import silent
 from ..sky.light_sources import sources_of
 from .effect import Effect, Inputs
 from .pilot import Pilot
-from .switched_off import BOUNDED, JUDGED, SURPLUS, bound_off, is_switched_off
+from .switched_off import BOUNDED, JUDGED, SURPLUS, bound_off, is_left_out, is_switched_off
 from .table import PLANNING, TABLE, check_effects, check_needs, decide_effect
 
 
@@ -20,7 +20,8 @@ class EffectPlan:
     effects: list[Effect]  # in the order of the table
     ray_scene: FacingScene | None = None  # if the pilot made one
     pilot: Pilot | None = None  # if it was traced
-    inputs: Inputs | None = None  # if effects that are switched off are to be judged after the run
+    inputs: Inputs | None = None  # if what effects leave out is to be measured by paths after the run
+    lit_years: list | None = None  # of reflections.Lit, if paths were lit by plausible years
 
     def __getitem__(self, key):
         return next(effect for effect in self.effects if effect.key == key)
@@ -127,7 +128,8 @@ def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=No
         if key in BOUNDED:
             inputs.decided[key].bound = bound_off(inputs, key)
     made = vars(inputs)
-    return EffectPlan(list(inputs.decided.values()), made.get("ray_scene"), made.get("pilot"), inputs if off else None)
+    judged = inputs if measure and weather is not None and any(is_left_out(inputs, key) for key in JUDGED) else None
+    return EffectPlan(list(inputs.decided.values()), made.get("ray_scene"), made.get("pilot"), judged, inputs.lit_years)
 
 
 def describe_plan(plan):

@@ -1,5 +1,7 @@
 """What effects that are switched off leave out, or find too much: pilots with and without them.
 
+Light beyond the last reflection is left out in the same way.
+
 Each is looked at by itself, against light in which it is on. Before the run this gives its bound, with crowns in leaf
 all year and some standard errors on top; after the run its outcome, from other random paths and with the crowns of each
 month. Both are shares of light, of the kind and orientation of receivers that they change most.
@@ -11,13 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..materials.read_albedo import brdfs_of_triangles
-from ..sky.light_sources import SOURCES
 from ..sky.sky_models import split_sky
 from ..sky.terrain_loss import sunlit_year
-from ..sun.suns import Suns
 from ..trees.foliage import choose_foliage
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
-from .pilot import Surroundings, height_of_suns, trace_pilot
+from .pilot import height_of_suns, surroundings_in, trace_pilot
 from .specular import find_mirrors
 
 BOUNDED = ("trees", "sky-rays", "shadow-rays", "reflections", "specular")
@@ -58,8 +58,13 @@ def bound_off(inputs, key):
     return max((share + CERTAINTY * error for share, error in found), default=None)
 
 
-def measure_off(inputs, key):
-    """What an effect that is switched off left out or found too much, from paths of their own: float or None.
+def is_left_out(inputs, key):
+    """Whether paths can tell what is left out: of what is switched off, and beyond the last reflection."""
+    return is_switched_off(inputs, key) or (key == "reflections" and bool(inputs.decided[key].bound))
+
+
+def measure_left_out(inputs, key):
+    """What an effect left out or found too much, from paths of their own: float or None.
 
     Parameters
     ----------
@@ -130,7 +135,8 @@ def light_without(inputs, key, pilot, around, seed):
     if key == "shadow-rays":
         return light_of_paths(pilot.sky, pilot.open_sun, ratio)
     if key == "reflections":
-        return light_of_paths(pilot.sky[:, :1], pilot.sun[:, :1], ratio)
+        followed = 1 + inputs.decided[key].setting  # places of a path whose light counts
+        return light_of_paths(pilot.sky[:, :followed], pilot.sun[:, :followed], ratio)
     if key == "sky-rays":
         return light_of_open_sky(inputs.patches.normal[pilot.start].astype(float), around) + ratio * pilot.sun[:, 0]
     changed = {"trees": {"canopy": None}, "far-ground": {"ground_albedo": 0.0}, "specular": {"mirrors": None}}[key]
@@ -168,12 +174,10 @@ def surroundings_of_year(inputs, key):
     """
     request = inputs.request
     year = sunlit_year(inputs.weather, split_sky(inputs.weather, inputs.decided["perez"].setting.model))
-    none, dome = np.zeros(len(year.direct), np.int32), max(year.dome, 1e-9)
-    suns = Suns("hourly", year.towards, year.direct / dome, none, none)
     albedo = request.ground_albedo if key == "far-ground" else inputs.far_ground_albedo
-    sources = tuple((SOURCES[name], light / dome) for name, light in year.sources.items())
     followed = key == "specular" or inputs.decided["specular"].on
-    return Surroundings(albedo, suns, None, inputs.terrain, sources, find_mirrors(inputs) if followed else None)
+    mirrors = find_mirrors(inputs) if followed else None
+    return surroundings_in(year, albedo, terrain=inputs.terrain, mirrors=mirrors)
 
 
 def foliage_of(inputs):

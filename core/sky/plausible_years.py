@@ -1,0 +1,89 @@
+"""Years that are always clear or always overcast: what a city may be lit by besides the year of its weather.
+
+What of the light is reflected often depends on where it comes from. A wall to the north gets next to nothing of a clear
+sky's sun at first, a court more of an overcast sky than of low suns; the years between lie between.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+import pvlib
+
+from .sky_models import split_sky
+from .terrain_loss import SunlitYear, sunlit_year
+
+CLEAN = 0.05  # aerosol optical depth at 700 nm of clean air over land
+OVERCAST = 0.25  # irradiance below a closed cover of clouds over that of a clear sky
+HOURS = 8760  # by which suns are counted
+MEAN_DISTANCE = pd.Timestamp("2021-04-04", tz="UTC")  # a day at which the sun is as far as on average
+
+
+@dataclass
+class SunHours:
+    """Hours with the sun where no weather is known: what `split_sky` and `sunlit_year` read of a Weather."""
+
+    data: pd.DataFrame  # apparent_zenith and solar_azimuth [°]
+    interval: pd.Timedelta
+
+
+def plausible_years(hours, model):
+    """A clear and an overcast year: list of SunlitYear.
+
+    Parameters
+    ----------
+    hours : Weather or SunHours
+        Of which only the place of the sun counts, and the pressure of the air where it is known.
+    model : str
+        Of the sky, a key of `sky_models.MODELS`.
+    """
+    years = (clear_year(hours), overcast_year(hours))
+    return [sunlit_year(one, split_sky(one, model)) for one in years]
+
+
+def even_year():
+    """An evenly bright sky without a sun: SunlitYear."""
+    return SunlitYear(np.zeros((0, 3)), np.zeros(0), 1.0, {})
+
+
+def clear_year(hours):
+    """The same hours without a cloud, in clean air: the simplified Solis model of pvlib.
+
+    References
+    ----------
+    P. Ineichen (2008), A broadband simplified version of the Solis clear sky model, Solar Energy 82, 758–762.
+    """
+    elevation = 90 - hours.data["apparent_zenith"].to_numpy(float)
+    pressure = hours.data["pressure"].to_numpy(float) if "pressure" in hours.data else 101325.0
+    found = pvlib.clearsky.simplified_solis(np.maximum(elevation, 0), aod700=CLEAN, pressure=pressure)
+    shining = {name: np.where(elevation > 0, found[name], 0.0) for name in ("ghi", "dni", "dhi")}
+    return replace(hours, data=hours.data.assign(**shining))
+
+
+def overcast_year(hours):
+    """The same hours below a closed cover of clouds, which lets a quarter through.
+
+    References
+    ----------
+    F. Kasten, G. Czeplak (1980), Solar and terrestrial radiation dependent on the amount and type of cloud.
+    :doi:`10.1016/0038-092X(80)90391-6`
+    """
+    below = OVERCAST * clear_year(hours).data["ghi"]
+    return replace(hours, data=hours.data.assign(ghi=below, dni=0.0, dhi=below))
+
+
+def hours_of_suns(suns):
+    """As many hours of each sun as it stands for: SunHours.
+
+    Parameters
+    ----------
+    suns : Suns
+    """
+    share = np.cumsum(np.maximum(suns.weight, 0))
+    row = np.searchsorted(share / share[-1], (np.arange(HOURS) + 0.5) / HOURS)
+    east, north, up = suns.direction[row].T
+    places = {
+        "apparent_zenith": np.degrees(np.arccos(np.clip(up, -1, 1))),
+        "solar_azimuth": np.degrees(np.arctan2(east, north)) % 360,
+    }
+    return SunHours(pd.DataFrame(places, index=pd.DatetimeIndex([MEAN_DISTANCE] * len(row))), pd.Timedelta(hours=1))
