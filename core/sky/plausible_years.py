@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 import pvlib
 
+from .clear_irradiance import clear_irradiance
 from .sky_models import split_sky
 from .terrain_loss import SunlitYear, sunlit_year
 
-CLEAN = 0.05  # aerosol optical depth at 700 nm of clean air over land
 OVERCAST = 0.25  # irradiance below a closed cover of clouds over that of a clear sky
 HOURS = 8760  # by which suns are counted
 MEAN_DISTANCE = pd.Timestamp("2021-04-04", tz="UTC")  # a day at which the sun is as far as on average
@@ -33,12 +33,12 @@ def plausible_years(hours, model):
     Parameters
     ----------
     hours : Weather or SunHours
-        Of which only the place of the sun counts, and the pressure of the air where it is known.
+        Of which only the places count, on Earth and of the sun.
     model : str
         Of the sky, a key of `sky_models.MODELS`.
     """
-    years = (clear_year(hours), overcast_year(hours))
-    return [sunlit_year(one, split_sky(one, model)) for one in years]
+    clear = clear_year(hours)
+    return [sunlit_year(one, split_sky(one, model)) for one in (clear, overcast_year(clear))]
 
 
 def even_year():
@@ -47,29 +47,24 @@ def even_year():
 
 
 def clear_year(hours):
-    """The same hours without a cloud, in clean air: the simplified Solis model of pvlib.
-
-    References
-    ----------
-    P. Ineichen (2008), A broadband simplified version of the Solis clear sky model, Solar Energy 82, 758–762.
-    """
-    elevation = 90 - hours.data["apparent_zenith"].to_numpy(float)
-    pressure = hours.data["pressure"].to_numpy(float) if "pressure" in hours.data else 101325.0
-    found = pvlib.clearsky.simplified_solis(np.maximum(elevation, 0), aod700=CLEAN, pressure=pressure)
-    shining = {name: np.where(elevation > 0, found[name], 0.0) for name in ("ghi", "dni", "dhi")}
-    return replace(hours, data=hours.data.assign(**shining))
+    """The same hours without a cloud, as `--weather clear-sky` has them."""
+    zenith, middle = hours.data["apparent_zenith"], hours.data.index + hours.interval / 2
+    nowhere = isinstance(hours, SunHours)
+    place, altitude = (None, 0.0) if nowhere else ((hours.latitude, hours.longitude), hours.altitude)
+    found = clear_irradiance(zenith, middle, place, altitude, pvlib.atmosphere.alt2pres(altitude))
+    return replace(hours, data=hours.data.assign(**{name: found[name].to_numpy() for name in found}))
 
 
-def overcast_year(hours):
-    """The same hours below a closed cover of clouds, which lets a quarter through.
+def overcast_year(clear):
+    """A clear year below a closed cover of clouds, which lets a quarter through.
 
     References
     ----------
     F. Kasten, G. Czeplak (1980), Solar and terrestrial radiation dependent on the amount and type of cloud.
     :doi:`10.1016/0038-092X(80)90391-6`
     """
-    below = OVERCAST * clear_year(hours).data["ghi"]
-    return replace(hours, data=hours.data.assign(ghi=below, dni=0.0, dhi=below))
+    below = OVERCAST * clear.data["ghi"]
+    return replace(clear, data=clear.data.assign(ghi=below, dni=0.0, dhi=below))
 
 
 def hours_of_suns(suns):

@@ -4,6 +4,7 @@ import pandas as pd
 import pvlib
 
 from ..errors import InputError
+from ..sky.clear_irradiance import clear_irradiance
 from ..sun.solar_position import solar_position
 from .record import Record
 
@@ -40,14 +41,7 @@ def clear_sky(latitude, longitude, altitude, year, sun=None):
     times = pd.date_range(f"{year}-01-01", f"{year + 1}-01-01", freq=INTERVAL, inclusive="left", tz="UTC")
     zenith = (solar_position(times, INTERVAL, latitude, longitude) if sun is None else sun)["apparent_zenith"]
     pressure = pvlib.atmosphere.alt2pres(altitude)
-    airmass = pvlib.atmosphere.get_absolute_airmass(pvlib.atmosphere.get_relative_airmass(zenith), pressure)
-    middle = times + INTERVAL / 2
-    turbidity = pvlib.clearsky.lookup_linke_turbidity(middle, latitude, longitude)
-    dni_extra = pvlib.irradiance.get_extra_radiation(middle)
-    sky = pvlib.clearsky.ineichen(
-        zenith, airmass, turbidity.set_axis(times), altitude, dni_extra.set_axis(times), perez_enhancement=False
-    )
-    data = sky[["ghi", "dhi", "dni"]].fillna(0.0)
+    data = clear_irradiance(zenith, times + INTERVAL / 2, (latitude, longitude), altitude, pressure).set_axis(times)
     data = data.assign(temp_air=TEMP_AIR, wind_speed=WIND_SPEED, pressure=pressure)
     label = f"clear sky {year} (upper bound)"
     return Record(data, latitude, longitude, altitude, "clear-sky", label)
