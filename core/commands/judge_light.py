@@ -30,9 +30,16 @@ def judge_light(transfer, plan, weather, request):
     """
     transfer, inputs = judge_terrain(transfer, plan, weather, request), plan.inputs
     found = {key: measure_left_out(inputs, key) for key in JUDGED if inputs and is_left_out(inputs, key)}
-    outcome = {key: {"outcome": judge(value, plan[key].bound)} for key, value in found.items() if value is not None}
-    effects = [one | outcome.get(one["key"], {}) for one in transfer.record.effects]
+    effects = [with_outcome(one, found.get(one["key"])) for one in transfer.record.effects]
     return replace(transfer, record=replace(transfer.record, effects=effects))
+
+
+def with_outcome(effect, left_out):
+    """An effect as dict with what paths found that it left out, unless the run itself has found more."""
+    if left_out is None:
+        return effect
+    known = (effect["outcome"] or {}).get("left_out", 0.0)
+    return effect | {"outcome": judge(max(left_out, known), effect["bound"])}
 
 
 def judge_terrain(transfer, plan, weather, request):

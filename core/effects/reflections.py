@@ -72,11 +72,11 @@ def look_at_years(inputs):
     """Paths lit by the year of the weather, a clear and an overcast one, in every state of the trees: list of Lit."""
     if inputs.lit_years is None:
         foliage = inputs.decided["trees"].setting
-        states = (True,) if foliage is None or not foliage.seasonal else (True, False)
+        states = (True, False) if foliage is not None and foliage.seasonal else (False,)  # bare, in leaf
         inputs.lit_years = []
         for year in years_of(inputs):
             for bare in states:
-                canopy = foliage and foliage.canopy(bare or not foliage.months)
+                canopy = foliage and foliage.canopy(bare)
                 around = surroundings_in(year, inputs.far_ground_albedo, canopy=canopy, terrain=inputs.terrain)
                 pilot = trace_pilot(inputs.ray_scene, inputs.patches, inputs.scene, around, inputs.request.seed)
                 inputs.lit_years += [] if pilot is None else [light_beyond(pilot, year)]
