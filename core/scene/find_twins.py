@@ -14,6 +14,7 @@ ACCURACY = 0.01  # [m] coordinates come in millimetres or centimetres
 ONE_PLACE = 1e-4  # [m] closer than this, neither of two surfaces is in front of the other
 ALONG = 0.9  # cosine between normals above which two surfaces face the same way
 COMMON = 0.05  # [m] least overlap of two bounding boxes along two axes: less is an edge
+AT_ONCE = 1 << 14  # surfaces whose neighbours are looked at together, so that they need little memory
 TWIN_SHARE = 0.5  # of its area that lies on others, the same share as for covered surfaces
 
 
@@ -38,7 +39,7 @@ def find_twins(shape, area, normal, wanted):
     rank[order] = np.arange(len(area))
     pairs = find_parallel_pairs(shape, normal, wanted)
     pairs = np.where((rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])  # the larger one first
-    common, ahead = measure_overlaps(shape, normal, pairs)
+    common, ahead = measure_in_slices(shape, normal, pairs)
     hidden = np.zeros((2, len(area)))  # [m²] of each behind others, and in the same place as larger ones
     found = np.flatnonzero(common)
     # The largest first, so that a surface on a twin does not become a twin for that reason alone.
@@ -59,19 +60,42 @@ def find_parallel_pairs(shape, normal, wanted):
     low, high = np.stack([polygon_bounds(points[:, axis], ring_start, polygon_start) for axis in range(3)], axis=2)
     low, high = low - ACCURACY, high + ACCURACY
     boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
-    one, other = shapely.STRtree(boxes).query(boxes)
-    first, second = one < other, np.einsum("ij,ij->i", normal[one], normal[other]) > ALONG
-    kept = first & second & (wanted[one] | wanted[other])
-    one, other = one[kept], other[kept]
+    tree, corner = shapely.STRtree(boxes), points[ring_start[polygon_start[:-1]]]
+    found = [np.zeros((0, 2), np.int64)]
+    for first in range(0, len(boxes), AT_ONCE):
+        one, other = tree.query(boxes[first : first + AT_ONCE])
+        one += first
+        kept = (one < other) & (low[one, 2] <= high[other, 2]) & (low[other, 2] <= high[one, 2])
+        one, other = one[kept], other[kept]
+        kept = (wanted[one] | wanted[other]) & (np.einsum("ij,ij->i", normal[one], normal[other]) > ALONG)
+        one, other = one[kept], other[kept]
+        found.append(np.column_stack([one, other])[lie_together((low, high, corner, normal), one, other)])
+    return np.concatenate(found)
+
+
+def lie_together(faces, one, other):
+    """Whether surfaces overlap by more than an edge and lie near one plane, (k,) bool.
+
+    Parameters
+    ----------
+    faces : tuple
+        Lowest and highest coordinates, a corner and the normal of each surface, (n, 3) float64.
+    one, other : (k,) int
+    """
+    low, high, corner, normal = faces
     common = np.sort(np.minimum(high[one], high[other]) - np.maximum(low[one], low[other]), axis=1)
-    corner = points[ring_start[polygon_start[:-1]]]
     # Two flat surfaces that coincide somewhere are within the accuracy of each other's planes there.
-    reach = np.linalg.norm(high - low, axis=1)
+    reach = [np.linalg.norm(high[rows] - low[rows], axis=1) for rows in (one, other)]
     turn = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
     apart = np.abs(np.einsum("ij,ij->i", corner[other] - corner[one], normal[one]))
-    near = apart <= ACCURACY + turn * (reach[one] + reach[other])
-    kept = (common[:, 0] >= 0) & (common[:, 1] > COMMON) & near
-    return np.column_stack([one[kept], other[kept]])
+    near = apart <= ACCURACY + turn * (reach[0] + reach[1])
+    return (common[:, 0] >= 0) & (common[:, 1] > COMMON) & near
+
+
+def measure_in_slices(shape, normal, pairs):
+    """What `measure_overlaps` returns, of many pairs."""
+    slices = [pairs[first : first + AT_ONCE] for first in range(0, max(len(pairs), 1), AT_ONCE)]
+    return np.concatenate([measure_overlaps(shape, normal, some) for some in slices], axis=1)
 
 
 def measure_overlaps(shape, normal, pairs):
