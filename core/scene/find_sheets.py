@@ -13,7 +13,7 @@ import numpy as np
 
 from ..progress import ignore_share, report_part
 from .find_ground import find_ground
-from .follow_rays import faces_of_scene, follow_rays, look_straight
+from .follow_rays import AT_ONCE, Enough, faces_of_scene, follow_rays, look_straight
 
 FEW, SOME, MANY = 8, 16, 64  # rays per triangle: to exclude clear cases, and to judge the others
 CLEARLY_INSIDE = 0.75  # of the FEW rays hit backs
@@ -51,33 +51,50 @@ def find_sheets(scene, report_share=ignore_share):
     def mean(rows, values):
         return mean_of_surfaces(scene, faces, rows, values)
 
+    def weigh(rows):
+        surface = scene.triangle_surface[rows]
+        return surface, faces.area[rows] / np.bincount(surface, faces.area[rows])[surface]
+
     rows = np.flatnonzero(judged & (faces.area > 0))
-    rows = rows[mean(rows, widths(faces.corners[rows])) >= SLIVER]
-    backs, _ = follow_rays(faces, rows, -1, FEW, hops=1, report_share=partial(report_part, report_share, 0, AFTER_FEW))
-    rows = rows[mean(rows, backs) < CLEARLY_INSIDE]
+    rows = rows[mean(rows, widths(faces, rows)) >= SLIVER]
+    tell = partial(report_part, report_share, 0, AFTER_FEW)
+    backs, _ = follow_rays(faces, rows, -1, FEW, hops=1, report_share=tell)
+    rows = rows[mean(rows, backs / FEW) < CLEARLY_INSIDE]
     rows = rows[mean(rows, look_straight(faces, rows, -1, CLADDING)) < 0.5]
     begin = AFTER_FEW
     for count, least in ((SOME, 1e-9), (MANY, ESCAPING)):
+        backs = []
         for side in (-1, 1):
             tell = partial(report_part, report_share, begin, begin + EACH)
-            rows = rows[mean(rows, follow_rays(faces, rows, side, count, report_share=tell)[1]) >= least]
+            enough = Enough(*weigh(rows), least * count)
+            found, sky = follow_rays(faces, rows, side, count, enough=enough, report_share=tell)
+            kept = mean(rows, sky / count) >= least
+            rows, backs = rows[kept], [one[kept] for one in (*backs, found)]
             begin += EACH
+    inside = np.array([mean(rows, found / MANY) >= ENCLOSED for found in backs])
     for _ in range(MOST_ROUNDS):
-        found = rows
-        for side in (-1, 1):
-            found = found[mean(found, follow_rays(faces, found, side, MANY, hops=1, sheet=sheet)[0]) < ENCLOSED]
-        if not len(found):
+        found = ~inside.any(axis=0)
+        if not found.any():
             break
-        sheet[found] = True
-        rows = rows[~sheet[rows]]
+        sheet[rows[found]] = True
+        rows, inside = rows[~found], inside[:, ~found]
+        for side, doubtful in zip((-1, 1), inside, strict=True):
+            some = rows[doubtful]
+            backs, _ = follow_rays(faces, some, side, MANY, hops=1, sheet=sheet)
+            doubtful[doubtful] = mean(some, backs / MANY) >= ENCLOSED
     return sheet
 
 
-def widths(corners):
-    """Least heights of triangles, (r, 3, 3): (r,) float64."""
-    edges = corners - np.roll(corners, 1, axis=1)
-    doubled = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-    return doubled / np.maximum(np.linalg.norm(edges, axis=2).max(axis=1), np.finfo(float).tiny)
+def widths(faces, rows):
+    """Least heights of some triangles: (r,) float64 [m]."""
+    height = np.empty(len(rows))
+    for first in range(0, len(rows), AT_ONCE):
+        corners = faces.vertices[faces.triangles[rows[first : first + AT_ONCE]]]
+        edges = corners - np.roll(corners, 1, axis=1)
+        doubled = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+        longest = np.linalg.norm(edges, axis=2).max(axis=1)
+        height[first : first + AT_ONCE] = doubled / np.maximum(longest, np.finfo(float).tiny)
+    return height
 
 
 def mean_of_surfaces(scene, faces, rows, values):
