@@ -6,8 +6,9 @@ changes only the triangles in whose circumcircles it lies: their corners alone a
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
+from scipy.spatial import Delaunay, QhullError, cKDTree
 
+from ..errors import InputError
 from .in_polygons import draw_triangles
 from .merge_places import pair_keys, unique_pairs
 from .triangle_sides import has_edges, sort_sides
@@ -28,11 +29,32 @@ def triangulate_plan(places):
     -------
     (t, 3) int64
         All turning the same way.
+
+    Raises
+    ------
+    InputError
+        Neither GEOS nor Qhull can triangulate them.
     """
     numbered = np.column_stack([places, np.arange(len(places))])  # GEOS carries heights along: here the row
-    polygons = shapely.delaunay_triangles(shapely.linestrings(numbered))  # a line is any collection of places
+    try:
+        polygons = shapely.delaunay_triangles(shapely.linestrings(numbered))  # a line is any collection of places
+    except shapely.GEOSException:  # "Could not locate vertex": its search goes round among places almost in line
+        return triangulate_slowly(places)
     corners = shapely.get_coordinates(polygons, include_z=True).reshape(-1, 4, 3)[:, :3, 2]
     return corners.astype(np.int64)
+
+
+def triangulate_slowly(places):
+    """The same with Qhull, which leaves out places that rounding makes one with others."""
+    middle = places.mean(axis=0)
+    try:
+        return Delaunay(places - middle).simplices.astype(np.int64)
+    except QhullError as error:
+        where = f"around x {middle[0]:,.0f} m, y {middle[1]:,.0f} m from the scene's origin"
+        problem = f"{len(places):,} points of the ground {where} cannot be triangulated"
+        raise InputError(
+            "--ground", problem, "give the ground with --terrain FILE, or none with --ground none"
+        ) from error
 
 
 def add_places(places, mesh, new, start):

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+import shapely
 from scipy.spatial import Delaunay, cKDTree
 
+from citypv.core.errors import InputError
 from citypv.core.ground import walk_plan
 from citypv.core.ground.keep_edges import find_cut_edges
 from citypv.core.ground.triangle_sides import find_neighbours, has_edges, renew_neighbours, sort_sides
@@ -44,6 +46,35 @@ def test_triangles_are_delaunay(places):
     assert_delaunay(places, triangles)
     assert len(triangles) == len(Delaunay(places).simplices)
     np.testing.assert_array_equal(np.unique(triangles), np.arange(len(places)))
+
+
+def threefold(seed):
+    """Three places in each of 1,200, with rounding between them: GEOS 3.14 fails for this seed."""
+    generator = np.random.default_rng(seed)
+    places = np.repeat(generator.uniform(0, 1000, (1200, 2)), 3, axis=0)
+    return places + generator.normal(size=places.shape) * 1e-12 + 114
+
+
+def test_places_among_which_geos_loses_its_way_are_triangulated():
+    places = threefold(17)
+    triangles = triangulate_plan(places)
+    area = shapely.convex_hull(shapely.multipoints(places)).area
+    assert np.isclose(twice_areas(places[triangles]).sum(), 2 * area, rtol=1e-9)
+    assert (np.bincount(triangles.ravel() // 3, minlength=1200) > 0).all()  # each of the 1,200 is a corner
+
+
+def test_where_geos_fails_qhull_triangulates_and_what_neither_can_is_refused(monkeypatch):
+    def fail(_):
+        raise shapely.GEOSException("LocateFailureException: Could not locate vertex.")
+
+    monkeypatch.setattr(shapely, "delaunay_triangles", fail)
+    places = scatter(2000) + 500_000
+    triangles = triangulate_plan(places)
+    assert_delaunay(places - 500_000, triangles)
+    assert (twice_areas(places[triangles]) > 0).all()  # as those of GEOS, beside which they may stand
+    np.testing.assert_array_equal(np.unique(triangles), np.arange(len(places)))
+    with pytest.raises(InputError, match=r"--ground: 9 points .* x 40 m, y 80 m .* --terrain FILE"):
+        triangulate_plan(np.outer(np.arange(9), [10.0, 20.0]))
 
 
 @pytest.mark.parametrize("count", [1, 40, 800])
