@@ -72,8 +72,8 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=REACH):
     reach = max(reach * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
     foot_points, _ = cut_feet(feet, draw_lines(feet), 0.5 * patch_size)
     places, heights, notes = _spread(foot_points, feet, terrain, (low, high, reach), patch_size)
-    vertices = _refine(np.column_stack([places, heights]), terrain, foot_points[:, :2])
-    triangles = faces_up(vertices, Delaunay(vertices[:, :2]).simplices.astype(np.int64))
+    vertices, triangles = _refine(np.column_stack([places, heights]), terrain, foot_points[:, :2])
+    triangles = faces_up(vertices, triangles.astype(np.int64))
     skirts, raised, below_ground, words = _join(feet, vertices[triangles], 0.5 * patch_size)
     body, body_triangles = _close(vertices, min(low[2], vertices[:, 2].min()) - BELOW)
     triangles = triangles[~under_buildings(vertices, triangles, feet.footprints)]
@@ -154,7 +154,12 @@ def _interpolate(places, heights, wanted):
 
 
 def _refine(vertices, terrain, foot_places):
-    """Greedy refinement: in each triangle add the terrain point with the largest error, until all are in tolerance."""
+    """Greedy refinement: in each triangle add the terrain point with the largest error, until all are in tolerance.
+
+    Returns the vertices, and the triangles between them.
+    """
+    if len(vertices) >= MOST_POINTS:
+        return vertices, Delaunay(vertices[:, :2]).simplices
     feet = cKDTree(foot_places)
     low, high = vertices.min(axis=0)[:2], vertices.max(axis=0)[:2]
     own = np.concatenate([layer.points for layer in terrain.layers])
@@ -175,12 +180,12 @@ def _refine(vertices, terrain, foot_places):
         worst = order[np.unique(simplex[order], return_index=True)[1]]
         worst = worst[missed[worst] > 1]
         if not len(worst) or len(vertices) + len(worst) > MOST_POINTS:
-            break
+            return vertices, triangulation.simplices
         vertices = np.concatenate([vertices, own[worst]])
         left = np.ones(len(own), bool)
         left[worst] = False
         own, allowed = own[left], allowed[left]
-    return vertices
+    return vertices, Delaunay(vertices[:, :2]).simplices
 
 
 def _join(feet, ground, longest):
