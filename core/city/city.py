@@ -60,3 +60,9 @@ class City:
         """Rings of one polygon, the exterior first: list of (k, 3) float64 [m]."""
         first, last = self.polygon_start[polygon], self.polygon_start[polygon + 1]
         return [self.points[self.ring_start[r] : self.ring_start[r + 1]] for r in range(first, last)]
+
+
+def number_names(names):
+    """A number for each distinct name of a list, from 0 in the order in which they appear: (n,) int64."""
+    numbers = {name: number for number, name in enumerate(dict.fromkeys(names))}
+    return np.fromiter((numbers[name] for name in names), np.int64, len(names))

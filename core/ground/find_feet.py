@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from ..city.city import number_names
 from ..city.measure_polygons import next_in_ring, polygon_bounds
 from .find_floating import GENTLE, find_floating, measure_objects
 from .in_polygons import lie_in
@@ -66,8 +67,7 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     middle = 0.5 * (start[edge] + end[edge])
     own = np.where(on_footprint[edge], polygon_of_point[edge], -1)
     edge = edge[~_above_another(shapes, low, np.flatnonzero(footprint), middle, own)]
-    number = {name: k for k, name in enumerate(dict.fromkeys(city.building_id))}
-    building_of = np.array([number[name] for name in city.building_id], np.int64)
+    building_of = number_names(city.building_id)
     building = building_of[polygon_of_point]
     height, thin = measure_objects(building, points)
     if ground_height is not None:

@@ -240,7 +240,7 @@ def _lay_ground(scene, placed, ground, terrain, extent, *, report_share):
 
 def _height_of_own_ground(scene):
     """Height of the model's own surfaces below a place, as a function for `find_floating`."""
-    upward = upward_areas(np.asarray(scene.vertices, float)[scene.triangles]) > 0
+    upward = upward_areas(scene.vertices, scene.triangles) > 0
     ground, highest = find_ground(scene) & upward, scene.vertices[:, 2].max() + 1
 
     def ground_height(places, thin):

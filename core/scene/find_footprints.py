@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..city.city import number_names
 from ..city.measure_polygons import polygon_bounds
 
 LEVEL = 0.5  # [m] a downward surface within this height of its building's lowest point lies on the ground
@@ -22,7 +23,7 @@ def find_footprints(surfaces, city, points):
     footprint : array, (n,) bool
     """
     named = np.array(surfaces.thematic) == "GroundSurface"
-    _, building = np.unique(np.array(surfaces.building_id), return_inverse=True)
+    building = number_names(surfaces.building_id)
     has_ground = np.bincount(building, weights=named) > 0
     low, high = polygon_bounds(points[:, 2], city.ring_start, city.polygon_start)
     lowest = np.full(building.max(initial=-1) + 1, np.inf)

@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from ..city.city import number_names
 from ..rays.ray_scene import RayScene
 from .check_scene import check_scene
 
+AT_ONCE = 1 << 16  # triangles that are measured together, so that they need little memory
 SPANNED = 0.5  # of the city's bounds in plan: a mesh that covers less is not the ground
 
 
@@ -30,22 +32,30 @@ def find_ground(scene):
         ground &= scene.back_of < 0
     if scene.rack_of_back is not None:
         ground &= scene.rack_of_back < 0
-    _, building = np.unique(np.append(np.asarray(scene.surfaces.building_id, str), "\x00"), return_inverse=True)
-    building = np.append(building[:-1], -1)[surface]
-    corners = np.asarray(scene.vertices, float)[scene.triangles]
-    edges = corners[:, 1:] - corners[:, :1]
-    upward = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]  # twice the plan area
-    own = building >= 0
+    building = np.append(number_names(scene.surfaces.building_id), -1)[surface]
+    vertices, triangles, own = np.asarray(scene.vertices, float), scene.triangles, building >= 0
     if not own.any():
         return ground
-    whole = np.ptp(corners[own][..., :2].reshape(-1, 2), axis=0).prod()
+    upward, inside = plan_areas(vertices, triangles), np.zeros(len(vertices), bool)
+    inside[triangles[own]] = True
+    whole = np.ptp(vertices[inside, :2], axis=0).prod()
     lowest = np.full(building.max() + 1, np.inf)
     np.minimum.at(lowest, building[own], upward[own])
     spanned = np.bincount(building[own], upward[own] / 2)
     for sheet in np.flatnonzero((lowest > 0) & (lowest < np.inf) & (spanned >= max(SPANNED * whole, 1e-12))):
-        if carries_most(scene.vertices, scene.triangles[building == sheet], corners[own], building[own] - sheet):
+        if carries_most(vertices, triangles[building == sheet], vertices[triangles[own]], building[own] - sheet):
             ground |= building == sheet
     return ground
+
+
+def plan_areas(vertices, triangles):
+    """Twice the area of triangles seen from above, negative for those that face down: (t,) float64 [m²]."""
+    upward = np.empty(len(triangles))
+    for first in range(0, len(triangles), AT_ONCE):
+        corners = vertices[triangles[first : first + AT_ONCE], :2]
+        edges = corners[:, 1:] - corners[:, :1]
+        upward[first : first + AT_ONCE] = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
+    return upward
 
 
 def carries_most(vertices, sheet, corners, other):

@@ -7,8 +7,9 @@ close below; if a ray hits a back, the triangle is inside something.
 
 import numpy as np
 
+from ..city.city import number_names
 from ..rays.ray_scene import RayScene
-from .find_ground import height_below
+from .find_ground import AT_ONCE, height_below
 
 LEVEL = 0.5  # [m] largest gap, as drawn, between a resting face and what carries it
 CONTACT = 0.01  # [m] least value of that gap, however thin the building is
@@ -34,15 +35,15 @@ def find_hanging(scene, floating):
     rows = np.flatnonzero(scene.footprint & (scene.triangle_surface >= 0) & np.isin(scene.triangle_surface, floating))
     if not len(rows):
         return hanging
-    corners = np.asarray(scene.vertices, float)[scene.triangles]
-    upward = upward_areas(corners)
+    corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
+    upward = upward_areas(scene.vertices, scene.triangles)
     carriers, whole = scene.triangles[upward > 0], RayScene(scene.vertices, scene.triangles)
-    slack = ROUNDING * np.abs(corners[rows]).max(axis=(1, 2))
-    near = np.clip(thickness_above(scene, corners, rows), CONTACT, LEVEL)
+    slack = ROUNDING * np.abs(corners).max(axis=(1, 2))
+    near = np.clip(thickness_above(scene, rows), CONTACT, LEVEL)
     down = np.tile(np.float32([0, 0, -1]), (len(rows), 1))
     votes = np.zeros(len(rows), int)
     for turn in range(3):
-        place = np.einsum("c,rcx->rx", np.roll(WEIGHTS, turn), corners[rows])
+        place = np.einsum("c,rcx->rx", np.roll(WEIGHTS, turn), corners)
         clear = place[:, 2] - height_below(scene.vertices, carriers, place, place[:, 2] + slack) > near
         place[:, 2] -= np.maximum(slack, CONTACT / 10)
         met = whole.trace_closest(place.astype(np.float32), down)
@@ -51,18 +52,22 @@ def find_hanging(scene, floating):
     return hanging
 
 
-def upward_areas(corners):
-    """Twice the plan area of triangles, (t, 3, 3), negative for those that face down; 0 for walls."""
-    edges = corners[:, 1:] - corners[:, :1]
-    normal = np.cross(edges[:, 0], edges[:, 1])
-    upright = np.sin(np.radians(1)) * np.linalg.norm(normal, axis=1)
-    return np.where(np.abs(normal[:, 2]) > upright, normal[:, 2], 0.0)
+def upward_areas(vertices, triangles):
+    """Twice the plan area of triangles, (t,), negative for those that face down; 0 for walls."""
+    upward = np.empty(len(triangles))
+    for first in range(0, len(triangles), AT_ONCE):
+        corners = np.asarray(vertices, float)[triangles[first : first + AT_ONCE]]
+        edges = corners[:, 1:] - corners[:, :1]
+        normal = np.cross(edges[:, 0], edges[:, 1])
+        upright = np.sin(np.radians(1)) * np.linalg.norm(normal, axis=1)
+        upward[first : first + AT_ONCE] = np.where(np.abs(normal[:, 2]) > upright, normal[:, 2], 0.0)
+    return upward
 
 
-def thickness_above(scene, corners, rows):
+def thickness_above(scene, rows):
     """Height of the building's top above each of some triangles: (r,) float64 [m]."""
-    own = np.flatnonzero(scene.triangle_surface >= 0)
-    building = np.unique(np.array(scene.surfaces.building_id), return_inverse=True)[1]
+    own, height = scene.triangle_surface >= 0, np.asarray(scene.vertices, float)[:, 2]
+    building = number_names(scene.surfaces.building_id)
     top = np.full(building.max(initial=-1) + 1, -np.inf)
-    np.maximum.at(top, building[scene.triangle_surface[own]], corners[own, :, 2].max(axis=1))
-    return top[building[scene.triangle_surface[rows]]] - corners[rows, :, 2].min(axis=1)
+    np.maximum.at(top, building[scene.triangle_surface[own]], height[scene.triangles[own]].max(axis=1))
+    return top[building[scene.triangle_surface[rows]]] - height[scene.triangles[rows]].min(axis=1)

@@ -12,8 +12,8 @@ from functools import partial
 import numpy as np
 
 from ..progress import ignore_share, report_part
-from .find_ground import find_ground
-from .follow_rays import AT_ONCE, Enough, faces_of_scene, follow_rays, look_straight
+from .find_ground import AT_ONCE, find_ground
+from .follow_rays import Enough, faces_of_scene, follow_rays, look_straight
 
 FEW, SOME, MANY = 8, 16, 64  # rays per triangle: to exclude clear cases, and to judge the others
 CLEARLY_INSIDE = 0.75  # of the FEW rays hit backs

@@ -10,11 +10,11 @@ from ..rays.ray_scene import RayScene
 from ..sampling.random_numbers import GOLDEN, mix, uniform
 from ..sampling.sample_points import additive_recurrence, barycentric_of_square, cosine_direction
 from ..threads import map_in_order, usable_threads
+from .find_ground import AT_ONCE
 
 HOPS = 8  # largest number of faces that a ray is followed to
 SPACINGS = 16  # of float32: distance of ray origins from their face
 RAYS_PER_TASK = 1 << 13  # so that what they need stays in the cache
-AT_ONCE = 1 << 16  # triangles that are measured together, so that they need little memory
 PERPENDICULAR = 4  # points per triangle with a ray straight ahead
 MARGIN = 1e-9  # relative, of sums, so that their rounding decides nothing
 
