@@ -55,43 +55,42 @@ def predict_seconds(prepared, request):
     if not len(traced) or not len(suns):
         return Seconds(0.0, 0.0, 0.0)
     generator = np.random.default_rng([request.seed, 0x5EC5])
-    few = np.sort(generator.choice(traced, min(PATCHES, len(traced)), replace=False))
-    per_patch = time_states(prepared, request, few)
-    full = np.ones(len(traced), bool) if plan.receivers is None else plan.receivers[traced]
-    points = points_above(request.shadow_samples)
-    rays, pairs = (
-        np.where(full, 1.0, fewer / every)[sent[traced]].sum()
-        for sent, fewer, every in (
-            (looking, fewer_rays(request.samples), request.samples),
-            (lit, fewer_points(points), points),
-        )
-    )
-    among = np.flatnonzero(looking)
-    towards_sources = np.mean([len(facing(patches, source, among)) for source in plan.sources] or [0])
-    work = np.array([rays, pairs * len(suns), rays * (1 + len(suns)) * plan.max_bounces, towards_sources])
-    sky, sun, products, sources = (float(seconds) for seconds in work * per_patch / usable_threads(request.threads))
+    full = np.ones(len(patches), bool) if plan.receivers is None else plan.receivers
+    kinds = [one for one in (traced[full[traced]], traced[~full[traced]]) if len(one)]
+    few = [np.sort(generator.choice(one, min(PATCHES // len(kinds), len(one)), replace=False)) for one in kinds]
+    points, work = points_above(request.shadow_samples), []
+    for one in kinds:
+        every = full[one[0]]
+        rays = looking[one].sum() * (1.0 if every else fewer_rays(request.samples) / request.samples)
+        pairs = lit[one].sum() * (1.0 if every else fewer_points(points) / points)
+        # Of those that look at the sky as many send rays to a source as face it.
+        facing_sources = np.mean([len(facing(patches, source, one)) for source in plan.sources] or [0]) / len(one)
+        work.append([rays, pairs * len(suns), rays * (1 + len(suns)) * plan.max_bounces, rays * facing_sources])
+    seconds = (np.array(work) * time_states(prepared, request, few)).sum(axis=0) / usable_threads(request.threads)
+    sky, sun, products, sources = map(float, seconds)
     # What patches receive of a source is reflected as is the light of one more sun.
     return Seconds(sky, sun, products, sources + len(plan.sources) * products / (1 + len(suns)))
 
 
-def time_states(prepared, request, few):
-    """Seconds of one thread per patch, as of `time_stages`: (4,). Those of trees in leaf and bare are added up.
+def time_states(prepared, request, kinds):
+    """Seconds of one thread per patch, as of `time_stages`: (k, 4). Those of trees in leaf and bare are added up.
 
     Parameters
     ----------
     prepared : PreparedScene
     request : Request
-    few : (k,) int
-        Patches.
+    kinds : list of k (n,) int
+        Patches of each kind: ground takes longer than walls, with suns on every side.
     """
-    trees, total = prepared.plan["trees"], np.zeros(4)
+    trees, total = prepared.plan["trees"], np.zeros((len(kinds), 4))
     seasonal = trees.on and trees.setting.seasonal
     for bare in (False, True) if seasonal else (False,):  # in this order: the first keeps rays for the second
         context = prepare_gather(replace(prepared, bare=bare), request, silent)
-        time_stages(context, few[:WARM_UP], prepared.suns)
-        fixed, whole = (time_stages(context, some, prepared.suns) for some in (few[:WARM_UP], few))
-        # Where noise or few patches hide the growth with their number, all of the time counts.
-        total += np.where(whole > fixed, (whole - fixed) / max(len(few) - WARM_UP, 1), whole / len(few))
+        time_stages(context, kinds[0][:WARM_UP], prepared.suns)
+        for row, few in enumerate(kinds):
+            fixed, whole = (time_stages(context, some, prepared.suns) for some in (few[:WARM_UP], few))
+            # Where noise or few patches hide the growth with their number, all of the time counts.
+            total[row] += np.where(whole > fixed, (whole - fixed) / max(len(few) - WARM_UP, 1), whole / len(few))
     if seasonal:
         forget_rays(trees.setting.kept)
     return total
