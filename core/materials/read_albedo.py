@@ -51,7 +51,8 @@ def albedo_of_triangles(scene, request, found=None):
         If the albedo file or a material is invalid, or is not supported by the estimator.
     """
     found = name_brdfs(scene, request) if found is None else found
-    albedo = np.array([one.brdf.albedo for one in found])[surface_of_triangles(scene)]
+    distinct, which = list_distinct(found)
+    albedo = np.array([one.brdf.albedo for one in distinct])[which[surface_of_triangles(scene)]]
     if scene.rack_of_back is not None:
         albedo[scene.rack_of_back >= 0] = scene.back_albedo
     return albedo
@@ -66,13 +67,28 @@ def brdfs_of_triangles(scene, request, found=None):
     -------
     TriangleBrdfs
     """
-    of_surface = [one.brdf for one in (name_brdfs(scene, request) if found is None else found)]
-    brdfs = list(dict.fromkeys(brdf for brdf in of_surface if not isinstance(brdf, Lambertian)))
+    distinct, which = list_distinct(name_brdfs(scene, request) if found is None else found)
+    brdfs = list(dict.fromkeys(one.brdf for one in distinct if not isinstance(one.brdf, Lambertian)))
     place = {brdf: index for index, brdf in enumerate(brdfs)}
-    brdf_index = np.array([place.get(brdf, -1) for brdf in of_surface])[surface_of_triangles(scene)]
+    brdf_index = np.array([place.get(one.brdf, -1) for one in distinct])[which[surface_of_triangles(scene)]]
     if scene.rack_of_back is not None:
         brdf_index[scene.rack_of_back >= 0] = -1  # undersides and edges of racks are Lambertian
     return TriangleBrdfs(brdfs, brdf_index)
+
+
+def list_distinct(found):
+    """The objects of a list, each once in the order of their first places, and which of them stands in each place.
+
+    Most surfaces share one Found: looking at each of them takes longer than all else that is asked of materials.
+
+    Returns
+    -------
+    distinct : list of Found
+    which : (n,) int
+    """
+    _, first, which = np.unique(np.fromiter(map(id, found), np.int64, len(found)), True, True)
+    order = np.argsort(first)
+    return [found[place] for place in first[order]], np.argsort(order)[which]
 
 
 def name_brdfs(scene, request):
@@ -91,15 +107,22 @@ def name_brdfs(scene, request):
     specs = read_albedo(request.albedo_file) if request.albedo_file else {}
     of_key = {key: (spec.material, spec.brdf()) for key, spec in specs.items()}
     surfaces = scene.surfaces
+    plain = Found("--albedo", "", "", Lambertian(request.albedo))
+    plain_ground = Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))
+    if not of_key:
+        of_material = brdfs_of_materials(scene, request)
+        found = [plain] * len(surfaces)
+        if of_material and surfaces.material:
+            found = [of_material.get(material, plain) for material in surfaces.material]
+        return [*found, of_material.get(request.ground_material, plain_ground)]
     materials = surfaces.material or [""] * len(surfaces)
-    whole = [whole_of_cell(name) if of_key else name for name in surfaces.surface_id]
+    whole = [whole_of_cell(name) for name in surfaces.surface_id]
     named = {*materials, request.ground_material} - {""}
     check_keys(of_key, {*surfaces.surface_id, *whole, *named}, {*surfaces.kind.tolist(), "ground"}, request)
     of_material = brdfs_of_materials(scene, request)
     of_material |= {name: Found(FILE, name, name, of_key[name][1]) for name in named & set(of_key)}
     kinds = {*surfaces.kind.tolist(), "ground"} & set(of_key)
     of_kind = {kind: Found(FILE, kind, *of_key[kind]) for kind in kinds}
-    plain = Found("--albedo", "", "", Lambertian(request.albedo))
     found = []
     for name, parent, material, kind in zip(surfaces.surface_id, whole, materials, surfaces.kind.tolist(), strict=True):
         own = of_key.get(name) or of_key.get(parent)
@@ -112,7 +135,7 @@ def name_brdfs(scene, request):
     if request.ground_material in of_material:
         found.append(of_material[request.ground_material])
     else:
-        found.append(of_kind.get("ground", Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))))
+        found.append(of_kind.get("ground", plain_ground))
     return found
 
 
@@ -197,13 +220,15 @@ def materials_of_surfaces(scene, found):
         `albedo` (n,) float64, `material` (n,) list of str, and `albedos`, a list as in `describe_albedo`.
     """
     *found, ground = found
+    distinct, which = list_distinct(found)
+    counts, areas = np.bincount(which), np.bincount(which, scene.surfaces.area)
     rows = {}
-    for one, area in zip(found, scene.surfaces.area.tolist(), strict=True):
+    for one, more, area in zip(distinct, counts.tolist(), areas.tolist(), strict=True):
         count, whole = rows.get(one, (0, 0.0))
-        rows[one] = count + 1, whole + area
+        rows[one] = count + more, whole + area
     described = [describe_row(one) | {"surfaces": count, "area": area} for one, (count, area) in rows.items()]
     return {
-        "albedo": np.array([one.brdf.albedo for one in found], float),
+        "albedo": np.array([one.brdf.albedo for one in distinct], float)[which],
         "material": [one.material for one in found],
         "albedos": described + ([describe_row(ground)] if (surface_of_triangles(scene) < 0).any() else []),
     }

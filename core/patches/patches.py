@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..check_arrays import check_array, check_seed
-from ..sampling.random_numbers import key_of_names, mix
+from ..sampling.random_numbers import digest_names, key_of_digests, mix
 from ..scene.add_backs import other_sides
 from ..scene.check_scene import check_scene
 from ..scene.find_ground import find_ground
@@ -71,6 +71,7 @@ def patches_of_scene(scene, albedo, seed):
     ground = find_ground(scene)
     offset = measure_offset(corners, edges, normal)
     inset = inset_triangles(corners, length, offset)
+    key, place_key = keys_of_triangles(scene, seed, 0)
     return Patches(
         corner=inset[:, 0].astype(np.float32),
         edges=(inset[:, 1:] - inset[:, :1]).astype(np.float32),
@@ -78,10 +79,10 @@ def patches_of_scene(scene, albedo, seed):
         tangents=tangent_frame(edges[:, 0], normal).astype(np.float32),
         area=length / 2,
         offset=offset.astype(np.float32),
-        key=keys_of_triangles(scene, seed),
+        key=key,
         rays_before=np.zeros(len(edges), np.uint32),
         points_before=np.zeros(len(edges), np.uint32),
-        place_key=keys_of_triangles(scene, 0),
+        place_key=place_key,
         albedo=albedo.astype(np.float32),
         facing=np.column_stack([normal, 2 * scene.footprint]).astype(np.float32),
         ground=ground,
@@ -155,12 +156,19 @@ def tangent_frame(edge, normal):
     return np.stack([first, np.cross(normal, first)], axis=1)
 
 
-def keys_of_triangles(scene, seed):
-    """One random key per triangle, from the name of its surface and its index among the surface's triangles."""
-    names = key_of_names([*scene.surfaces.surface_id, "\x00ground"], seed)
+def keys_of_triangles(scene, *seeds):
+    """One random key per triangle, from the name of its surface and its index among the surface's triangles.
+
+    Returns
+    -------
+    list of (t,) uint64
+        For each seed.
+    """
+    digests = digest_names([*scene.surfaces.surface_id, "\x00ground"])
     number = number_triangles(scene.triangle_surface) if scene.number is None else scene.number
+    own = mix(number.astype(np.uint64) + np.uint64(1))
     # The ground's -1 takes the last name.
-    return mix(names[scene.triangle_surface] ^ mix(number.astype(np.uint64) + np.uint64(1)))
+    return [mix(key_of_digests(digests, seed)[scene.triangle_surface] ^ own) for seed in seeds]
 
 
 def number_triangles(surface):

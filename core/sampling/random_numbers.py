@@ -1,6 +1,6 @@
 """Counter-based random numbers per surface and sample, so that results do not depend on threads, chunks or order."""
 
-import hashlib
+from hashlib import blake2b
 
 import numpy as np
 
@@ -23,11 +23,19 @@ def mix(words):
     return words ^ (words >> np.uint64(31))
 
 
+def digest_names(names):
+    """Hashes of names: (n,) uint64."""
+    return np.frombuffer(b"".join(blake2b(name.encode(), digest_size=8).digest() for name in names), dtype="<u8")
+
+
+def key_of_digests(digests, seed):
+    """One 64-bit key per name, (n,) uint64, from `digest_names`."""
+    return mix(digests + np.uint64(int(GOLDEN) * (seed + 1) % 2**64))
+
+
 def key_of_names(names, seed):
     """One 64-bit key per name: (n,) uint64, independent of the position in the list."""
-    digests = b"".join(hashlib.blake2b(name.encode(), digest_size=8).digest() for name in names)
-    stream = np.uint64(int(GOLDEN) * (seed + 1) % 2**64)
-    return mix(np.frombuffer(digests, dtype="<u8") + stream)
+    return key_of_digests(digest_names(names), seed)
 
 
 def mix_seed(seed, index):

@@ -89,7 +89,7 @@ def build_tree(prepared, request):
 
 def reseed(prepared, seed):
     """The same with the random numbers of another seed: PreparedScene."""
-    keys = keys_of_triangles(prepared.scene, seed)
+    (keys,) = keys_of_triangles(prepared.scene, seed)
     return replace(prepared, patches=replace(prepared.patches, key=keys))
 
 
@@ -123,7 +123,7 @@ def continue_sampling(prepared, request, before, part, seed):
     rays, points = units_of_rounds(request)
     patches = replace(
         patches,
-        key=np.where(full, patches.key, keys_of_triangles(scene, seed)),
+        key=np.where(full, patches.key, *keys_of_triangles(scene, seed)),
         rays_before=np.where(full, before * rays, 0).astype(np.uint32),
         points_before=np.where(full, before * points, 0).astype(np.uint32),
     )
