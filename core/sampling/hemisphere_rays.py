@@ -152,12 +152,9 @@ def rays_from_patches(patches, chosen, b1, b2, local):
     origins, directions : (c, rays, 3) float32
         In memory all x come first, then all y, then all z.
     """
-    tangents, normal = patches.tangents[chosen], patches.normal[chosen]
     directions = np.empty((3, *b1.shape), np.float32)
-    for axis in range(3):
-        np.multiply(local[0], tangents[:, 0, axis, None], out=directions[axis])
-        directions[axis] += local[1] * tangents[:, 1, axis, None]
-        directions[axis] += local[2] * normal[:, axis, None]
+    along, across, up = (np.ascontiguousarray(part, np.float32) for part in local)
+    turn_rays(patches.tangents[chosen], patches.normal[chosen], (along, across, up), directions)
     return points_of_patches(patches, chosen, b1, b2), np.moveaxis(directions, 0, -1)
 
 
@@ -166,10 +163,31 @@ def points_of_patches(patches, chosen, b1, b2):
     edges = patches.edges[chosen]
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     points = np.empty((3, *b1.shape), np.float32)
-    for axis in range(3):
-        np.add(start[:, axis, None], b1 * edges[:, 0, axis, None], out=points[axis])
-        points[axis] += b2 * edges[:, 1, axis, None]
+    place_rays(start, edges, np.ascontiguousarray(b1, np.float32), np.ascontiguousarray(b2, np.float32), points)
     return np.moveaxis(points, 0, -1)
+
+
+@njit(nogil=True, cache=True)
+def turn_rays(tangents, normal, local, directions):
+    """Write directions, (3, c, m) float32, given in the frames of patches, (c, 2, 3) and (c, 3), by three (c, m)."""
+    along, across, up = local
+    for axis in range(3):
+        for patch in range(len(normal)):
+            one, other, out = tangents[patch, 0, axis], tangents[patch, 1, axis], normal[patch, axis]
+            to = directions[axis, patch]
+            for ray in range(len(to)):
+                to[ray] = along[patch, ray] * one + across[patch, ray] * other + up[patch, ray] * out
+
+
+@njit(nogil=True, cache=True)
+def place_rays(start, edges, b1, b2, points):
+    """Write points, (3, c, m) float32, of patches with a corner, (c, 3), and edges, (c, 2, 3), by weights, (c, m)."""
+    for axis in range(3):
+        for patch in range(len(start)):
+            corner, one, other = start[patch, axis], edges[patch, 0, axis], edges[patch, 1, axis]
+            to = points[axis, patch]
+            for ray in range(len(to)):
+                to[ray] = corner + b1[patch, ray] * one + b2[patch, ray] * other
 
 
 def is_compiled():

@@ -3,8 +3,12 @@
 from hashlib import blake2b
 
 import numpy as np
+from numba import njit
 
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+FACTORS = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)  # of SplitMix64
+SHIFTS = tuple(np.uint64(bits) for bits in (30, 27, 31, 40))  # the last one leaves 24 bits
+LEAST = np.float32(2**-24)
 
 
 def mix(words):
@@ -18,9 +22,9 @@ def mix(words):
     -------
     (...) uint64
     """
-    words = (words ^ (words >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    words = (words ^ (words >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return words ^ (words >> np.uint64(31))
+    words = (words ^ (words >> SHIFTS[0])) * FACTORS[0]
+    words = (words ^ (words >> SHIFTS[1])) * FACTORS[1]
+    return words ^ (words >> SHIFTS[2])
 
 
 def digest_names(names):
@@ -61,6 +65,18 @@ def uniform(keys, count):
 
 
 def uniform_of(keys, numbers):
-    """Some of these numbers: (...) float32 of keys, (...) uint64, and of their places from 1 on, (...) int."""
-    counters = numbers.astype(np.uint64) * GOLDEN
-    return (mix(keys + counters) >> np.uint64(40)).astype(np.float32) * np.float32(2**-24)
+    """Some of these numbers: (n, m) float32 of keys, (n, 1) uint64, and of their places from 1 on, (m,) int."""
+    found = np.empty((len(keys), len(numbers)), np.float32)
+    fill_uniform(keys.ravel(), numbers.astype(np.uint64) * GOLDEN, found)
+    return found
+
+
+@njit(nogil=True, cache=True)
+def fill_uniform(keys, counters, found):
+    """Write numbers in [0, 1) of keys, (n,) uint64, and counters, (m,) uint64, into (n, m) float32; `mix` in a loop."""
+    for row in range(len(keys)):
+        for column in range(len(counters)):
+            word = keys[row] + counters[column]
+            word = (word ^ (word >> SHIFTS[0])) * FACTORS[0]
+            word = (word ^ (word >> SHIFTS[1])) * FACTORS[1]
+            found[row, column] = np.float32((word ^ (word >> SHIFTS[2])) >> SHIFTS[3]) * LEAST
