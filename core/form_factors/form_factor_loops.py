@@ -195,28 +195,27 @@ def add_columns(rows, scale, product, factor, places):
 def add_visible(rows, scale, product, patches, suns):
     """Radiosity of cells under each sun, times the share of rays that hit them.
 
-    Computing the cosine of incidence from normals and suns is no slower than loading it from a matrix.
+    Computing the cosine of incidence from normals and suns is no slower than loading it from a matrix. What a pair of places
+    needs is computed where it is used, which is faster than writing it into arrays of the whole row first.
     """
     (chosen, start, key, count), (to_patch, to_cell, share), (albedo, normal) = rows, scale, patches
     (directions, visible), entries = suns, (start, key, count)
     east, north, up = directions[0], directions[1], directions[2]
     bits = to_patch - to_cell
+    inside = np.int32((1 << bits) - 1)
     met, weight = room_for_rows(start)
-    mask, towards = np.empty(len(met), np.uint16), np.empty((len(met), 3), np.float32)
     for row in range(len(chosen)):
         found = merge_row(row, entries, to_cell, met, weight)
-        for place in range(found + 3):
-            mask[place] = 1 << (met[place] & ((1 << bits) - 1))
-            met[place] >>= bits
-            for axis in range(3):
-                towards[place, axis] = share * albedo[met[place]] * weight[place] * normal[met[place], axis]
         total = product[chosen[row]]
         total[:] = 0
         for place in range(0, found, 2):
-            first, second = visible[met[place]], visible[met[place + 1]]
-            a, b = mask[place], mask[place + 1]
-            c, d, e = towards[place, 0], towards[place, 1], towards[place, 2]
-            f, g, h = towards[place + 1, 0], towards[place + 1, 1], towards[place + 1, 2]
+            patch, other_patch = met[place] >> bits, met[place + 1] >> bits
+            first, second = visible[patch], visible[other_patch]
+            a, b = np.uint16(1 << (met[place] & inside)), np.uint16(1 << (met[place + 1] & inside))
+            own_normal, other_normal = normal[patch], normal[other_patch]
+            part, other_part = share * albedo[patch] * weight[place], share * albedo[other_patch] * weight[place + 1]
+            c, d, e = part * own_normal[0], part * own_normal[1], part * own_normal[2]
+            f, g, h = other_part * other_normal[0], other_part * other_normal[1], other_part * other_normal[2]
             for sun in range(len(total)):
                 x, y, z = east[sun], north[sun], up[sun]
                 one, other = c * x + d * y + e * z, f * x + g * y + h * z

@@ -219,7 +219,7 @@ def trace_shadow_rays(ray_scene, patches, chosen, points, suns, *, taken, behind
     light = found.visible_share, found.visible_elements, found.by_point
     lit = aoi_projection, suns.weights.astype(np.float32), suns.columns
     add_points(free, (points.open_points, points.representative_points, taken), lit, chosen, light)
-    return int(wanted.sum()) * points.position.shape[1]
+    return int(np.count_nonzero(wanted)) * points.position.shape[1]
 
 
 @njit(nogil=True, cache=True, fastmath={"reassoc"})
