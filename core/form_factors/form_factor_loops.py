@@ -195,8 +195,8 @@ def add_columns(rows, scale, product, factor, places):
 def add_visible(rows, scale, product, patches, suns):
     """Radiosity of cells under each sun, times the share of rays that hit them.
 
-    Computing the cosine of incidence from normals and suns is no slower than loading it from a matrix. What a pair of places
-    needs is computed where it is used, which is faster than writing it into arrays of the whole row first.
+    Computing the cosine of incidence from normals and suns is no slower than loading it from a matrix. What two places
+    need is computed where it is used, which is faster than writing it into arrays of the whole row first.
     """
     (chosen, start, key, count), (to_patch, to_cell, share), (albedo, normal) = rows, scale, patches
     (directions, visible), entries = suns, (start, key, count)
