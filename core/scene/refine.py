@@ -81,22 +81,40 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
             break
         rows = thin[surface[parent]]
         long &= ~find_waiting(vertices, triangles, surface[parent], (long, rows), measures)
-        edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)  # (3 t, 2)
-        key = edges[:, 0] * np.int64(len(vertices)) + edges[:, 1]
-        halved, first, number = np.unique(key[long.reshape(-1)], return_index=True, return_inverse=True)
-        place = np.minimum(np.searchsorted(halved, key), len(halved) - 1)
-        middle = np.where(halved[place] == key, len(vertices) + place, -1)
+        some = long.any(axis=1)
+        edges = ends_of_edges(triangles[some])[long[some]]
+        halved, first, number = np.unique(key_of_edges(edges, vertices), return_index=True, return_inverse=True)
         parts = np.zeros(len(halved), np.int64)
-        wanted = count_parts(measures, patch_size[parent])
-        np.maximum.at(parts, number.reshape(-1), wanted[long])
-        ends = vertices[edges[long.reshape(-1)][first]]  # (m, 2, 3)
-        vertices = np.concatenate([vertices, cut_edges(ends, parts)])
+        wanted = count_parts([measure[some] for measure in measures], patch_size[parent[some]])
+        np.maximum.at(parts, number.reshape(-1), wanted[long[some]])
+        middle = find_middles(vertices, triangles, halved)
+        vertices = np.concatenate([vertices, cut_edges(vertices[edges[first]], parts)])
         cut = np.zeros(len(thin), bool)
-        cut[surface[parent[(middle >= 0).reshape(-1, 3).any(axis=1)]]] = True
-        triangles, parent = _split(vertices, triangles, parent, middle.reshape(-1, 3))
+        cut[surface[parent[(middle >= 0).any(axis=1)]]] = True
+        triangles, parent = _split(vertices, triangles, parent, middle)
         triangles = flip_thin(vertices, triangles, surface[parent], thin & cut)
     order = np.argsort(parent, kind="stable")
     return vertices, triangles[order], parent[order]
+
+
+def ends_of_edges(triangles):
+    """Vertices at the ends of the edges ab, bc and ca, the smaller number first: (t, 3, 2) int64."""
+    return np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2)
+
+
+def key_of_edges(edges, vertices):
+    """One number for each edge (..., 2) between vertices: (...) int64."""
+    return edges[..., 0] * np.int64(len(vertices)) + edges[..., 1]
+
+
+def find_middles(vertices, triangles, halved):
+    """The new vertex on each edge that is among those cut, keys in ascending order; else -1: (t, 3) int64."""
+    middle = np.empty((len(triangles), 3), np.int64)
+    for first in range(0, len(triangles), AT_ONCE):
+        key = key_of_edges(ends_of_edges(triangles[first : first + AT_ONCE]), vertices)
+        place = np.minimum(np.searchsorted(halved, key), len(halved) - 1)
+        middle[first : first + AT_ONCE] = np.where(halved[place] == key, len(vertices) + place, -1)
+    return middle
 
 
 def cut_edges(ends, parts):
