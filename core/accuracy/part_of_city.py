@@ -38,19 +38,19 @@ class RaysOfPart:
 
     Parameters
     ----------
-    ray_scene : FacingScene
-    facing : (p, 4) float32
-        Of all patches.
     rows : tuple of (p,) int32 and (p,) int32
         Row that stands for each patch when its front is hit, and when its back is.
+    whole : tuple
+        Of `RayScene`.
     """
 
     canopy = None
 
-    def __init__(self, ray_scene, facing, rows):
-        self._whole, self._facing, self._rows = ray_scene, facing, rows
-        self.engine = ray_scene.engine
-        self.trace_shadow_rays, self.trace_blocked = ray_scene.trace_shadow_rays, ray_scene.trace_blocked
+    def __init__(self, rows, whole):
+        self.whole, self._rows = whole, rows
+        self._whole, self._facing = whole[0], whole[1].facing
+        self.engine = self._whole.engine
+        self.trace_shadow_rays, self.trace_blocked = self._whole.trace_shadow_rays, self._whole.trace_blocked
 
     @property
     def thread_seconds(self):
@@ -140,9 +140,8 @@ def take_part(scene, prepared, part, stand_ins=STAND_INS, *, members=None, repor
         **dict.fromkeys(("sheet", "back_of", "racks", "rack_of_back", "number", "halo")),
     )
     materials = [prepared.materials[k] for k in [*surfaces, -1]]
-    ray_scene = RaysOfPart(
-        prepared.plan.ray_scene, prepared.patches.facing, rows_of_hits(prepared, rows, others, members)
-    )
+    whole = prepared.plan.ray_scene, prepared.patches, taken
+    ray_scene = RaysOfPart(rows_of_hits(prepared, rows, others, members), whole)
     plan = take_plan(prepared.plan, taken, slice(len(rows), len(rows) + len(others)), owner[others] >= 0)
     reduced = replace(
         prepared, scene=few, materials=materials, patches=patches, plan=replace(plan, ray_scene=ray_scene)

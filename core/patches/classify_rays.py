@@ -25,3 +25,24 @@ def classify_rays(hit, directions, facing, fate):
                 continue
             along = x * facing[met, 0] + y * facing[met, 1] + z * facing[met, 2] + facing[met, 3]
             fate[patch, ray] = BACK if along > 0 else FRONT
+
+
+def meets_back(patches, hit, directions):
+    """Whether rays hit the back of a patch: they go along its normal, or it is a footprint. Sheets have no back.
+
+    Parameters
+    ----------
+    hit : (c, rays) int32
+        -1 where nothing is hit.
+    directions : (c, rays, 3) float32
+
+    Returns
+    -------
+    (c, rays) bool
+    """
+    facing = patches.facing[hit]
+    along = directions[..., 0] * facing[..., 0]
+    along += directions[..., 1] * facing[..., 1]
+    along += directions[..., 2] * facing[..., 2]
+    along += facing[..., 3]
+    return (along > 0) & (hit >= 0) & (patches.other_side[hit] < 0)

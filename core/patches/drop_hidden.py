@@ -41,7 +41,7 @@ def drop_hidden(ray_scene, patches, coincident, threads=1):
     def vote(entries):
         faces, middle = other[entries], middle_of_overlap(coincident.places[entries])
         shifts = uniform(mix(patches.key[faces] ^ np.uint64(0x51DE)), 2)
-        return vote_covered(ray_scene, patches, faces, tuple(middle.T), shifts, rays=RAYS, stray=STRAY_RAYS)
+        return vote_covered(ray_scene, patches, faces, tuple(middle.T), shifts, rays=RAYS, stray=STRAY_RAYS)[0]
 
     kept = ~opposite
     for entries, hidden in zip(tasks, map_in_order(vote, tasks, threads), strict=True):

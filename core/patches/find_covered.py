@@ -3,6 +3,7 @@
 import numpy as np
 from numba import njit
 
+from ..rays.places import Places
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
 from ..sampling.random_numbers import mix, uniform_of
 from ..sampling.sample_points import (
@@ -13,34 +14,14 @@ from ..sampling.sample_points import (
     stratified_points,
     upright_cells,
 )
-from .classify_rays import BACK, DARK, FAR_GROUND, FRONT, classify_rays
+from .classify_rays import BACK, DARK, FRONT, SKY, classify_rays, meets_back
+from .lie_inside import find_touching, lie_inside
 
 RAYS_PER_CELL = 8  # per vote
 STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an open shell
-UNKNOWN, OPEN, COVERED = np.int8([-1, 0, 1])  # states of a cell
-STATE_OF_FATE = np.full(DARK + 1, OPEN)  # what a ray from a cell tells on it
-STATE_OF_FATE[[FAR_GROUND, BACK]] = UNKNOWN, COVERED
-
-
-def meets_back(patches, hit, directions):
-    """Whether rays hit the back of a patch: they go along its normal, or it is a footprint. Sheets have no back.
-
-    Parameters
-    ----------
-    hit : (c, rays) int32
-        -1 where nothing is hit.
-    directions : (c, rays, 3) float32
-
-    Returns
-    -------
-    (c, rays) bool
-    """
-    facing = patches.facing[hit]
-    along = directions[..., 0] * facing[..., 0]
-    along += directions[..., 1] * facing[..., 1]
-    along += directions[..., 2] * facing[..., 2]
-    along += facing[..., 3]
-    return (along > 0) & (hit >= 0) & (patches.other_side[hit] < 0)
+UNKNOWN, FACING, OPEN, TOUCHING, COVERED = np.int8(range(5))  # what a ray from a cell tells on it
+STATE_OF_FATE = np.full(DARK + 1, UNKNOWN)
+STATE_OF_FATE[[FRONT, SKY, BACK]] = FACING, OPEN, COVERED
 
 
 def find_covered_cells(ray_scene, patches, chosen):
@@ -61,10 +42,13 @@ def find_covered_cells(ray_scene, patches, chosen):
     -------
     (c, CELL_DIVISIONS²) bool
     """
+    if ray_scene.whole is not None:
+        ray_scene, patches, rows = ray_scene.whole
+        chosen = rows[chosen]
     starts = starts_in_cells(patches.place_key[chosen], upright_cells(CELL_DIVISIONS))
     first = first_states(ray_scene, patches, chosen, starts, rising=True)
     covered = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
-    suspect = np.flatnonzero((first == COVERED).any(axis=1))
+    suspect = np.flatnonzero((first >= TOUCHING).any(axis=1))
     if len(suspect):
         starts = starts_in_cells(patches.place_key[chosen[suspect]], np.arange(CELL_DIVISIONS**2))
         covered[suspect] = examine_cells(ray_scene, patches, chosen[suspect], starts)
@@ -98,7 +82,8 @@ def first_states(ray_scene, patches, chosen, starts, *, rising=False):
     Returns
     -------
     (c, m) int8
-        COVERED if it hits a back; UNKNOWN if it leaves below the horizon, from an open place or from below the ground.
+        COVERED if it hits a back, FACING a front, TOUCHING one that is as good as in the same place; OPEN if it reaches
+        the sky, UNKNOWN if it leaves below the horizon, from an open place or from below the ground.
     """
     b1, b2, shifts = starts
     u, v = (shifted(around, shifts[axis])[..., 0] for axis, around in enumerate(additive_recurrence(1, 2).T))
@@ -108,12 +93,16 @@ def first_states(ray_scene, patches, chosen, starts, *, rising=False):
         height = directions[..., 2]
         turned = (height < 0) & (local[2] > 2 * height * patches.normal[chosen, 2:])
         np.negative(height, where=turned, out=height)
-    hit = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3)).triangle.reshape(u.shape)
+    places = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
+    hit = places.triangle.reshape(u.shape)
     fate = np.empty(hit.shape, np.uint8)
     classify_rays(hit, np.moveaxis(directions, -1, 0), patches.facing, fate)
     backs = np.nonzero(fate == BACK)
     fate[backs] = np.where(patches.other_side[hit[backs]] < 0, BACK, FRONT)  # sheets have none
-    return STATE_OF_FATE[fate]
+    states = STATE_OF_FATE[fate]
+    touching = find_touching(patches, np.repeat(chosen, u.shape[1]), places).reshape(u.shape)
+    states[touching & (states == FACING)] = TOUCHING
+    return states
 
 
 def examine_cells(ray_scene, patches, chosen, starts):
@@ -141,7 +130,12 @@ def examine_cells(ray_scene, patches, chosen, starts):
     covered = verdict == COVERED
     row, cell = np.nonzero(verdict == UNKNOWN)
     places, shifts = (b1[row, cell], b2[row, cell]), np.stack([part[row, cell] for part in shifts], axis=1)
-    covered[row, cell] = vote_covered(ray_scene, patches, chosen[row], places, shifts)
+    found, back = vote_covered(ray_scene, patches, chosen[row], places, shifts)
+    covered[row, cell] = found
+    keys = mix(patches.place_key[chosen[row]] ^ np.uint64(0x1A51DE)) + cell.astype(np.uint64)
+    doubtful = np.flatnonzero(~found & (back >= 0))
+    places = Places(chosen[row], *places).take(doubtful)
+    covered[row[doubtful], cell[doubtful]] = lie_inside(ray_scene, patches, places, back[doubtful] > 0, keys[doubtful])
     return covered | lie_in_earth(ray_scene, patches, points_of_patches(patches, chosen, b1, b2))
 
 
@@ -162,7 +156,9 @@ def vote_covered(ray_scene, patches, chosen, places, shifts, *, rays=RAYS_PER_CE
 
     Returns
     -------
-    (k,) bool
+    covered : (k,) bool
+    back : (k,) int
+        How many meet backs; -1 where more than `stray` reach the sky.
     """
     around = additive_recurrence(rays, 2)
     u, v = (shifted(around[:, axis], shifts[:, axis]) for axis in (0, 1))
@@ -173,9 +169,9 @@ def vote_covered(ray_scene, patches, chosen, places, shifts, *, rays=RAYS_PER_CE
     upwards = directions[..., 2] > 0
     met = (back, (hit < 0) & upwards, (hit < 0) & ~upwards)
     back, sky, below = (which.sum(axis=1) for which in met)
-    inside = (2 * back > rays) & (sky <= stray)
     under = (4 * back > rays) & (back + below == rays)
-    return inside | under
+    back[sky > stray] = -1
+    return (2 * back > rays) | under, back
 
 
 def lie_in_earth(ray_scene, patches, points):
@@ -196,22 +192,26 @@ def lie_in_earth(ray_scene, patches, points):
     return ((above >= 0) & patches.ground[above] & (patches.normal[above, 2] > 0)).reshape(points.shape[:2])
 
 
-def settled_cells(verdict):
+def settled_cells(states):
     """The verdicts on cells that all their neighbours share; UNKNOWN for the others.
 
-    Along the edge of the covered part a single ray says little.
+    Along the edge of the covered part a single ray says little, and where none around reaches the sky, fronts may be
+    those of something inside.
 
     Parameters
     ----------
-    verdict : (c, cells) int8
+    states : (c, cells) int8
+        Of `first_states`.
 
     Returns
     -------
     (c, cells) int8
+        OPEN, COVERED or UNKNOWN.
     """
-    settled = np.full_like(verdict, UNKNOWN)
-    for state in (OPEN, COVERED):
-        settled[enclosed_cells(verdict == state)] = state
+    settled = np.full_like(states, UNKNOWN)
+    beside_sky = ~enclosed_cells(states != OPEN)
+    settled[enclosed_cells((states == OPEN) | (states == FACING)) & beside_sky] = OPEN
+    settled[enclosed_cells(states == COVERED)] = COVERED
     return settled
 
 
