@@ -158,7 +158,7 @@ def vote_covered(ray_scene, patches, chosen, places, shifts, *, rays=RAYS_PER_CE
     -------
     covered : (k,) bool
     back : (k,) int
-        How many meet backs; -1 where more than `stray` reach the sky.
+        How many meet backs; -1 where any reaches the sky.
     """
     around = additive_recurrence(rays, 2)
     u, v = (shifted(around[:, axis], shifts[:, axis]) for axis in (0, 1))
@@ -169,9 +169,9 @@ def vote_covered(ray_scene, patches, chosen, places, shifts, *, rays=RAYS_PER_CE
     upwards = directions[..., 2] > 0
     met = (back, (hit < 0) & upwards, (hit < 0) & ~upwards)
     back, sky, below = (which.sum(axis=1) for which in met)
+    inside = (2 * back > rays) & (sky <= stray)
     under = (4 * back > rays) & (back + below == rays)
-    back[sky > stray] = -1
-    return (2 * back > rays) | under, back
+    return inside | under, np.where(sky == 0, back, -1)
 
 
 def lie_in_earth(ray_scene, patches, points):

@@ -23,7 +23,7 @@ OPPOSITE = -0.9  # cosine between the normals of faces that look at each other
 
 
 def lie_inside(ray_scene, patches, places, sees_back, keys):
-    """Whether some points of patches, from which hardly a ray reaches the sky, lie inside something.
+    """Whether some points of patches, from which no ray reaches the sky, lie inside something.
 
     Rays go on from the fronts that they meet. Where a front looks back from less than TOUCHING, they start behind it.
 

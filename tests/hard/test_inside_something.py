@@ -9,7 +9,7 @@ from citypv.core.radiosity.measure_cover import measure_cover
 
 GROUND = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 24)
 SIDES = ("roof", "floor", "south", "north", "east", "west")
-CELL = 0.03  # error of a share that is found in 64 cells of each patch
+CELL = 0.04  # error of a share that is found in 64 cells of each patch
 
 
 def covered_sides(boxes, without=()):
