@@ -8,7 +8,9 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
-SKY, FAR, FRONT, BACK = range(4)
+SKY, FAR, FRONT, BACK, INSIDE = range(5)
+TOUCHING = 0.01  # [m]
+TURNS = 16
 
 
 class OwnRays:
@@ -46,17 +48,56 @@ class OwnRays:
         back = ((directions * self.normal[hit]).sum(axis=1) > 0) | self.footprint[hit]
         return np.where(hit >= 0, np.where(back, BACK, FRONT), np.where(directions[:, 2] > 0, SKY, FAR))
 
-    def shares(self, rows, points, rays, generator):
-        """Shares of the rays from each of some points that meet sky, far ground, fronts and backs: (n, points, 4)."""
-        found = np.empty((len(rows), points, 4))
+    def shares(self, rows, points, rays, generator, *, inside=False):
+        """Shares of the rays from each of some points that meet sky, far ground, fronts and backs, and, if
+        wanted, whether the point lies inside something: (n, points, 5)."""
+        found = np.zeros((len(rows), points, 5))
         step = max(1, (1 << 18) // (points * rays))
         for first in range(0, len(rows), step):
             some = rows[first : first + step]
             origins = np.repeat(self.points(some, points, generator), rays, axis=1).reshape(-1, 3)
             met = self.judge(origins, self.directions(some, points * rays, generator).reshape(-1, 3))
             met = met.reshape(len(some), points, rays)
-            found[first : first + step] = np.stack([(met == kind).mean(axis=2) for kind in range(4)], axis=-1)
+            share = np.stack([(met == kind).mean(axis=2) for kind in range(4)], axis=-1)
+            found[first : first + step, :, :INSIDE] = share
+            if inside:
+                dark = np.nonzero(share[..., SKY] == 0)
+                places = origins.reshape(*met.shape, 3)[:, :, 0][dark]
+                found[first : first + step, :, INSIDE][dark] = self.lie_inside(some[dark[0]], places, generator)
         return found
+
+    def lie_inside(self, rows, places, generator, rays=64):
+        """Whether most rays that go on from fronts, from 1 cm ahead where another face is closer, end at backs, and few
+        in the sky: (m,) bool of points of triangles, (m, 3)."""
+        ahead = self.normal[rows]
+        hit = self.tree.run(places.astype(np.float32), ahead.astype(np.float32))
+        along = (self.normal[hit] * ahead).sum(axis=1)
+        distance = ((self.corners[hit, 0] - places) * self.normal[hit]).sum(axis=1) / np.where(along < 0, along, -1)
+        closest = TOUCHING * np.minimum(1, np.sqrt(self.area[rows]))
+        close = (hit >= 0) & (along < -0.9) & (distance < closest)
+        row, path = np.repeat(rows, rays), np.arange(rays * len(rows))
+        origins = np.repeat(places + TOUCHING * close[:, None] * ahead, rays, axis=0)
+        towards, ends = self.directions(row, 1, generator)[:, 0], np.full(len(row), FRONT)
+        for _ in range(TURNS):
+            origins, towards = (np.ascontiguousarray(part, np.float32) for part in (origins, towards))
+            hit = self.tree.run(origins, towards)
+            ends[path] = self.judge_hits(hit, towards)
+            going = ends[path] == FRONT
+            path = path[going]
+            origins, towards = self.go_on(hit[going], origins[going].astype(float), towards[going], generator)
+        ends = ends.reshape(-1, rays)
+        return ((ends == BACK).mean(axis=1) > 0.5) & ((ends == SKY).mean(axis=1) <= 1 / 8)
+
+    def go_on(self, hit, origins, towards, generator):
+        """Where rays leave the faces that they meet, on the side that they come from, and to where."""
+        normal, corner = self.normal[hit], self.corners[hit, 0]
+        along = (towards * normal).sum(axis=1)
+        origins += (((corner - origins) * normal).sum(axis=1) / along)[:, None] * towards
+        normal *= -np.sign(along)[:, None]
+        origins += self.offset[hit, None] * normal
+        ball = generator.normal(size=(len(hit), 3))
+        towards = normal + (1 - 1e-7) * ball / np.linalg.norm(ball, axis=1, keepdims=True)
+        return origins, towards / np.linalg.norm(towards, axis=1, keepdims=True)
 
     def light(self, rows, count, generator, *, bounces, albedo=0.25, sheet=()):
         """Light of the isotropic sky on some triangles together, path by path: mean and standard error.
@@ -77,15 +118,8 @@ class OwnRays:
             if bounce < bounces:
                 found[path[met == FAR]] += albedo ** (bounce + 1)
             going = met == FRONT
-            path, hit, origins, towards = path[going], hit[going], origins[going].astype(float), towards[going]
-            normal, corner = self.normal[hit], self.corners[hit, 0]
-            along = (towards * normal).sum(axis=1)
-            origins += (((corner - origins) * normal).sum(axis=1) / along)[:, None] * towards
-            normal *= -np.sign(along)[:, None]
-            origins += self.offset[hit, None] * normal
-            ball = generator.normal(size=(len(hit), 3))
-            towards = normal + (1 - 1e-7) * ball / np.linalg.norm(ball, axis=1, keepdims=True)
-            towards /= np.linalg.norm(towards, axis=1, keepdims=True)
+            path = path[going]
+            origins, towards = self.go_on(hit[going], origins[going].astype(float), towards[going], generator)
         return found.mean(), found.std() / np.sqrt(count)
 
     def lit(self, rows, points, sun, generator):
