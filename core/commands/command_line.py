@@ -29,7 +29,8 @@ class OneLineParser(argparse.ArgumentParser):
 
     def error(self, message):
         """Exit with status 2."""
-        self.exit(2, f"{self.prog}: error: {message}; see {self.prog} --help\n")
+        hint = "give it before options of several values, such as --weather; " if "required: CITY" in message else ""
+        self.exit(2, f"{self.prog}: error: {message}; {hint}see {self.prog} --help\n")
 
 
 def main(arguments=None, draw=None):
@@ -49,8 +50,7 @@ def main(arguments=None, draw=None):
     """
     parser = build_parser()
     try:
-        options = parser.parse_args(arguments)
-        if imply_settings(options):
+        if imply_settings(options := parser.parse_args(arguments)):
             options = parser.parse_args(arguments)
         options.free = free_settings(parser, options, arguments, KNOBS)
     except SystemExit as stop:

@@ -69,9 +69,9 @@ def whole_folder(folder, overwrite=False):
     check_folder(folder, overwrite)
     folder = Path(folder).absolute()
     made = [place for place in folder.parents if not place.exists()]
-    folder.parent.mkdir(parents=True, exist_ok=True)
     work = folder.parent / f".{folder.name}.unfinished"
     try:
+        make_folder(work, folder)
         with lock_folder(work, folder):
             try:
                 yield work
@@ -88,9 +88,23 @@ def whole_folder(folder, overwrite=False):
         raise
 
 
+def make_folder(work, folder):
+    """Create the temporary folder and those above it.
+
+    Raises
+    ------
+    InputError
+        The system does not allow it.
+    """
+    try:
+        work.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(folder, f"cannot be made ({error.strerror})", "choose another --out") from error
+
+
 @contextmanager
 def lock_folder(work, folder):
-    """Create an empty temporary folder, locked by this process.
+    """Lock the temporary folder for this process, and empty it.
 
     Raises
     ------
@@ -98,7 +112,6 @@ def lock_folder(work, folder):
         Another process has it.
     """
     busy = InputError(folder, "another run is writing to it", "wait for it to end, or choose another --out")
-    work.mkdir(exist_ok=True)
     with (work / LOCK).open("a") as file:
         if not lock_file(file):
             raise busy

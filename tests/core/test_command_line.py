@@ -221,6 +221,7 @@ REFUSED = {
     "negative bounces": (["CITY", "--max-bounces", "-1"], "--max-bounces"),
     "beyond the poles": (["CITY", "--latitude", "91", "--longitude", "0"], "--latitude"),
     "a place off the weather's grid": (["CITY", "--weather", "ERA5", "--latitude", "10", "--longitude", "10"], "era5"),
+    "a city behind the weather": (["--weather", "ERA5", "CITY"], "give it before options of several values"),
     "no such option": (["CITY", "--colour", "red"], "--colour"),
 }
 

@@ -38,6 +38,14 @@ def test_a_second_run_in_the_same_process_is_refused(tmp_path):
         pass
 
 
+def test_a_folder_that_the_system_does_not_allow_is_refused(tmp_path):
+    """A name longer than the 255 bytes that file systems take; access rights do not stop the user root."""
+    folder = tmp_path / "new" / ("x" * 250)
+    with pytest.raises(InputError, match=r"cannot be made \(.+\); choose another --out"), whole_folder(folder):
+        pass
+    assert not list(tmp_path.iterdir())
+
+
 def test_what_a_killed_run_left_is_taken_over(tmp_path):
     left = tmp_path / ".out.unfinished"
     (left / "deep").mkdir(parents=True)
