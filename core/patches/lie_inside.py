@@ -68,7 +68,7 @@ def walk(ray_scene, patches, places, ahead, keys):
     triangle, b1, b2 = places.take(point)
     inside, above = np.zeros((2, count), np.int64)
     for turn in range(TURNS):
-        u, v = (uniform_of(keys[going], np.array(2 * turn + axis)) for axis in (1, 2))
+        u, v = uniform_of(keys[going, None], np.arange(2 * turn + 1, 2 * turn + 3)).T
         local = tuple(part[:, None] for part in cosine_direction(u, v))
         starts = rays_from_patches(patches, triangle, b1[:, None], b2[:, None], local)
         origins, directions = (part[:, 0] for part in starts)
