@@ -131,6 +131,8 @@ def describe_prices(listed):
     lines = [
         f"{listed.patches:,} patches; the pilot took {listed.pilot_seconds:.0f} s; "
         f"reading, checks and files add about {listed.fixed:.0f} s to tracing",
+        "Standard error of full load hours that half and 95 % of the eligible area do not exceed, its largest part, "
+        "and the light beyond the last reflection:",
         f"{'':24} {'seconds':>8} {'tracing':>8} {'half of':>8} {'95 % of':>8} {'largest part':14} {'reflections':>11}",
         f"{'':24} {'':>8} {'':>8} {'area, %':>8} {'area, %':>8} {'':14} {'left out, %':>11}",
     ]

@@ -12,6 +12,7 @@ from ..study import read_buildings, stand_city
 from ..trees.crowns import volume_of_crowns
 
 NAMES_SHOWN = 3
+NOTES = {"eligible": " (before tracing, which leaves out walls that neighbours cover)"}
 
 
 def inspect_city(paths, request, progress=silent):
@@ -132,7 +133,7 @@ def describe_city(found):
         f"grid north   at {site['convergence']:+.4f}° from true north",
     ]
     for title in ("kinds", "thematic", "eligible"):
-        lines.append(f"{title}:")
+        lines.append(f"{title}{NOTES.get(title, '')}:")
         lines += [
             f"  {name or '(none)':<22} {row['count']:>8,}  {row['area']:>14,.1f} m²"
             for name, row in found[title].items()

@@ -32,6 +32,7 @@ from .transfer_fields import (
 )
 
 CURE = "give the transfer.nc of a run of citypv simulate"
+OTHER_CURE = "give the transfer.nc of a run of citypv simulate, or trace the city again if another version wrote it"
 
 
 def read_transfer(path):
@@ -60,7 +61,7 @@ def read_transfer(path):
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(path, f"cannot be read as NetCDF ({error})", CURE) from error
     if dataset.attrs.get("title") != FORMAT:
-        raise InputError(path, f"its title is {dataset.attrs.get('title')!r}, not {FORMAT!r}", CURE)
+        raise InputError(path, f"its title is {dataset.attrs.get('title')!r}, not {FORMAT!r}", OTHER_CURE)
     try:
         check_dimensions(path, dataset)
         transfer = transfer_of_dataset(dataset)
