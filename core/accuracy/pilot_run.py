@@ -11,6 +11,8 @@ from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..photons.trace_hybrid import trace_hybrid
 from ..progress import SUN_STAGE
+from ..radiosity.sun_visibility import POINTS_PER_TASK
+from ..radiosity.trace_hemisphere import RAYS_PER_TASK
 from ..sky.choose_sky import choose_sky
 from ..transfer.take_rows import take_rows
 from .part_of_city import spread_transfer, take_part
@@ -40,6 +42,8 @@ class PilotRun:
     main_seconds: tuple  # [s] of the main thread, before the suns and from then on
     errors: object  # YieldErrors; None of a run that is only timed
     last_bounce: float  # share of the last reflection of all light
+    shared: tuple = (1.0, 1.0)  # most of the threads that had work, on average: before the suns, and from then on
+    threads: int = 1
 
 
 class MainClock:
@@ -120,8 +124,21 @@ def trace_task(task, suns):
         main_seconds=main_seconds,
         errors=None,
         last_bounce=max(record.last_bounce_share_diffuse, record.last_bounce_share_direct),
+        threads=record.threads,
     )
-    return run, transfer
+    return replace(run, shared=share_work(run)), transfer
+
+
+def share_work(run):
+    """Most of the threads that tasks of a PilotRun gave work to, on average: two float, as of `PilotRun`.
+
+    A run of few patches has fewer tasks than threads, or a last task that all others wait for; that of a city has not.
+    """
+    patches = max(run.counts[0], 1)
+    rays = max(RAYS_PER_TASK // run.samples, 1)
+    points = max(min(POINTS_PER_TASK // run.shadow_samples, -(-patches // run.threads)), 1)
+    tasks = np.array([-(-patches // rays), -(-patches // points)])
+    return tuple((tasks / (-(-tasks // run.threads) * run.threads)).tolist())
 
 
 def trace_part(inputs, part, setting, counted):

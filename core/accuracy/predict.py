@@ -125,16 +125,16 @@ def beyond_arrays(pilot, stage):
 def wall_of(runs):
     """Wall time of the threads over their processor time, without what the main thread does alone: float.
 
-    It is that of the part of the runs, sky or suns, in which the threads shared their work best: in a run of the whole
-    city each part has work for all of them.
+    It is that of the part of the runs, sky or suns, in which the threads shared their work best, as if each of them had
+    had work all the time: in a run of the whole city they have.
     """
     ratios = []
     for run in runs:
         (wall, wall_of_suns), (processor, of_them) = map(split_stages, (run.seconds, run.processor_seconds))
         alone, alone_with_suns = run.main_seconds
-        ratios.append((wall - alone) / max(processor - alone, 1e-9))
-        ratios.append((wall_of_suns - alone_with_suns) / max(of_them - alone_with_suns, 1e-9))
-    return max(min(ratios), 0.0)
+        ratios.append(run.shared[0] * (wall - alone) / max(processor - alone, 1e-9))
+        ratios.append(run.shared[1] * (wall_of_suns - alone_with_suns) / max(of_them - alone_with_suns, 1e-9))
+    return max(min(ratios), 1 / runs[0].threads)
 
 
 def split_stages(seconds):

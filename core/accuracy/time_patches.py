@@ -14,7 +14,7 @@ from .pilot_run import RUNS, prepare_part, trace_task
 from .survey import DRAWN
 
 FEW, ROWS = 64, 30_000  # patches of the runs that tell what the city's size costs, and rows of the larger arrays
-TIMED, SECONDS = (2_000, 6_000), 0.4  # patches of the timed runs, so many that run A takes [s]
+TIMED, SECONDS = (2_000, 6_000), 0.5  # patches of the timed runs, so many that run A takes [s]
 BLOCK = 32  # patches drawn together: rays of neighbours go similar ways, and cost less than those of strangers
 TIMES = 2  # that each run is timed
 

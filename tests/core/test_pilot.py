@@ -9,7 +9,8 @@ from small_city import write_small_city
 
 from citypv.core.accuracy import time_patches
 from citypv.core.accuracy.pilot import choose_neighbourhood
-from citypv.core.accuracy.pilot_run import RUNS, PilotRun, trace_part
+from citypv.core.accuracy.pilot_run import RUNS, PilotRun, share_work, trace_part
+from citypv.core.accuracy.predict import wall_of
 from citypv.core.accuracy.time_patches import BLOCK, draw_patches
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.request import Request
@@ -102,3 +103,17 @@ def test_other_work_during_one_run_of_each_does_not_count(monkeypatch):
         assert run.processor_seconds == {"sky": true[name], "suns": 2 * true[name]}
         assert run.seconds == {"sky": 0.5 * true[name], "suns": true[name]}
         assert run.main_seconds == (0.1, 0.2)
+
+
+def test_wall_time_is_that_of_threads_that_have_work():
+    """Rays come in tasks of 2¹⁸, points of 2¹⁴: of 3,640 patches 4 tasks of 256 rays, one of 64, 4 of 16 points."""
+    run = PilotRun(256, 16, 3, 12, (3640, 0), 0.1, {}, {}, (0.1, 0.2), None, 0.0, threads=2)
+    assert share_work(run) == (1.0, 1.0)
+    assert share_work(replace(run, samples=64, shadow_samples=4)) == (0.5, 1.0)  # points: no task of more than a half
+    assert share_work(replace(run, counts=(3000, 0))) == (0.75, 0.75)  # 3 tasks, the last one alone
+    assert share_work(replace(run, threads=16)) == (0.25, 1.0)
+    # One task of 2 s, and 0.1 s of the main thread: two threads would have taken half of it.
+    one = replace(run, samples=64, shared=(0.5, 1.0), processor_seconds={"sky": 2.1, "suns": 3.2})
+    assert wall_of([replace(one, seconds={"sky": 2.1, "suns": 2.9})]) == pytest.approx(0.5)
+    assert wall_of([replace(one, seconds={"sky": 2.7, "suns": 2.0})]) == pytest.approx(1.8 / 3.0)
+    assert wall_of([replace(one, seconds={"sky": 0.5, "suns": 0.5})]) == 0.5  # no less than all threads at work
