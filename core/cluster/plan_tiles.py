@@ -32,17 +32,18 @@ def plan_tiles(scene, weather, request, settings, tell):
     if len(scene.triangles) <= LARGEST:
         return prepare_study(scene, weather, request)
     materials, scene = name_brdfs(scene, request), add_backs(scene)
-    name, part, rows = take_densest(scene, settings.tile, request.ground_albedo)
+    name, part, rows = take_densest(scene, settings.tile, request.ground_albedo, materials)
     tell(f"  (decided for tile {name}, which has most surfaces)")
     of_part = [materials[row] for row in rows.tolist()] + materials[-1:]
     prepared = prepare_study(part, weather, request, materials=of_part)
     return PreparedScene(scene, materials, None, prepared.plan, prepared.suns)
 
 
-def take_densest(scene, size, ground_albedo):
+def take_densest(scene, size, ground_albedo, materials):
     """Name, Scene and rows of the tile with most surfaces, and its surroundings."""
     scene = replace(scene, number=number_triangles(scene.triangle_surface))
     pieces = box_pieces(scene)
     name, rows = max(assign_tiles(scene, size), key=lambda square: len(square[1]))
     tile = surround(name, rows, pieces, bin_pieces(pieces, size), ground_albedo)
-    return name, *take_part(scene, pieces, tile)
+    part, rows, _, _ = take_part(scene, pieces, tile, materials)
+    return name, part, rows

@@ -5,10 +5,13 @@ from dataclasses import fields, replace
 import numpy as np
 
 from ..city.city import ImportReport
+from ..materials.read_albedo import brdfs_of_triangles
 from ..patches.patches import number_triangles
 from ..scene.add_backs import add_backs
+from ..scene.scene import FAR, OWN
 from ..trees.crowns import Crowns
-from .tiles import FAR, LEFT_OUT, rises
+from .coarsen_surroundings import coarsen
+from .tiles import LEFT_OUT, rises
 
 
 def prepare_whole(scene):
@@ -17,7 +20,7 @@ def prepare_whole(scene):
     return replace(scene, number=number_triangles(scene.triangle_surface))
 
 
-def take_part(scene, pieces, tile):
+def take_part(scene, pieces, tile, materials):
     """Scene of a tile and its surroundings, with the origin, the axes and the random numbers of the whole.
 
     Parameters
@@ -26,25 +29,35 @@ def take_part(scene, pieces, tile):
         Of `prepare_whole`.
     pieces : Pieces
     tile : Tile
+    materials : list of Found
+        Of all surfaces and the ground.
 
     Returns
     -------
     scene : Scene
     rows : (k,) int
         Its surfaces in the whole.
+    moved : (t,) bool
+        Triangles of the scene that were made coarser.
+    complete : bool
+        Whether nothing of the whole is left out.
     """
     around = tile.around[pieces.of_triangle]
     around[hide_below(scene, np.flatnonzero(around == FAR), tile)] = LEFT_OUT
+    complete = bool((tile.around > LEFT_OUT).all() and (around > LEFT_OUT).all())
     kept = np.flatnonzero(around > LEFT_OUT)
+    used, triangles = number_corners(scene.triangles[kept], len(scene.vertices))
+    exact = (around[kept] == OWN) | (brdfs_of_triangles(scene, None, materials).index[kept] >= 0)
+    vertices, triangles, distinct, moved = coarsen(scene.vertices[used], triangles, around[kept] == OWN, exact)
+    kept = kept[distinct]
     count = len(scene.surfaces)
     rows = np.flatnonzero(tile.around[:count] > LEFT_OUT)
     place = np.full(count + 1, -1, np.int32)  # the generated ground's -1 takes the last
     place[rows] = np.arange(len(rows), dtype=np.int32)
-    used, triangles = np.unique(scene.triangles[kept], return_inverse=True)
     part = replace(
         scene,
-        vertices=scene.vertices[used],
-        triangles=triangles.reshape(-1, 3).astype(np.int32),
+        vertices=vertices,
+        triangles=triangles,
         triangle_surface=place[scene.triangle_surface[kept]],
         footprint=scene.footprint[kept],
         closure=scene.closure[kept],
@@ -54,13 +67,20 @@ def take_part(scene, pieces, tile):
         halo=around[kept],
         trees=take_crowns(scene.trees, tile.around[pieces.first_crown :] > LEFT_OUT),
     )
-    return replace(part, **take_optional(scene, kept, place, rows)), rows
+    return replace(part, **take_optional(scene, kept, place, rows)), rows, moved, complete
 
 
 def hide_below(scene, far, tile):
     """Those triangles of the far surroundings that do not rise by 2° themselves: lower parts of facades, (k,) int."""
     corners = np.asarray(scene.vertices, float)[scene.triangles[far]]
     return far[~rises(corners.min(axis=1), corners.max(axis=1), tile.box, tile.lowest)]
+
+
+def number_corners(triangles, count):
+    """Which of `count` vertices some triangles have, (w,) int, and the triangles as rows of these, (t, 3) int32."""
+    used = np.zeros(count, bool)
+    used[triangles.ravel()] = True
+    return np.flatnonzero(used), (np.cumsum(used, dtype=np.int32) - 1)[triangles]
 
 
 def take_surfaces(surfaces, rows, own):
@@ -103,11 +123,11 @@ def take_crowns(crowns, chosen):
         return None
     kept = np.flatnonzero(chosen[crowns.tree])
     place = np.cumsum(chosen) - 1
-    used, triangles = np.unique(crowns.triangles[kept], return_inverse=True)
+    used, triangles = number_corners(crowns.triangles[kept], len(crowns.vertices))
     trees = np.flatnonzero(chosen)
     return Crowns(
         crowns.vertices[used],
-        triangles.reshape(-1, 3).astype(crowns.triangles.dtype),
+        triangles.astype(crowns.triangles.dtype),
         place[crowns.tree[kept]].astype(crowns.tree.dtype),
         crowns.trunk[kept],
         [crowns.names[tree] for tree in trees.tolist()],

@@ -12,7 +12,7 @@ hides what stays exact, because rays still meet the triangles of the whole city.
 
 import numpy as np
 
-from ..accuracy.part_of_city import take_part
+from ..accuracy.part_of_city import keep_patches
 from ..sampling.hemisphere_rays import hemisphere_rays
 from ..sampling.random_numbers import mix, uniform
 from ..sampling.sample_points import sobol_digits
@@ -46,7 +46,7 @@ def thin_surroundings(scene, prepared, reported):
     met = count_met(prepared, prepared.scene.halo == OWN)
     drawn = draw_members(cluster, met, prepared.patches)
     part = drawn[cluster] == np.arange(len(cluster))
-    return take_part(scene, prepared, part, members=drawn[cluster], reported=reported)
+    return keep_patches(scene, prepared, part, members=drawn[cluster], reported=reported)
 
 
 def cluster_patches(scene, patches):

@@ -39,6 +39,7 @@ class Part:
     scene: Scene
     own: np.ndarray  # (m,) int, surfaces of the scene that the tile reports
     materials: list  # of materials.read_albedo.Found: each surface and, last, the generated ground
+    moved: np.ndarray  # (t,) bool, triangles of the scene that were made coarser
     inner: tuple  # bounds of the tile with its near surroundings in plan, two (2,) float64 [m]
     complete: bool  # whether nothing of the whole is left out
     measure: bool  # whether the error of sun sampling is measured here
@@ -69,9 +70,7 @@ def trace_part(run_path, part_path, result_path, threads):
     prepared = prepare_scene(scene, request, suns=run.suns, materials=part.materials)
     effects = [run.terrain if one.key == run.terrain.key else one for one in prepared.plan.effects]
     prepared = build_tree(replace(prepared, plan=replace(prepared.plan, effects=effects)), request)
-    halo = {"sky": 0.0, "reflected": 0.0}
-    if not part.complete:
-        halo = measure_halo(prepared, request.seed, part.inner, run.city)
+    halo = measure_halo(prepared, request.seed, part, run.city)
     few = thin_surroundings(scene, prepared, part.own)
     triangles = len(scene.triangles), int((scene.halo == OWN).sum())
     del scene, prepared

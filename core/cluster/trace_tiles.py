@@ -23,6 +23,7 @@ from ..progress import silent
 from ..request import option_of
 from ..results.read_transfer import read_transfer
 from ..version import __version__
+from .bound_halo import SHARES
 from .join_tiles import join_records, join_tiles
 from .run_tasks import SERIAL, check_cluster, open_workers, run_tasks
 from .take_part import prepare_whole, take_part
@@ -30,7 +31,7 @@ from .tiles import DEFAULT, assign_tiles, bin_pieces, box_pieces, check_tile_siz
 from .trace_part import Part, Run, trace_part
 
 MEASURED = 8  # tiles in which the error of sun sampling is measured
-TASK_VERSION = 2  # raised when results of earlier runs are no longer to be used
+TASK_VERSION = 3  # raised when results of earlier runs are no longer to be used
 KEY_LENGTH = 24
 SETTLED = ("reflections", "far-ground", "perez", "trees", "specular")  # effects that every tile takes over as decided
 ONE_MACHINE = ("target_error", "time_budget")
@@ -176,12 +177,11 @@ def settle(plan, request):
 
 def part_of_tile(scene, pieces, tile, materials, *, measure):
     """What a worker needs for a tile: Part."""
-    part, rows = take_part(scene, pieces, tile)
+    part, rows, moved, complete = take_part(scene, pieces, tile, materials)
     own = np.searchsorted(rows, tile.rows)
     found = [materials[row] for row in rows.tolist()] + materials[-1:]
     inner = tile.box[0][:2], tile.box[1][:2]
-    complete = len(part.triangles) == len(scene.triangles) and len(part.trees or ()) == len(scene.trees or ())
-    return Part(part, own, found, inner, complete, measure)
+    return Part(part, own, found, moved, inner, complete, measure)
 
 
 def gather_tiles(found, prepared, request, settings, folder):
@@ -216,7 +216,7 @@ def describe_tiles(tiles, figures, settings):
     """Tiles, what they took, and what their surroundings leave out, for the summary: dict."""
     area = np.array([sum(one["areas"].values()) for one in figures])
     share = area / area.sum() if area.any() else np.full(len(area), 1 / len(area))
-    halo = {key: [one["halo"].get(key, 0.0) for one in figures] for key in ("sky", "reflected")}
+    halo = {key: [one["halo"].get(key, 0.0) for one in figures] for key in SHARES}
     peaks = [one["peak_memory_bytes"] for one in figures if one["peak_memory_bytes"]]
     return {
         "cluster": settings.cluster,
