@@ -1,14 +1,12 @@
 """Which parts of patches lie inside or under something."""
 
 import numpy as np
-from numba import njit
 
 from ..rays.places import Places
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
 from ..sampling.random_numbers import mix, uniform_of
 from ..sampling.sample_points import (
     additive_recurrence,
-    cell_contacts,
     cosine_direction,
     shifted,
     stratified_points,
@@ -16,10 +14,20 @@ from ..sampling.sample_points import (
 )
 from .classify_rays import BACK, DARK, FRONT, SKY, classify_rays, meets_back
 from .lie_inside import find_touching, lie_inside
+from .settle_cells import (
+    COVERED,
+    FACING,
+    LEADING,
+    OPEN,
+    TOUCHING,
+    UNKNOWN,
+    enclosed_cells,
+    settled_cells,
+    share_verdicts,
+)
 
 RAYS_PER_CELL = 8  # per vote
 STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an open shell
-UNKNOWN, FACING, OPEN, TOUCHING, COVERED = np.int8(range(5))  # what a ray from a cell tells on it
 STATE_OF_FATE = np.full(DARK + 1, UNKNOWN)
 STATE_OF_FATE[[FRONT, SKY, BACK]] = FACING, OPEN, COVERED
 
@@ -108,12 +116,13 @@ def first_states(ray_scene, patches, chosen, starts, *, rising=False):
 def examine_cells(ray_scene, patches, chosen, starts):
     """Which cells of patches lie inside or under something, by rays from one point in each.
 
-    First rays settle cells deep in the open or deep inside. In the others RAYS_PER_CELL rays vote: a cell is covered if
-    more than half of them hit backs and at most one reaches the sky. Real models are open shells: a single ray proves
-    nothing, and rays into an open house from outside hit backs, but others reach the sky. From a wall that continues
-    below the ground, rays hit the back of the ground upwards and nothing downwards: no ray carries light, so the cell
-    is covered too. Below a slope some rays would escape to the sky under the hill; there a vertical ray decides, which
-    hits the back of the ground first.
+    First rays settle cells deep in the open or deep inside. In the others RAYS_PER_CELL rays vote, first in the leading
+    ones; a cell between such as agree takes their verdict, unless its first ray or a neighbour's denies it. A cell is
+    covered if more than half of the rays hit backs and at most one reaches the sky. Real models are open shells: a
+    single ray proves nothing, and rays into an open house from outside hit backs, but others reach the sky. From a wall
+    that continues below the ground, rays hit the back of the ground upwards and nothing downwards: no ray carries
+    light, so the cell is covered too. Below a slope some rays would escape to the sky under the hill; there a vertical
+    ray decides, which hits the back of the ground first.
 
     Parameters
     ----------
@@ -125,18 +134,44 @@ def examine_cells(ray_scene, patches, chosen, starts):
     -------
     (c, cells) bool
     """
+    states = first_states(ray_scene, patches, chosen, starts)
+    verdict = settled_cells(states)
+
+    def judge(asked):
+        row, cell = np.nonzero(asked & (verdict == UNKNOWN))
+        found = judge_cells(ray_scene, patches, (chosen[row], cell), take_cells(starts, row, cell))
+        verdict[row, cell] = np.where(found, COVERED, OPEN)
+
+    judge(np.isin(np.arange(states.shape[1]), LEADING))
+    verdict = share_verdicts(verdict, states)
+    judge(np.ones(1, bool))
+    earth = lie_in_earth(ray_scene, patches, points_of_patches(patches, chosen, *starts[:2]))
+    return (verdict == COVERED) | earth
+
+
+def take_cells(starts, row, cell):
+    """Those of some cells: weights of points as (k,) float32, random numbers as (k, 2) float32."""
     b1, b2, shifts = starts
-    verdict = settled_cells(first_states(ray_scene, patches, chosen, starts))
-    covered = verdict == COVERED
-    row, cell = np.nonzero(verdict == UNKNOWN)
-    places, shifts = (b1[row, cell], b2[row, cell]), np.stack([part[row, cell] for part in shifts], axis=1)
-    found, back = vote_covered(ray_scene, patches, chosen[row], places, shifts)
-    covered[row, cell] = found
-    keys = mix(patches.place_key[chosen[row]] ^ np.uint64(0x1A51DE)) + cell.astype(np.uint64)
+    return b1[row, cell], b2[row, cell], np.stack([part[row, cell] for part in shifts], axis=1)
+
+
+def judge_cells(ray_scene, patches, cells, starts):
+    """Whether some cells lie inside or under something, by a vote and, where that leaves doubts, by walks: (k,) bool.
+
+    Parameters
+    ----------
+    cells : tuple of (k,) int and (k,) int
+        Their patches, and their numbers in these.
+    starts : tuple
+        Of `take_cells`.
+    """
+    (own, cell), (b1, b2, shifts) = cells, starts
+    found, back = vote_covered(ray_scene, patches, own, (b1, b2), shifts)
     doubtful = np.flatnonzero(~found & (back >= 0))
-    places = Places(chosen[row], *places).take(doubtful)
-    covered[row[doubtful], cell[doubtful]] = lie_inside(ray_scene, patches, places, back[doubtful] > 0, keys[doubtful])
-    return covered | lie_in_earth(ray_scene, patches, points_of_patches(patches, chosen, b1, b2))
+    keys = (mix(patches.place_key[own] ^ np.uint64(0x1A51DE)) + cell.astype(np.uint64))[doubtful]
+    places = Places(own, b1, b2).take(doubtful)
+    found[doubtful] = lie_inside(ray_scene, patches, places, back[doubtful] > 0, keys)
+    return found
 
 
 def vote_covered(ray_scene, patches, chosen, places, shifts, *, rays=RAYS_PER_CELL, stray=STRAY_RAYS):
@@ -190,60 +225,6 @@ def lie_in_earth(ray_scene, patches, points):
     up = np.tile(np.float32([0, 0, 1]), (points.shape[0] * points.shape[1], 1))
     above = ray_scene.trace_closest(points.reshape(-1, 3), up)
     return ((above >= 0) & patches.ground[above] & (patches.normal[above, 2] > 0)).reshape(points.shape[:2])
-
-
-def settled_cells(states):
-    """The verdicts on cells that all their neighbours share; UNKNOWN for the others.
-
-    Along the edge of the covered part a single ray says little, and where none around reaches the sky, fronts may be
-    those of something inside.
-
-    Parameters
-    ----------
-    states : (c, cells) int8
-        Of `first_states`.
-
-    Returns
-    -------
-    (c, cells) int8
-        OPEN, COVERED or UNKNOWN.
-    """
-    settled = np.full_like(states, UNKNOWN)
-    beside_sky = ~enclosed_cells(states != OPEN)
-    settled[enclosed_cells((states == OPEN) | (states == FACING)) & beside_sky] = OPEN
-    settled[enclosed_cells(states == COVERED)] = COVERED
-    return settled
-
-
-def enclosed_cells(covered):
-    """Covered cells whose neighbours are all covered.
-
-    Parameters
-    ----------
-    covered : (c, cells) bool
-
-    Returns
-    -------
-    (c, cells) bool
-    """
-    enclosed = np.zeros(covered.shape, bool)
-    mark_enclosed(covered, cell_contacts(round(np.sqrt(covered.shape[1]))), enclosed)
-    return enclosed
-
-
-@njit(nogil=True, cache=True)
-def mark_enclosed(covered, contacts, enclosed):
-    """Set cells in `enclosed`, (c, cells) bool, that are covered and touch only covered cells.
-
-    A matrix product would do as well, but would start BLAS threads that compete with the tracer's.
-    """
-    for patch in range(len(covered)):
-        for cell in range(covered.shape[1]):
-            if covered[patch, cell]:
-                alone = False
-                for other in range(covered.shape[1]):
-                    alone |= contacts[cell, other] and not covered[patch, other]
-                enclosed[patch, cell] = not alone
 
 
 def cells_near_cover(covered, within):

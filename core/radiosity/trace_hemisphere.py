@@ -16,7 +16,8 @@ from ..errors import InputError
 from ..form_factors.form_factors import FEWEST_RAYS, FormFactors, count_hits, count_starts
 from ..horizon.horizon import mark_hidden
 from ..patches.classify_rays import BACK, DARK, FAR_GROUND, FRONT, LEAVES, SKY, classify_rays
-from ..patches.find_covered import cells_near_cover, enclosed_cells, find_covered_cells, lie_in_earth
+from ..patches.find_covered import cells_near_cover, find_covered_cells, lie_in_earth
+from ..patches.settle_cells import enclosed_cells
 from ..patches.stop_in_crowns import stop_in_crowns
 from ..rays.places import Places
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
@@ -98,9 +99,12 @@ def trace_hemisphere(
     )
     if len(rows):
         progress("sky and reflections", 0, len(rows) * sample_count, "rays")
-    for chosen, traced_rows in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
+    done = 0
+    for task, traced_rows in zip(tasks, map_in_order(trace_rows, tasks, threads), strict=True):
         tally, covered, matrix_rows = traced_rows
-        found.covered[chosen] = covered
+        found.covered[task] = covered
+        dark = covered.all(axis=1)
+        chosen = task[~dark]
         found.sky[chosen], found.far_ground[chosen] = tally.sky, tally.far_ground
         if reflections:
             matrix_rows.rays = len(sequence)
@@ -108,17 +112,19 @@ def trace_hemisphere(
         if tallies is not None:
             tallies.sky.view[chosen], tallies.sky.deviation[chosen] = tally.element_sky, tally.deviation
             tallies.far_ground[chosen], tallies.open_share[chosen] = tally.element_far_ground, tally.open_share
+            tallies.open_share[task[dark]] = 0
         found.ray_count += len(chosen) * sample_count
-        progress("sky and reflections", found.ray_count, len(rows) * sample_count, "rays")
+        done += len(task)
+        progress("sky and reflections", done * sample_count, len(rows) * sample_count, "rays")
     return found
 
 
 def trace_patches(ray_scene, patches, chosen, sequence, cells, terrain=None):  # noqa: PLR0917
-    """Trace the hemisphere rays of some patches.
+    """Trace the hemisphere rays of some patches; of these, such as are wholly covered need none.
 
     Parameters
     ----------
-    chosen : (c,) int
+    chosen : (m,) int
     sequence : (rays / HEMISPHERE_REPLICATES, 4) uint32
     cells : tuple of two int, or None
         `cells` of `trace_hemisphere` and `starts` of `FormFactors`; None if no matrix is wanted.
@@ -127,21 +133,24 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells, terrain=None):  #
     Returns
     -------
     tally : Tally
-    covered : (c, CELL_DIVISIONS²) bool
+        Of the c patches that are not wholly covered.
+    covered : (m, CELL_DIVISIONS²) bool
     rows : Rows or None
+        Of these c.
     """
+    covered_cells = find_covered_cells(ray_scene, patches, chosen)
+    some = ~covered_cells.all(axis=1)
+    chosen, covered = chosen[some], covered_cells[some]
     origins, directions, start_cells = hemisphere_rays(patches, chosen, sequence)
     hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
     hit = hits.triangle.reshape(start_cells.shape)
     fate = np.empty(hit.shape, np.uint8)
     classify_rays(hit, np.moveaxis(directions, -1, 0), patches.facing, fate)
 
-    covered = find_covered_cells(ray_scene, patches, chosen)
     within = np.flatnonzero(covered.any(axis=1))
     mark_dark(fate, within, start_cells, covered[within], enclosed_cells(covered[within]))
     # Along the ground line the start of each ray is tested for being below ground.
-    partly = within[~covered[within].all(axis=1)]
-    fate[partly] = np.where(lie_in_earth(ray_scene, patches, origins[partly]), DARK, fate[partly])
+    fate[within] = np.where(lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within])
 
     if ray_scene.canopy is not None:
         stop_at_leaves(ray_scene, patches, (origins, directions), hits, fate)
@@ -151,10 +160,10 @@ def trace_patches(ray_scene, patches, chosen, sequence, cells, terrain=None):  #
     cells, starts = cells or (1, 0)
     tally = tally_rays(fate, start_cells, cells_near_cover(covered, within), cells)
     if not starts:
-        return tally, covered, None
+        return tally, covered_cells, None
     cell_of = cells_inside(CELL_DIVISIONS, round(np.sqrt(cells)))
     start_of = start_cells, cell_of if starts > 1 else np.zeros_like(cell_of), starts
-    return tally, covered, count_hits(chosen, (hit, fate == FRONT), (hits.b1, hits.b2), cells, start_of)
+    return tally, covered_cells, count_hits(chosen, (hit, fate == FRONT), (hits.b1, hits.b2), cells, start_of)
 
 
 def stop_at_leaves(ray_scene, patches, rays, places, fate):

@@ -51,7 +51,7 @@ def trace_in_turn(context, tallies):
     full = traced if plan.receivers is None else traced & plan.receivers
     ground = plan["reflectors"].setting if plan.reflectors else np.zeros(len(patches), bool)
 
-    # Ground that turns out to be unseen is counted as if it were traced.
+    # Ground that turns out to be unseen, and what is covered, are counted as if they were traced.
     most = every * int((full & ~ground).sum()) + fewer * int((traced & ~(full & ~ground)).sum())
     before = 0
 
@@ -72,14 +72,14 @@ def trace_in_turn(context, tallies):
     if plan.receivers is not None and plan.reflections:
         found.seen = measure_seen(found.form_factors, patches.area)
     others = traced & ~full & ~ground
+    before = every * int((full & ~ground).sum())
     if others.any():
-        before = found.ray_count
         add_rays(found, trace(others, fewer))
     if not plan.reflectors:
         return found
     seen = traced & ground & patches_hit(found.form_factors, len(patches))
+    before += fewer * int(others.sum())
     if seen.any():
-        before = found.ray_count
         add_rays(found, trace(seen, fewer if plan.receivers is not None else every))
     unseen = traced & ground & ~seen
     found.unseen_share = share_of_hits(found.form_factors, unseen)

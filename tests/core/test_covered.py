@@ -56,6 +56,18 @@ def test_floor_on_the_ground_looks_into_the_earth(height, buried):
         assert transfer.diffuse_relative[floor].min() > 0.05
 
 
+def test_covered_parts_stay_dark_without_shadow_rays():
+    """A low house stands against half of a wall: of any sun the wall gets half of what it would get alone."""
+    scene = join([*box((0, 0, 0), (10, 10, 10)), *box((0, -10, 0), (10, 0, 5))])
+    wall = np.flatnonzero(
+        (scene.surfaces.surface_azimuth == 180) & (scene.vertices[scene.triangles][:, :, 1] == 0).all(1)
+    )
+    transfer = trace_gather(scene, SUN, Request(effects={"shadow-rays": False}), silent)
+    assert len(wall) == 2 and transfer.covered_share[wall].mean() == pytest.approx(0.5, abs=0.02)
+    seen = transfer.visible_share[wall, 0]  # the first sun stands before it
+    assert seen == pytest.approx(1 - transfer.covered_share[wall], abs=1e-6)
+
+
 def test_covered_ground_hands_on_all_its_light():
     """A wall stands before a plain, whose patches end at the wall or go on under the house: that is the same."""
     depth = 200.0

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from real_cities import SAMPLES, SUNS, city_and_alone, light_of_run
 
-from citypv.core.patches.find_covered import lie_in_earth, meets_back
+from citypv.core.patches.classify_rays import meets_back
+from citypv.core.patches.find_covered import lie_in_earth
 from citypv.core.photons.scatter import leave_patches
 from citypv.core.progress import silent
 from citypv.core.radiosity.gather_context import prepare_gather
