@@ -8,6 +8,7 @@ import importlib.util
 import logging
 import re
 import socket
+import sys
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -19,6 +20,7 @@ SERIAL = "serial"
 CURE = f"give local:N, tcp://HOST:PORT or {SERIAL}"
 HOW_TO_START = "start `dask scheduler` there, and `dask worker` on each machine, or give local:N"
 PATIENCE = 10  # [s] for a cluster to answer
+LONGEST_GREETING = 1 << 20  # [bytes] of a scheduler's first message
 MOST_WORKERS = 1024
 DEATHS = 3  # of workers under one task, after which it is given up
 
@@ -64,16 +66,47 @@ def check_cluster(word):
     if any(importlib.util.find_spec(name) is None for name in ("dask", "distributed")):
         raise InputError(f"--cluster {word}", "needs Dask", "type: pip install distributed")
     if kind == "address":
-        host, _, port = word.partition("://")[2].rpartition(":")
+        protocol, _, place = word.partition("://")
+        host, _, port = place.rpartition(":")
         try:
-            socket.create_connection((host.strip("[]"), int(port)), timeout=PATIENCE).close()
+            with socket.create_connection((host.strip("[]"), int(port)), timeout=PATIENCE) as connection:
+                if protocol == "tcp":
+                    check_greeting(word, connection)
         except (OSError, OverflowError) as error:
             raise silence_of(word) from error
+
+
+def check_greeting(word, connection):
+    """Refuse what does not greet like a scheduler: its first message, of some dozen bytes, begins with its length.
+
+    Dask's client would wait for ever for one that is silent, and goes on trying where another protocol is spoken.
+
+    Raises
+    ------
+    InputError
+        Another protocol.
+    OSError
+        Nothing is said.
+    """
+    start = b""
+    while len(start) < 8:
+        more = connection.recv(8 - len(start))
+        if not more:
+            raise ConnectionError("closed before it greets")
+        start += more
+    if int.from_bytes(start, sys.byteorder) > LONGEST_GREETING:
+        raise foreign_program(word)
 
 
 def silence_of(word):
     """The error of a cluster that does not answer."""
     return InputError(f"--cluster {word}", f"does not answer within {PATIENCE} s", HOW_TO_START)
+
+
+def foreign_program(word):
+    """The error of a port where another program listens."""
+    problem = "answers, but is no Dask scheduler"
+    return InputError(f"--cluster {word}", problem, "give the scheduler's port (8786), not its page's")
 
 
 @contextmanager
@@ -158,6 +191,8 @@ def open_remote(address):
         client = Client(address, timeout=PATIENCE)
     except (OSError, TimeoutError, ValueError) as error:
         raise silence_of(address) from error
+    except (MemoryError, RuntimeError, TypeError) as error:  # what answers speaks another protocol
+        raise foreign_program(address) from error
     with client:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)

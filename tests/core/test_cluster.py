@@ -2,10 +2,8 @@
 
 import csv
 import json
-import pickle
 import re
 import signal
-import socket
 import threading
 import time
 
@@ -13,7 +11,6 @@ import numpy as np
 import psutil
 import pytest
 import xarray
-from lxml import etree
 from small_city import HEAD, house
 from weathers import ERA5
 
@@ -21,7 +18,6 @@ from citypv.__main__ import main
 from citypv.core.cluster import plan_tiles, run_tasks, trace_tiles
 from citypv.core.cluster.tiles import assign_tiles, find_centres
 from citypv.core.cluster.trace_tiles import ClusterSettings
-from citypv.core.errors import InputError
 from citypv.core.request import Request
 from citypv.core.study import place_city, prepare_study, read_buildings, read_year, trace_scene
 
@@ -258,32 +254,3 @@ def test_dask_that_is_missing_is_named(city, tmp_path, capfd, monkeypatch):
         said = capfd.readouterr().err
         assert said.startswith("citypv: error: --cluster local:2: needs Dask; type: pip install distributed")
         assert said.count("\n") == 1
-
-
-@pytest.mark.parametrize("command", [["simulate", "never_read.gml"], ["world", "unshaded"]])
-def test_a_cluster_that_does_not_answer_is_named_before_anything_is_read(tmp_path, capfd, command):
-    assert run_tasks.PATIENCE == 10
-    with socket.socket() as free:  # a port at which nobody listens
-        free.bind(("127.0.0.1", 0))
-        word = f"tcp://127.0.0.1:{free.getsockname()[1]}"
-        assert main([*command, "--cluster", word, "--out", str(tmp_path / "out")]) == 2
-    said = capfd.readouterr().err
-    assert f"--cluster {word}: does not answer within 10 s; start `dask scheduler` there" in said
-    assert said.count("\n") == 1
-    assert not list(tmp_path.iterdir())
-
-
-def read_broken():
-    try:
-        etree.fromstring("<a")
-    except etree.XMLSyntaxError as error:
-        raise InputError("city.gml", "is cut off", "copy it again") from error
-
-
-def test_an_error_of_a_task_can_be_sent():
-    """Dask pickles causes along with an error; those of lxml cannot be pickled."""
-    support = pytest.importorskip("tblib.pickling_support")
-    with pytest.raises(InputError) as caught:
-        run_tasks.run_plainly(read_broken)
-    support.install(caught.value)
-    assert str(pickle.loads(pickle.dumps(caught.value))) == "city.gml: is cut off; copy it again"
