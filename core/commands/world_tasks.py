@@ -83,9 +83,10 @@ def list_tasks(environments, bands, inputs, folder, *, results, threads):
     """
     request, settings, sky = inputs
     common = replace(request, weather=absolute_weather(request.weather), threads=None), replace(settings, mix=None), sky
+    stamps = stamp_files(request.weather)
     for number, environment in enumerate(environments):
         data = pickle.dumps((environment, *common), protocol=5)
-        key = hashlib.sha256(__version__.encode() + data).hexdigest()[:24]
+        key = hashlib.sha256(__version__.encode() + stamps + data).hexdigest()[:24]
         path = folder / f"{key}.environment"
         path.write_bytes(data)
         for first, band in enumerate(bands):
@@ -100,6 +101,14 @@ def absolute_weather(weather):
     if isinstance(weather, list):
         return [absolute_weather(one) for one in weather]
     return str(Path(weather).absolute()) if Path(weather).exists() else weather
+
+
+def stamp_files(weather):
+    """Size and time of change of weather files, so that results with other contents are not taken for theirs: bytes."""
+    found = [Path(one) for one in (weather if isinstance(weather, list) else [weather])]
+    files = [file for path in found for file in (sorted(path.iterdir()) if path.is_dir() else [path])]
+    changed = [(str(file.absolute()), file.stat().st_size, file.stat().st_mtime_ns) for file in files if file.exists()]
+    return repr(changed).encode()
 
 
 def compute_band(path, band, result, threads):

@@ -7,6 +7,7 @@ from .draw_world_gain import draw_world_gain
 from .draw_world_map import draw_world_map
 from .draw_world_months import draw_world_months
 from .picture import DOTS, plain_style
+from .world_axes import join_at_date_line
 
 PARTS = ("by_month", "by_solar_hour", "without_reflections")
 CURE = "compute it again: citypv world … --overwrite"
@@ -41,6 +42,7 @@ def draw_world(path, folder):
     dataset, written = read_dataset(path), []
     if "latitude" not in dataset.dims:
         return written
+    dataset = join_at_date_line(dataset)
     with plain_style():
         for name, draw in PICTURES.items():
             figure = draw(dataset)

@@ -3,7 +3,15 @@
 import numpy as np
 
 from .picture import LINES, make_figure
-from .world_axes import MERIDIAN, UNSHADED, describe_source, nearest_place, title_of_group, write_degrees
+from .world_axes import (
+    MERIDIAN,
+    UNSHADED,
+    describe_source,
+    nearest_place,
+    title_of_group,
+    write_degrees,
+    write_longitude,
+)
 
 LATITUDES = (20.0, 60.0)
 GROUPS = {"roof_east": "-", "roof_west": "-", "facade_east": (0, (5, 2)), "facade_west": (0, (5, 2))}
@@ -37,7 +45,8 @@ def draw_world_day(dataset):
     panels = figure.subplots(len(rows), len(names), sharex=True, sharey="row", squeeze=False)
     for line, (_, row, column) in zip(panels, rows, strict=True):
         place = values.isel(latitude=row, longitude=column)
-        where = f"{write_place(place['latitude'], 'N', 'S')}, {write_place(place['longitude'], 'E', 'W')}"
+        north, east = (round(float(place[name]), 2) for name in ("latitude", "longitude"))
+        where = f"{write_degrees(north, 'N', 'S')}, {write_longitude(east)}"
         for axes, name in zip(line, names, strict=True):
             draw_lines(axes, place.sel(environment=name))
             axes.set_title(f"{name}, {where}")
@@ -54,15 +63,10 @@ def draw_world_day(dataset):
 def draw_lines(axes, values):
     """East and west, roofs solid and facades dashed."""
     for group, style in GROUPS.items():
-        if group in values["group"].to_numpy():
+        if group in values["group"].to_numpy() and np.isfinite(values.sel(group=group)).all():
             look = LINES[group.split("_")[1]]
             hours = values.sel(group=group)
             label = f"{title_of_group(group)}"
             axes.plot(hours["solar_hour"] + 0.5, hours, color=look["color"], linestyle=style, label=label)
     axes.set_xticks(np.arange(0, 25, 3))
     axes.set_xlim(0, 24)
-
-
-def write_place(value, positive, negative):
-    """A coordinate in words."""
-    return write_degrees(round(float(value), 2), positive, negative)

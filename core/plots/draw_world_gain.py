@@ -3,7 +3,15 @@
 import numpy as np
 
 from .picture import LINES, colour_scale, make_figure
-from .world_axes import choose_environment, choose_group, describe_source, draw_map, title_of_group, write_degrees
+from .world_axes import (
+    choose_environment,
+    choose_group,
+    describe_source,
+    draw_map,
+    shape_of_map,
+    title_of_group,
+    write_degrees,
+)
 
 GROUPS = ("facade_south", "facade_east")
 STYLES = ("-", (0, (5, 2)), (0, (3, 1, 1, 1)), (0, (1, 1)))
@@ -37,17 +45,20 @@ def draw_world_gain(dataset):
     """
     if min(dataset.sizes["latitude"], dataset.sizes["longitude"]) < 2:
         return None
-    figure = make_figure(12, 4.1)
-    profile, axes = figure.subplots(1, 2, width_ratios=(1, 2.6))
+    share = float(np.clip(1.2 * shape_of_map(dataset), 0.7, 2.6))  # widths of the map and of the lines
+    width = 12 * (1 + share) / 3.6  # [inch]
+    figure = make_figure(width, 4.1)
+    profile, axes = figure.subplots(1, 2, width_ratios=(1, share))
     draw_profiles(profile, mean_gain(dataset))
-    environment, group = choose_environment(dataset, unshaded=True), choose_group(dataset, GROUPS[0])
+    environment = choose_environment(dataset, unshaded=True)
+    group = choose_group(dataset, GROUPS[0], environment)
     values = find_gain(dataset).sel(environment=environment, group=group)
     top = np.ceil(np.nanpercentile(values, 98) / 5) * 5
     mesh = draw_map(axes, values, cmap=colour_scale("cividis"), vmin=0, vmax=max(top, 5))
     axes.set_title(f"{title_of_group(group)}, {environment}")
     bar = figure.colorbar(mesh, ax=axes, shrink=0.75, extend="max", pad=0.015)
     bar.set_label("Full load hours gained by reflected light [%]")
-    figure.supxlabel(describe_source(dataset), fontsize=8)
+    figure.supxlabel(describe_source(dataset, width), fontsize=8)
     return figure
 
 

@@ -4,7 +4,16 @@ import numpy as np
 
 from ..results.colour_map import choose_range
 from .picture import colour_scale, make_figure
-from .world_axes import CLEAR, choose_environment, choose_group, describe_source, draw_map, title_of_group
+from .world_axes import (
+    CLEAR,
+    WIDE,
+    choose_environment,
+    choose_group,
+    describe_source,
+    draw_map,
+    shape_of_map,
+    title_of_group,
+)
 
 GROUP = "facade_south"
 
@@ -27,9 +36,11 @@ def draw_world_map(dataset, group=GROUP, environment=None):
     """
     if min(dataset.sizes["latitude"], dataset.sizes["longitude"]) < 2:
         return None
-    environment, group = environment or choose_environment(dataset, unshaded=True), choose_group(dataset, group)
+    environment = environment or choose_environment(dataset, unshaded=True)
+    group = choose_group(dataset, group, environment)
     values = dataset["full_load_hours"].sel(environment=environment, group=group)
-    figure = make_figure(10, 4.5)
+    width = min(WIDE, max(3.8, 3.7 * shape_of_map(values) + 1.8))  # [inch]
+    figure = make_figure(width, 4.5)
     axes = figure.subplots()
     low, high = choose_range(values.to_numpy().ravel(), area_weights(values).ravel())
     mesh = draw_map(axes, values, cmap=colour_scale("viridis"), vmin=low, vmax=high)
@@ -37,7 +48,7 @@ def draw_world_map(dataset, group=GROUP, environment=None):
     axes.set_title(f"{title_of_group(group)}, {environment}")
     bar = figure.colorbar(mesh, ax=axes, shrink=0.75, extend="both", pad=0.015)
     bar.set_label("Full load hours in a year [h]")
-    figure.supxlabel(describe_source(dataset), fontsize=8)
+    figure.supxlabel(describe_source(dataset, width), fontsize=8)
     return figure
 
 

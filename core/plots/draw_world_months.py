@@ -4,7 +4,17 @@ import numpy as np
 
 from .picture import colour_scale, make_figure
 from .tabulate import MONTHS
-from .world_axes import CLEAR, MERIDIAN, choose_environment, describe_source, edges, title_of_group, write_degrees
+from .world_axes import (
+    CLEAR,
+    MERIDIAN,
+    choose_environment,
+    describe_source,
+    edges,
+    own_groups,
+    title_of_group,
+    write_degrees,
+    write_longitude,
+)
 
 KINDS = ("facade", "roof")
 SIDES = ("east", "south")
@@ -23,34 +33,42 @@ def draw_world_months(dataset, environment=None):
     Returns
     -------
     matplotlib.figure.Figure or None
-        None where there are fewer than two latitudes with weather on the northern hemisphere.
+        None where there are fewer than two latitudes with weather on the northern hemisphere, or none of the groups.
     """
     environment = environment or choose_environment(dataset, unshaded=False)
     values = dataset["full_load_hours_by_month"].sel(environment=environment).assign_coords(weather=dataset["weather"])
-    values = values.isel(longitude=int(np.abs(values["longitude"].to_numpy() - MERIDIAN).argmin()))
+    east = (values["longitude"].to_numpy() - MERIDIAN + 180.0) % 360.0 - 180.0
+    values = values.isel(longitude=int(np.abs(east).argmin()))
     values = values.isel(latitude=values["latitude"].to_numpy() >= 0)
     if values.sizes["latitude"] < 2 or not np.isfinite(values).any():
         return None
-    figure = make_figure(11, 5.2)
-    panels = figure.subplots(1, 4, sharey=True)
-    for place, kind in enumerate(KINDS):
-        names = [f"{kind}_{side}" for side in SIDES if f"{kind}_{side}" in values["group"].to_numpy()]
+    there = own_groups(dataset["full_load_hours_by_month"], environment)
+    wanted = [[f"{kind}_{side}" for side in SIDES if f"{kind}_{side}" in there] for kind in KINDS]
+    if not any(wanted):
+        return None
+    count = sum(map(len, wanted))
+    width = 11 * max(count, 2) / 4  # [inch]
+    figure = make_figure(width, 5.2)
+    panels = figure.subplots(1, count, sharey=True, squeeze=False)[0]
+    rest = iter(panels)
+    for kind, names in zip(KINDS, wanted, strict=True):
         if not names:
             continue
         top = float(np.nanmax(values.sel(group=names)))
-        own = panels[2 * place : 2 * place + 2]
-        for axes, name in zip(own, names, strict=False):
+        own = [next(rest) for _ in names]
+        for axes, name in zip(own, names, strict=True):
             mesh = draw_panel(axes, values.sel(group=name), top)
             axes.set_title(title_of_group(name))
         figure.colorbar(mesh, ax=own, shrink=0.8, pad=0.02).set_label(f"{kind.capitalize()}s: hours in the month [h]")
     panels[0].set_ylabel("Latitude")
-    east = write_degrees(round(float(values["longitude"]), 2), "E", "W")
+    east = write_longitude(round(float(values["longitude"]), 2))
     clear = values["latitude"].to_numpy()[(values["weather"] == CLEAR).to_numpy()]
     hatched = 0 < len(clear) < values.sizes["latitude"]
     for axes in panels if hatched else ():
         hatch_rows(axes, values["latitude"].to_numpy(), clear)
     note = " Hatched: clear sky." if hatched else ""
-    figure.supxlabel(f"{environment}, along {east}.{note} {describe_source(dataset)}", fontsize=8)
+    source = describe_source(dataset, width)
+    figure.supxlabel(f"{environment}, along {east}.{note} {source}", fontsize=8)
     return figure
 
 

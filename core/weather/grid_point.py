@@ -1,4 +1,4 @@
-"""Extract one place from gridded weather."""
+"""Axes of gridded weather, and one place of it."""
 
 from typing import NamedTuple
 
@@ -6,6 +6,9 @@ import numpy as np
 
 from ..errors import InputError
 
+AXES = ("time", "latitude", "longitude")
+NO_LEAP_DAYS = ("noleap", "365_day")
+SLACK = 1e-3  # [°] of coordinates beyond the poles
 CELL = 0.25  # [°] of ERA5; used where a grid has a single row or column
 
 
@@ -17,6 +20,68 @@ class GridPoint(NamedTuple):
 
     def __str__(self):
         return f"{self.latitude:g}°, {self.longitude:g}°"
+
+
+def name_axes(source, dataset, cure):
+    """Give gridded weather the axes time, latitude and longitude, whatever they are called in its file.
+
+    Parameters
+    ----------
+    source : path-like
+        The file, for messages.
+    dataset : xarray.Dataset
+    cure : str
+        For a file without such axes.
+
+    Returns
+    -------
+    xarray.Dataset
+        With these three dimensions, and perhaps expver; further ones of length 1 are dropped.
+
+    Raises
+    ------
+    InputError
+        An axis is missing or out of range, there are further dimensions, or the calendar is not the usual one.
+    """
+    names = {"valid_time": "time", "lat": "latitude", "lon": "longitude"}
+    dataset = dataset.rename(
+        {old: new for old, new in names.items() if old in dataset.variables and new not in dataset}
+    )
+    for name in AXES:
+        if name not in dataset.variables:
+            raise InputError(source, f"no coordinate {name}", cure)
+    dataset = keep_axes(source, dataset)
+    if "valid_time" in dataset.variables:  # of a forecast: time is when it began
+        dataset = dataset.assign_coords(time=dataset["valid_time"].to_numpy()).drop_vars("valid_time")
+    check_axes(source, dataset)
+    if getattr(dataset["time"].dt, "calendar", None) in NO_LEAP_DAYS:
+        dataset = dataset.convert_calendar("standard", use_cftime=False)
+    if not np.issubdtype(dataset["time"].dtype, np.datetime64):
+        raise InputError(source, "its times are not in a standard calendar", cure)
+    return dataset
+
+
+def keep_axes(source, dataset):
+    """Drop further dimensions of length 1; refuse longer ones: members, steps of a forecast, lists of points."""
+    known = {*AXES, "expver"}
+    dataset = dataset.squeeze([name for name, size in dataset.sizes.items() if size == 1 and name not in known])
+    further = [f"{name} ({size})" for name, size in dataset.sizes.items() if name not in known]
+    if further:
+        problem = f"has values along {', '.join(further)}, not only along {', '.join(AXES)}"
+        raise InputError(source, problem, "give one value for each time, latitude and longitude of a regular grid")
+    return dataset.expand_dims([name for name in AXES if name not in dataset.dims])
+
+
+def check_axes(source, dataset):
+    """Refuse latitudes and longitudes that are missing, twice, or not on Earth."""
+    for name, most in (("latitude", 90.0), ("longitude", 360.0)):
+        values = dataset[name].to_numpy().astype(float)
+        outside = values[~(np.abs(values) <= most + SLACK)]
+        if len(outside):
+            raise InputError(source, f"has a {name} of {outside[0]:g}°", f"give {name}s from -{most:g} to {most:g}")
+        once, count = np.unique(values, return_counts=True)
+        if (count > 1).any():
+            raise InputError(source, f"has the {name} {once[count > 1][0]:g}° twice", "give each once")
 
 
 def interpolate_point(source, dataset, latitude, longitude, point):

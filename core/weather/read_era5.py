@@ -11,7 +11,7 @@ from scipy.io import netcdf_file
 
 from ..errors import InputError
 from ..files.open_netcdf import open_netcdf
-from .grid_point import interpolate_point
+from .grid_point import interpolate_point, name_axes
 from .record import Record
 
 # Possible names of each variable; mean rates are those of the same hour in Wm⁻².
@@ -38,7 +38,6 @@ NEEDED = ("ssrd", "fdir", "t2m")
 WIND = {"u10", "v10"}
 HOUR = pd.Timedelta(hours=1)
 SAME_PLACE = 0.01  # [°]
-NO_LEAP_DAYS = ("noleap", "365_day")
 CURE = "download ERA5 hourly data on single levels with ssrd, fdir, t2m, u10, v10 (and sp) as NetCDF"
 
 
@@ -201,7 +200,7 @@ def open_file(path, file, stack):
     names = {ours: name for ours, known in NAMES.items() for name in known if name in dataset.data_vars}
     if not names:
         return None
-    dataset = rename_dimensions(path, dataset[list(names.values())])
+    dataset = name_axes(path, dataset[list(names.values())], CURE)
     scales, rates = {}, set()
     for ours, name in names.items():
         default = next(iter(UNITS[ours])) if name not in RATES else "Wm-2"
@@ -232,24 +231,6 @@ def check_length(file):
             # Mapping every array onto the file fails if bytes are missing.
             classic = netcdf_file(stream, "r", mmap=True)
             classic.variables.clear()
-
-
-def rename_dimensions(path, dataset):
-    """Rename the coordinates of time and place to time, latitude and longitude."""
-    names = {"valid_time": "time", "lat": "latitude", "lon": "longitude"}
-    dataset = dataset.rename(
-        {old: new for old, new in names.items() if old in dataset.variables and new not in dataset}
-    )
-    for name in ("time", "latitude", "longitude"):
-        if name not in dataset.variables:
-            raise InputError(path, f"no coordinate {name}", CURE)
-        if name not in dataset.dims:
-            dataset = dataset.expand_dims(name)
-    if getattr(dataset["time"].dt, "calendar", None) in NO_LEAP_DAYS:
-        dataset = dataset.convert_calendar("standard", use_cftime=False)
-    if not np.issubdtype(dataset["time"].dtype, np.datetime64):
-        raise InputError(path, "its times are not in a standard calendar", CURE)
-    return dataset
 
 
 def merge_versions(dataset):

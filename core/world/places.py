@@ -47,7 +47,7 @@ def regular_axes(step, latitudes=None, longitudes=None):
     step : float
         [°]
     latitudes, longitudes : tuple of float, optional
-        First and last [°]; by default 60° S to 90° N, and all around.
+        First and last [°]; by default 60° S to 90° N, and all around. Longitudes from east to west cross the date line.
 
     Returns
     -------
@@ -57,8 +57,8 @@ def regular_axes(step, latitudes=None, longitudes=None):
     south, north = latitudes or (SOUTH, NORTH)
     west, east = longitudes or (WEST, EAST)
     check_range("--latitudes", south, north, 90.0)
-    check_range("--longitudes", west, east, 180.0)
-    rows, columns = multiples(south, north, step), multiples(west, east, step)
+    check_range("--longitudes", min(west, east), max(west, east), 180.0)  # 170 to -170° is across the date line
+    rows, columns = multiples(south, north, step), multiples(west, east + 360.0 * (east < west), step)
     columns = np.unique(np.where(columns >= 180.0, columns - 360.0, columns))
     return rows, columns
 
@@ -92,8 +92,13 @@ def thin_axis(axis, step, limits):
     numpy.ndarray of int
     """
     first, last = limits or (-np.inf, np.inf)
-    inside = np.flatnonzero((axis >= first - 1e-6) & (axis <= last + 1e-6))
+    above, below = axis >= first - 1e-6, axis <= last + 1e-6
+    # From 170 to -170° is across the date line.
+    inside = np.flatnonzero(above & below if first <= last else above | below)
     if step is None or len(axis) < 2:
         return inside
     stride = max(1, round(step / np.diff(axis).min()))
-    return inside[::stride]
+    gap = np.diff(axis[inside])
+    # A region across the date line is in two parts: count from its western edge.
+    start = gap.argmax() + 1 if len(gap) and gap.max() > 1.5 * np.median(gap) else 0
+    return np.sort(np.roll(inside, -start)[::stride])

@@ -109,18 +109,20 @@ def read_block(grid, rows, columns):
             values = part[name].transpose("time", "latitude", "longitude").to_numpy() * np.float32(factor)
             if ours not in found:
                 found[ours] = np.full((len(axis), len(north), len(east)), np.nan, np.float32)
-            found[ours][place] = values + np.float32(offset)
+            # A later file fills what earlier ones lack, as when one point is read.
+            known = found[ours][place]
+            found[ours][place] = np.where(np.isnan(known), values + np.float32(offset), known)
     return found
 
 
 def point_of_block(block, row, column, times, rates):
-    """Weather of one point of a block, as of `convert_era5`; None if the point has no values at all.
+    """Weather of one point of a block, as of `convert_era5`; None if it has no value at all of a needed variable.
 
     Returns
     -------
     pandas.DataFrame or None
     """
     values = {name: array[:, row, column].astype(float) for name, array in block.items()}
-    if all(np.isnan(values[name]).all() for name in NEEDED):
+    if any(np.isnan(values[name]).all() for name in NEEDED):
         return None
     return convert_era5(pd.DataFrame(values, index=times), rates)

@@ -20,8 +20,9 @@ from .read_era5_grid import point_of_block, read_block
 
 NOTHING, CLIMATE, CLEAR, FILES = 0, 1, 2, 3  # what the weather of a place is
 MEANINGS = {NOTHING: "none", CLIMATE: "built_in_climate", CLEAR: "clear_sky", FILES: "files"}
+STAMPS = "check latitudes and longitudes, and that times are UTC and end the interval of each sum, as in ERA5"
 AT_ONCE = 8  # places of a task
-CHECKED = 60.0  # [°] of latitude up to which a place can stand for its files in the check against the sun
+CHECKED = 60.0  # [°] of latitude up to which a place stands for its files in the check against the sun, if there is one
 
 
 @dataclass
@@ -117,7 +118,7 @@ def grid_source(grid, places, picked, request, years=None):
     """
     rows, columns = picked
     width = len(columns)
-    suns, checked = {}, []
+    suns, checked, nearest = {}, [], max(CHECKED, np.abs(places.latitude).min())
 
     def read(chunk):
         row = chunk[0] // width
@@ -138,15 +139,24 @@ def grid_source(grid, places, picked, request, years=None):
             if key not in suns:
                 suns[key] = geocentric_sun(record.data.index, interval)
             own = sun_of_place(suns[key], latitude, longitude)
-            if not checked and abs(latitude) <= CHECKED:
+            if not checked and abs(latitude) <= nearest:
                 checked.append(one)  # the first place stands for the files: the check takes longer than a place
-                check_years(record, interval, own)
+                check_grid_years(record, interval, own)
             found.append((add_sun(record, interval, request.horizon_cut, own), FILES))
         return found
 
     chunks = [row * width + part for row in range(len(rows)) for part in cut(width, block_width(grid))]
     label = f"ERA5 {grid.source}" + (f", years {', '.join(map(str, years))}" if years else "")
     return Source(places, label, chunks, read, [])
+
+
+def check_grid_years(record, interval, position):
+    """`check_years`, with a cure that a grid allows: its times and places cannot be changed by options."""
+    try:
+        check_years(record, interval, position)
+    except InputError as error:
+        cure = STAMPS if "--" in error.cure else error.cure
+        raise InputError(error.source, error.problem, cure) from error
 
 
 def block_width(grid, most=100e6):

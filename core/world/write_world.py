@@ -14,17 +14,27 @@ FILL = {"zlib": True, "complevel": 1, "_FillValue": np.float32(np.nan)}
 PARTS = {  # name -> first and last period, further dimension, long name
     "full_load_hours": (0, 1, None, "full load hours of a year"),
     "full_load_hours_by_month": (1, 1 + MONTHS, "month", "full load hours of each month"),
-    "full_load_hours_by_hour": (1 + MONTHS, 1 + MONTHS + HOURS, "hour", "of a year, by hour of the day (UTC)"),
+    "full_load_hours_by_hour": (
+        1 + MONTHS,
+        1 + MONTHS + HOURS,
+        "hour",
+        "full load hours of a year, by hour of the day (UTC)",
+    ),
     "full_load_hours_by_solar_hour": (
         1 + MONTHS + HOURS,
         1 + MONTHS + 2 * HOURS,
         "solar_hour",
-        "of a year, by hour of local mean solar time",
+        "full load hours of a year, by hour of local mean solar time",
     ),
 }
 PLAIN = {
     "full_load_hours_without_reflections": (0, 1, None, "full load hours of a year without any reflected light"),
-    "full_load_hours_without_reflections_by_month": (1, 1 + MONTHS, "month", "of each month, without reflected light"),
+    "full_load_hours_without_reflections_by_month": (
+        1,
+        1 + MONTHS,
+        "month",
+        "full load hours of each month, without any reflected light",
+    ),
 }
 
 GAIN = "gain_by_reflections"
@@ -93,13 +103,15 @@ def coordinates(world, grid):
     places = world.places
     north = {"units": "degrees_north", "standard_name": "latitude"}
     east = {"units": "degrees_east", "standard_name": "longitude"}
+    if grid:
+        north, east = north | {"axis": "Y"}, east | {"axis": "X"}
     where = (
         {"latitude": ("latitude", places.rows, north), "longitude": ("longitude", places.columns, east)}
         if grid
         else {
             "latitude": ("station", places.latitude, north),
             "longitude": ("station", places.longitude, east),
-            "station": ("station", np.array(places.names, dtype=object), {"cf_role": "timeseries_id"}),
+            "station": ("station", np.array(places.names, dtype=object), {"long_name": "name of the station"}),
         }
     )
     names = np.array(["_".join(pair) for pair in world.groups], dtype=object)
@@ -108,7 +120,11 @@ def coordinates(world, grid):
         "group": ("group", names, {"long_name": "kind and orientation of the surfaces"}),
         "month": ("month", np.arange(1, 13), {"units": "1", "long_name": "month of the year (UTC)"}),
         "hour": ("hour", np.arange(24), {"units": "1", "long_name": "hour of the day (UTC), from its start"}),
-        "solar_hour": ("solar_hour", np.arange(24), {"units": "1", "long_name": "hour of local mean solar time"}),
+        "solar_hour": (
+            "solar_hour",
+            np.arange(24),
+            {"units": "1", "long_name": "hour of local mean solar time, from its start"},
+        ),
     }
 
 
@@ -138,5 +154,7 @@ def write_world(path, world):
     """
     dataset = dataset_of_world(world)
     encoding = {name: FILL for name, values in dataset.data_vars.items() if values.dtype == np.float32}
+    # Coordinates and areas have no missing values.
+    encoding |= {name: {"_FillValue": None} for name in ("latitude", "longitude", "area")}
     with netcdf_file(path) as stream:
         dataset.to_netcdf(stream, engine=ENGINE, encoding=encoding)

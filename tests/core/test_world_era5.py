@@ -1,5 +1,7 @@
 """Gridded weather of a world: orders of axes, several files and years, gaps, other calendars."""
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -144,3 +146,76 @@ def test_a_grid_is_thinned_and_cut(tmp_path, expected):
     assert found.sizes["latitude"] == 1
     assert found.sizes["longitude"] == 2
     np.testing.assert_allclose(found["full_load_hours"][0, 1], expected["full_load_hours"][1, 2], rtol=1e-6)
+
+
+def test_a_region_across_the_date_line_is_cut_and_thinned():
+    from citypv.core.world.places import regular_axes, thin_axis
+
+    axis = np.arange(-180.0, 180.0, 2.5)
+    assert axis[thin_axis(axis, None, (175.0, -175.0))].tolist() == [-180, -177.5, -175, 175, 177.5]
+    assert axis[thin_axis(axis, 5.0, (172.5, -175.0))].tolist() == [-177.5, 172.5, 177.5]  # from its western edge on
+    assert regular_axes(5.0, None, (170.0, -170.0))[1].tolist() == [-180, -175, -170, 170, 175]
+
+
+def test_a_later_file_fills_what_an_earlier_one_lacks(tmp_path, demo, expected):
+    """Final and preliminary data as two files of all hours, each with gaps where the other has values."""
+    time = "time" if "time" in demo.dims else "valid_time"
+    early = np.arange(demo.sizes[time]) < 5000
+    parts = demo.where(xr.DataArray(early, dims=time)), demo.where(xr.DataArray(~early, dims=time))
+    files = [save(part, tmp_path / f"{number}.nc") for number, part in enumerate(parts)]
+    for order in (files, files[::-1]):
+        np.testing.assert_allclose(run(tmp_path, *order)["full_load_hours"], expected["full_load_hours"], rtol=1e-5)
+
+
+def test_a_point_that_lacks_a_variable_stays_blank(tmp_path, demo):
+    """As where temperature is that of a land model."""
+    blank = demo.copy(deep=True)
+    blank["t2m"][:, 0, 1] = np.nan
+    assert int((run(tmp_path, save(blank, tmp_path / "sea.nc"))["weather"] == 0).sum()) == 1
+
+
+def test_further_dimensions_are_dropped_or_refused(tmp_path, demo, expected, capsys):
+    """Members of an ensemble, steps of a forecast, points in a list, curved grids."""
+    north, east = names_of_axes(demo)
+    time = "time" if "time" in demo.dims else "valid_time"
+    found = run(tmp_path, save(demo.expand_dims(number=[0], surface=[0.0]), tmp_path / "single.nc"))
+    np.testing.assert_array_equal(found["full_load_hours"], expected["full_load_hours"])
+    small = demo.isel({time: slice(0, 48)})
+    curved = small.rename({north: "y", east: "x"}).reset_coords(drop=True).drop_vars(["y", "x"])
+    around = np.meshgrid(demo[east], demo[north])
+    odd = {
+        "number (2)": xr.concat([small, small], "number"),
+        "x (3)": curved.assign_coords({north: (("y", "x"), around[1]), east: (("y", "x"), around[0])}),
+        "p (6)": small.stack(p=(north, east)).reset_index("p"),
+        "latitude of 91°": small.assign_coords({north: [91.0, 52.0]}),
+        "latitude of nan°": small.assign_coords({north: [np.nan, 52.0]}),
+        "latitude 52° twice": small.assign_coords({north: [52.0, 52.0]}),
+    }
+    for number, (words, dataset) in enumerate(odd.items()):
+        path = save(dataset, tmp_path / f"odd{number}.nc")
+        assert main(["world", "unshaded", "--weather", str(path), "--quiet", "--out", str(tmp_path / "no")]) == 2
+        error = capsys.readouterr().err
+        assert error.count("\n") == 1
+        assert words in error
+        assert path.name in error
+
+
+def test_wrong_times_have_a_cure_that_a_grid_allows(tmp_path, demo, capsys):
+    time = "time" if "time" in demo.dims else "valid_time"
+    path = save(demo.assign_coords({time: demo[time] + np.timedelta64(2, "h")}), tmp_path / "late.nc")
+    assert main(["world", "unshaded", "--weather", str(path), "--quiet", "--out", str(tmp_path / "no")]) == 2
+    error = capsys.readouterr().err
+    assert re.search(r"1[12]\d min earlier", error)
+    assert "--" not in error
+    assert "end the interval" in error
+
+
+def test_kept_tasks_of_changed_weather_are_not_used(tmp_path, demo):
+    """The same name with other contents is other weather."""
+    from citypv.core.commands.world_tasks import stamp_files
+
+    path = save(demo, tmp_path / "a.nc")
+    first = stamp_files(str(path))
+    assert first == stamp_files([str(path)])
+    save(demo.isel({names_of_axes(demo)[0]: [0]}), path)
+    assert first != stamp_files(str(path)) != stamp_files("climate")

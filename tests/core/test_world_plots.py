@@ -11,7 +11,16 @@ from citypv.core.commands.command_line import main
 from citypv.core.energy.pv_system import default_system
 from citypv.core.plots.draw_world import PICTURES
 from citypv.core.plots.draw_world_gain import find_gain, mean_gain
-from citypv.core.plots.world_axes import edges, nearest_place, read_coast, write_degrees
+from citypv.core.plots.draw_world_map import draw_world_map
+from citypv.core.plots.draw_world_months import draw_world_months
+from citypv.core.plots.world_axes import (
+    edges,
+    join_at_date_line,
+    nearest_place,
+    read_coast,
+    write_degrees,
+    write_longitude,
+)
 from citypv.core.weather.add_sun import add_sun
 from citypv.core.weather.record import Record
 from citypv.core.world.compute_world import compute_world
@@ -66,7 +75,9 @@ def test_plot_draws_them_anew(folder, tmp_path, capfd):
 def test_file_follows_the_conventions(folder):
     with xr.open_dataset(folder / "world.nc") as dataset:
         assert dataset.attrs["Conventions"].startswith("CF-")
-        assert dataset["latitude"].attrs == {"units": "degrees_north", "standard_name": "latitude"}
+        assert dataset["latitude"].attrs == {"units": "degrees_north", "standard_name": "latitude", "axis": "Y"}
+        # CF 2.5.1: coordinates have no missing values.
+        assert not any("_FillValue" in dataset[name].encoding for name in dataset.coords)
         assert dataset["longitude"].attrs["units"] == "degrees_east"
         assert dataset["longitude"].to_numpy().tolist() == [-20, 0, 20]
         assert dataset["weather"].attrs["flag_meanings"].split()[2] == "clear_sky"
@@ -125,3 +136,33 @@ def test_places_are_found_across_the_date_line():
     assert nearest_place(values * np.nan, 0, 0) is None
     assert edges(np.array([10.0, 20.0])).tolist() == [5, 15, 25]
     assert [write_degrees(value, "E", "W") for value in (-10.5, 0, 20)] == ["10.5°W", "0°", "20°E"]
+
+
+def test_a_region_across_the_date_line_is_one_piece(folder):
+    """Fiji lies between 177° E and 178° W; the map shows it once, in the middle, with both ends of its coast."""
+    with xr.open_dataset(folder / "world.nc") as dataset:
+        grid = dataset.isel(latitude=[1, 2], longitude=[0, 1, 2]).load().assign_coords(longitude=[-180.0, -170, 170])
+    turned = join_at_date_line(grid)
+    assert turned["longitude"].to_numpy().tolist() == [170, 180, 190]
+    west = grid["full_load_hours"].sel(longitude=-170).to_numpy()
+    np.testing.assert_array_equal(turned["full_load_hours"].sel(longitude=190), west)
+    assert [write_longitude(value) for value in (170, 180, 190, -180)] == ["170°E", "180°", "170°W", "180°"]
+    axes = draw_world_map(turned).axes[0]
+    assert axes.get_xlim() == (165, 195)
+    assert any(line.vertices[:, 0].min() > 180 for line in axes.collections[1].get_paths())
+    # A grid around the whole Earth, and one that misses the date line, stay as they are.
+    for longitude in ([-180.0, -60, 60], [0.0, 10, 20], [-30.0, 0, 20]):
+        whole = grid.assign_coords(longitude=longitude)
+        assert join_at_date_line(whole)["longitude"].to_numpy().tolist() == longitude
+
+
+def test_groups_that_an_environment_lacks_have_no_panel(folder):
+    with xr.open_dataset(folder / "world.nc") as dataset:
+        grid = dataset.load().copy(deep=True)
+    assert len(draw_world_months(grid, "city").axes) == 4 + 2  # with a scale for each kind
+    for name in ("full_load_hours", "full_load_hours_by_month"):
+        values = grid[name].to_numpy()
+        values[:, :, 0, [name.startswith("roof") for name in grid["group"].to_numpy()]] = np.nan
+    axes = draw_world_months(grid, "city").axes
+    assert [one.get_title() for one in axes] == ["East facades", "South facades", ""]
+    assert draw_world_map(grid, "roof_south", "city").axes[0].get_title() == "North facades, city"
