@@ -113,7 +113,7 @@ def describe_state(decision):
 
 def describe_decision(decision):
     """Reason, bound, share and seconds of a decision in one sentence."""
-    bound = "no bound is known"
+    bound = "no bound on its error is known" if decision["on"] else "how much light this changes is not known"
     if decision["bound"] is not None:
         bound = f"leaves out at most {100 * decision['bound']:.2g} % of full load hours"
     parts = [f"{decision['extent']}: {decision['reason']}", bound]

@@ -99,7 +99,7 @@ def can_be_reduced(plan):
     return not (plan["trees"].on or specular.on or switched_off)
 
 
-def take_part(scene, prepared, part, stand_ins=STAND_INS, *, members=None, reported=()):
+def keep_patches(scene, prepared, part, stand_ins=STAND_INS, *, members=None, reported=()):
     """Reduce a city to some of its patches.
 
     Parameters
@@ -169,7 +169,7 @@ def stand_for_others(patches, first):
 
 
 def rows_of_hits(prepared, rows, others, members=None):
-    """Rows of `RaysOfPart`; members as of `take_part`."""
+    """Rows of `RaysOfPart`; members as of `keep_patches`."""
     patches, ground = prepared.patches, prepared.scene.triangle_surface < 0
     last = len(rows) + len(others)
     above = patches.ground & (patches.normal[:, 2] > 0)

@@ -15,7 +15,7 @@ from ..radiosity.sun_visibility import POINTS_PER_TASK
 from ..radiosity.trace_hemisphere import RAYS_PER_TASK
 from ..sky.choose_sky import choose_sky
 from ..transfer.take_rows import take_rows
-from .part_of_city import spread_transfer, take_part
+from .part_of_city import keep_patches, spread_transfer
 from .survey import whole_replicates
 from .yield_errors import split_errors
 
@@ -95,7 +95,7 @@ def prepare_part(inputs, part, setting, around=False):
     samples, shadow_samples, most = setting
     bounces = min(prepared.plan.max_bounces, most or prepared.plan.max_bounces)
     request = replace(request, samples=samples, shadow_samples=shadow_samples, estimator="gather")
-    few = take_part(scene, prepared, part | around)
+    few = keep_patches(scene, prepared, part | around)
     patches = few.prepared.patches
     receives = patches.receives.copy()
     receives[: len(few.patches)] &= part[few.patches]

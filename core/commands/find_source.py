@@ -5,7 +5,7 @@ from pathlib import Path
 from ..errors import InputError
 from ..request import declared_settings, option_of
 from ..weather.read_weather import read_weather, recognise_weather
-from ..world.places import grid_places, regular_axes, thin_axis
+from ..world.places import check_range, grid_places, regular_axes, thin_axis
 from ..world.read_era5_grid import open_era5_grid
 from ..world.sources import grid_source, model_source, station_source
 
@@ -25,6 +25,8 @@ def find_source(request, settings, stack):
         for name in STATIONS_ONLY:
             if getattr(request, name) != next(default for one, default, _ in declared_settings() if one == name):
                 raise InputError(option_of(name), "means nothing for gridded weather", "leave it out")
+        if settings.latitudes:
+            check_range("--latitudes", *settings.latitudes, 90.0)
         grid = open_era5_grid(paths)
         stack.callback(grid.stack.close)
         picked = (

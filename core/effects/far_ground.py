@@ -7,11 +7,12 @@ building heights a long row of them hides (1 - cos β)/2 of its sky, with tan β
 import numpy as np
 
 from ..horizon.horizon import is_above
-from .closed_form import ground_view_of_tilt
+from .closed_form import ground_view_of_tilt, sky_view_of_tilt
 from .effect import Effect
 from .terrain_horizon import largest_share
 
 KEY = "far-ground"
+CERTAINTY = 2  # standard errors
 
 
 def decide(inputs):
@@ -26,8 +27,7 @@ def decide(inputs):
         return Effect(KEY, False, "none", "it only shines by reflection, and nothing is reflected", 0.0, share=0.0)
     reach = measure_reach(inputs.scene, inputs.patches)
     words = f"rays that leave downwards meet unshaded ground, {reach:.1f} building heights away"
-    bound = None if pilot is None else edge_error(pilot, reach, inputs.suns, inputs.direct_over_diffuse)
-    return Effect(KEY, True, "once reflected", words, bound, setting=reach, share=share)
+    return Effect(KEY, True, "once reflected", words, bound_of_edge(inputs, reach), setting=reach, share=share)
 
 
 def share_left_out(inputs):
@@ -66,8 +66,31 @@ def measure_reach(scene, patches):
     return float(max(room.min(), 0.0) / height) if height > 0 else 0.0
 
 
+def bound_of_edge(inputs, reach):
+    """Share of light that shade beyond the near ground would take away, at most; None if nothing tells.
+
+    The year of the weather counts, and an overcast one, with which the same trace may be weighed. Where nothing shades
+    the receivers it is the closed form of the kind and orientation that sees most of the far ground.
+    """
+    pilot, suns = inputs.pilot_if_wanted, inputs.suns
+    if pilot is not None:
+        found = (edge_error(pilot, reach, suns, ratio) for ratio in (0.0, inputs.direct_over_diffuse))
+        return max(share + CERTAINTY * error for share, error in found)
+    share = share_left_out(inputs) if inputs.unshaded else None
+    return None if share is None else max(share, overcast_share(inputs)) * max(shade_at_edge(reach, suns))
+
+
+def overcast_share(inputs):
+    """Share of the far ground in the light of an even sky, of the unshaded receiver that sees most of it: float."""
+    surfaces, albedo = inputs.scene.surfaces, inputs.request.ground_albedo
+    normal = np.asarray(surfaces.normal, float)
+    normal = normal[np.asarray(surfaces.eligible)] if np.any(surfaces.eligible) else normal
+    reflected = albedo * ground_view_of_tilt(normal, inputs.terrain)
+    return float(np.max(reflected / np.maximum(reflected + sky_view_of_tilt(normal, inputs.terrain), 1e-9)))
+
+
 def edge_error(pilot, reach, suns, ratio):
-    """Share of light that shade beyond the near ground would take away.
+    """What shade beyond the near ground would take away, as a share of all light, and its standard error.
 
     Parameters
     ----------
@@ -80,21 +103,49 @@ def edge_error(pilot, reach, suns, ratio):
 
     Returns
     -------
-    float
+    share, error : float
+    """
+    of_sky, of_sun = shade_at_edge(reach, suns)
+    whole = light_of_all(pilot, ratio)
+    if not pilot.weight @ whole > 0:
+        return 0.0, 0.0
+    lost = of_sky * pilot.far_sky + ratio * of_sun * pilot.far_sun.astype(float)
+    share = pilot.weight @ lost / (pilot.weight @ whole)
+    # Linearised variance of a ratio of two weighted means of independent paths.
+    error = np.sqrt(((pilot.weight * (lost - share * whole)) ** 2).sum()) / (pilot.weight @ whole)
+    return float(share), float(error)
+
+
+def shade_at_edge(reach, suns):
+    """Shares of the sky and of the suns' light that a long row of buildings hides from ground at some distance.
+
+    Parameters
+    ----------
+    reach : float
+        Distance in building heights.
+    suns : Suns or None
+
+    Returns
+    -------
+    of_sky, of_sun : float
+        Half of the light of suns below the row's edge.
     """
     lowest = np.arctan2(1.0, reach)
-    of_sky = (1 - np.cos(lowest)) / 2
     of_sun = 0.0
     if suns is not None and len(suns):
         height = np.maximum(suns.direction[:, 2], 0) * np.maximum(suns.weight, 0)
         of_sun = height[suns.direction[:, 2] < np.sin(lowest)].sum() / height.sum() / 2 if height.any() else 0.0
-    sky, sun = shares_of_far_ground(pilot, ratio)
-    return float(sky * of_sky + sun * of_sun)
+    return float((1 - np.cos(lowest)) / 2), float(of_sun)
 
 
 def shares_of_far_ground(pilot, ratio):
     """Share of all light that the far ground passes on, from the sky and from the suns: two float."""
-    whole = pilot.weight @ (pilot.sky.sum(axis=1, dtype=float) + ratio * pilot.sun.sum(axis=1, dtype=float))
+    whole = pilot.weight @ light_of_all(pilot, ratio)
     if not whole > 0:
         return 0.0, 0.0
     return float(pilot.weight @ pilot.far_sky / whole), float(ratio * (pilot.weight @ pilot.far_sun) / whole)
+
+
+def light_of_all(pilot, ratio):
+    """Light that each path finds over all reflections: (m,) float64."""
+    return pilot.sky.sum(axis=1, dtype=float) + ratio * pilot.sun.sum(axis=1, dtype=float)

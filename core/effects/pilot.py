@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..horizon.horizon import TerrainHorizon, is_above
-from ..patches.find_covered import meets_back
+from ..patches.classify_rays import meets_back
 from ..patches.stop_in_crowns import measure_reach
 from ..sampling.hemisphere_rays import points_of_patches, rays_from_patches
 from ..sampling.sample_points import cosine_direction

@@ -136,7 +136,7 @@ def describe_plan(plan):
     """The plan in lines of text."""
     lines = []
     for effect in plan.effects:
-        bound = "no bound is known" if effect.bound is None else describe_bound(effect.bound)
+        bound = describe_bound(effect.bound, effect.on)
         if effect.key in SURPLUS and not effect.on and effect.bound:
             bound = f"finds at most {100 * effect.bound:.2f} % too much light"
         share = "" if effect.share is None else f"; contributes {100 * effect.share:+.2f} % of full load hours"
@@ -146,6 +146,8 @@ def describe_plan(plan):
     return lines
 
 
-def describe_bound(bound):
-    """What is left out at most, a share of light, in words."""
+def describe_bound(bound, on):
+    """What is left out at most, a share of light or None, in words."""
+    if bound is None:
+        return "no bound on its error is known" if on else "how much light this changes is not known"
     return f"leaves out at most {100 * bound:.2f} %" if bound else "leaves out nothing"

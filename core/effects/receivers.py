@@ -30,7 +30,8 @@ def decide(inputs):
     extent = f"{fewer} of {request.samples} rays from {others:,} of {count:,} patches"
     reason = "they are ground, downward or not eligible, and only pass light on"
     pilot = inputs.pilot_if_wanted
-    bound = None if pilot is None else noise_passed_on(pilot, full, fewer)
+    unknown = 0.0 if inputs.unshaded else None  # nothing is passed on to receivers that nothing stands in front of
+    bound = unknown if pilot is None else noise_passed_on(pilot, full, fewer)
     return Effect(KEY, True, extent, reason, bound, setting=full)
 
 

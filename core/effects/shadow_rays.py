@@ -9,7 +9,7 @@ import numpy as np
 
 from .effect import Effect
 from .sky_rays import KEY as SKY_RAYS
-from .sky_rays import photons_fall_anywhere, reason_of, unobstructed_patches
+from .sky_rays import photons_fall_anywhere, reason_of, some_of, unobstructed_patches
 
 KEY = "shadow-rays"
 
@@ -35,5 +35,5 @@ def decide(inputs):
         return Effect(KEY, False, "no rays: no shadow is cast", "switched off", None, none)
     known = inputs.asked(SKY_RAYS) is None
     found = inputs.decided[SKY_RAYS].setting if known else unobstructed_patches(inputs)
-    extent = f"rays from {count - found.sum():,} of {count:,} patches to suns in front of them"
+    extent = f"rays from {some_of(count - found.sum(), count)} to suns in front of them"
     return Effect(KEY, not found.all(), extent, reason_of(found), 0.0, ShadowRays(found, behind=False))

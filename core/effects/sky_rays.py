@@ -22,7 +22,7 @@ def decide(inputs):
     if inputs.asked(KEY) is False:
         return Effect(KEY, False, "no rays: no surface is seen", "switched off", None, np.ones(count, bool))
     found = unobstructed_patches(inputs)
-    extent = f"rays from {count - found.sum():,} of {count:,} patches"
+    extent = f"rays from {some_of(count - found.sum(), count)}"
     return Effect(KEY, not found.all(), extent, reason_of(found), 0.0, found)
 
 
@@ -32,6 +32,13 @@ def unobstructed_patches(inputs):
     if trees.on:
         vertices = np.concatenate([vertices, trees.setting.crowns.vertices])
     return find_unobstructed(inputs.patches, vertices)
+
+
+def some_of(some, count):
+    """How many of all patches, in words."""
+    if some == count:
+        return f"all {count:,} patches"
+    return f"{some:,} of {count:,} patches" if some else f"none of {count:,} patches"
 
 
 def reason_of(unobstructed):

@@ -8,7 +8,7 @@ from ..horizon.horizon import is_above
 from ..materials.brdf_lambertian import Lambertian
 from ..materials.materials import describe_brdf
 from ..materials.read_albedo import TriangleBrdfs, brdfs_of_triangles
-from ..patches.find_covered import meets_back
+from ..patches.classify_rays import meets_back
 from ..sampling.hemisphere_rays import points_of_patches
 from .effect import Effect
 

@@ -17,7 +17,7 @@ from ..sky.sky_models import split_sky
 from ..sky.terrain_loss import sunlit_year
 from ..trees.foliage import choose_foliage
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
-from .pilot import height_of_suns, surroundings_in, trace_pilot
+from .pilot import LONGEST, height_of_suns, surroundings_in, trace_pilot
 from .specular import find_mirrors
 
 BOUNDED = ("trees", "sky-rays", "shadow-rays", "reflections", "specular")
@@ -112,7 +112,7 @@ def light_of_year(inputs, key, seed, *, leafy):
     leafy : bool
         Crowns carry leaves all year: what they take is most.
     """
-    around = surroundings_of_year(inputs, key)
+    around, places = surroundings_of_year(inputs, key), counted_places(inputs, key)
     foliage = foliage_of(inputs) if key == "trees" else inputs.decided["trees"].setting
     share = 1.0 if leafy or foliage is None or not foliage.seasonal else share_in_leaf(inputs.weather, foliage.months)
     on = off = 0.0
@@ -123,7 +123,7 @@ def light_of_year(inputs, key, seed, *, leafy):
         pilot = look(inputs, around, seed)
         if pilot is None:
             return None
-        on = on + part * light_of_paths(pilot.sky, pilot.sun, around.suns.weight.sum())
+        on = on + part * light_of_paths(pilot.sky, pilot.sun, around.suns.weight.sum(), places)
         off = off + part * light_without(inputs, key, pilot, around, seed)
     counted = ~pilot.inside  # covered parts of surfaces carry no modules
     return Light(*(values[counted] for values in (on, off, pilot.weight, pilot.group)))
@@ -131,17 +131,16 @@ def light_of_year(inputs, key, seed, *, leafy):
 
 def light_without(inputs, key, pilot, around, seed):
     """Light of the paths of a pilot if an effect is switched off: (m,) float64."""
-    ratio = around.suns.weight.sum()
+    ratio, places = around.suns.weight.sum(), 1 + inputs.decided["reflections"].setting
     if key == "shadow-rays":
-        return light_of_paths(pilot.sky, pilot.open_sun, ratio)
+        return light_of_paths(pilot.sky, pilot.open_sun, ratio, places)
     if key == "reflections":
-        followed = 1 + inputs.decided[key].setting  # places of a path whose light counts
-        return light_of_paths(pilot.sky[:, :followed], pilot.sun[:, :followed], ratio)
+        return light_of_paths(pilot.sky, pilot.sun, ratio, places)
     if key == "sky-rays":
         return light_of_open_sky(inputs.patches.normal[pilot.start].astype(float), around) + ratio * pilot.sun[:, 0]
     changed = {"trees": {"canopy": None}, "far-ground": {"ground_albedo": 0.0}, "specular": {"mirrors": None}}[key]
     without = look(inputs, replace(around, **changed), seed)  # from the same starts
-    return light_of_paths(without.sky, without.sun, ratio)
+    return light_of_paths(without.sky, without.sun, ratio, places)
 
 
 def light_of_open_sky(normal, around):
@@ -153,9 +152,14 @@ def light_of_open_sky(normal, around):
     return sky + around.ground_albedo * level * ground_view_of_tilt(normal, around.terrain)
 
 
-def light_of_paths(sky, sun, ratio):
-    """Light over all reflections: (m,) float64."""
-    return sky.sum(axis=1, dtype=float) + ratio * sun.sum(axis=1, dtype=float)
+def light_of_paths(sky, sun, ratio, places):
+    """Light of the first places of each path, one more than reflections: (m,) float64."""
+    return sky[:, :places].sum(axis=1, dtype=float) + ratio * sun[:, :places].sum(axis=1, dtype=float)
+
+
+def counted_places(inputs, key):
+    """Places of a path whose light counts where an effect is on: the run's reflections, or all that paths follow."""
+    return LONGEST + 1 if key == "reflections" else 1 + inputs.decided["reflections"].setting
 
 
 def look(inputs, around, seed):
@@ -174,9 +178,11 @@ def surroundings_of_year(inputs, key):
     """
     request = inputs.request
     year = sunlit_year(inputs.weather, split_sky(inputs.weather, inputs.decided["perez"].setting.model))
-    albedo = request.ground_albedo if key == "far-ground" else inputs.far_ground_albedo
-    followed = key == "specular" or inputs.decided["specular"].on
-    mirrors = find_mirrors(inputs) if followed else None
+    reflected = inputs.decided["reflections"].on or key == "reflections"
+    albedo = request.ground_albedo if key == "far-ground" else inputs.far_ground_albedo if reflected else 0.0
+    # Without reflections no mirror is followed either: what mirrors would show is a part of what is left out.
+    unseen = key == "reflections" and not inputs.decided[key].on and inputs.asked("specular", True)
+    mirrors = find_mirrors(inputs) if key == "specular" or inputs.decided["specular"].on or unseen else None
     return surroundings_in(year, albedo, terrain=inputs.terrain, mirrors=mirrors)
 
 

@@ -59,8 +59,8 @@ def set_number(tree, field, word, text, unit=None):
     if text is None or not str(text).strip():
         return
     try:
-        value = float(text)
-    except ValueError:
+        value = np.nan if isinstance(text, bool) else float(text)
+    except (ValueError, TypeError):
         value = np.nan
     zero = field == "area_density"
     if not (np.isfinite(value) and (value >= 0 if zero else value > 0)):

@@ -84,10 +84,11 @@ def points_around(place, azimuth, distance):
 
 @njit(nogil=True, cache=True)
 def bilinear(heights, column, row):
-    """Height at a place of a grid whose posts lie at whole numbers; NaN outside, and beside gaps."""
+    """Height at a place of a grid whose posts lie at whole numbers; NaN outside its cells, and beside gaps."""
     rows, columns = heights.shape
-    if not (0 <= column <= columns - 1 and 0 <= row <= rows - 1):
+    if not (-0.5 <= column <= columns - 0.5 and -0.5 <= row <= rows - 0.5):
         return np.nan
+    column, row = min(max(column, 0.0), columns - 1.0), min(max(row, 0.0), rows - 1.0)
     left, top = min(int(column), columns - 2), min(int(row), rows - 2)
     across, down = column - left, row - top
     upper = heights[top, left] * (1 - across) + heights[top, left + 1] * across

@@ -1,7 +1,8 @@
 """Read the angles of a horizon from a file.
 
 Four formats are told apart by their content:
-    azimuth,elevation       two columns, azimuth clockwise from north [°], any order and spacing, header optional
+    azimuth,elevation       two columns, azimuth clockwise from north [°], any order and spacing, header optional;
+                            the other way round if the header names them so
     PVGIS printhorizon CSV  columns A and H_hor, A from the south, west positive
     PVGIS printhorizon JSON the same
     PVGIS user horizon      elevations only, equally spaced, from north clockwise
@@ -19,6 +20,7 @@ from .horizon import STEPS, TerrainHorizon
 CURE = "give lines of azimuth,elevation in degrees, or a horizon file of PVGIS"
 LARGEST = 4_000_000  # bytes
 HIGHEST = 90.0
+ELEVATION_FIRST = re.compile(r"\W*(elev|height|h_hor|horizon|altitude)\w*\W.*\bazi", re.IGNORECASE)
 
 
 def read_horizon_table(path):
@@ -55,7 +57,7 @@ def angles_of_json(path, text):
     """Azimuths from north and elevations of PVGIS' JSON."""
     try:
         rows = json.loads(text)["outputs"]["horizon_profile"]
-        values = np.array([(row["A"], row["H_hor"]) for row in rows], float)
+        values = np.array([(row["A"], row["H_hor"]) for row in rows], float).reshape(-1, 2)
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(path, "is not a horizon of PVGIS", CURE) from error
     return values[:, 0] + 180, values[:, 1]
@@ -63,7 +65,7 @@ def angles_of_json(path, text):
 
 def angles_of_text(path, text):
     """Azimuths from north and elevations of a text."""
-    rows, header = [], ""
+    rows, lines, header = [], [], ""
     for number, line in enumerate(text.splitlines(), start=1):
         fields = [field for field in re.split(r"[,;\s]+", line.strip()) if field]
         try:
@@ -77,15 +79,20 @@ def angles_of_text(path, text):
             continue
         if values:
             rows.append(values)
+            lines.append(number)
     widths = {len(row) for row in rows}
     if header_of_pvgis(header) and rows and min(widths) >= 2:
         return np.array([row[0] + 180 for row in rows]), np.array([row[1] for row in rows])
     if widths == {2}:
-        return tuple(np.array(rows).T)
+        first, second = np.array(rows).T
+        return (second, first) if ELEVATION_FIRST.match(header) else (first, second)
     if rows and (widths == {1} or len(rows) == 1):
         values = np.array([value for row in rows for value in row])
         return np.arange(len(values)) * (360.0 / len(values)), values
-    raise InputError(path, "has neither two columns nor one", CURE)
+    other = next((line for line, row in zip(lines, rows, strict=True) if len(row) != len(rows[0])), None)
+    if other is None:
+        raise InputError(path, "has neither two columns nor one", CURE)
+    raise InputError(f"{path}:{other}", "has more or fewer columns than the lines before", CURE)
 
 
 def header_of_pvgis(header):

@@ -11,8 +11,8 @@ import numpy as np
 
 from ..horizon.horizon import is_above
 from ..materials.read_albedo import TriangleBrdfs
+from ..patches.classify_rays import meets_back
 from ..patches.facing_scene import FacingScene
-from ..patches.find_covered import meets_back
 from ..patches.patches import Patches
 from ..patches.stop_in_crowns import stop_in_crowns
 from ..sampling.hemisphere_rays import CELL_DIVISIONS
@@ -118,14 +118,14 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
     for bounce in range(max_bounces + 1):
         found.ray_count += len(photons.number)
         photons, places = meet_fronts(target, photons, found.tally, source if bounce == 0 else None)
-        if source.of is not None and bounce == 0:
-            photons = weigh_first(target, source.of, photons, places[0], found.tally)
+        first = source.of is not None and bounce == 0
+        received, photons = weigh_first(target, source.of, photons, places[0], found.tally) if first else [photons] * 2
         sums = found.first if bounce == 0 else found.reflected
-        deposit(photons, target.surface[places[0]], sums)
+        deposit(received, target.surface[places[0]], sums)
         # Coincident surfaces of the same orientation are all lit, but the photon is reflected once.
         row, double = target.ray_scene.find_doubles(places)
         if len(row):
-            deposit(photons.take(row), target.surface[double], sums)
+            deposit(received.take(row), target.surface[double], sums)
         found.last = float(photons.weight.sum())
         found.arrived += found.last
         photons = reflect_photons(target, source.key, photons, places, bounce)
@@ -217,6 +217,8 @@ def slip_past_edges(target, places, directions, front):
 def weigh_first(target, source, photons, hit, tally):
     """Photons of a part of the sky with the weight that they have on the patches that they hit first.
 
+    Faces that reflect as mirrors do show that part of the sky as it is: photons go on from there with all their weight.
+
     Parameters
     ----------
     target : Target
@@ -225,11 +227,16 @@ def weigh_first(target, source, photons, hit, tally):
     hit : (m,) int32
     tally : Tally
         Changed in place.
+
+    Returns
+    -------
+    received, going : Photons
     """
     share = source.weigh(target.patches.normal[hit], -photons.directions)
     weight = np.rint(photons.weight * share / QUANTUM) * QUANTUM
-    tally.unweighed += float((photons.weight - weight).sum())
-    return replace(photons, weight=weight)
+    going = np.where(target.brdfs[1][hit] >= 0, photons.weight, weight)
+    tally.unweighed += float((photons.weight - going).sum())
+    return replace(photons, weight=weight), replace(photons, weight=going)
 
 
 def deposit(photons, surface, sums):

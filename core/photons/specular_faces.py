@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..patches.find_covered import meets_back
+from ..patches.classify_rays import meets_back
 from ..patches.stop_in_crowns import stop_in_crowns
 from ..rays.places import Places
 from ..sampling.hemisphere_rays import CELL_DIVISIONS

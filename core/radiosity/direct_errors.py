@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..effects.closed_form import sky_view_of_tilt
-from ..patches.find_covered import enclosed_cells
 from ..patches.patches import take_patches
+from ..patches.settle_cells import enclosed_cells
 from ..sampling.random_numbers import mix
 from ..sampling.sample_points import (
     DIGITS,

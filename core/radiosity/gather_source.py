@@ -7,7 +7,8 @@ import numpy as np
 from ..effects.receivers import fewer_rays
 from ..form_factors.form_factor_products import multiply_elements
 from ..horizon.horizon import mark_hidden
-from ..patches.find_covered import enclosed_cells, lie_in_earth
+from ..patches.find_covered import lie_in_earth
+from ..patches.settle_cells import enclosed_cells
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches, shift_replicates
 from ..sampling.random_numbers import mix
 from ..sampling.sample_points import (

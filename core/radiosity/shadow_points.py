@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ..patches.find_covered import enclosed_cells
+from ..patches.settle_cells import enclosed_cells
 from ..sampling.hemisphere_rays import HALF, fraction
 from ..sampling.random_numbers import mix, uniform
 from ..sampling.sample_points import (

@@ -131,9 +131,10 @@ def sun_visibility(
     )
     free = np.flatnonzero(unobstructed)
     aoi_projection = projection_in_front(patches.normal[free], directions)
-    found.visible_share[free] = aoi_projection > 0
+    open_share = 1 - covered[free].mean(axis=1, dtype=np.float32)  # below 1 only where shadow rays are switched off
+    found.visible_share[free] = (aoi_projection > 0) * open_share[:, None]
     found.visible_elements[free] = np.where(aoi_projection > 0, (1 << elements) - 1, 0)
-    found.by_point[free] = (aoi_projection @ suns[1].astype(np.float32))[:, None]
+    found.by_point[free] = (open_share * (aoi_projection @ suns[1].astype(np.float32)))[:, None]
 
     turns = np.ones(count, int) if turns is None else np.where(traced, turns, 1)
     found.point_weight[:] = turns

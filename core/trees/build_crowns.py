@@ -13,6 +13,7 @@ from .ellipsoid import cylinder, ellipsoid, extrude
 CROWN_PER_HEIGHT = 0.5  # crown diameter of a tree of which only the height is given
 CROWN_BASE = 0.25  # of its height
 SLIM = 0.1  # of the crown's width: parts below the crown that are slimmer are its trunk
+STEEP = 60.0  # [°] tilt of the faces of a trunk's mantle, at least
 FLAT = 0.1  # [m] shapes that are lower have no volume
 MERGED = 5  # decimals [m] of corners that are one
 
@@ -24,6 +25,7 @@ class Part:
     vertices: np.ndarray  # (v, 3) float64 [m]
     triangles: np.ndarray  # (t, 3) int
     trunk: np.ndarray  # (t,) bool
+    height: float | None = None  # [m] as given; None: that of the shape
 
 
 def build_crowns(trees, report, move):
@@ -64,7 +66,7 @@ def build_crowns(trees, report, move):
         tree=np.repeat(np.arange(len(parts), dtype=np.int32), [len(part.triangles) for part in parts]),
         trunk=np.concatenate([part.trunk for part in parts]),
         names=[tree.name for tree in trees],
-        height=np.array([np.ptp(part.vertices[:, 2]) for part in parts]),
+        height=np.array([np.ptp(part.vertices[:, 2]) if part.height is None else part.height for part in parts]),
         evergreen=np.array([tree.evergreen for tree in trees]),
         area_density=np.array([np.nan if tree.area_density is None else tree.area_density for tree in trees]),
     )
@@ -93,10 +95,11 @@ def build_ellipsoid(tree, report):
     middle = tree.place + np.array([0, 0, (base + tree.height) / 2])
     crown = ellipsoid(middle, [width / 2, width / 2, (tree.height - base) / 2])
     if not tree.trunk_diameter:
-        return Part(*crown, np.zeros(len(crown[1]), bool))
+        return Part(*crown, np.zeros(len(crown[1]), bool), tree.height)
     trunk = cylinder(tree.place, tree.trunk_diameter / 2, middle[2] - tree.place[2])
     triangles = np.concatenate([crown[1], trunk[1] + len(crown[0])])
-    return Part(np.concatenate([crown[0], trunk[0]]), triangles, np.arange(len(triangles)) >= len(crown[1]))
+    vertices, of_trunk = np.concatenate([crown[0], trunk[0]]), np.arange(len(triangles)) >= len(crown[1])
+    return Part(vertices, triangles, of_trunk, tree.height)
 
 
 def build_shape(tree, report):
@@ -156,13 +159,25 @@ def signed_volume(vertices, triangles):
 
 
 def find_trunk(vertices, triangles, diameter):
-    """Faces of the trunk, (t,) bool: near the axis through the foot, and below all that is wider."""
+    """Faces of the trunk, (t,) bool: near the axis through the foot, and below all that is wider.
+
+    Its mantle is steep: a round crown without a trunk has faces around its lowest point, too, but level ones.
+    """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     radius = max(SLIM * max(high[0] - low[0], high[1] - low[1]), 0.55 * (diameter or 0.0))
     foot = vertices[vertices[:, 2] <= low[2] + 1e-3 * (high[2] - low[2])].mean(axis=0)
-    near = (np.linalg.norm(vertices[:, :2] - foot[:2], axis=1) <= radius)[triangles].all(axis=1)
-    base = vertices[triangles[~near], 2].min(initial=np.inf)
-    return near & (vertices[triangles, 2].min(axis=1) < base - FLAT)
+    farthest = np.linalg.norm(vertices[:, :2] - foot[:2], axis=1)[triangles].max(axis=1)
+    base = vertices[triangles[farthest > radius], 2].min(initial=np.inf)
+    low_down = (farthest <= radius) & (vertices[triangles, 2].min(axis=1) < base - FLAT)
+    width = farthest[low_down & is_steep(vertices, triangles)].max(initial=0.0)
+    return low_down & (farthest <= width)
+
+
+def is_steep(vertices, triangles):
+    """Whether triangles are steeper than STEEP: (t,) bool."""
+    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
+    normal = np.cross(b - a, c - a)
+    return np.abs(normal[:, 2]) < np.cos(np.radians(STEEP)) * np.linalg.norm(normal, axis=1)
 
 
 def hull_of(vertices, triangles):

@@ -28,6 +28,7 @@ def test_formats_of_angles(tmp_path):
         "two.csv": "# azimuth, elevation\n" + "\n".join(f"{a},{h:.4f}" for a, h in reversed(rows)),
         "pvgis.csv": head + columns + table + "\n\nA: Azimuth (0 = S, 90 = W, -90 = E) (degree)\nH_hor: height 1\n",
         "pvgis.json": json.dumps({"inputs": {}, "outputs": {"horizon_profile": profile}}),
+        "turned.csv": "elevation [deg], azimuth [deg]\n" + "\n".join(f"{h:.4f}, {a}" for a, h in rows),
         "user.txt": "\n".join(f"{h:.4f}" for _, h in rows),
         "line.txt": " ".join(f"{h:.4f}" for _, h in rows),
     }
@@ -46,8 +47,10 @@ def test_formats_of_angles(tmp_path):
         ("0,5\n90,6\n", "2 angles"),
         ("0,5\n90,6\nabc,7\n", "no numbers"),
         ("hello\n", "neither two columns nor one"),
+        ("azimuth;elevation\n0;5\n90;10,5\n180;5\n", r"bad.csv:3: has more or fewer columns"),
         ("0 1 2\n3 4 5\n6 7 8\n", "neither two columns nor one"),
         ("{}", "not a horizon of PVGIS"),
+        ('{"outputs": {"horizon_profile": []}}', "0 angles"),
     ],
 )
 def test_files_of_angles_that_cannot_be_used(tmp_path, text, words):

@@ -14,7 +14,7 @@ from citypv.core.commands.judge_light import judge_terrain
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.files.read_heights import HeightGrid, read_heights
 from citypv.core.horizon.horizon import STEPS, elevation_at
-from citypv.core.horizon.horizon_of_terrain import horizon_of_terrain
+from citypv.core.horizon.horizon_of_terrain import height_at, horizon_of_terrain
 from citypv.core.horizon.read_horizon import read_horizon
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
@@ -52,6 +52,14 @@ def test_curvature_and_refraction_count():
         assert horizon.elevation[STEPS // 2] == 0
         found.append(expected)
     assert min(np.degrees(np.arctan(1000 / 40_000)) - found[0], found[0] - found[1]) > 0.02
+
+
+def test_a_site_in_the_outermost_cell_has_its_height():
+    """Posts stand in the middle of cells of 0.01°: half a cell around them is covered, and no more."""
+    matrix = np.array([[0.01, 0, 10.0], [0, -0.01, 50.0]])
+    grid = HeightGrid(np.array([[3.0, 5.0], [3.0, 5.0]]), matrix, "EPSG:4326", 700.0, "small.tif")
+    found = [height_at([grid], (49.995, longitude)) for longitude in (9.996, 10.005, 10.014, 10.016)]
+    assert found == pytest.approx([3.0, 4.0, 5.0, np.nan], nan_ok=True)
 
 
 def plateau(height, distance):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_city import HEAD, house, surface
 
-from citypv.core.accuracy.part_of_city import BACKS, PartOfCity, RaysOfPart, spread_transfer, take_part
+from citypv.core.accuracy.part_of_city import BACKS, PartOfCity, RaysOfPart, keep_patches, spread_transfer
 from citypv.core.accuracy.pilot_run import PilotRun
 from citypv.core.accuracy.predict import of_suns, time_of_arrays
 from citypv.core.materials.materials import MaterialSpec
@@ -61,7 +61,7 @@ def test_light_is_that_of_the_same_patches_in_arrays_of_all(city, buildings, gro
     """To the rounding of sums in float32. What others cover is known as well."""
     scene, prepared, suns = city
     part, counted = choose_part(scene, prepared, buildings, ground)
-    few = take_part(scene, prepared, part, STAND_INS)
+    few = keep_patches(scene, prepared, part, STAND_INS)
     assert len(few.prepared.patches) <= part.sum() + 2 * STAND_INS + BACKS < len(part)
     found = spread_transfer(traced(few, suns, part), few, scene.surfaces)
     expected = traced(whole(scene, prepared), suns, part)
@@ -80,7 +80,7 @@ def test_form_factors_have_about_as_many_entries(city):
     """Hits on others keep apart as far as there are stand-ins; with all of them to the last one."""
     scene, prepared, _ = city
     part, _ = choose_part(scene, prepared, ["a", "t"])
-    ray_scene = take_part(scene, prepared, part, STAND_INS).prepared.plan.ray_scene
+    ray_scene = keep_patches(scene, prepared, part, STAND_INS).prepared.plan.ray_scene
     assert isinstance(ray_scene, RaysOfPart)
     generator = np.random.default_rng(1)
     directions = generator.normal(size=(4_000, 3)).astype(np.float32)
@@ -98,13 +98,13 @@ def test_form_factors_have_about_as_many_entries(city):
 def test_a_small_city_and_one_with_mirrors_stay_whole(city, tmp_path):
     scene, prepared, _ = city
     every = np.ones(len(prepared.patches), bool)
-    assert take_part(scene, prepared, every).prepared is prepared
+    assert keep_patches(scene, prepared, every).prepared is prepared
     request = replace(REQUEST, materials={"glass": MaterialSpec(0.8, "mirror")})
     surfaces = replace(scene.surfaces, material=["glass"] * len(scene.surfaces))
     shiny = replace(scene, surfaces=surfaces)
     for effects in ({}, {"specular": False}):
         mirrors = prepare_scene(shiny, replace(request, effects=effects))
-        assert take_part(shiny, mirrors, np.arange(len(every)) < len(every) // 2, STAND_INS).prepared is mirrors
+        assert keep_patches(shiny, mirrors, np.arange(len(every)) < len(every) // 2, STAND_INS).prepared is mirrors
 
 
 def test_time_of_arrays_grows_with_their_rows():

@@ -14,6 +14,7 @@ from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.local_frame import bring_to_origin
 from citypv.core.trees.build_crowns import CROWN_BASE
 from citypv.core.trees.crowns import volume_of_crowns
+from citypv.core.trees.ellipsoid import cylinder, ellipsoid
 
 DATA = Path(__file__).parents[1] / "data"
 HEAD = (
@@ -79,7 +80,7 @@ def test_a_tree_of_which_only_numbers_are_given(tmp_path):
     numbers = "<veg:class>1060</veg:class><veg:height uom='m'>12</veg:height><veg:trunkDiameter>0.4</veg:trunkDiameter>"
     crowns = read_gml(tmp_path, tree(f"{numbers}<veg:crownDiameter>6</veg:crownDiameter>{POINT}"))
     assert volume_of_crowns(crowns) == pytest.approx(np.pi / 6 * 6**2 * 12 * (1 - CROWN_BASE))
-    assert crowns.height == pytest.approx(12, rel=0.02) and crowns.trunk.sum() == 16 and crowns.evergreen.all()
+    assert crowns.height == 12 and crowns.trunk.sum() == 16 and crowns.evergreen.all()
     assert np.isnan(crowns.area_density).all()
 
 
@@ -94,6 +95,18 @@ def test_a_closed_shape_is_a_crown_and_crossed_pictures_are_in_a_hull(tmp_path):
     crossed = [(low[0], low[2], high[2], high[0]), (low[1], low[3], high[3], high[1])]
     crowns = read_gml(tmp_path, tree(f"<veg:lod2Geometry>{surfaces(*crossed)}</veg:lod2Geometry>"))
     assert volume_of_crowns(crowns) == pytest.approx(20, rel=1e-4)
+
+
+def test_the_lowest_faces_of_a_round_crown_are_no_trunk(tmp_path):
+    """All of a ball of leaves lets light through; a stem below it does not."""
+    vertices, triangles = ellipsoid((390020, 5810000, 14), (10, 10, 10))
+    faces = [[tuple(point) for point in vertices[triangle]] for triangle in triangles]
+    crowns = read_gml(tmp_path, tree(f"<veg:lod3Geometry>{surfaces(*faces)}</veg:lod3Geometry>"))
+    assert volume_of_crowns(crowns) == pytest.approx(4 / 3 * np.pi * 1000, rel=1e-3) and not crowns.trunk.any()
+    stem = cylinder(np.array([390020, 5810000, 1.0]), 0.3, 5)
+    faces += [[tuple(point) for point in stem[0][triangle]] for triangle in stem[1]]
+    crowns = read_gml(tmp_path, tree(f"<veg:lod3Geometry>{surfaces(*faces)}</veg:lod3Geometry>"))
+    assert crowns.trunk.sum() == len(stem[1])
 
 
 def test_an_area_of_plants_is_raised_by_its_height(tmp_path):
@@ -161,6 +174,16 @@ def test_trees_of_cityjson_by_template_by_solid_and_by_numbers(tmp_path):
     assert dict(zip(crowns.names, volume_of_crowns(crowns), strict=True)) == pytest.approx(expected, rel=1e-4)
     assert crowns.evergreen.tolist() == [False, True, False, False] and crowns.area_density[1] == 2
     assert city.report.building_count == 1 and len(city) == 6
+
+
+@pytest.mark.parametrize("height", [[12], True, {"value": "tall"}])
+def test_a_height_of_cityjson_that_is_no_number(tmp_path, height):
+    objects = {
+        "house": house(solid()),
+        "yew": {"type": "SolitaryVegetationObject", "geometry": [solid()], "attributes": {"height": height}},
+    }
+    with pytest.raises(InputError, match=r"tree 'yew': height is .*; give a number above 0, or leave it out"):
+        read(tmp_path, model(objects))
 
 
 def test_trees_alone_are_refused(tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from leaves import box, crowns_of
 from mirror_street import EDGES, HEIGHT, MIDDLE, finish, light_of_strips, lit_share, street
-from scenes import assert_mean, suns_towards
+from scenes import assert_mean, join, strip, suns_towards
 from scipy.special import expn
 from test_forward_agrees import SUNS, group_means, refined
 from test_tracing import three_houses
@@ -188,3 +188,25 @@ def test_the_horizon_of_perez_by_way_of_mirrors(tmp_path):
         )
         assert_mean(one, np.hypot(error, spread), other)
         assert error < 0.01 < one - without
+
+
+def test_the_horizon_of_perez_in_still_water(tmp_path):
+    """A level mirror, R wide before a long wall: from height z the band is seen in it down to where it ends.
+
+    The lowest z cos φ/R of the band's image, in tangents, are cut off at azimuth φ from the wall's normal.
+    """
+    high, wide, share = 2.0, 20.0, 0.8
+    scene = join(
+        [strip([-2000, 0, 0], [4000, 0, 0], [0, 0, high], 1), strip([-2000, -wide, 0], [4000, 0, 0], [0, wide, 0], 1)]
+    )
+    path = finish(tmp_path, f"surface,albedo,material\nfacade,0,\nflat,{share},mirror\n")
+    height, sine = (np.arange(2000) + 0.5) / 2000 * high, (np.arange(400) + 0.5) / 400
+    cut = np.degrees(np.arctan(height[:, None] * np.sqrt(1 - sine**2) / wide)) / 6.5
+    expected = share * np.clip(1 - cut, 0, 1).mean()
+    settings = Request(albedo_file=path, ground_albedo=0.0, max_bounces=1, sky="perez")
+    for trace, samples in ((trace_hybrid, 1 << 15), (trace_forward, 1 << 12)):
+        estimator = "forward" if trace is trace_forward else "gather"
+        found = trace(scene, SUNS, replace(settings, estimator=estimator, samples=samples), silent).sources["horizon"]
+        error = np.hypot(*found.standard_error[:2]) / 2
+        assert_mean(found.relative[:2].mean() - 1, error, expected)
+        assert error < 0.02

@@ -65,15 +65,18 @@ def facing_walls():
 
 
 BLACK = {"albedo": 0.0, "ground_albedo": 0.0}
+BRIGHT = {"albedo": 0.9, "ground_albedo": 0.9, "max_bounces": 0}  # of which no reflection is followed
 
 
-def test_sky_that_a_wall_hides_from_another():
+@pytest.mark.parametrize("settings", [BLACK, BRIGHT])
+def test_sky_that_a_wall_hides_from_another(settings):
     """Hottel's strings: the walls see √(H² + d²) - d over H of each other, half of it above the horizon."""
     seen = (np.hypot(HIGH, APART) - APART) / HIGH
-    check(judged(facing_walls(), year(), "sky-rays", **BLACK), 0.5 / (0.5 - seen / 2) - 1)
+    check(judged(facing_walls(), year(), "sky-rays", **settings), 0.5 / (0.5 - seen / 2) - 1)
 
 
-def test_sun_that_a_wall_hides_from_another():
+@pytest.mark.parametrize("settings", [BLACK, BRIGHT])
+def test_sun_that_a_wall_hides_from_another(settings):
     """Of each hour's sun the upper part of the wall is lit: its shadow falls d · tan(elevation)/cos(azimuth) deep."""
     weather = year(direct=1.0, diffuse=1e-6)
     data = weather.data
@@ -83,7 +86,18 @@ def test_sun_that_a_wall_hides_from_another():
     lit = np.clip(APART * np.tan(height) / np.where(before, np.cos(turn), 1) / HIGH, 0, 1)
     expected = light.sum() / (light * lit).sum() - 1
     assert expected > 0.2
-    check(judged(facing_walls(), weather, "shadow-rays", **BLACK), expected)
+    check(judged(facing_walls(), weather, "shadow-rays", **settings), expected)
+
+
+def test_shade_at_the_foot_of_the_walls_where_no_ground_is_given():
+    """A wall without anything before it gets ρ/2 of the sky's light from the ground, of which its row hides half."""
+    scene = scene_of_triangles(*strip([-LONG / 2, 0, 0], [LONG, 0, 0], [0, 0, HIGH], 1))
+    bound, outcome = judged(scene, year(), "far-ground", effects={}, albedo=0.5, ground_albedo=0.5)
+    assert outcome == {"left_out": pytest.approx(0.5 * 0.25 / 0.75, rel=1e-4), "holds": True}
+    assert bound == pytest.approx(0.5 * 0.25 / 0.75, rel=1e-4)
+    # Under a sunny year the ground's share in the light of the walls is another than in that of the sky alone.
+    bound, outcome = judged(facing_walls(), year(direct=1.0, diffuse=0.2), "far-ground", effects={})
+    assert 0.01 < outcome["left_out"] <= bound and outcome["holds"] is True
 
 
 @pytest.mark.parametrize("albedo", [0.25, 0.6])
@@ -181,12 +195,16 @@ def mirror_street():
     return scene
 
 
-def test_sky_in_a_mirror_that_is_black(tmp_path):
-    """The street sees the facade with the share of Hottel's strings, and in it the sky's image."""
+@pytest.mark.parametrize("key", ["specular", "reflections"])
+def test_sky_in_a_mirror_that_is_black(tmp_path, key):
+    """The street sees the facade with the share of Hottel's strings, and in it the sky's image.
+
+    Without reflections, which only the mirror has, the same is missing.
+    """
     wide = EDGES[-1]
     seen = 0.5 * (1 - (np.hypot(wide, HEIGHT) - HEIGHT) / wide)
     settings = {"albedo_file": finish(tmp_path, MIRROR), "ground_albedo": 0.0}
-    check(judged(mirror_street(), year(), "specular", **settings), 0.6 * seen / (1 - seen + 0.6 * seen))
+    check(judged(mirror_street(), year(), key, **settings), 0.6 * seen / (1 - seen + 0.6 * seen))
 
 
 def test_sun_in_a_mirror_that_is_black(tmp_path):
