@@ -79,6 +79,13 @@ PEERS = {
     "radiance": ((4, 4), (8, 8), (16, 16)),  # points, ambient rays from each
 }
 CURVES = [*LADDERS, *SUNS, "presets", "rounds", "adaptive", "forward", *PEERS]
+NAMES = {  # in the legend, of curves whose own names do not say it
+    "samples": "Rays and points",
+    "rounds": "Rounds of 64 rays",
+    "days": "Days traced",
+    "mitsuba": "Mitsuba, rays and points",
+    "mitsuba sky rays": "Mitsuba, sky rays",
+}
 MARKS = "osv^DPX*hp<>dH8"  # as many as curves
 
 
@@ -246,16 +253,16 @@ def medians(kept, city):
 def draw(curves, path, words):
     """Write the picture: error against processor seconds."""
     with plain_style():
-        figure = make_figure(8, 5)
+        figure = make_figure(9, 5)
         axes = figure.subplots()
-        for mark, (label, points) in zip(MARKS[: len(curves)], curves.items(), strict=True):
-            _, seconds, errors, _ = zip(*points, strict=True)
-            peer = label in PEERS
-            axes.plot(seconds, errors, marker=mark, label=label.capitalize(), linestyle="--" if peer else "-")
+        for mark, label in zip(MARKS, sorted(curves, key=CURVES.index), strict=False):
+            _, seconds, errors, _ = zip(*curves[label], strict=True)
+            name, line = NAMES.get(label, label.capitalize()), "--" if label in PEERS else "-"
+            axes.plot(seconds, errors, marker=mark, label=name, linestyle=line)
         make_logarithmic(axes)
         axes.set_xlabel(f"Processor seconds of tracing, {words}")
         axes.set_ylabel("Error of the light of a year, rms over triangles [%]")
-        axes.legend()
+        figure.legend(loc="outside right upper")
         figure.savefig(path, dpi=DOTS)
 
 

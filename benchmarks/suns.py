@@ -1,16 +1,16 @@
 """Error of each choice of suns (the paper's Fig. 5), hour by hour against hourly suns.
 
     python benchmarks/suns.py [CITY] [--weather FILE] [--latitude D --longitude D] [--group KIND ORIENTATION]
-        [--patches N] [--ways WAY …] [--plot FILE.png]
+        [--sky perez|isotropic] [--patches N] [--ways WAY …] [--threads N] [--plot FILE.png]
 
 Without CITY: Midtown Manhattan, placed at Cairo with Cairo's typical year. Without --group: all eligible surfaces.
 Visible shares of the suns are traced for patches drawn by area from the surfaces of the group, from the same 16 points
 each under every way. Light that is reflected counts with the sky's, not with the suns': it changes slowly.
-Printed: number of suns, seconds to look for them, mean absolute error of the hourly capacity factor of the group (over
-all hours of the year, nights included; of several groups the mean by their patches), error of the annual full load
-hours, and root mean square error of the full load hours of single patches. The figure of the paper:
+Printed: number of suns, processor seconds to look for them, mean absolute error of the hourly capacity factor of the
+group (over all hours of the year, nights included; of several groups the mean by their patches), error of the annual
+full load hours, and root mean square error of the full load hours of single patches. The figure of the paper:
 
-    python benchmarks/suns.py --group facade south --plot docs/suns.png
+    python benchmarks/suns.py --group facade south --sky isotropic --plot docs/suns.png
 """
 
 import argparse
@@ -28,6 +28,7 @@ from citypv.core.radiosity.sun_sampling_error import take_patches, take_surfaces
 from citypv.core.radiosity.sun_visibility import sun_visibility
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
+from citypv.core.sky.choose_sky import choose_sky
 from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.threads import usable_threads
@@ -56,6 +57,8 @@ def main():
         weather_without=options.weather_without or ("dni" if options.weather == WEATHER else "none"),
         latitude=options.latitude,
         longitude=options.longitude,
+        sky=options.sky,
+        threads=options.threads,
         suns="days:1",
         samples=16,
         max_bounces=1,
@@ -91,8 +94,10 @@ def read_arguments():
     parser.add_argument("--latitude", type=float)
     parser.add_argument("--longitude", type=float)
     parser.add_argument("--group", nargs=2, metavar=("KIND", "ORIENTATION"))
+    parser.add_argument("--sky", default="auto")
     parser.add_argument("--patches", type=int, default=4000)
     parser.add_argument("--ways", nargs="+", default=WAYS)
+    parser.add_argument("--threads", type=int)
     parser.add_argument("--plot", type=Path)
     options = parser.parse_args()
     if options.city == [CITY] and options.latitude is None:
@@ -107,6 +112,7 @@ class Looker:
         self.weather, self.request = weather, request
         # Sky, far ground and reflections of the surfaces; of the suns only a few.
         self.transfer = trace_scene(scene, weather, replace(request, shadow_samples=1))
+        self.sky = choose_sky(request, self.transfer)
         patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
         own = scene.triangle_surface
         share = np.where(np.append(scene.surfaces.eligible, False)[own], patches.area, 0)
@@ -118,10 +124,10 @@ class Looker:
         self.ray_scene = RayScene(scene.vertices, scene.triangles)
 
     def energy(self, way):
-        """Energy of the patches, the number of suns, and the seconds it took to look for these."""
+        """Energy of the patches, the number of suns, and the processor seconds it took to look for these."""
         weather, count = self.weather, len(self.patches)
         suns = choose_suns(way, *weather.axis)
-        before = time.perf_counter()
+        before = time.process_time()
         light = sun_visibility(
             self.ray_scene,
             self.patches,
@@ -134,10 +140,10 @@ class Looker:
             threads=usable_threads(self.request.threads),
             progress=lambda share, rays: None,
         )
-        seconds = time.perf_counter() - before
+        seconds = time.process_time() - before
         part = take_surfaces(self.transfer, self.surfaces, suns, light.visible_share)
         part.surfaces.area = np.ones(count)  # they were drawn by area
-        return compute_energy(part, weather), len(suns), seconds
+        return compute_energy(part, weather, sky=self.sky), len(suns), seconds
 
 
 def draw(hourly, errors, options):
@@ -148,7 +154,9 @@ def draw(hourly, errors, options):
     day = np.arange(count) * (hourly.interval.total_seconds() / 86_400)
     figure, axes = plt.subplots(3, 1, figsize=(10, 8.5), constrained_layout=True)
     axes[0].plot(day, factor, linewidth=0.4, color="0.3")
-    axes[0].set(title=f"{' '.join(hourly.groups[0])}: hourly capacity factor, every hour's sun", ylim=(0, None))
+    axes[0].set(
+        title=f"{' '.join(hourly.groups[0])}, every hour's sun", ylabel="hourly capacity factor", ylim=(0, None)
+    )
     shown = {way: colour for way, colour in DRAWN.items() if way in errors}
     for axis, (first, last) in zip(axes[1:], ((0, 365), (80, 80 + WINDOW)), strict=True):
         part = (day >= first) & (day < last)
@@ -156,9 +164,9 @@ def draw(hourly, errors, options):
             error = 1e4 * errors[way][:, 0]
             mae = np.abs(error).mean()
             axis.plot(day[part], error[part], linewidth=0.6, color=colour, label=f"{way}, MAE {mae:.1f}")
-        axis.set(ylabel="error [1e-4]")
+        axis.set(ylabel="error [10⁻⁴]")
         axis.grid(alpha=0.3)
-    axes[1].legend(ncols=len(shown), loc="lower left", fontsize=8)
+    axes[1].legend(ncols=len(shown), loc="lower left", bbox_to_anchor=(0, 1), frameon=False, fontsize=8)
     axes[2].set(xlabel="day of the year")
     figure.savefig(options.plot, dpi=110)
 
