@@ -3,9 +3,10 @@
 import argparse
 
 from ..effects.table import check_effects
+from ..errors import InputError
 from ..methods import METHODS
 from ..presets import PRESETS
-from ..request import Request, check_request, declared_settings
+from ..request import Request, check_request, declared_settings, option_of
 
 TITLES = {
     "city": "the city",
@@ -16,6 +17,15 @@ TITLES = {
     "effects": "the effects",
     "run": "the run",
 }
+
+
+class Gather(argparse.Action):
+    """Several values, of all the times that an option is given."""
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        """Add values to those from the command line before; a default gives way."""
+        before = getattr(namespace, self.dest)
+        setattr(namespace, self.dest, values if before is self.default else [*before, *values])
 
 
 def add_options(parser, *groups):
@@ -45,13 +55,13 @@ def argument_of_setting(default, details):
         "flag": {"action": "store_true"},
         "switch": {"type": switch, "default": default, "metavar": "on|off"},
         "choice": {"choices": tuple(details.choices or ()), "default": default},
-        "texts": {"nargs": "+", "default": default, "metavar": details.metavar},
+        "texts": {"nargs": "+", "action": Gather, "default": default, "metavar": details.metavar},
         "place": {"nargs": 2, "type": float, "default": default, "metavar": ("LATITUDE", "LONGITUDE")},
     }
     if details.kind in shapes:
         return shapes[details.kind]
     if details.kind in SEVERAL:
-        return {"nargs": "+", "default": (), "metavar": details.metavar, **SEVERAL[details.kind]}
+        return {"nargs": "+", "action": Gather, "default": (), "metavar": details.metavar, **SEVERAL[details.kind]}
     kinds = {"number": float, "integer": int, "text": str}
     return {
         "type": or_none(kinds[details.kind], details.none) if details.none else kinds[details.kind],
@@ -113,6 +123,31 @@ def shares(text):
 SEVERAL = {"pairs": {"type": pair}, "shares": {"type": shares}, "names": {}}  # kinds with several values
 
 
+def join_pairs(option, pairs):
+    """Values by key.
+
+    Parameters
+    ----------
+    option : str
+    pairs : list of (str, value), or dict
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    InputError
+        A key has two different values.
+    """
+    found = {}
+    for key, value in pairs.items() if isinstance(pairs, dict) else pairs:
+        if found.setdefault(key, value) != value:
+            first, second = (("off", "on")[one] if isinstance(one, bool) else one for one in (found[key], value))
+            raise InputError(option, f"{key} is given as {first} and as {second}", "give each key once")
+    return found
+
+
 def imply_settings(options):
     """Set the defaults of a command's options from its method and preset, if any was given.
 
@@ -172,9 +207,9 @@ def request_of_options(options):
     given = {name: value for name, value in vars(options).items() if name in known}
     for name, value in given.items():
         if known[name].kind == "pairs":
-            given[name] = dict(value)
+            given[name] = join_pairs(option_of(name), value)
         elif known[name].kind == "shares" and not isinstance(value, dict):
-            given[name] = dict(pair for pairs in value for pair in pairs)
+            given[name] = join_pairs(option_of(name), [pair for pairs in value for pair in pairs])
         elif known[name].kind == "names":
             given[name] = tuple(value)
         elif known[name].kind == "texts":

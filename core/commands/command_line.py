@@ -16,7 +16,7 @@ from ..errors import InputError
 from ..progress import CancelledError, TerminalProgress
 from ..version import __version__
 from .add_cluster import add_cluster, cluster_of_options
-from .add_options import add_options, free_settings, imply_settings, request_of_options
+from .add_options import Gather, add_options, free_settings, imply_settings, request_of_options
 from .import_command import compile_beside, import_command
 from .print_output import print_output
 
@@ -177,7 +177,7 @@ def add_world(parser):
     place.add_argument("--step", type=float, metavar="D", help="[°] distance of places (3; files: all points)")
     place.add_argument("--latitudes", metavar=("SOUTH", "NORTH"), help="[°] range (-60 90; files: all)", **degrees)
     place.add_argument("--longitudes", metavar=("WEST", "EAST"), help="[°] range (-180 180; files: all)", **degrees)
-    place.add_argument("--years", nargs="+", type=int, default=(), metavar="Y", help="years that are averaged (all)")
+    place.add_argument("--years", nargs="+", type=int, default=(), action=Gather, metavar="Y", help="averaged (all)")
     place.add_argument(
         "--surfaces", type=int, metavar="N", help="merge surfaces of similar light, to at most N per environment"
     )

@@ -16,10 +16,13 @@ import xarray
 from small_city import write_small_city
 
 from citypv.__main__ import main
+from citypv.core.commands.add_options import imply_settings, request_of_options
+from citypv.core.commands.command_line import build_parser
 from citypv.core.commands.report_outcome import report_outcome
 from citypv.core.commands.run_log import RunLog
 from citypv.core.effects.table import TABLE
 from citypv.core.progress import TerminalProgress, describe_progress
+from citypv.core.request import Request
 
 ERA5 = Path(__file__).parents[2] / "examples" / "berlin" / "era5_berlin_2017.nc"
 COLUMNS = [
@@ -217,6 +220,12 @@ REFUSED = {
     "no such suns": (["CITY", "--suns", "monthly"], "--suns"),
     "no such effect": (["CITY", "--effects", "fog=on"], "--effects"),
     "no such effect, before any file is read": (["nowhere.gml", "--effects", "fog=on"], "no effect is called"),
+    "an effect both on and off": (["CITY", "--effects", "trees=on", "trees=off"], "trees is given as on and as off"),
+    "the same in two places": (
+        ["CITY", "--effects", "aoi=on", "--effects", "aoi=off"],
+        "aoi is given as on and as off",
+    ),
+    "two shares of one kind": (["CITY", "--usable", "roof=1,roof=0.5"], "roof is given as 1.0 and as 0.5"),
     "effect without a state": (["CITY", "--effects", "fog"], "fog"),
     "negative bounces": (["CITY", "--max-bounces", "-1"], "--max-bounces"),
     "beyond the poles": (["CITY", "--latitude", "91", "--longitude", "0"], "--latitude"),
@@ -251,6 +260,27 @@ def test_overwrite_replaces_results_and_keeps_the_rest(city, tmp_path):
     (tmp_path / "preview.png").write_text("of an earlier run")
     assert main(["simulate", str(city), "--out", str(tmp_path), "--quiet", "--overwrite", "--samples", "16"]) == 0
     assert names_in(tmp_path) == TABLES | {"notes.txt"}
+
+
+@pytest.mark.parametrize("command", ["simulate", "effects", "accuracy"])
+def test_options_of_several_values_add_up(command):
+    arguments = "city.gml --effects trees=off perez=off --weather a.nc b.nc --effects aoi=off trees=off --weather c.nc"
+    arguments += " --usable roof=0.5 --usable facade=0.4,flat=0.3 roof=0.5"
+    if command == "simulate":
+        arguments += " --out out"
+    options = build_parser().parse_args([command, *arguments.split()])
+    request = request_of_options(options)
+    assert request.effects == {"trees": False, "perez": False, "aoi": False}
+    assert request.weather == ["a.nc", "b.nc", "c.nc"]
+    assert request.usable == {"roof": 0.5, "facade": 0.4, "flat": 0.3}
+    assert not Request().effects
+
+
+def test_values_given_replace_those_that_a_method_implies():
+    arguments = ["simulate", "city.gml", "--method", "paper", "--out", "out", "--effects", "trees=on", "perez=on"]
+    parser = build_parser()
+    assert imply_settings(parser.parse_args(arguments))
+    assert request_of_options(parser.parse_args(arguments)).effects == {"trees": True, "perez": True}
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot send SIGINT to one process")
