@@ -50,3 +50,14 @@ def bring_places(places, source, target, path):
     if not np.isfinite(there).all():
         raise InputError(path, f"does not lie where {target.name} is defined", "give terrain that covers the city")
     return there
+
+
+def full_turn(crs):
+    """What longitudes of a system in degrees grow by around the Earth; None for any other system."""
+    plane, _ = plane_of(crs)
+    return 2 * np.pi / plane.axis_info[0].unit_conversion_factor if plane.is_geographic else None
+
+
+def turn_towards(longitude, middle, turn):
+    """The same longitudes, each no further than half a turn from a middle one: a map may go on beyond 180°."""
+    return middle + (longitude - middle + turn / 2) % turn - turn / 2

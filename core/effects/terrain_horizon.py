@@ -17,6 +17,7 @@ POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "w
 STEP = 5.0  # [°] to which tilts and azimuths are rounded
 CERTAINTY = 2  # standard errors
 LEAST_LIGHT = 0.01  # of the unshaded one, below which a group's share is not divided by it
+COVERED = 49_000.0  # [m] to which heights should reach in all directions
 UP = np.array([[0.0, 0.0, 1.0]])
 MARGIN = 1.0  # [°] so far below the horizon a sun must stand in all intervals that it represents, not to be traced
 
@@ -37,7 +38,7 @@ def decide(inputs):
     horizon, corners = inputs.horizons
     top = int(horizon.elevation.argmax())
     highest, azimuth = horizon.elevation[top], horizon.azimuth[top]
-    where = f"{highest:.1f}° in the {POINTS[round(azimuth / 45) % 8]} (azimuth {azimuth:.0f}°)"
+    where = f"{highest:.1f}° in the {point_of(azimuth)} (azimuth {azimuth:.0f}°){seen_from(horizon)}"
     if inputs.terrain is None:
         low = f"no higher than the {MINIMUM_ELEVATION:g}° below which no sun is traced"
         words = "switched off" if inputs.asked(KEY) is False else low
@@ -54,6 +55,21 @@ def decide(inputs):
         reason += f"; corners of the scene see it up to {apart:.1f}° higher or lower"
     setting = Terrain(horizon, hidden, corners)
     return Effect(KEY, True, extent, reason, bound_on(inputs, horizon, corners), setting)
+
+
+def point_of(azimuth):
+    """Point of the compass that is nearest to an azimuth [°]: str."""
+    return POINTS[round(azimuth / 45) % 8]
+
+
+def seen_from(horizon):
+    """Height of the ground from which a raster's terrain is seen, and where its heights end too early, in words."""
+    if horizon.eye is None:
+        return ""
+    least = int(horizon.known.argmin())
+    distance = horizon.known[least]
+    far = f"; heights end {distance / 1000:.1f} km away in the {point_of(horizon.azimuth[least])}"
+    return f" from ground at {horizon.eye:.0f} m{far if distance < COVERED else ''}"
 
 
 def find_hidden(inputs, horizon):

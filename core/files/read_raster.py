@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..city.bring_places import bring_places, plane_of
+from ..city.bring_places import bring_places, full_turn, plane_of, turn_towards
 from ..errors import InputError
 from ..ground.terrain import Layer
 from .open_raster import open_raster
@@ -13,8 +13,20 @@ from .raster import average_window
 NEAR = 300.0  # [m] around the city the raster is read at full resolution
 NEAR_POSTS, FAR_POSTS = 700, 250  # per side; a finer raster is resampled to that many
 MOST_POSTS = 400_000_000  # that are read
-HIGHEST = 12_000.0  # [m] values further from sea level mark gaps
-UNIT_WORDS = {"ft": 0.3048, "foot": 0.3048, "feet": 0.3048, "us survey foot": 1200 / 3937, "us-ft": 1200 / 3937}
+LOWEST, HIGHEST = (
+    -500.0,
+    12_000.0,
+)  # [m] all land lies between; values beyond mark gaps, or the floor of the sea
+WORDS = {  # in which rasters name the unit of their heights [m]
+    0.3048: ("ft", "foot", "feet", "international foot"),
+    1200 / 3937: ("us survey foot", "us survey feet", "us-ft", "ftus", "foot_us"),
+    0.001: ("mm", "millimetre", "millimetres", "millimeter", "millimeters"),
+    0.01: ("cm", "centimetre", "centimetres", "centimeter", "centimeters"),
+    0.1: ("dm", "decimetre", "decimetres", "decimeter", "decimeters"),
+    1.0: ("m", "metre", "metres", "meter", "meters"),
+    1000.0: ("km", "kilometre", "kilometres", "kilometer", "kilometers"),
+}
+UNIT_WORDS = {word: factor for factor, words in WORDS.items() for word in words}
 
 
 class Wanted(NamedTuple):
@@ -64,7 +76,7 @@ def _read_layers(raster, wanted, notes):
         )
     layers = []
     for reach, posts in ((NEAR, NEAR_POSTS), (wanted.horizon, FAR_POSTS)):
-        window = window_between(raster, _rectangle(reach, source, wanted))
+        window = window_between(raster, _rectangle(reach, raster, wanted))
         if window is not None and window[2] * window[3] > MOST_POSTS:
             problem = f"has {window[2]:,} x {window[3]:,} posts around the city"
             raise InputError(path, problem, f"resample it to at most {MOST_POSTS:,}")
@@ -73,9 +85,9 @@ def _read_layers(raster, wanted, notes):
     return [layer for layer in layers if len(layer.triangles)]
 
 
-def _rectangle(reach, source, wanted):
+def _rectangle(reach, raster, wanted):
     """Bounding box, in the raster's system, of the city and what lies within reach of it."""
-    low, high = wanted.low - reach, wanted.high + reach
+    source, low, high = raster.crs, wanted.low - reach, wanted.high + reach
     share = np.linspace(0, 1, 9)
     x, y = np.meshgrid(low[0] + share * (high[0] - low[0]), low[1] + share * (high[1] - low[1]))
     places = np.column_stack([x.ravel(), y.ravel()])
@@ -85,6 +97,10 @@ def _rectangle(reach, source, wanted):
         places = places / _metres_per_unit(source, wanted.path)
     else:
         places = bring_places(places, wanted.crs, source, wanted.path)
+        turn = full_turn(source)
+        if turn is not None:  # a map may go on beyond 180°
+            middle = raster.matrix[0] @ (raster.width / 2, raster.height / 2, 1)
+            places[:, 0] = turn_towards(places[:, 0], turn_towards(places[0, 0], middle, turn), turn)
     return places.min(axis=0), places.max(axis=0)
 
 
@@ -116,9 +132,9 @@ def _read_layer(raster, window, posts, notes, wanted):
     source, path = raster.crs, wanted.path
     factor = height_factor(raster, source, wanted.unit)
     with np.errstate(invalid="ignore"):
-        odd = np.abs(heights * factor) > HIGHEST
+        odd = (heights * factor > HIGHEST) | (heights * factor < LOWEST)
     if odd.any():
-        notes.append(f"{int(odd.sum())} heights of {path} beyond ±{HIGHEST:,.0f} m treated as gaps.")
+        notes.append(f"{int(odd.sum())} heights of {path} beyond {LOWEST:,.0f} to {HIGHEST:,.0f} m treated as gaps.")
     heights[odd | ~np.isfinite(heights)] = np.nan
     if shape != (height, width):
         notes.append(f"{path}: {width} x {height} posts resampled to {shape[1]} x {shape[0]}.")
@@ -139,9 +155,7 @@ def height_factor(raster, source, unit):
     word = raster.unit.strip().lower()
     if word in UNIT_WORDS:
         return UNIT_WORDS[word]
-    if source is None:
-        return unit
-    return 1.0 if word in ("m", "metre", "meter", "metres", "meters") else plane_of(source)[1]
+    return unit if source is None else plane_of(source)[1]
 
 
 def _triangulate(places, heights):

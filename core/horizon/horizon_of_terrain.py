@@ -18,7 +18,7 @@ NODE = 1000.0  # [m] along a line of sight places of the raster are computed so 
 GEODESIC = pyproj.Geod(ellps="WGS84")
 
 
-def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION):
+def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, otherwise=np.nan):
     """Horizon as seen from the ground at a place.
 
     Heights are bilinear between posts, taken every half post, nearby every eighth, along lines of sight every 0.25°.
@@ -35,6 +35,8 @@ def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION):
         Distance up to which it counts.
     refraction : float
         Coefficient k of terrestrial refraction.
+    otherwise : float [m]
+        Height of the ground at the place where no grid has one.
 
     Returns
     -------
@@ -50,19 +52,20 @@ def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION):
     C. Hirt et al. (2010), Monitoring of the refraction coefficient in the lower atmosphere,
     :doi:`10.1029/2010JD014067`.
     """
-    eye = height_at(grids, place)
+    found = height_at(grids, place)
+    eye = found if np.isfinite(found) else otherwise
     if not np.isfinite(eye):
         problem = f"has no height at the site ({place[0]:.4f}°, {place[1]:.4f}°)"
         raise InputError(grids[0].path, problem, "give a raster that covers the site and up to 50 km around it")
     nodes = np.arange(int(np.ceil(reach / NODE)) + 2) * NODE
     latitudes, longitudes = points_around(place, np.arange(STEPS) * (360.0 / STEPS), nodes)
-    steepest = np.zeros(STEPS)
+    steepest, known = np.zeros((2, STEPS))
     radius = EARTH_RADIUS / (1 - refraction)
     for grid in grids:
         column, row = grid.places_of(latitudes.ravel(), longitudes.ravel())
         lines = column.reshape(latitudes.shape), row.reshape(latitudes.shape)
-        march(grid.heights, lines, (start, reach, grid.post / 2), (eye, radius), steepest)
-    return TerrainHorizon(np.degrees(np.arctan(steepest)), str(grids[0].path))
+        march(grid.heights, lines, (start, reach, grid.post / 2), (eye, radius), steepest, known)
+    return TerrainHorizon(np.degrees(np.arctan(steepest)), str(grids[0].path), float(eye), known)
 
 
 def height_at(grids, place):
@@ -97,7 +100,7 @@ def bilinear(heights, column, row):
 
 
 @njit(nogil=True, cache=True)
-def march(heights, lines, extent, eye_of, steepest):
+def march(heights, lines, extent, eye_of, steepest, known):  # noqa: PLR0917
     """Raise the greatest tangent of elevation along each line of sight, in place.
 
     Parameters
@@ -111,6 +114,8 @@ def march(heights, lines, extent, eye_of, steepest):
         Height of the eye, and radius of the Earth for bent light.
     steepest : (a,) float64
         Changed in place.
+    known : (a,) float64 [m]
+        Distance of the last height of each line; changed in place.
     """
     (columns, rows), (start, reach, step), (eye, radius) = lines, extent, eye_of
     for line in range(len(steepest)):
@@ -126,4 +131,5 @@ def march(heights, lines, extent, eye_of, steepest):
                 drop = (radius + height) * 2 * np.sin(angle / 2) ** 2
                 tangent = (height - eye - drop) / ((radius + height) * np.sin(angle))
                 steepest[line] = max(steepest[line], tangent)
+                known[line] = max(known[line], distance)
             distance += min(step, max(step / 4, distance / 200))  # finer nearby, where angles change quickly

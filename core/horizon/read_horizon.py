@@ -75,10 +75,11 @@ def read_horizon(path, scene):
     posts = [middle, *(np.array(corner) for corner in ((west, south), (east, south), (east, north), (west, north)))]
     places = [place_on_earth(scene.site, post) for post in posts]
     grids = read_heights(path, places[0], REACH)
-    found = [
-        horizon_of_terrain(grids, place, distance_to_box(post, low, high), REACH)
-        for place, post in zip(places, posts, strict=True)
-    ]
+    found = []
+    for place, post in zip(places, posts, strict=True):
+        start = distance_to_box(post, low, high)
+        eye = found[0].eye if found else np.nan  # of corners that stand in water, which may be a gap
+        found.append(horizon_of_terrain(grids, place, start, REACH, otherwise=eye))
     return found[0], found[1:]
 
 
