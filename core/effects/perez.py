@@ -72,14 +72,14 @@ def surfaces_that_count(surfaces):
 
 
 def bound_change(weather, change):
-    """Share of light that the isotropic sky leaves out at most.
+    """Share of light that the isotropic sky leaves out, or finds too much, at most.
 
-    What Perez's sky changes on unshaded planes, or takes from a wall that never sees the sun: the circumsolar share of
-    DHI.
+    What Perez's sky changes on unshaded planes, or takes from a wall that never sees the sun: all but its dome's part
+    of DHI. Both as shares of the light under Perez's sky, like those of all effects that are switched off.
     """
     parts = split_sky(weather, KEY)
-    circumsolar = parts.circumsolar_horizontal.sum()
-    return float(max(circumsolar / (circumsolar + parts.dome.sum()), *np.abs(change)))
+    dome, circumsolar = float(parts.dome.sum()), float(parts.circumsolar_horizontal.sum())
+    return max(circumsolar / max(dome, 1e-9), *(abs(one) / max(1 + one, 1e-9) for one in change.tolist()))
 
 
 def typical_planes(surfaces, counted):

@@ -3,14 +3,19 @@
 import numpy as np
 import pvlib
 import pytest
+from cities import box, make_city
 from transfers import unshaded_transfer
 from weathers import ERA5
 
+from citypv.core.effects.perez import bound_change
+from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.request import Request
 from citypv.core.results.share_of_sky import share_of_sky, state_sky
+from citypv.core.scene.build_scene import build_scene
 from citypv.core.sky.light_sources import choose_share
 from citypv.core.sky.sky_models import SkyParts
+from citypv.core.study import prepare_study, read_year, trace_scene
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
@@ -65,6 +70,43 @@ def test_share_and_outcome_of_the_sky_are_those_of_pvlib(berlin):
     again = summary["traced"]["effects"][0]
     assert again["on"] and again["outcome"]["left_out"] == 0 and again["share"] == share
     assert summary["traced"]["effects"][1] == {"key": "aoi", "on": True}
+
+
+def test_a_wall_without_sun_loses_all_but_the_dome_as_pvlib_has_it(berlin):
+    """The bound of the isotropic sky: DHI over the dome's part of it, for unshaded planes that change less."""
+    weather, _ = berlin
+    data = weather.data
+    zenith, sun_azimuth = data["apparent_zenith"], data["solar_azimuth"]
+    extra = pvlib.irradiance.get_extra_radiation(data.index + weather.interval / 2).to_numpy()
+    airmass = pvlib.atmosphere.get_relative_airmass(zenith)
+    sky = data["dhi"], data["dni"], extra, zenith, sun_azimuth, airmass
+    parts = pvlib.irradiance.perez(0, 180, *sky, return_components=True)
+    dome = next(parts[name] for name in parts if name.endswith("isotropic"))  # spelled in two ways by its versions
+    dome = np.where(airmass.notna() & (data["dhi"] > 0), dome, data["dhi"])
+    expected = data["dhi"].sum() / dome.sum() - 1
+    assert expected > 0.5
+    assert bound_change(weather, np.array([-0.2, 0.3])) == pytest.approx(expected, rel=1e-3)
+    assert bound_change(weather, np.array([-0.6, 0.3])) == pytest.approx(0.6 / 0.4)
+
+
+@pytest.mark.slow
+def test_a_dark_light_well_gains_no_more_from_an_isotropic_sky_than_its_bound():
+    """Four walls of 40 m around 2 × 2 m; the wall to the north, which hardly sees the sun."""
+    walls = [box("n", -1, 1, 2, 4, 0, 40), box("s", -1, -5, 2, 4, 0, 40), box("e", 1, -1, 4, 2, 0, 40)]
+    walls.append(box("w", -5, -1, 4, 2, 0, 40))
+    scene = build_scene(make_city([polygon for wall in walls for polygon in wall]), 45.0, 10.0)
+    inner = (scene.surfaces.orientation == "north") & (np.asarray(scene.surfaces.building_id) == "s")
+    scene.surfaces.eligible[:] = inner & (scene.surfaces.kind == "facade")
+    settings = {"albedo": 0.0, "ground_albedo": 0.0, "suns": "days:12", "samples": 256, "threads": 1}
+    light = {}
+    for sky in ("perez", "isotropic"):
+        request = Request(sky=sky, weather="clear-sky", **settings)
+        weather = read_year(scene.site, request)
+        prepared = prepare_study(scene, weather, request)
+        transfer = trace_scene(scene, weather, request, prepared=prepared)
+        light[sky] = compute_energy(transfer, weather, threads=1, sky=sky).poa_global_annual[scene.surfaces.eligible]
+    gained = float(light["isotropic"][0] / light["perez"][0] - 1)
+    assert 0.7 < gained <= prepared.plan["perez"].bound < 1.3
 
 
 def test_rays_towards_a_source_follow_its_light():
