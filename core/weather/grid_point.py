@@ -73,7 +73,7 @@ def keep_axes(source, dataset):
 
 
 def check_axes(source, dataset):
-    """Refuse latitudes and longitudes that are missing, twice, or not on Earth."""
+    """Refuse latitudes and longitudes that are missing, twice, or not on Earth, and times that are there twice."""
     for name, most in (("latitude", 90.0), ("longitude", 360.0)):
         values = dataset[name].to_numpy().astype(float)
         outside = values[~(np.abs(values) <= most + SLACK)]
@@ -82,6 +82,9 @@ def check_axes(source, dataset):
         once, count = np.unique(values, return_counts=True)
         if (count > 1).any():
             raise InputError(source, f"has the {name} {once[count > 1][0]:g}° twice", "give each once")
+    once, count = np.unique(dataset["time"].to_numpy(), return_counts=True)
+    if (count > 1).any():
+        raise InputError(source, f"has the time {str(once[count > 1][0])[:16]} twice", "give each once")
 
 
 def interpolate_point(source, dataset, latitude, longitude, point):

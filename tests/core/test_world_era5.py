@@ -200,6 +200,26 @@ def test_further_dimensions_are_dropped_or_refused(tmp_path, demo, expected, cap
         assert path.name in error
 
 
+def test_a_time_that_a_file_has_twice_is_refused_as_by_yield(tmp_path, demo, capsys):
+    """Two values of one hour: nobody knows which is right. Sorted or not, alone or beside other files."""
+    from citypv.core.weather.read_era5 import read_era5
+
+    time = "time" if "time" in demo.dims else "valid_time"
+    other = demo.isel({time: slice(4000, 4200)}) * 2
+    twice = xr.concat([demo, other.assign_coords({time: demo[time][4000:4200]})], time)
+    twice = twice.assign({name: twice[name].assign_attrs(demo[name].attrs) for name in twice})
+    one, further = save(twice[["ssrd", "fdir"]].sortby(time), tmp_path / "one.nc"), save(twice, tmp_path / "further.nc")
+    for files in ([further], [ERA5, further], [one, ERA5]):
+        command = ["world", "unshaded", "--weather", *map(str, files), "--quiet", "--out", str(tmp_path / "no")]
+        assert main(command) == 2
+        error = capsys.readouterr().err
+        assert error.count("\n") == 1
+        assert "has the time 2017-06-" in error
+        assert " twice; give each once" in error
+        with pytest.raises(InputError, match=r"has the time 2017-06-.* twice"):
+            read_era5(files, 52.5, 13.5, 34.0, "nearest")
+
+
 def test_wrong_times_have_a_cure_that_a_grid_allows(tmp_path, demo, capsys):
     time = "time" if "time" in demo.dims else "valid_time"
     path = save(demo.assign_coords({time: demo[time] + np.timedelta64(2, "h")}), tmp_path / "late.nc")
