@@ -1,22 +1,26 @@
 """The source of weather of a world, by its settings."""
 
+from dataclasses import fields
 from pathlib import Path
 
 from ..errors import InputError
 from ..request import declared_settings, option_of
 from ..weather.read_weather import read_weather, recognise_weather
-from ..world.places import check_range, grid_places, regular_axes, thin_axis
+from ..world.places import check_region, grid_places, regular_axes, thin_axis
 from ..world.read_era5_grid import open_era5_grid
 from ..world.sources import grid_source, model_source, station_source
 
 MODELS = ("climate", "clear-sky")
 STEP = 3.0  # [°] of the models' grid
 STATIONS_ONLY = ("time_shift", "weather_place", "weather_without")  # settings that mean nothing for grids
+GRIDS_ONLY = ("step", "latitudes", "longitudes", "years", "off_land")  # and for stations
 
 
 def find_source(request, settings, stack):
     """Source of weather that the settings ask for; open files are closed with the stack."""
     if request.weather in MODELS:
+        if request.weather != "climate":
+            refuse_settings(settings, ("off_land",), request.weather)
         axes = regular_axes(settings.step or STEP, settings.latitudes, settings.longitudes)
         return model_source(grid_places(*axes), request.weather, request, settings.off_land)
     paths = [Path(one) for one in (request.weather if isinstance(request.weather, list) else [request.weather])]
@@ -25,8 +29,8 @@ def find_source(request, settings, stack):
         for name in STATIONS_ONLY:
             if getattr(request, name) != next(default for one, default, _ in declared_settings() if one == name):
                 raise InputError(option_of(name), "means nothing for gridded weather", "leave it out")
-        if settings.latitudes:
-            check_range("--latitudes", *settings.latitudes, 90.0)
+        refuse_settings(settings, ("off_land",), "gridded weather")
+        check_region(settings.latitudes, settings.longitudes)
         grid = open_era5_grid(paths)
         stack.callback(grid.stack.close)
         picked = (
@@ -39,7 +43,16 @@ def find_source(request, settings, stack):
         return grid_source(grid, places, picked, request, settings.years)
     if "era5" in kinds:
         raise InputError("--weather", "grids and stations are mixed", "give one or the other")
+    refuse_settings(settings, GRIDS_ONLY, "stations")
     return read_stations(paths, request)
+
+
+def refuse_settings(settings, names, weather):
+    """Refuse settings that mean nothing for the weather."""
+    for field in fields(settings):
+        if field.name in names and getattr(settings, field.name) != field.default:
+            option = "--" + field.name.replace("_", "-")
+            raise InputError(option, f"means nothing for {weather}", "leave it out")
 
 
 def read_stations(paths, request):

@@ -73,7 +73,8 @@ def make_world(texts, folder, request, settings, *, overwrite=False, stream=None
         environments, sky = read_environments(texts, system, request.sky)
         if settings.surfaces:
             environments = [merge_surfaces(one, settings.surfaces) for one in environments]
-        weights = parse_mix(settings.mix, [one.name for one in environments]) if settings.mix else None
+        names = [one.name for one in environments]
+        weights = None if settings.mix is None else parse_mix(settings.mix, names)
         log.clock.lap("read environments")
         source = find_source(request, settings, stack)
         for line in describe_world(environments, source, sky):
@@ -88,7 +89,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, stream=None
             )
         if not world.weather.any():
             raise InputError("--weather", "has no values at any of the places", "give other places or weather")
-        world = add_mix(world, weights) if weights else world
+        world = world if weights is None else add_mix(world, weights)
         log.clock.lap("world")
         write_world(work / "world.nc", world)
         draw_pictures(work, settings, log)

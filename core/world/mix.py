@@ -27,8 +27,10 @@ def parse_mix(text, names):
     Raises
     ------
     InputError
-        If a name is unknown or twice, a weight is no number above 0, or they do not add up to 1.
+        If a name is unknown, twice, or that of the mix, a weight is no number above 0, or they do not add up to 1.
     """
+    if NAME in names:
+        raise InputError(OPTION, f"an environment is called {NAME!r}", "give it another name: NAME=transfer.nc")
     weights = {}
     for part in filter(None, text.split(",")):
         name, _, number = (piece.strip() for piece in part.partition("="))
@@ -54,15 +56,13 @@ def add_mix(world, weights):
     ----------
     world : World
     weights : dict of str to float
-        Adding up to 1.
+        Of `parse_mix`.
 
     Returns
     -------
     World
         A group that one of the environments lacks is missing in the mix.
     """
-    if NAME in world.environments:
-        raise InputError(OPTION, f"an environment is called {NAME!r}", "give it another name: NAME=transfer.nc")
     members = [world.environments.index(name) for name in weights]
     share = np.array(list(weights.values()))
 

@@ -54,13 +54,20 @@ def regular_axes(step, latitudes=None, longitudes=None):
     rows, columns : numpy.ndarray
         Ascending; -180° stands for 180° too.
     """
+    check_region(latitudes, longitudes)
     south, north = latitudes or (SOUTH, NORTH)
     west, east = longitudes or (WEST, EAST)
-    check_range("--latitudes", south, north, 90.0)
-    check_range("--longitudes", min(west, east), max(west, east), 180.0)  # 170 to -170° is across the date line
     rows, columns = multiples(south, north, step), multiples(west, east + 360.0 * (east < west), step)
     columns = np.unique(np.where(columns >= 180.0, columns - 360.0, columns))
     return rows, columns
+
+
+def check_region(latitudes=None, longitudes=None):
+    """Refuse a region that is empty or not on Earth; parameters as of `regular_axes`."""
+    if latitudes:
+        check_range("--latitudes", *latitudes, 90.0)
+    if longitudes:  # 170 to -170° is across the date line
+        check_range("--longitudes", min(longitudes), max(longitudes), 180.0)
 
 
 def check_range(option, first, last, most):
