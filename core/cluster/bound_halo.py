@@ -119,8 +119,10 @@ def bound_hours(shares, albedo, weather, sky, irradiation):
     Returns
     -------
     float or None
-        None where no bound exists: a face that reflects all light.
+        None where no bound exists: a face that reflects all light, and something left out.
     """
+    if not any(shares.values()):
+        return 0.0
     if albedo >= 1 or not irradiation > 0:
         return None
     parts, data = split_sky(weather, sky), weather.data

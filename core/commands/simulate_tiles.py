@@ -54,6 +54,9 @@ def state_bound(tiles, transfer, energy, weather):
 
 def describe_bound(tiles):
     """What the tiles leave out, as a line of text."""
-    bound = "without bound" if tiles["bound"] is None else f"at most {tiles['bound']:.2f} % of the irradiation"
+    if tiles["bound"] is None:
+        beyond = "no bound is known for what lies beyond"
+    else:
+        beyond = f"what lies beyond changes at most {tiles['bound']:.2f} % of the irradiation"
     reach = f"up to {tiles['near']:,.0f} m in full, and what rises above 2° up to {tiles['farthest']:,.0f} m"
-    return f"surroundings of the tiles: {reach}; what lies beyond changes {bound}"
+    return f"surroundings of the tiles: {reach}; {beyond}"

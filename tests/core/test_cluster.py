@@ -16,8 +16,10 @@ from weathers import ERA5
 
 from citypv.__main__ import main
 from citypv.core.cluster import plan_tiles, run_tasks, trace_tiles
+from citypv.core.cluster.bound_halo import bound_hours
 from citypv.core.cluster.tiles import assign_tiles, find_centres
 from citypv.core.cluster.trace_tiles import ClusterSettings
+from citypv.core.commands.simulate_tiles import describe_bound
 from citypv.core.request import Request
 from citypv.core.study import place_city, prepare_study, read_buildings, read_year, trace_scene
 
@@ -133,6 +135,24 @@ def test_what_is_left_out_lies_within_its_bound(tmp_path):
     error = 100 * float((tiles - whole) @ area / (whole @ area))
     assert 0 < error < told["bound"] < 5.0
     assert told["farthest"] < 900
+
+
+def test_glass_has_no_bound_unless_nothing_is_left_out(city, inputs, tmp_path):
+    """At grazing incidence glass reflects all light, so that no series of reflections has an end."""
+    albedos = tmp_path / "albedos.csv"
+    albedos.write_text("surface,albedo,material\nh1_west,,double glazing\n", encoding="utf-8")
+    command = ["simulate", str(city), *SETTINGS, "--albedo-file", str(albedos), "--cluster", "serial", "--tile", "500"]
+    assert main([*command, "--out", str(tmp_path / "out"), "--quiet"]) == 0
+    told = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["tiles"]
+    assert told["tiles"] == 1
+    assert not any(told["left_out"].values())
+    assert told["bound"] == 0.0
+    assert "changes at most 0.00 %" in describe_bound(told)
+    _, weather, _ = inputs
+    shares = told["left_out"] | {"edges": 1e-6}
+    assert bound_hours(shares, 1.0, weather, "isotropic", 100.0) is None
+    assert 0 < bound_hours(shares, 0.9, weather, "isotropic", 100.0) < 0.01
+    assert describe_bound(told | {"bound": None}).endswith("; no bound is known for what lies beyond")
 
 
 def test_a_large_city_is_planned_from_its_fullest_tile(inputs, serial, tmp_path, monkeypatch):
