@@ -5,7 +5,7 @@ import pyproj
 import pytest
 import rasterio
 from cities import box, make_city
-from rasterio.transform import from_origin
+from rasterio.transform import Affine
 
 from citypv.core.errors import InputError
 from citypv.core.files.read_heights import read_heights
@@ -36,7 +36,7 @@ def write_hills(path, site, west, east, *, factor=1.0, unit="", gap=None):
     if gap is not None:
         odd = gap(up[:, None], across)
         heights = np.where(odd != 0, odd, heights)
-    place = from_origin(west, LATITUDE + 0.6, STEP, STEP)
+    place = Affine(STEP, 0.0, west, 0.0, -STEP, LATITUDE + 0.6)
     with rasterio.open(
         path,
         "w",
