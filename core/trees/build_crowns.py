@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from ..city.triangulate import triangulate
@@ -15,6 +16,9 @@ CROWN_BASE = 0.25  # of its height
 SLIM = 0.1  # of the crown's width: parts below the crown that are slimmer are its trunk
 STEEP = 60.0  # [°] tilt of the faces of a trunk's mantle, at least
 FLAT = 0.1  # [m] shapes that are lower have no volume
+WALLS = 0.5  # [m] steep faces of plants per length of the outline of the others, from which they are a body
+OVERLAP = 1.01  # area of faces over what they cover, seen from above, up to which none lies above another
+AREA = "vegetation drawn as an area without a height: it casts no shadow"
 MERGED = 5  # decimals [m] of corners that are one
 
 
@@ -32,7 +36,8 @@ def build_crowns(trees, report, move):
     """Crowns of a scene.
 
     A closed shape is the outside of a crown; of a shape that is not closed (crossed pictures) the convex hull is.
-    Slim faces below the crown are the trunk. An area of plants without thickness is raised by its height.
+    Slim faces below the crown are the trunk. An area of plants without thickness is raised by its height; where it has
+    none (lawns and beds, as many producers draw them) it is left out and listed.
 
     Parameters
     ----------
@@ -46,7 +51,7 @@ def build_crowns(trees, report, move):
     Returns
     -------
     Crowns or None
-        None without trees.
+        None without trees, or where all of them are left out.
 
     Raises
     ------
@@ -55,7 +60,11 @@ def build_crowns(trees, report, move):
     """
     if not trees:
         return None
-    parts = [build_tree(tree, report) for tree in trees]
+    built = [(tree, build_tree(tree, report)) for tree in trees]
+    report.skip(AREA, [tree.name for tree, part in built if part is None])
+    trees, parts = [tree for tree, part in built if part], [part for _, part in built if part]
+    if not parts:
+        return None
     start = np.cumsum([0, *(len(part.vertices) for part in parts)])
     vertices = np.concatenate([part.vertices for part in parts])
     return Crowns(
@@ -73,9 +82,12 @@ def build_crowns(trees, report, move):
 
 
 def build_tree(tree, report):
-    """Triangles of one tree: Part."""
+    """Triangles of one tree: Part, or None for an area of plants without a height."""
     if tree.polygons:
-        part = build_shape(tree, report)
+        vertices, triangles = triangles_of(tree.polygons)
+        if tree.cover and tree.height is None and is_area(vertices, triangles):
+            return None
+        part = build_shape(tree, vertices, triangles, report)
         if part is not None:
             return part
     if tree.cover or tree.place is None or tree.height is None:
@@ -102,9 +114,8 @@ def build_ellipsoid(tree, report):
     return Part(vertices, triangles, of_trunk, tree.height)
 
 
-def build_shape(tree, report):
-    """A tree from its polygons: Part, or None if they enclose nothing."""
-    vertices, triangles = triangles_of(tree.polygons)
+def build_shape(tree, vertices, triangles, report):
+    """A tree from its triangles: Part, or None if they enclose nothing."""
     if not len(triangles):
         return None
     trunk = find_trunk(vertices, triangles, tree.trunk_diameter)
@@ -152,6 +163,26 @@ def is_closed(triangles):
     return bool((back == np.sort(edges[:, 1] * (triangles.max() + 1) + edges[:, 0])).all())
 
 
+def is_area(vertices, triangles):
+    """Whether plants are drawn as a piece of the ground: no face above another, and hardly any walls around it."""
+    steep = is_steep(vertices, triangles)
+    level = triangles[~steep]
+    if not len(level) or is_closed(triangles):
+        return False
+    edges, uses = np.unique(edges_of(level), axis=0, return_counts=True)
+    outline = np.linalg.norm(np.diff(vertices[edges[uses == 1]], axis=1), axis=2).sum()
+    if triangle_areas(vertices, triangles[steep]).sum() >= WALLS * outline:
+        return False
+    faces = shapely.polygons(vertices[level, :2])
+    return shapely.area(faces).sum() <= OVERLAP * shapely.union_all(faces).area
+
+
+def edges_of(triangles):
+    """Edges of triangles, the smaller end first: (3t, 2) int."""
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    return np.sort(edges, axis=1)
+
+
 def signed_volume(vertices, triangles):
     """Volume inside closed triangles [m³], negative if they face inwards."""
     corners = vertices[triangles] - vertices.mean(axis=0)
@@ -171,6 +202,12 @@ def find_trunk(vertices, triangles, diameter):
     low_down = (farthest <= radius) & (vertices[triangles, 2].min(axis=1) < base - FLAT)
     width = farthest[low_down & is_steep(vertices, triangles)].max(initial=0.0)
     return low_down & (farthest <= width)
+
+
+def triangle_areas(vertices, triangles):
+    """Areas, (t,) float64 [m²]."""
+    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
 
 def is_steep(vertices, triangles):

@@ -114,8 +114,39 @@ def test_an_area_of_plants_is_raised_by_its_height(tmp_path):
     shape = f"<veg:lod1MultiSurface>{surfaces(area)}</veg:lod1MultiSurface>"
     crowns = read_gml(tmp_path, tree(f"<veg:averageHeight uom='m'>3</veg:averageHeight>{shape}", "PlantCover"))
     assert volume_of_crowns(crowns) == pytest.approx(120, rel=1e-4)
+
+
+def terraces(step, wall):
+    """Two squares of 10 m on a slope, the second one higher by a step, with or without walls around each."""
+    faces, x, y = [], 390020, 5810000
+    for x, z in ((x, 2), (x + 10, 5 + step)):
+        square = [(x, y, z), (x + 10, y, z + 3), (x + 10, y + 10, z + 3), (x, y + 10, z)]
+        faces.append(square)
+        for a, b in zip(square, [*square[1:], square[0]], strict=True) if wall else ():
+            faces.append([(*a[:2], a[2] - wall), (*b[:2], b[2] - wall), b, a])
+    if step:
+        faces.append([(x, y, 5), (x, y + 10, 5), (x, y + 10, 5 + step), (x, y, 5 + step)])
+    return faces
+
+
+@pytest.mark.parametrize("step", [0, 0.4])
+def test_lawns_on_a_hillside_are_no_crowns(tmp_path, step):
+    """3dfier draws them so. Their convex hull would be a hedge as high as the hill, which hides the ground floor."""
+    plants = tree(f"<veg:lod1MultiSurface>{surfaces(*terraces(step, 0))}</veg:lod1MultiSurface>", "PlantCover")
+    assert read_gml(tmp_path, plants) is None
+    scene = build_scene(read_city(tmp_path / "trees.gml"))
+    assert scene.report.skipped["vegetation drawn as an area without a height: it casts no shadow"] == ["oak"]
+
+
+def test_plants_with_walls_around_them_are_a_body(tmp_path):
+    """A wood of 4 m without a bottom: 20 m by 10 m."""
+    plants = tree(f"<veg:lod1MultiSurface>{surfaces(*terraces(0, 4))}</veg:lod1MultiSurface>", "PlantCover")
+    assert volume_of_crowns(read_gml(tmp_path, plants)) == pytest.approx(800, rel=1e-4)
+
+
+def test_plants_without_a_shape_and_a_height_are_refused(tmp_path):
     with pytest.raises(InputError, match="line 1: PlantCover 'oak' has no shape with a volume and no height"):
-        read_gml(tmp_path, tree(shape, "PlantCover"))
+        read_gml(tmp_path, tree("", "PlantCover"))
 
 
 DENSITY = '<gen:doubleAttribute name="leafAreaDensity"><gen:value>{}</gen:value></gen:doubleAttribute>'
