@@ -5,11 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .clean_rings import starts_of
+from .exchange_rings import exchange_rings
 from .measure_polygons import measure_polygons, measure_rings, polygon_bounds
 
 SMALLEST_AREA = 1e-6  # [m²] a square millimetre; smaller polygons have no reliable normal
 TWIN_SHARE = 0.95  # a solid is a duplicate if the boundary surfaces have at least this share of its area
 SAME = 1e-4  # [m] corners closer than this are the same
+EATEN = "holes larger than their outline, beside it"
 BENT = 0.05  # [m] deviation from the mean plane, peak to peak, from which a polygon is reported
 
 
@@ -43,7 +45,8 @@ def mend_polygons(draft, report):
     -------
     Draft
     """
-    draft = _drop_degenerate(_drop_holes(draft, report), report)
+    draft = _exchange(_drop_holes(draft, report), report)
+    draft = _drop_degenerate(draft, report)
     draft = _drop_doubles(_drop_twins(draft, report), report)
     _note_bent(draft, report)
     return draft
@@ -67,15 +70,23 @@ def _drop_holes(draft, report):
     )
 
 
+def _exchange(draft, report):
+    """Make the largest ring the outline where a file has exchanged outline and hole."""
+    points, ring_start, exchanged = exchange_rings(*draft.shape())
+    report.repair("outline and hole exchanged", [draft.names[i] for i in exchanged])
+    return replace(draft, points=points, ring_start=ring_start) if len(exchanged) else draft
+
+
 def _drop_degenerate(draft, report):
     """Remove polygons without area."""
     count = np.diff(draft.ring_start)
     area, _ = measure_polygons(*draft.shape())
     few = count[draft.polygon_start[:-1]] < 3
     flat = ~few & ~(area > SMALLEST_AREA)
-    for reason, mask in (("fewer than three points", few), ("no area", flat)):
+    eaten = flat & (area < -SMALLEST_AREA)
+    for reason, mask in (("fewer than three points", few), ("no area", flat & ~eaten), (EATEN, eaten)):
         if mask.any():
-            report.skip(reason, _names(draft, mask), area[mask].sum())
+            report.skip(reason, _names(draft, mask), np.maximum(area[mask], 0.0).sum())
     return _keep(draft, ~(few | flat))
 
 

@@ -118,14 +118,14 @@ def test_an_area_of_plants_is_raised_by_its_height(tmp_path):
 
 def terraces(step, wall):
     """Two squares of 10 m on a slope, the second one higher by a step, with or without walls around each."""
-    faces, x, y = [], 390020, 5810000
-    for x, z in ((x, 2), (x + 10, 5 + step)):
+    faces, y = [], 5810000
+    for x, z in ((390020, 2), (390030, 5 + step)):
         square = [(x, y, z), (x + 10, y, z + 3), (x + 10, y + 10, z + 3), (x, y + 10, z)]
         faces.append(square)
         for a, b in zip(square, [*square[1:], square[0]], strict=True) if wall else ():
             faces.append([(*a[:2], a[2] - wall), (*b[:2], b[2] - wall), b, a])
     if step:
-        faces.append([(x, y, 5), (x, y + 10, 5), (x, y + 10, 5 + step), (x, y, 5 + step)])
+        faces.append([(390030, y, 5), (390030, y + 10, 5), (390030, y + 10, 5 + step), (390030, y, 5 + step)])
     return faces
 
 
