@@ -27,7 +27,7 @@ from .find_twins import find_twins
 from .grid_cells import split_into_cells
 from .join_ground import join_ground
 from .local_frame import bring_to_origin
-from .locate_site import locate_site
+from .locate_site import locate_site, note_outside_use
 from .refine import refine_triangles
 from .scene import Scene, Site, Surfaces
 
@@ -96,6 +96,7 @@ def build_scene(
     surfaces = _describe(city, points, whole_area)
     triangles, triangle_surface = triangulate(points, city.ring_start, city.polygon_start)
     report = copy.deepcopy(city.report)
+    report.notes += note_outside_use(city.crs, site.latitude, site.longitude) if latitude is longitude is None else []
     _count_once(city, points, surfaces, report)
     _note_lost_area(points, triangles, triangle_surface, surfaces, report)
     vertices, triangles = merge_vertices(points, triangles)

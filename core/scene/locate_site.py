@@ -6,6 +6,7 @@ import pyproj
 
 from ..errors import InputError
 
+MARGIN = 1.0  # [°] outside the area of use of a system; surveys and zones reach a few kilometres beyond theirs
 STEP = 100.0  # [m] northwards on the grid; large against rounding, small against the curvature of a meridian
 
 
@@ -47,8 +48,7 @@ def locate_site(crs, point, latitude=None, longitude=None):
                 "give both --latitude D --longitude D",
             )
         return latitude, longitude, 0.0
-    system = pyproj.CRS.from_user_input(crs)
-    plane = system.sub_crs_list[0] if system.is_compound else system.to_2d()
+    plane = _plane_of(crs)
     globe = pyproj.Transformer.from_crs(plane, plane.geodetic_crs.to_2d(), always_xy=True)
     here = globe.transform(point[0], point[1])
     north = globe.transform(point[0], point[1] + STEP)
@@ -63,6 +63,40 @@ def locate_site(crs, point, latitude=None, longitude=None):
         float(here[0]) if longitude is None else longitude,
         float(azimuth),
     )
+
+
+def note_outside_use(crs, latitude, longitude):
+    """Say that a place lies far outside the area for which its system is made.
+
+    Coordinates that are local, or of another system, put it there: 0, 0 of the Dutch grid is in France.
+
+    Parameters
+    ----------
+    crs : str or None
+    latitude, longitude : float or None
+        [°]
+
+    Returns
+    -------
+    list of str
+        A sentence for the report, or none.
+    """
+    area = None if crs is None or latitude is None else _plane_of(crs).area_of_use
+    if area is None:
+        return []
+    width = (area.east - area.west) % 360 or 360.0
+    past_west = (longitude - area.west) % 360  # [°] eastwards from its western edge
+    outside = max(area.south - latitude, latitude - area.north, min(past_west - width, 360 - past_west), 0.0)
+    if outside <= MARGIN:
+        return []
+    place = f"The city, at latitude {latitude:.3f}°, longitude {longitude:.3f}°, lies {outside:.1f}° outside"
+    cure = "If its coordinates are local, or of another system, give --latitude and --longitude."
+    return [f"{place} the area of use of {crs} ({_plane_of(crs).name}). {cure}"]
+
+
+def _plane_of(crs):
+    system = pyproj.CRS.from_user_input(crs)
+    return system.sub_crs_list[0] if system.is_compound else system.to_2d()
 
 
 def _check_bounds(latitude, longitude):

@@ -87,6 +87,15 @@ def test_latitude_and_longitude_may_be_given():
     assert build_scene(make_city(box("a", 0, 0, 10, 10, 0, 9))).site.latitude is None
 
 
+def test_local_coordinates_under_the_name_of_a_grid_are_noted():
+    """0, 0 of the Dutch grid is in France; where the user gives the place, there is nothing to say."""
+    city = make_city(box("a", 0, 0, 10, 10, 0, 9), crs="EPSG:28992")
+    (note,) = build_scene(city).report.notes
+    assert "lies 2.8° outside the area of use of EPSG:28992" in note and "--latitude" in note
+    assert not build_scene(city, latitude=52.0, longitude=5.0).report.notes
+    assert not city.report.notes
+
+
 def test_a_file_in_degrees_stands_in_metres():
     scene = build_scene(read_city(PLATEAU), ground="none")
     assert (scene.site.latitude, scene.site.longitude) == pytest.approx((35.2599, 139.7389), abs=1e-3)

@@ -9,7 +9,7 @@ import pytest
 from citypv.core.city.convert_to_metres import convert_to_metres
 from citypv.core.city.name_crs import name_crs
 from citypv.core.errors import InputError
-from citypv.core.scene.locate_site import locate_site
+from citypv.core.scene.locate_site import locate_site, note_outside_use
 
 PLACES = [
     ("EPSG:25833", 391490.0, 5817850.0),
@@ -146,3 +146,24 @@ def test_degrees_half_a_world_apart_are_refused():
     points = np.array([[0.0, 0, 0], [0, -1, 0], [0, 161, 0]])
     with pytest.raises(InputError, match=r"WGS 84: longitudes and latitudes of -1 to 161 and 0 to 0: too far apart"):
         convert_to_metres(points, "EPSG:4326")
+
+
+@pytest.mark.parametrize(
+    ("crs", "latitude", "longitude", "outside"),
+    [
+        ("EPSG:28992", 52.0, 4.4, None),
+        ("EPSG:28992", 47.975, 3.314, 50.75 - 47.975),  # false origin of the Dutch grid, where local coordinates end up
+        ("EPSG:7415", 47.975, 3.314, 50.75 - 47.975),
+        ("EPSG:25832", 51.04, 5.87, None),  # North Rhine-Westphalia is in zone 32, from 5.87° E on
+        ("EPSG:2193", -44.0, -176.5, 183.5 - 178.63),  # across the date line
+        ("EPSG:3832", -18.1, 178.4, None),  # an area of use that crosses it
+        ("EPSG:4979", 89.0, 10.0, None),
+        (None, 47.975, 3.314, None),
+        ("EPSG:28992", None, None, None),
+    ],
+)
+def test_a_city_far_outside_the_area_of_its_system_is_noted(crs, latitude, longitude, outside):
+    """Areas of use as the EPSG registry gives them."""
+    notes = note_outside_use(crs, latitude, longitude)
+    assert len(notes) == (outside is not None)
+    assert outside is None or f" lies {outside:.1f}° outside the area of use of {crs} (" in notes[0]
