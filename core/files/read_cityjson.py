@@ -88,6 +88,9 @@ class _Reading:
         self._check_version(header.get("version"), line)
         for name in _srs_names(header):
             self.content.srs_names.setdefault(name, line)
+        if not isinstance(header.get("metadata", {}), dict):
+            named = "its coordinate reference system was read" if self.content.srs_names else "it was not used"
+            self._note(f"{self.path} has metadata that is not an object; {named}.")
 
     def _check_version(self, version, line):
         if version is None:
@@ -231,9 +234,13 @@ def _refuse_repeated(path, text, line):
 
 
 def _srs_names(header):
-    """Spellings of the coordinate reference system: as in 1.0 and later, and as in earlier drafts."""
+    """Spellings of the coordinate reference system: as in 1.0 and later, and as in earlier drafts.
+
+    Metadata is an object; some producers wrap it into a list.
+    """
     metadata = header.get("metadata")
-    for members in (metadata if isinstance(metadata, dict) else {}, header):
+    wrapped = metadata if isinstance(metadata, list) else [metadata]
+    for members in (*(one for one in wrapped if isinstance(one, dict)), header):
         yield from _spellings(members.get("referenceSystem"))
         crs = members.get("crs")
         yield from _spellings(crs.get("epsg") if isinstance(crs, dict) else crs)

@@ -207,6 +207,22 @@ def test_spellings_of_the_system(tmp_path, name, spelling):
     assert read(tmp_path, model({"b": house(solid())}, vertices, metadata=spelling)).crs == name
 
 
+@pytest.mark.parametrize(
+    ("metadata", "crs", "said"),
+    [
+        ([{"title": "campus", "referenceSystem": "EPSG:25833"}], "EPSG:25833", "system was read"),
+        ([], None, "it was not used"),
+        ("EPSG:25833", None, "it was not used"),
+    ],
+)
+def test_metadata_that_are_not_an_object_are_noted(tmp_path, metadata, crs, said):
+    """A widely used script that extrudes OpenStreetMap's buildings wraps them into a list."""
+    vertices = [[390000 + x, 5810000 + y, z] for x, y, z in CUBE]
+    city = read(tmp_path, model({"b": house(solid())}, vertices, metadata=metadata, transform=None, version="1.0"))
+    assert city.crs == crs
+    assert [note for note in city.report.notes if "metadata that is not an object" in note and said in note]
+
+
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-32"])
 @pytest.mark.parametrize("indent", [None, 1])
 def test_encodings_and_layouts(tmp_path, encoding, indent):
