@@ -1,5 +1,6 @@
 """Read OBJ: objects or groups as buildings, or connected parts if the file has neither."""
 
+import re
 from collections import Counter
 
 import numpy as np
@@ -18,6 +19,9 @@ TOUCH = 1e-2  # [units of the file] in plan view, a piece this close to a polygo
 MOST_NAMED = 5  # in a note
 PARSED = 0.5  # share of the time spent parsing statements
 FACES_AT_ONCE = 4096  # polygons per progress report
+# Names that objects or their materials have where a file holds more than buildings, with the suffixes of 3dfier.
+GROUND = r"(?i)(terrain|tinrelief|relief|dtm|landuse|roads?|railway|water|waterbody|forest|vegetation|plantcover)"
+OTHERS = re.compile(GROUND + r"(wall|floor)?(?![a-z])")
 ABOVE = 0.5  # share of a piece's polygons that must lie above or below another piece to join its building
 
 
@@ -62,6 +66,7 @@ def read_obj(path, up="z", report_share=ignore_share):
             polygon = Polygon("", int(number), 0, "", "", "surface", [ring], line, material=material)
             content.polygons.append(polygon)
     _note(parts, content)
+    _note_others(parts, building, content)
     _colour(parts, content)
     return content
 
@@ -142,6 +147,22 @@ def _note(parts, content):
     if parts.comment_crs:
         words = f"{content.path}, {parts.comment_crs} is only a comment and was not used"
         content.notes.append(f"{words}: give --latitude, --longitude and --unit.")
+
+
+def _note_others(parts, building, content):
+    """Note objects that are no buildings by all of their materials or, without any, by their name."""
+    called = {}
+    for number, material in zip(building.tolist(), parts.materials, strict=True):
+        called.setdefault(number, {}).setdefault(material)
+    called = {number: [name or content.buildings[number] for name in names] for number, names in called.items()}
+    others = {number: names for number, names in called.items() if all(map(OTHERS.match, names))}
+    if not others or len(others) == len(called):
+        return
+    names = list(dict.fromkeys(name[:SHORT] for one in others.values() for name in one))
+    named = ", ".join(names[:MOST_NAMED]) + (" …" if len(names) > MOST_NAMED else "")
+    words = f"{len(others)} of {len(called)} objects of {content.path} are no buildings by their names ({named})"
+    cure = "Remove them, or give terrain in a file of its own with --terrain."
+    content.notes.append(f"{words}, but read as such: their level faces count as flat roofs. {cure}")
 
 
 def _colour(parts, content):

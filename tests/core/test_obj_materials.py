@@ -256,3 +256,24 @@ def test_command_line(tmp_path, capsys):
     }
     assert main(["yield", str(out / "transfer.nc"), "--out", str(tmp_path / "again"), "--quiet"]) == 0
     assert json.loads((tmp_path / "again/summary.json").read_text("utf-8"))["albedo"] == albedo
+
+
+@pytest.mark.parametrize(
+    ("names", "materials", "said"),
+    [
+        (("b1", "g1"), ("BuildingWall", "TerrainWall"), "1 of 2 objects"),  # as 3dfier writes them
+        (("b1", "terrain01"), ("Building", "Terrain"), "(Terrain)"),  # as a script for OpenStreetMap does
+        (("b1", "Terrain.001"), (None, None), "(Terrain.001)"),
+        (("b1", "Roadhouse"), (None, None), None),
+        (("b1", "Waterloo Tower"), (None, "Roadstone"), None),
+        (("b1", "road"), ("Building", "Brick"), None),  # materials are more certain than names
+        (("water", "road"), (None, None), None),  # nothing else to compare with
+    ],
+)
+def test_objects_that_are_called_terrain_or_roads_are_noted(tmp_path, names, materials, said):
+    lines = [CUBE.strip()]
+    for name, material in zip(names, materials, strict=True):
+        lines += [f"o {name}", *([f"usemtl {material}"] if material else []), *FACES]
+    (tmp_path / "city.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    notes = notes_of(tmp_path / "city.obj", "no buildings by their names")
+    assert len(notes) == (said is not None) and all(said in note for note in notes)
