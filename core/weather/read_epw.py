@@ -9,7 +9,7 @@ import pandas as pd
 import pvlib
 
 from ..files.open_input import open_text
-from .record import Record
+from .record import Record, read_numbers
 from .typical_year import coerce_year
 
 COLUMNS = {
@@ -46,7 +46,7 @@ def read_epw(path):
     with open_text(path) as file:
         text = file.read()
     table, place = pvlib.iotools.read_epw(io.StringIO(text))
-    data = table[list(COLUMNS)].rename(columns=COLUMNS).astype(float)
+    data = pd.DataFrame({ours: read_numbers(path, table[name]) for name, ours in COLUMNS.items()}, index=table.index)
     for name, mark in MISSING.items():
         data[name] = data[name].mask(data[name] >= mark)
     # Pressure can be computed from the altitude of the station; the other variables have no substitute.

@@ -16,6 +16,9 @@ from .typical_year import coerce_year
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
 HALF_HOUR = pd.Timedelta(minutes=30)
 LEVEL = 0.01  # [°] slope up to which a plane counts as horizontal
+TYPICAL_HOURS = 8760
+NUMBER = r"\s*(?:[-+]?\d*\.?\d+(?:[eE][-+]?\d+)?|nan|NaN)\s*"
+AGAIN = "download the file again; it may be cut"
 CURE = "download from PVGIS the typical meteorological year (TMY), or hourly data with slope 0 and radiation components"
 
 
@@ -60,11 +63,34 @@ def parse_json(path, text):
 
 def read_typical(path, text, file_format):
     """Record of a typical year: path, text and format as in `read_pvgis`."""
+    if file_format == "csv":
+        check_rows(path, text)
     source = io.StringIO(text) if file_format == "json" else io.BytesIO(text.encode())
     table, _ = pvlib.iotools.read_pvgis_tmy(source, pvgis_format=file_format)
     latitude, longitude, altitude, offset = read_place(text, file_format)
     data = lay_intervals(table, offset)
     return Record(data, latitude, longitude, altitude, str(path), f"PVGIS {path.name} (typical year)")
+
+
+def check_rows(path, text):
+    """Refuse a typical year in csv with rows that are missing, cut or not of numbers.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file, for messages.
+    text : str
+        The whole file.
+    """
+    lines = text.splitlines()
+    names = next(line for line in lines if line.startswith("time(UTC)")).split(",")
+    rows = [line for line in lines if re.match(r"\d{8}:", line)]
+    for number, row in enumerate(rows, 1):
+        fields = row.split(",")
+        if len(fields) != len(names) or not all(re.fullmatch(NUMBER, field) for field in fields[1:]):
+            raise InputError(path, f"row {number} ({row[:40]}) is not {len(names)} fields of numbers", AGAIN)
+    if len(rows) != TYPICAL_HOURS:
+        raise InputError(path, f"{len(rows)} hours instead of {TYPICAL_HOURS}", AGAIN)
 
 
 def lay_intervals(table, offset):

@@ -8,7 +8,7 @@ import pandas as pd
 
 from ..errors import InputError
 from ..files.open_input import open_text
-from .record import Record
+from .record import Record, read_numbers
 from .typical_year import coerce_year
 
 # Column and unit of the file, and our variable. Years of other sources in this format have a subset of the columns.
@@ -51,8 +51,8 @@ def read_tmy3(path):
     copies = table.assign(end=ends).duplicated().to_numpy()
     table, ends = table[~copies], ends[~copies]
     # A column without any value is as good as none.
-    data = table[[name for name in COLUMNS if name in table]].rename(columns=COLUMNS).dropna(axis=1, how="all")
-    data = data.astype(float)
+    data = pd.DataFrame({ours: read_numbers(path, table[name]) for name, ours in COLUMNS.items() if name in table})
+    data = data.dropna(axis=1, how="all")
     data = data.mask(data <= MISSING)
     if "pressure" in data:
         data["pressure"] *= 100.0  # mbar to Pa

@@ -205,7 +205,7 @@ def recognise_weather(path):
         "psm": len(lines) > 2 and lines[2].replace('"', "").lower().startswith("year,month,day,"),
         "dwd": any(line.startswith("#") and "G_Bh" in line for line in lines),
         "try": any(line.startswith("Rechtswert") for line in lines),
-        "csv": "," in text and "\x00" not in text,
+        "csv": any(sign in text for sign in ",;\t") and "\x00" not in text,
     }
     for kind, found in marks.items():
         if found:

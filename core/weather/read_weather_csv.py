@@ -1,14 +1,17 @@
 """Weather from plain csv tables."""
 
+import io
+import re
 from pathlib import Path
 
 import pandas as pd
 
 from ..errors import InputError
 from ..files.open_input import open_text
-from .record import Record
+from .record import Record, read_numbers
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
+COMMAS = "write commas between columns, and points in numbers"
 UTC_OFFSET = r"(?:Z|UTC|[+-]\d{2}(?::?\d{2})?)\s*$"
 
 
@@ -33,7 +36,17 @@ def read_weather_csv(path, latitude, longitude, altitude):
     """
     path = Path(path)
     with open_text(path) as file:
-        table = pd.read_csv(file, comment="#", skipinitialspace=True, dtype=str)
+        text = file.read()
+    header = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    if header.count(",") < 2 and re.search(r"[;\t]", header):
+        raise InputError(path, "its columns are separated by other signs than commas", COMMAS)
+    try:
+        table = pd.read_csv(io.StringIO(text), comment="#", skipinitialspace=True, dtype=str, header=None)
+    except pd.errors.ParserError as error:
+        problem = f"a row has more fields than the header ({' '.join(str(error).split('error: ')[-1].split())})"
+        raise InputError(path, problem, COMMAS) from error
+    names = name_columns(path, table.iloc[0])
+    table = table.iloc[1:].reset_index(drop=True).set_axis(names, axis=1)
     if table.empty:
         raise InputError(path, "the table has no rows", "give a header and one row for each interval")
     names = [name for name in NAMES if name in table]
@@ -43,6 +56,28 @@ def read_weather_csv(path, latitude, longitude, altitude):
     times = read_times(path, table.iloc[:, 0])
     data = pd.DataFrame({name: read_numbers(path, table[name]) for name in names}).set_axis(times, axis=0)
     return Record(data, latitude, longitude, altitude, str(path), f"csv {path.name}")
+
+
+def name_columns(path, header):
+    """Names of the columns; those of weather variables in lower case, which may occur once.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file, for messages.
+    header : iterable of str
+        As in the file.
+
+    Returns
+    -------
+    list of str
+    """
+    names = [str(name).strip() for name in header]
+    names = [name.lower() if name.lower() in NAMES else name for name in names]
+    twice = [name for name in NAMES if names.count(name) > 1]
+    if twice:
+        raise InputError(path, f"its header has {twice[0]} twice", "leave one of the two columns out")
+    return names
 
 
 def read_times(path, column):
@@ -72,27 +107,3 @@ def read_times(path, column):
         problem = f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is not a time"
         raise InputError(path, problem, "write times as 2021-01-01T00:00+01:00")
     return pd.DatetimeIndex(times)
-
-
-def read_numbers(path, column):
-    """Numbers of one column; empty fields are missing values.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file, for messages.
-    column : pandas.Series of str
-        One column of the table.
-
-    Returns
-    -------
-    numpy.ndarray, (t,)
-    """
-    numbers = pd.to_numeric(column, errors="coerce")
-    words = numbers.isna() & column.notna()
-    if words.any():
-        row = int(words.to_numpy().argmax())
-        raise InputError(
-            path, f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is not a number", "correct it"
-        )
-    return numbers.to_numpy(dtype=float)

@@ -85,3 +85,27 @@ def change_record(record, time_shift=0.0, without="none"):
         data = data.set_axis(data.index + pd.Timedelta(minutes=time_shift), axis=0)
         notes.append(f"times shifted by {time_shift:+g} min")
     return replace(record, data=data, notes=notes)
+
+
+def read_numbers(path, column):
+    """Numbers of one column; empty fields are missing values.
+
+    Parameters
+    ----------
+    path : path-like
+        The file, for messages.
+    column : pandas.Series
+        One column of the table, one row for each interval.
+
+    Returns
+    -------
+    numpy.ndarray, (t,)
+    """
+    numbers = pd.to_numeric(column, errors="coerce")
+    words = numbers.isna() & column.notna()
+    if words.any():
+        row = int(words.to_numpy().argmax())
+        raise InputError(
+            path, f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is not a number", "correct it"
+        )
+    return numbers.to_numpy(dtype=float)

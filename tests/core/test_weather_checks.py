@@ -190,6 +190,7 @@ def test_years_too_dark_or_too_bright(tmp_path):
     table = plain_table(year_of())
     for scale, words in ((0.25, "are plausible"), (2.2, "are plausible"), (0.0, "irradiance")):
         refuse(write_table(tmp_path / f"{scale}.csv", table.assign(ghi=scale * table["ghi"], dhi=0.0)), words)
+    refuse(write_table(tmp_path / "empty.csv", table.assign(ghi=0.0, dni=table["ghi"])), "give a file with irradiance")
 
 
 def test_a_factor_is_named_only_where_it_fits():

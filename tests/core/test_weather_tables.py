@@ -1,4 +1,4 @@
-"""TMY3 csv as other programs and sources write it: leap years, steps, columns; and SAM csv of other sources."""
+"""Tables as other programs and sources write them: leap years, steps, zones, columns, signs, and rows with faults."""
 
 import gzip
 import io
@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 import pytest
-from weathers import BERLIN, HOUR, STOCKHOLM, TMY3, lines_of, plain_table, refuse, write_lines, year_of
+from weathers import BARROW, BERLIN, HOUR, PVGIS, STOCKHOLM, TMY3, lines_of, plain_table, refuse, write_lines, year_of
 
 from citypv.core.weather.read_weather import read_weather
 
@@ -31,9 +31,8 @@ def write_tmy3(path, table, interval):
 
 def test_values_are_those_of_pvlib():
     with gzip.open(TMY3, "rt") as file:
-        name = file.readline().strip().strip('"').replace('""', '"')
-        path_of_rows = name + "\n" + file.read()
-    table, _ = pvlib.iotools.read_tmy3(io.StringIO(path_of_rows.replace("NEW YORK J F KENNEDY INT'L AR", "JFK")))
+        rows = file.readline().strip().strip('"').replace('""', '"') + "\n" + file.read()
+    table, _ = pvlib.iotools.read_tmy3(io.StringIO(rows.replace("NEW YORK J F KENNEDY INT'L AR", "JFK")))
     table = table.iloc[1:]  # the first row is a copy of the last
     weather = read_weather(TMY3, *BERLIN)
     for name in ("temp_air", "wind_speed", "ghi"):
@@ -90,3 +89,65 @@ def test_sam_csv_of_another_source(tmp_path):
     lines = lines_of(STOCKHOLM)
     lines[2] = lines[2].replace("Minute", "Min")
     refuse(write_lines(tmp_path / "minute.csv", lines), "Minute", "NSRDB", "csv")
+
+
+@pytest.mark.parametrize(("zone", "place"), [(5.5, (28.6, 77.1)), (5.75, (27.7, 85.3)), (-3.5, (47.6, -52.7))])
+def test_nsrdb_in_zones_of_half_hours(tmp_path, zone, place):
+    """Delhi, Kathmandu and St. John's: images at half past the hour of UTC."""
+    stamps = year_of()
+    middle = stamps - pd.Timedelta(hours=zone) + HOUR / 2
+    height = (
+        np.cos(np.radians(pvlib.solarposition.get_solarposition(middle, *place)["zenith"])).clip(lower=0).to_numpy()
+    )
+    lines = [
+        "Source,Location ID,Latitude,Longitude,Time Zone,Elevation,Local Time Zone,Pressure Units,Version",
+        f"NSRDB,1,{place[0]},{place[1]},{zone},216.5,{zone},mbar,3.2",
+        "Year,Month,Day,Hour,Minute,GHI,DHI,Temperature,Wind Speed,Pressure",
+        *(
+            f"{time.year},{time.month},{time.day},{time.hour},30,{600 * h},{200 * h},20,2,980"
+            for time, h in zip(stamps, height, strict=True)
+        ),
+    ]
+    weather = read_weather(write_lines(tmp_path / "half.csv", lines), *BERLIN)
+    assert (weather.latitude, weather.longitude, weather.altitude) == (*place, 216.5)
+    assert (weather.data.index + weather.interval / 2 == middle).all()
+    np.testing.assert_allclose(weather.data["ghi"], 600 * height)
+    assert abs(weather.checks["2021"]["daylight_shift"]) <= 2
+
+
+def test_csv_as_spreadsheets_write_it(tmp_path):
+    table = plain_table(year_of())
+    table["dni"] = 400.0 * (table["ghi"] > 0)
+    text = table.to_csv()
+    expected = read_weather(write_lines(tmp_path / "plain.csv", text.splitlines()), *BERLIN).data
+    upper = text.replace("ghi,dhi", " GHI ,DHI")
+    found = read_weather(write_lines(tmp_path / "upper.csv", upper.splitlines()), *BERLIN).data
+    pd.testing.assert_frame_equal(found, expected)  # a column in capitals is not left out
+    head, *rows = text.splitlines()
+    for name, words, changed in (
+        ("twice", "ghi twice", text.replace("dhi", "GHI")),
+        ("semicolons", "write commas", text.replace(",", ";")),
+        ("german", "write commas", table.to_csv(sep=";", decimal=",")),
+        ("tabs", "write commas", text.replace(",", "\t")),
+        ("commas", "line 2", "\n".join([head, *(row.replace(".", ",") for row in rows)])),
+    ):
+        refuse(write_lines(tmp_path / f"{name}.csv", changed.splitlines()), words)
+
+
+@pytest.mark.parametrize(
+    ("path", "field", "row", "column"), [(BARROW, 13, 4008, "ghi"), (STOCKHOLM, 6, 4003, "DHI"), (TMY3, 2, 4002, "GHI")]
+)
+def test_words_among_numbers_are_named_by_row(tmp_path, path, field, row, column):
+    lines = lines_of(path)
+    fields = lines[row].split(",")
+    lines[row] = ",".join([*fields[:field], "n/k", *fields[field + 1 :]])
+    heads = {BARROW: 8, STOCKHOLM: 3, TMY3: 2}[path]
+    refuse(write_lines(tmp_path / path.name.replace(".gz", ""), lines), f"row {row - heads + 1}", f"column '{column}")
+
+
+def test_typical_year_of_pvgis_with_rows_missing_or_cut(tmp_path):
+    lines = lines_of(PVGIS)
+    refuse(write_lines(tmp_path / "gap.csv", lines[:5000] + lines[5001:]), "8759 hours instead of 8760")
+    refuse(write_lines(tmp_path / "cut.csv", [*lines[:5000], lines[5000][:15]]), "row 4983", "may be cut")
+    word = [*lines[:5000], lines[5000].replace(",", ",x", 1), *lines[5001:]]
+    refuse(write_lines(tmp_path / "word.csv", word), "row 4983")
