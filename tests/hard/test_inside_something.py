@@ -36,11 +36,20 @@ def covered_sides(boxes, without=(), ground=GROUND):
     return found
 
 
-def test_houses_inside_another_that_see_each_other():
-    """A core and a wing inside a house: rays from their walls meet fronts, and still lie inside."""
-    # The house has a floor above the ground: in the same plane the processor would decide which of them rays meet.
+@pytest.mark.parametrize(
+    "height",
+    [
+        -0.02,
+        pytest.param(0.001, marks=pytest.mark.xfail(strict=True, reason="cells whose rays meet no back count as open")),
+    ],
+)
+def test_houses_inside_another_that_see_each_other(height):
+    """A core and a wing inside a house: rays from their walls meet fronts, and still lie inside.
+
+    The ground lies below the house's floor, or above. In the same plane the processor decides which of them rays meet.
+    """
     boxes = [((0, 0, 0), (10, 10, 10)), ((1, 1, 0), (4, 9, 9.5)), ((6, 2, 0), (16, 8, 8))]
-    house, core, wing = covered_sides(boxes, ground=strip([-60, -60, -0.02], [120, 0, 0], [0, 120, 0], 24))
+    house, core, wing = covered_sides(boxes, ground=strip([-60, -60, height], [120, 0, 0], [0, 120, 0], 24))
     assert [core[side] for side in ("south", "north", "east", "west")] == pytest.approx([1, 1, 1, 1], abs=CELL)
     assert wing["west"] == pytest.approx(1, abs=CELL)
     assert [wing[side] for side in ("south", "north", "east")] == pytest.approx([0.4, 0.4, 0], abs=CELL)
