@@ -7,6 +7,7 @@ what is in front of the front. Rays from the middle of the overlap of the two fa
 import numpy as np
 from numba import njit
 
+from ..rays.places import Places
 from ..sampling.random_numbers import mix, uniform
 from ..threads import map_in_order
 from .find_coincident import Coincident
@@ -40,8 +41,8 @@ def drop_hidden(ray_scene, patches, coincident, threads=1):
 
     def vote(entries):
         faces, middle = other[entries], middle_of_overlap(coincident.places[entries])
-        shifts = uniform(mix(patches.key[faces] ^ np.uint64(0x51DE)), 2)
-        return vote_covered(ray_scene, patches, faces, tuple(middle.T), shifts, rays=RAYS, stray=STRAY_RAYS)[0]
+        shifts, places = uniform(mix(patches.key[faces] ^ np.uint64(0x51DE)), 2), Places(faces, *middle.T)
+        return vote_covered(ray_scene, patches, places, shifts, rays=RAYS, stray=STRAY_RAYS)
 
     kept = ~opposite
     for entries, hidden in zip(tasks, map_in_order(vote, tasks, threads), strict=True):

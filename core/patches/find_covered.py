@@ -13,7 +13,16 @@ from ..sampling.sample_points import (
     upright_cells,
 )
 from .classify_rays import BACK, DARK, FRONT, SKY, classify_rays, meets_back
-from .lie_inside import find_touching, lie_inside
+from .lie_inside import (
+    RAYS,
+    STRAY_RAYS,
+    find_touching,
+    follow,
+    is_touched,
+    lies_inside,
+    number_rays,
+    start_inside,
+)
 from .settle_cells import (
     COVERED,
     FACING,
@@ -21,13 +30,12 @@ from .settle_cells import (
     OPEN,
     TOUCHING,
     UNKNOWN,
+    among_covered,
     enclosed_cells,
     settled_cells,
     share_verdicts,
 )
 
-RAYS_PER_CELL = 8  # per vote
-STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an open shell
 STATE_OF_FATE = np.full(DARK + 1, UNKNOWN)
 STATE_OF_FATE[[FRONT, SKY, BACK]] = FACING, OPEN, COVERED
 
@@ -116,13 +124,14 @@ def first_states(ray_scene, patches, chosen, starts, *, rising=False):
 def examine_cells(ray_scene, patches, chosen, starts):
     """Which cells of patches lie inside or under something, by rays from one point in each.
 
-    First rays settle cells deep in the open or deep inside. In the others RAYS_PER_CELL rays vote, first in the leading
-    ones; a cell between such as agree takes their verdict, unless its first ray or a neighbour's denies it. A cell is
-    covered if more than half of the rays hit backs and at most one reaches the sky. Real models are open shells: a
-    single ray proves nothing, and rays into an open house from outside hit backs, but others reach the sky. From a wall
-    that continues below the ground, rays hit the back of the ground upwards and nothing downwards: no ray carries
-    light, so the cell is covered too. Below a slope some rays would escape to the sky under the hill; there a vertical
-    ray decides, which hits the back of the ground first.
+    First rays settle cells deep in the open or deep inside. In the others RAYS rays vote, first in the leading ones; a
+    cell between such as agree takes their verdict, unless its first ray or a neighbour's denies it. A cell is covered
+    if more than half of the rays hit backs and at most one reaches the sky. Real models are open shells: a single ray
+    proves nothing, and rays into an open house from outside hit backs, but others reach the sky, or do so when they go
+    on from the fronts that they meet. From a wall that continues below the ground, rays hit the back of the ground
+    upwards and nothing downwards: no ray carries light, so the cell is covered too. Below a slope some rays would
+    escape to the sky under the hill; there a vertical ray decides, which hits the back of the ground first. Cells whose
+    rays all meet fronts are open, unless most cells around them are covered: then their rays go on, too.
 
     Parameters
     ----------
@@ -136,77 +145,105 @@ def examine_cells(ray_scene, patches, chosen, starts):
     """
     states = first_states(ray_scene, patches, chosen, starts)
     verdict = settled_cells(states)
+    hidden = np.zeros(states.shape, bool)  # cells whose rays met neither sky nor backs
 
     def judge(asked):
         row, cell = np.nonzero(asked & (verdict == UNKNOWN))
-        found = judge_cells(ray_scene, patches, (chosen[row], cell), take_cells(starts, row, cell))
+        found, hidden[row, cell] = judge_cells(ray_scene, patches, *take_cells(patches, chosen, starts, row, cell))
         verdict[row, cell] = np.where(found, COVERED, OPEN)
 
     judge(np.isin(np.arange(states.shape[1]), LEADING))
     verdict = share_verdicts(verdict, states)
     judge(np.ones(1, bool))
+    asking = np.flatnonzero(hidden.any(axis=1))
+    while len(asking):
+        row, cell = np.nonzero(hidden[asking] & among_covered(verdict[asking] == COVERED))
+        row = asking[row]
+        places, _, keys = take_cells(patches, chosen, starts, row, cell)
+        inside = start_inside(ray_scene, patches, places, keys)
+        verdict[row[inside], cell[inside]] = COVERED
+        hidden[row, cell] = False
+        asking = np.unique(row[inside])
     earth = lie_in_earth(ray_scene, patches, points_of_patches(patches, chosen, *starts[:2]))
     return (verdict == COVERED) | earth
 
 
-def take_cells(starts, row, cell):
-    """Those of some cells: weights of points as (k,) float32, random numbers as (k, 2) float32."""
+def take_cells(patches, chosen, starts, row, cell):
+    """Those of some cells: `Places`, random numbers as (k, 2) float32, and keys of more of these, (k,) uint64."""
     b1, b2, shifts = starts
-    return b1[row, cell], b2[row, cell], np.stack([part[row, cell] for part in shifts], axis=1)
+    keys = mix(patches.place_key[chosen[row]] ^ np.uint64(0x1A51DE)) + cell.astype(np.uint64)
+    places = Places(chosen[row], b1[row, cell], b2[row, cell])
+    return places, np.stack([part[row, cell] for part in shifts], axis=1), keys
 
 
-def judge_cells(ray_scene, patches, cells, starts):
-    """Whether some cells lie inside or under something, by a vote and, where that leaves doubts, by walks: (k,) bool.
+def judge_cells(ray_scene, patches, places, shifts, keys):
+    """Whether some cells lie inside or under something, by a vote of rays that go on from fronts where they disagree.
 
     Parameters
     ----------
-    cells : tuple of (k,) int and (k,) int
-        Their patches, and their numbers in these.
-    starts : tuple
+    places : Places
+        k, one in each cell.
+    shifts, keys : arrays
         Of `take_cells`.
+
+    Returns
+    -------
+    covered : (k,) bool
+    hidden : (k,) bool
+        Whether all rays met fronts: outside, unless most cells around it are covered.
     """
-    (own, cell), (b1, b2, shifts) = cells, starts
-    found, back = vote_covered(ray_scene, patches, own, (b1, b2), shifts)
-    doubtful = np.flatnonzero(~found & (back >= 0))
-    keys = (mix(patches.place_key[own] ^ np.uint64(0x1A51DE)) + cell.astype(np.uint64))[doubtful]
-    places = Places(own, b1, b2).take(doubtful)
-    found[doubtful] = lie_inside(ray_scene, patches, places, back[doubtful] > 0, keys)
-    return found
+    hits, back, sky, below = trace_vote(ray_scene, patches, places, shifts, RAYS)
+    backs, skies = ends = np.stack([back.sum(axis=1), sky.sum(axis=1)])
+    found = judge_vote(backs, skies, below.sum(axis=1), RAYS, STRAY_RAYS)
+    doubtful = ~found & (skies == 0)
+    touching = np.zeros(len(found), bool)
+    touching[doubtful] = is_touched(ray_scene, patches, places.take(doubtful))
+    hidden = doubtful & (backs == 0) & ~touching
+    going = found | (doubtful & (backs > 0) & ~touching)
+    point, ray = np.nonzero(going[:, None] & ~(back | sky | below))
+    mixed = np.unique(point)
+    follow(ray_scene, patches, (hits.take((point, ray)), point, number_rays(keys)[point, ray]), ends)
+    found[mixed] = lies_inside(*ends[:, mixed])
+    found[touching] = start_inside(ray_scene, patches, places.take(touching), keys[touching], np.ones(1, bool))
+    return found, hidden
 
 
-def vote_covered(ray_scene, patches, chosen, places, shifts, *, rays=RAYS_PER_CELL, stray=STRAY_RAYS):
-    """Whether one point of each of some patches lies inside or under something, by a vote of rays from it.
+def vote_covered(ray_scene, patches, places, shifts, *, rays, stray):
+    """Whether one point of each of some patches lies inside or under something, by a vote of rays from it: (k,) bool.
 
     Parameters
     ----------
-    chosen : (k,) int
-    places : tuple of (k,) and (k,) float32
-        Barycentric weights of the points.
+    places : Places
+        k.
     shifts : (k, 2) float32
         Random numbers in [0, 1).
     rays : int
         Per vote.
     stray : int
         Of these, the number that may reach the sky through a hole from inside an open shell.
-
-    Returns
-    -------
-    covered : (k,) bool
-    back : (k,) int
-        How many meet backs; -1 where any reaches the sky.
     """
+    _, *met = trace_vote(ray_scene, patches, places, shifts, rays)
+    return judge_vote(*(which.sum(axis=1) for which in met), rays, stray)
+
+
+def trace_vote(ray_scene, patches, places, shifts, rays):
+    """Where the rays of a vote end: Places, and whether at a back, in the sky, below the horizon: all (k, rays)."""
     around = additive_recurrence(rays, 2)
     u, v = (shifted(around[:, axis], shifts[:, axis]) for axis in (0, 1))
-    b1, b2 = (np.repeat(weights[:, None], rays, axis=1) for weights in places)
-    origins, directions = rays_from_patches(patches, chosen, b1, b2, cosine_direction(u, v))
-    hit = ray_scene.trace_closest(origins.reshape(-1, 3), directions.reshape(-1, 3)).reshape(u.shape)
-    back = meets_back(patches, hit, directions)
-    upwards = directions[..., 2] > 0
-    met = (back, (hit < 0) & upwards, (hit < 0) & ~upwards)
-    back, sky, below = (which.sum(axis=1) for which in met)
+    own, b1, b2 = places
+    b1, b2 = (np.repeat(weights[:, None], rays, axis=1) for weights in (b1, b2))
+    origins, directions = rays_from_patches(patches, own, b1, b2, cosine_direction(u, v))
+    hits = ray_scene.trace_as_drawn(origins.reshape(-1, 3), directions.reshape(-1, 3))
+    hits = Places(*(part.reshape(u.shape) for part in hits))
+    gone, upwards = hits.triangle < 0, directions[..., 2] > 0
+    return hits, meets_back(patches, hits.triangle, directions), gone & upwards, gone & ~upwards
+
+
+def judge_vote(back, sky, below, rays, stray):
+    """Whether points lie inside or under something, from how many rays end where, all (k,) int: (k,) bool."""
     inside = (2 * back > rays) & (sky <= stray)
     under = (4 * back > rays) & (back + below == rays)
-    return inside | under, np.where(sky == 0, back, -1)
+    return inside | under
 
 
 def lie_in_earth(ray_scene, patches, points):

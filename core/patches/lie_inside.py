@@ -15,70 +15,79 @@ from ..sampling.sample_points import cosine_direction
 from .classify_rays import meets_back
 
 RAYS = 8  # from each point
-STRAY_RAYS = 1  # of them that may reach the sky through a hole
+STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an open shell
 TURNS = 16  # most faces that a ray goes on from; then it tells nothing
 TOUCHING = 0.01  # [m]: faces that look at each other from closer than this touch, but for the rounding of a model
 WIDTH = 1.0  # [m] of a patch, the root of its area; on smaller ones they must be closer in proportion
 OPPOSITE = -0.9  # cosine between the normals of faces that look at each other
 
 
-def lie_inside(ray_scene, patches, places, sees_back, keys):
-    """Whether some points of patches, from which no ray reaches the sky, lie inside something.
+def is_touched(ray_scene, patches, places):
+    """Whether a face looks back at some points of patches from less than TOUCHING: (k,) bool."""
+    own, b1, b2 = places
+    origins = points_of_patches(patches, own, b1[:, None], b2[:, None])[:, 0]
+    return find_touching(patches, own, ray_scene.trace_places(origins, patches.normal[own]))
 
-    Rays go on from the fronts that they meet. Where a front looks back from less than TOUCHING, they start behind it.
+
+def lies_inside(backs, skies):
+    """Whether points lie inside something, from how many of their RAYS rays end at backs and in the sky: (k,) bool."""
+    return (2 * backs > RAYS) & (skies <= STRAY_RAYS)
+
+
+def start_inside(ray_scene, patches, places, keys, touching=False):
+    """Whether some points of patches lie inside something, by RAYS rays from each that go on from fronts: (k,) bool.
+
+    Parameters
+    ----------
+    places : Places
+        k.
+    keys : (k,) uint64
+        Of random numbers.
+    touching : (k,) bool, optional
+        Result of `is_touched`: these rays begin TOUCHING ahead, behind the face that looks back.
+    """
+    ahead = TOUCHING * np.asarray(touching)[..., None] * patches.normal[places.triangle]
+    point, ends = np.repeat(np.arange(len(keys)), RAYS), np.zeros((2, len(keys)), np.int64)
+    keys = number_rays(keys)
+    follow(ray_scene, patches, (places.take(point), point, keys.ravel()), ends, ahead.astype(np.float32)[point])
+    return lies_inside(*ends)
+
+
+def number_rays(keys):
+    """Keys of random numbers of the RAYS rays of some points, (k,) uint64: (k, RAYS) uint64."""
+    return mix(keys[:, None] + np.arange(1, RAYS + 1).astype(np.uint64) * GOLDEN)
+
+
+def follow(ray_scene, patches, rays, ends, ahead=0):
+    """Rays go on from fronts by the cosine, until they meet a back or leave, at most TURNS times.
 
     Parameters
     ----------
     ray_scene : RayScene
     patches : Patches
         Of all triangles of `ray_scene`.
-    places : Places
-        k.
-    sees_back : (k,) bool
-        Whether any ray met a back so far. If none did and no front is close, the point is outside.
-    keys : (k,) uint64
-        Of random numbers.
-
-    Returns
-    -------
-    (k,) bool
+    rays : tuple of Places, (r,) int and (r,) uint64
+        Where they start, the point that each belongs to, and keys of random numbers.
+    ends : (2, k) int
+        For each point, how many end at backs and how many in the sky is added to the rows. From points with more than
+        STRAY_RAYS of the latter none is followed any more.
+    ahead : (r, 3) float32 [m], optional
+        From each place to where its ray starts.
     """
-    own, b1, b2 = places
-    origins = points_of_patches(patches, own, b1[:, None], b2[:, None])[:, 0]
-    touching = find_touching(patches, own, ray_scene.trace_places(origins, patches.normal[own]))
-    found = np.zeros(len(own), bool)
-    chosen = np.flatnonzero(sees_back | touching)
-    ahead = (TOUCHING * touching[chosen, None] * patches.normal[own[chosen]]).astype(np.float32)
-    found[chosen] = walk(ray_scene, patches, places.take(chosen), ahead, keys[chosen])
-    return found
-
-
-def walk(ray_scene, patches, places, ahead, keys):
-    """Whether more than half of RAYS walks from some points end at backs, and at most STRAY_RAYS in the sky: (k,) bool.
-
-    Parameters
-    ----------
-    ahead : (k, 3) float32 [m]
-        From each point to where its walks begin.
-    """
-    count = len(keys)
-    keys = mix(keys[:, None] + np.arange(1, RAYS + 1).astype(np.uint64) * GOLDEN).ravel()
-    point = going = np.arange(len(keys))
-    point = point // RAYS
-    triangle, b1, b2 = places.take(point)
-    inside, above = np.zeros((2, count), np.int64)
+    (triangle, b1, b2), point, keys = rays
     for turn in range(TURNS):
-        u, v = uniform_of(keys[going, None], np.arange(2 * turn + 1, 2 * turn + 3)).T
+        u, v = uniform_of(keys[:, None], np.arange(2 * turn + 1, 2 * turn + 3)).T
         local = tuple(part[:, None] for part in cosine_direction(u, v))
         starts = rays_from_patches(patches, triangle, b1[:, None], b2[:, None], local)
         origins, directions = (part[:, 0] for part in starts)
-        met, b1, b2 = ray_scene.trace_places(origins + ahead[point[going]] if turn == 0 else origins, directions)
+        met, b1, b2 = ray_scene.trace_places(origins + ahead if turn == 0 else origins, directions)
         back = meets_back(patches, met[:, None], directions[:, None])[:, 0]
-        inside += np.bincount(point[going[back]], minlength=count)
-        above += np.bincount(point[going[(met < 0) & (directions[:, 2] > 0)]], minlength=count)
-        on = np.flatnonzero((met >= 0) & ~back & (above <= STRAY_RAYS)[point[going]])
-        going, triangle, b1, b2 = going[on], met[on], b1[on], b2[on]
-    return (2 * inside > RAYS) & (above <= STRAY_RAYS)
+        ends[0] += np.bincount(point[back], minlength=ends.shape[1])
+        ends[1] += np.bincount(point[(met < 0) & (directions[:, 2] > 0)], minlength=ends.shape[1])
+        on = np.flatnonzero((met >= 0) & ~back & (ends[1] <= STRAY_RAYS)[point])
+        triangle, b1, b2, point, keys = met[on], b1[on], b2[on], point[on], keys[on]
+        if not len(on):
+            break
 
 
 def find_touching(patches, own, hits):

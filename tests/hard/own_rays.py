@@ -63,14 +63,12 @@ class OwnRays:
             if inside:
                 dark = np.nonzero(share[..., SKY] == 0)
                 places = origins.reshape(*met.shape, 3)[:, :, 0][dark]
-                sees_back = (met[..., :8] == BACK).any(axis=2)[dark]
-                inside_of = self.lie_inside(some[dark[0]], places, generator, sees_back)
-                found[first : first + step, :, INSIDE][dark] = inside_of
+                found[first : first + step, :, INSIDE][dark] = self.lie_inside(some[dark[0]], places, generator)
         return found
 
-    def lie_inside(self, rows, places, generator, sees_back, rays=8):
+    def lie_inside(self, rows, places, generator, rays=8):
         """Whether most rays that go on from fronts, from 1 cm ahead where another face is closer, end at backs, and few
-        in the sky: (m,) bool of points of triangles, (m, 3). One of the first rays must see a back, or a face touch."""
+        in the sky: (m,) bool of points of triangles, (m, 3)."""
         ahead = self.normal[rows]
         hit = self.tree.run(places.astype(np.float32), ahead.astype(np.float32))
         along = (self.normal[hit] * ahead).sum(axis=1)
@@ -89,7 +87,7 @@ class OwnRays:
             origins, towards = self.go_on(hit[going], origins[going].astype(float), towards[going], generator)
         ends = ends.reshape(-1, rays)
         most, few = (ends == BACK).mean(axis=1) > 0.5, (ends == SKY).mean(axis=1) <= 1 / 8
-        return most & few & (sees_back | close)
+        return most & few
 
     def go_on(self, hit, origins, towards, generator):
         """Where rays leave the faces that they meet, on the side that they come from, and to where."""
