@@ -37,12 +37,13 @@ def measure_sun_times(data, interval, latitude, longitude):
 
     Closure: where GHI, DHI and DNI are given, the shift with the smallest sum of |GHI - DHI - DNI cos z|, z at the
     middle of the interval. Daylight: for every 20 days the 90th percentile of GHI at each time of day (a clear day)
-    against the clear sky of Haurwitz, averaged over the interval and scaled to fit.
+    against the clear sky of Haurwitz, averaged over the interval and scaled to fit. Where GHI is not given, it is
+    DHI + DNI cos z with the z of each shift that is tried.
 
     Parameters
     ----------
     data : pandas.DataFrame
-        ghi, and dhi and dni where they are measured [Wm⁻²]; index: tz-aware start of each interval.
+        Those of ghi, dhi and dni that are given [Wm⁻²], two or more; index: tz-aware start of each interval.
     interval : pandas.Timedelta
     latitude, longitude : float
         [°]
@@ -56,13 +57,14 @@ def measure_sun_times(data, interval, latitude, longitude):
     B. Haurwitz (1945), Insolation in relation to cloudiness and cloud density, J. Meteorology 2, 154-166.
     """
     track = sun_track(data.index + interval / 2, latitude, longitude)
-    closure = daylight = None, None, None
-    if data["ghi"].sum() > 0:
-        if {"dhi", "dni"} <= set(data):
-            ghi, dhi, dni = (data[name].to_numpy(float) for name in ("ghi", "dhi", "dni"))
-            closure = search_shift(lambda shift: residual_of_closure(ghi, dhi, dni, track.cos_zenith(shift)))
-        daylight = search_shift(compare_daylight(data["ghi"].to_numpy(float), interval, track))
-    return SunTimes(*closure, *daylight)
+    given = {name: data[name].to_numpy(float) for name in ("ghi", "dhi", "dni") if name in data}
+    if not any(values.any() for values in given.values()):
+        return SunTimes(*6 * [None])
+    closure = None, None, None
+    if len(given) == 3 and given["ghi"].any():
+        closure = search_shift(lambda shift: residual_of_closure(**given, cos_zenith=track.cos_zenith(shift)))
+    clear_at = clear_days_by_shift(given, interval, track)
+    return SunTimes(*closure, *search_shift(compare_daylight(clear_at, interval, track)))
 
 
 @dataclass
@@ -127,13 +129,54 @@ def search_shift(residual):
     return residual(0), residual(best), best
 
 
-def compare_daylight(ghi, interval, track):
-    """Function for the residual between clear days and the clear-sky model as a function of a shift.
+def clear_days_by_shift(given, interval, track):
+    """Function for the result of `clear_days` as a function of a shift, which changes GHI where it is not given.
+
+    Parameters
+    ----------
+    given : dict of str to (t,) float
+        GHI, or DHI and DNI [W/m²].
+    interval : pandas.Timedelta
+    track : SunTrack
+
+    Returns
+    -------
+    callable
+        Shift [min] to (windows, steps) float.
+    """
+    if "ghi" in given:
+        clear = clear_days(given["ghi"], interval)
+        return lambda shift: clear
+    return lambda shift: clear_days(given["dhi"] + given["dni"] * track.cos_zenith(shift), interval)
+
+
+def clear_days(ghi, interval):
+    """Global irradiance of a clear day in every WINDOW days: (windows, steps) [W/m²].
 
     Parameters
     ----------
     ghi : (t,) float
-        [Wm⁻²]
+        [W/m²]
+    interval : pandas.Timedelta
+    """
+    windows, days, steps = shape_of_windows(len(ghi), interval)
+    return np.quantile(ghi[: windows * days * steps].reshape(windows, days, steps), BRIGHT, axis=1)
+
+
+def shape_of_windows(count, interval):
+    """Numbers of windows, of days in each and of steps in a day for a record of some values: three int."""
+    steps = DAY // interval
+    windows = max(count // (WINDOW * steps), 1)
+    return windows, count // steps // windows, steps
+
+
+def compare_daylight(clear_at, interval, track):
+    """Function for the residual between clear days and the clear-sky model as a function of a shift.
+
+    Parameters
+    ----------
+    clear_at : callable
+        Shift [min] to the result of `clear_days`.
     interval : pandas.Timedelta
     track : SunTrack
         At the middle of the intervals.
@@ -143,18 +186,15 @@ def compare_daylight(ghi, interval, track):
     callable
         Shift [min] to residual, a share of the irradiance.
     """
-    steps = DAY // interval
-    windows = max(len(ghi) // (WINDOW * steps), 1)
-    days = len(ghi) // steps // windows
-    shape, used = (windows, days, steps), windows * days * steps
-    clear = np.quantile(ghi[:used].reshape(shape), BRIGHT, axis=1)  # (windows, steps) [Wm⁻²]
+    shape = shape_of_windows(len(track.hour_angle), interval)
     # The sun of the middle day represents the window.
-    middle = np.arange(used).reshape(shape)[:, days // 2].ravel()
+    middle = np.arange(np.prod(shape)).reshape(shape)[:, shape[1] // 2].ravel()
     own = SunTrack(track.sine[middle], track.cosine[middle], track.hour_angle[middle])
     parts = max(int(np.ceil(interval / STEP)), 1)
     offsets = ((np.arange(parts) + 0.5) / parts - 0.5) * (interval / pd.Timedelta(minutes=1))
 
     def residual(shift):
+        clear = clear_at(shift)
         model = sum(haurwitz(own.cos_zenith(shift + offset)) for offset in offsets).reshape(clear.shape)
         scale = (model * clear).sum(axis=1) / np.maximum((model**2).sum(axis=1), 1e-9)
         return float(np.abs(clear - scale[:, None] * model).sum() / max(clear.sum(), 1e-9))
@@ -190,10 +230,16 @@ def check_shift(times, source):
         raise InputError(source, *describe_closure(times))
     # GHI, DHI and DNI that no shift reconciles may belong to another place.
     contradictory = times.closure_residual is None or times.closure_residual > WORST_RESIDUAL
-    gained = times.daylight_residual_shifted < GAIN * times.daylight_residual
-    if contradictory and gained and abs(times.daylight_shift) >= DAYLIGHT_SHIFT:
+    if contradictory and fits_another_sun(times):
         problem = f"its irradiance fits the sun {describe_shift(times.daylight_shift)} than its time stamps"
         raise InputError(source, problem, cure_of_shift(round_shift(times.daylight_shift, 5)))
+
+
+def fits_another_sun(times):
+    """Whether clear days fit the sun clearly better with a shift."""
+    if times.daylight_shift is None or abs(times.daylight_shift) < DAYLIGHT_SHIFT:
+        return False
+    return times.daylight_residual_shifted < GAIN * times.daylight_residual
 
 
 def shift_closes(times):

@@ -7,7 +7,15 @@ import pandas as pd
 
 from .add_sun import add_sun
 from .check_irradiance import check_irradiance
-from .check_sun_times import check_closure, check_shift, measure_sun_times
+from .check_sun_times import (
+    SunTimes,
+    check_closure,
+    check_shift,
+    cure_of_shift,
+    fits_another_sun,
+    measure_sun_times,
+    round_shift,
+)
 from .check_weather import skips_leap_day
 from .record import IRRADIANCES
 
@@ -34,11 +42,9 @@ def check_years(record, interval, position):
     given = record.data[[name for name in IRRADIANCES if name in record.data]].clip(lower=0.0)
     found = {}
     for year, rows in cut_years(record, interval).items():
-        data = given.iloc[rows]
         source = f"{record.source} (year {year})"
         whole = add_sun(replace(record, data=record.data.iloc[rows]), interval, position=position.iloc[rows]).data
-        data = data.assign(ghi=whole["ghi"].to_numpy())
-        times = measure_sun_times(data, interval, record.latitude, record.longitude)
+        times = measure_sun_times(given.iloc[rows], interval, record.latitude, record.longitude)
         check_shift(times, source)
         check_irradiance(whole[["ghi", "dhi"]], interval, record.latitude, record.longitude, source)
         check_closure(times, source)
@@ -85,8 +91,11 @@ def describe_checks(checks):
                 100 * worst["closure_residual"], worst["closure_shift"], 100 * worst["closure_residual_shifted"]
             )
         )
-    shifts = [one["daylight_shift"] for one in checks.values() if one["daylight_shift"] is not None]
-    if shifts:
-        worst = max(shifts, key=abs)
-        notes.append(f"clear days fit the sun best with times shifted by {worst:+d} min")
+    daylights = [SunTimes(**one) for one in checks.values() if one["daylight_shift"] is not None]
+    if daylights:
+        worst = max(daylights, key=lambda one: abs(one.daylight_shift))
+        note = f"clear days fit the sun best with times shifted by {worst.daylight_shift:+d} min"
+        if fits_another_sun(worst):
+            note += f": walls to the east and west may be wrong; {cure_of_shift(round_shift(worst.daylight_shift, 5))}"
+        notes.append(note)
     return notes

@@ -129,6 +129,37 @@ def test_two_columns_and_another_time(tmp_path, shift):
     np.testing.assert_allclose(weather.data["ghi"], data["ghi"])
 
 
+@pytest.mark.parametrize("path", [BARROW, PVGIS, TMY3, STOCKHOLM], ids=lambda path: path.name[:12])
+@pytest.mark.parametrize("shift", [-60, 45])
+def test_direct_and_diffuse_light_of_another_time(tmp_path, path, shift):
+    """GHI follows from the two and the sun, whatever its time: each shift is tried with a sun of its own."""
+    right = read_weather(path, *BERLIN)
+    data = right.data[["dhi", "dni", "temp_air", "wind_speed"]].rename_axis("time")
+    place = (right.latitude, right.longitude)
+    read_weather(write_table(tmp_path / "right.csv", data), *place)
+    data = data.set_axis(data.index - pd.Timedelta(minutes=shift), axis=0)
+    times = measure_sun_times(data, right.interval, *place)
+    assert times.closure_residual is None
+    assert abs(times.daylight_shift - shift) <= 5
+    with pytest.raises(InputError, match=r"fits the sun .*--time-shift"):
+        read_weather(write_table(tmp_path / "late.csv", data), *place)
+
+
+@pytest.mark.parametrize("shift", [-30, 0, 30])
+def test_light_that_closes_at_another_time_is_noted(tmp_path, shift):
+    """DNI derived from GHI and DHI with the sun of the stamps closes, however late these are."""
+    data = read_weather(ERA5, *BERLIN).data[["ghi", "dhi", "temp_air", "wind_speed"]].rename_axis("time")
+    data = data.set_axis(data.index - pd.Timedelta(minutes=shift), axis=0)
+    middle = data.index + HOUR / 2
+    zenith = pvlib.solarposition.get_solarposition(middle, *BERLIN)["zenith"].to_numpy()
+    height = np.cos(np.radians(zenith))
+    data["dhi"] = np.where(height < 0.1, data["ghi"], data["dhi"])
+    data["dni"] = (data["ghi"] - data["dhi"]) / np.maximum(height, 0.1)
+    weather = read_weather(write_table(tmp_path / "closed.csv", data), *BERLIN)
+    assert worst(weather)["closure_residual"] < 0.01
+    assert any(f"or give --time-shift {shift}" in note for note in weather.notes) == bool(shift)
+
+
 def test_the_shift_is_found_to_a_few_minutes():
     data = read_weather(ERA5, *BERLIN).data
     closed = read_weather(TMY3, *BERLIN)
