@@ -17,6 +17,8 @@ TITLES = {
     "effects": "the effects",
     "run": "the run",
 }
+# Of these groups, settings that mean nothing for a world.
+NOT_FOR_WORLDS = ("series", "monthly", "losses", "inverter", "allow_distance", "weather_point")
 
 
 class Gather(argparse.Action):
@@ -28,7 +30,7 @@ class Gather(argparse.Action):
         setattr(namespace, self.dest, values if before is self.default else [*before, *values])
 
 
-def add_options(parser, *groups):
+def add_options(parser, *groups, hidden=()):
     """Add the options of some groups of settings to a parser.
 
     Parameters
@@ -36,6 +38,8 @@ def add_options(parser, *groups):
     parser : argparse.ArgumentParser
     *groups : str
         Names of groups: city, weather, electricity, light, sky, effects, run.
+    hidden : tuple of str
+        Settings that the help does not list, since they are refused.
     """
     for group in groups:
         place = parser.add_argument_group(TITLES[group])
@@ -44,7 +48,7 @@ def add_options(parser, *groups):
                 place.add_argument(
                     details.option or "--" + name.replace("_", "-"),
                     dest=name,
-                    help=describe_setting(default, details),
+                    help=argparse.SUPPRESS if name in hidden else describe_setting(default, details),
                     **argument_of_setting(default, details),
                 )
 

@@ -16,7 +16,7 @@ from ..errors import InputError
 from ..progress import CancelledError, TerminalProgress
 from ..version import __version__
 from .add_cluster import add_cluster, cluster_of_options
-from .add_options import Gather, add_options, free_settings, imply_settings, request_of_options
+from .add_options import NOT_FOR_WORLDS, Gather, add_options, free_settings, imply_settings, request_of_options
 from .import_command import compile_beside, import_command
 from .print_output import print_output
 
@@ -124,7 +124,7 @@ def build_parser():
     world = commands.add_parser("world", help="full load hours of traced districts all over the world")
     add_world(world)
     add_output(world)
-    add_options(world, "weather", "electricity", "sky", "run")
+    add_options(world, "weather", "electricity", "sky", "run", hidden=NOT_FOR_WORLDS)
     add_cluster(world)
     world.set_defaults(run=run_world, parser=world)
     inspect = commands.add_parser("inspect", help="report what is read, repaired and left out, and where it is")
@@ -232,7 +232,7 @@ def run_world(options):
         step=options.step,
         latitudes=options.latitudes and tuple(options.latitudes),
         longitudes=options.longitudes and tuple(options.longitudes),
-        years=tuple(options.years),
+        years=tuple(sorted(set(options.years))),
         surfaces=options.surfaces,
         off_land=options.off_land,
         pictures=options.pictures == "on",

@@ -17,13 +17,12 @@ from ..world.merge_surfaces import merge_surfaces
 from ..world.mix import add_mix, parse_mix
 from ..world.read_environments import read_environments
 from ..world.write_world import write_world
+from .add_options import NOT_FOR_WORLDS
 from .find_source import MODELS, STATIONS_ONLY, find_source
 from .run_log import RunLog
 from .world_tasks import compute_in_tasks
 
 FEWEST = 50  # merged surfaces of an environment
-# Settings of the same option groups that mean nothing here, or nothing for grids.
-NEVER = ("series", "monthly", "losses", "inverter", "allow_distance", "weather_point")
 
 
 @dataclass
@@ -103,7 +102,7 @@ def check_world_settings(request, settings):
     """Refuse settings that mean nothing for a world."""
     grid = request.weather in MODELS
     for name, default, _ in declared_settings("weather", "electricity"):
-        if getattr(request, name) != default and (name in NEVER or (grid and name in STATIONS_ONLY)):
+        if getattr(request, name) != default and (name in NOT_FOR_WORLDS or (grid and name in STATIONS_ONLY)):
             raise InputError(option_of(name), "means nothing for this world", "leave it out")
     if settings.step is not None and not 0 < settings.step <= 90:
         raise InputError("--step", f"{settings.step:g}° is no step", "give degrees above 0 and up to 90")

@@ -102,7 +102,9 @@ def test_years_are_averaged_and_chosen(tmp_path, demo, expected):
     later["ssrd"], later["fdir"] = later["ssrd"] * 0.9, later["fdir"] * 0.9
     files = ERA5, save(later, tmp_path / "later.nc")
     both = run(tmp_path, *files)["full_load_hours"]
-    first = run(tmp_path, *files, options=("--years", "2017"))["full_load_hours"]
+    once = run(tmp_path, *files, options=("--years", "2017", "2017"))
+    assert once.attrs["comment"].endswith("years 2017; 1 year; DC")
+    first = once["full_load_hours"]
     second = run(tmp_path, *files, options=("--years", "2018"))["full_load_hours"]
     np.testing.assert_allclose(both, (first + second) / 2, rtol=1e-3)
     np.testing.assert_allclose(first, expected["full_load_hours"], rtol=1e-4)
