@@ -61,6 +61,31 @@ def check_irradiance(data, interval, latitude, longitude, source):
     check_dull_skies(data, normal * cos_zenith, cos_zenith, interval, source)
 
 
+def check_given(given, dni, source):
+    """Refuse columns that are 0 in a year in which others show light, and a year without any direct light.
+
+    Parameters
+    ----------
+    given : pandas.DataFrame
+        Those of ghi, dhi and dni that the file has [Wm⁻²].
+    dni : (t,) float
+        As given or computed [Wm⁻²].
+    source : str
+        The file and the year, for messages.
+
+    Raises
+    ------
+    InputError
+    """
+    lit = [name for name in given if given[name].any()]
+    dark = [name for name in given if name not in lit]
+    if lit and dark:
+        enough = f"leave it out with --weather-without {dark[0]}" if len(lit) > 1 else "give a file that has it"
+        raise InputError(source, f"{dark[0]} is 0 all year, {' and '.join(lit)} not", enough)
+    if lit and not np.any(dni):
+        raise InputError(source, "no direct light all year: DHI is never less than GHI", "check these columns")
+
+
 def check_possible(data, normal, cos_zenith, interval, source):
     """Refuse irradiance of which more than 1 % exceeds the limits for the highest sun of the interval."""
     day = cos_zenith > 0

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from .add_sun import add_sun
-from .check_irradiance import check_irradiance
+from .check_irradiance import check_given, check_irradiance
 from .check_sun_times import (
     SunTimes,
     check_closure,
@@ -44,6 +44,7 @@ def check_years(record, interval, position):
     for year, rows in cut_years(record, interval).items():
         source = f"{record.source} (year {year})"
         whole = add_sun(replace(record, data=record.data.iloc[rows]), interval, position=position.iloc[rows]).data
+        check_given(given.iloc[rows], whole["dni"].to_numpy(), source)
         times = measure_sun_times(given.iloc[rows], interval, record.latitude, record.longitude)
         check_shift(times, source)
         check_irradiance(whole[["ghi", "dhi"]], interval, record.latitude, record.longitude, source)

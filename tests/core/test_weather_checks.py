@@ -208,6 +208,31 @@ def test_joules_of_a_quarter_of_an_hour_divided_by_an_hour(tmp_path):
     refuse(write_table(tmp_path / "joules.csv", table), "258 kWh/m² of ghi per year", "times 4 would fit")
 
 
+@pytest.mark.parametrize(
+    ("columns", "dark", "words"),
+    [
+        (["ghi", "dhi", "dni"], "dni", ["dni is 0 all year, ghi and dhi not", "--weather-without dni"]),
+        (["ghi", "dhi", "dni"], "ghi", ["ghi is 0 all year", "--weather-without ghi"]),
+        (["ghi", "dni"], "dni", ["dni is 0 all year, ghi not", "give a file that has it"]),
+        (["dhi", "dni"], "dni", ["dni is 0 all year", "give a file that has it"]),
+        (["ghi", "dhi"], "dhi", ["dhi is 0 all year", "give a file that has it"]),
+    ],
+)
+def test_a_column_of_zeros_is_named(tmp_path, columns, dark, words):
+    right = read_weather(TMY3, *BERLIN)
+    data = right.data[[*columns, "temp_air", "wind_speed"]].rename_axis("time").assign(**{dark: 0.0})
+    path = write_table(tmp_path / "zeros.csv", data)
+    refuse(path, *words)
+    if len(columns) == 3:
+        derived = read_weather(path, right.latitude, right.longitude, without=dark)
+        assert annual_sums(derived) == pytest.approx(annual_sums(right), rel=0.01)
+
+
+def test_global_light_in_the_diffuse_column(tmp_path):
+    data = read_weather(TMY3, *BERLIN).data[["ghi", "dhi", "temp_air", "wind_speed"]].rename_axis("time")
+    refuse(write_table(tmp_path / "copy.csv", data.assign(dhi=data["ghi"])), "no direct light all year")
+
+
 def test_edges_of_clouds_may_exceed_the_limits_for_minutes(tmp_path):
     table = plain_table(year_of())
     bright = table.index[(table["ghi"] > 400).to_numpy()]
@@ -219,9 +244,9 @@ def test_edges_of_clouds_may_exceed_the_limits_for_minutes(tmp_path):
 
 def test_years_too_dark_or_too_bright(tmp_path):
     table = plain_table(year_of())
-    for scale, words in ((0.25, "are plausible"), (2.2, "are plausible"), (0.0, "irradiance")):
-        refuse(write_table(tmp_path / f"{scale}.csv", table.assign(ghi=scale * table["ghi"], dhi=0.0)), words)
-    refuse(write_table(tmp_path / "empty.csv", table.assign(ghi=0.0, dni=table["ghi"])), "give a file with irradiance")
+    for scale, words in ((0.25, "are plausible"), (2.2, "are plausible"), (0.0, "give a file with irradiance")):
+        ghi = scale * table["ghi"]
+        refuse(write_table(tmp_path / f"{scale}.csv", table.assign(ghi=ghi, dhi=0.1 * ghi)), words)
 
 
 def test_a_factor_is_named_only_where_it_fits():
