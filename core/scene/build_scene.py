@@ -1,6 +1,7 @@
 """From a City to the Scene for ray tracing: local origin, true north, triangles, kinds, ground."""
 
 import copy
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -293,4 +294,4 @@ def _stand_on_terrain(scene, feet, points, terrain, extent):
     ):
         scene.report.repair(reason, [names[k] for k in polygons])
     scene.report.notes += ground.notes
-    return join_ground(scene, ground.vertices, ground.triangles, ground.hidden)
+    return replace(join_ground(scene, ground.vertices, ground.triangles, ground.hidden), terrain_laid=True)
