@@ -14,14 +14,15 @@ from ..sampling.sample_points import (
 )
 from .classify_rays import BACK, DARK, FRONT, SKY, classify_rays, meets_back
 from .lie_inside import (
+    CONTACT,
     RAYS,
     STRAY_RAYS,
     find_touching,
     follow,
     is_touched,
-    lies_inside,
+    judge_ends,
+    lie_inside,
     number_rays,
-    start_inside,
 )
 from .settle_cells import (
     COVERED,
@@ -160,7 +161,7 @@ def examine_cells(ray_scene, patches, chosen, starts):
         row, cell = np.nonzero(hidden[asking] & among_covered(verdict[asking] == COVERED))
         row = asking[row]
         places, _, keys = take_cells(patches, chosen, starts, row, cell)
-        inside = start_inside(ray_scene, patches, places, keys)
+        inside = lie_inside(ray_scene, patches, places, keys)
         verdict[row[inside], cell[inside]] = COVERED
         hidden[row, cell] = False
         asking = np.unique(row[inside])
@@ -203,8 +204,8 @@ def judge_cells(ray_scene, patches, places, shifts, keys):
     point, ray = np.nonzero(going[:, None] & ~(back | sky | below))
     mixed = np.unique(point)
     follow(ray_scene, patches, (hits.take((point, ray)), point, number_rays(keys)[point, ray]), ends)
-    found[mixed] = lies_inside(*ends[:, mixed])
-    found[touching] = start_inside(ray_scene, patches, places.take(touching), keys[touching], np.ones(1, bool))
+    found[mixed] = judge_ends(*ends[:, mixed])
+    found[touching] = lie_inside(ray_scene, patches, places.take(touching), keys[touching], CONTACT)
     return found, hidden
 
 

@@ -17,24 +17,24 @@ from .classify_rays import meets_back
 RAYS = 8  # from each point
 STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an open shell
 TURNS = 16  # most faces that a ray goes on from; then it tells nothing
-TOUCHING = 0.01  # [m]: faces that look at each other from closer than this touch, but for the rounding of a model
+CONTACT = 0.01  # [m]: faces that look at each other from closer than this touch, but for the rounding of a model
 WIDTH = 1.0  # [m] of a patch, the root of its area; on smaller ones they must be closer in proportion
 OPPOSITE = -0.9  # cosine between the normals of faces that look at each other
 
 
 def is_touched(ray_scene, patches, places):
-    """Whether a face looks back at some points of patches from less than TOUCHING: (k,) bool."""
+    """Whether a face looks back at some points of patches from less than CONTACT: (k,) bool."""
     own, b1, b2 = places
     origins = points_of_patches(patches, own, b1[:, None], b2[:, None])[:, 0]
     return find_touching(patches, own, ray_scene.trace_places(origins, patches.normal[own]))
 
 
-def lies_inside(backs, skies):
+def judge_ends(backs, skies):
     """Whether points lie inside something, from how many of their RAYS rays end at backs and in the sky: (k,) bool."""
     return (2 * backs > RAYS) & (skies <= STRAY_RAYS)
 
 
-def start_inside(ray_scene, patches, places, keys, touching=False):
+def lie_inside(ray_scene, patches, places, keys, ahead=0.0):
     """Whether some points of patches lie inside something, by RAYS rays from each that go on from fronts: (k,) bool.
 
     Parameters
@@ -43,14 +43,13 @@ def start_inside(ray_scene, patches, places, keys, touching=False):
         k.
     keys : (k,) uint64
         Of random numbers.
-    touching : (k,) bool, optional
-        Result of `is_touched`: these rays begin TOUCHING ahead, behind the face that looks back.
+    ahead : float [m]
+        From the points to where their rays begin, such as CONTACT behind a face that looks back.
     """
-    ahead = TOUCHING * np.asarray(touching)[..., None] * patches.normal[places.triangle]
     point, ends = np.repeat(np.arange(len(keys)), RAYS), np.zeros((2, len(keys)), np.int64)
-    keys = number_rays(keys)
-    follow(ray_scene, patches, (places.take(point), point, keys.ravel()), ends, ahead.astype(np.float32)[point])
-    return lies_inside(*ends)
+    step = (ahead * patches.normal[places.triangle[point]]).astype(np.float32)
+    follow(ray_scene, patches, (places.take(point), point, number_rays(keys).ravel()), ends, step)
+    return judge_ends(*ends)
 
 
 def number_rays(keys):
@@ -91,7 +90,7 @@ def follow(ray_scene, patches, rays, ends, ahead=0):
 
 
 def find_touching(patches, own, hits):
-    """Which rays meet a face that looks back at their patch from less than TOUCHING.
+    """Which rays meet a face that looks back at their patch from less than CONTACT.
 
     Parameters
     ----------
@@ -106,7 +105,7 @@ def find_touching(patches, own, hits):
     (m,) bool
     """
     touching = np.zeros(len(own), bool)
-    closest = (TOUCHING * np.minimum(np.sqrt(patches.area[own]) / WIDTH, 1)).astype(np.float32)
+    closest = (CONTACT * np.minimum(np.sqrt(patches.area[own]) / WIDTH, 1)).astype(np.float32)
     mark_touching((patches.corner, patches.edges, patches.facing), (own, closest), tuple(hits), touching)
     return touching
 
