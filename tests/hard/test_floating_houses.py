@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from test_hollows import both_estimators
-from test_orientation import bowl, box
+from test_orientation import bowl
 from test_slabs_and_sheets import PLAIN, assert_light, scene_of, sheet, sheets_of
 from thorough import draw_cases
-from towns import city_of_polygons
+from towns import box, city_of_polygons
 
 from citypv.core.scene.build_scene import build_scene
 

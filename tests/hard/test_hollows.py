@@ -5,9 +5,9 @@ import pytest
 from real_cities import SUNS
 from scipy import stats
 from test_closed_forms import direct_relative
-from test_narrow_gaps import light_by_paths, scene_of
-from test_orientation import bowl, box, valley
-from towns import city_of_polygons
+from test_narrow_gaps import light_by_paths
+from test_orientation import bowl, valley
+from towns import box, boxes, city_of_polygons
 
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
@@ -64,15 +64,13 @@ def test_gather_is_forward_in_a_hollow(name):
 
 def balconies():
     """A house with a slab of 3 × 1.5 m, 3 m up, and one of 6 × 2 m above it: undersides 7 and 13."""
-    boxes = [((0, 0, 0), (12, 10, 12)), ((4, -1.5, 3), (7, 0, 3.2)), ((3, -2, 6), (9, 0, 6.2))]
-    return scene_of(boxes, 10.0, whole=True)
+    return boxes([((0, 0, 0), (12, 10, 12)), ((4, -1.5, 3), (7, 0, 3.2)), ((3, -2, 6), (9, 0, 6.2))], whole=True)
 
 
 def arcade():
     """An upper storey that stands out by 3 m on two posts, 4 m up: its underside is 7."""
-    boxes = [((0, 0, 0), (20, 10, 14)), ((0, -3, 4), (20, 0, 14)), ((0, -3, 0), (0.5, -2.5, 4)),
-             ((19.5, -3, 0), (20, -2.5, 4))]  # fmt: skip
-    return scene_of(boxes, 10.0, whole=True)
+    posts = [((x, -3, 0), (x + 0.5, -2.5, 4)) for x in (0, 19.5)]
+    return boxes([((0, 0, 0), (20, 10, 14)), ((0, -3, 4), (20, 0, 14)), *posts], whole=True)
 
 
 UNDERSIDES = {"balcony of 3 m": (balconies, 7), "balcony of 6 m": (balconies, 13), "arcade": (arcade, 7)}

@@ -10,7 +10,7 @@ from real_cities import SUNS
 from test_closed_forms import direct_relative
 from test_walls_that_touch import follow_paths
 from thorough import draw_count
-from towns import OUTWARDS, city_of_polygons
+from towns import boxes
 
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
@@ -19,7 +19,6 @@ from citypv.core.radiosity.measure_cover import find_cover
 from citypv.core.radiosity.patch_size_errors import ABRUPT, SMOOTH, remaining_error
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.scene.build_scene import build_scene
 from citypv.core.selfcheck.hard_checks import narrow_gap
 from citypv.core.transfer.prepare_scene import prepare_scene
 
@@ -31,26 +30,12 @@ SEEDS = 3
 
 def boxes_apart(gap, patch_size=10.0):
     """Two boxes, the second one taller: the east wall of the first, surface 3, looks into the gap between them."""
-    boxes = [((0, 0, 0), (20, 12, 12)), ((20 + gap, 0, 0), (40, 12, 20))]
-    return scene_of(boxes, patch_size)
+    return boxes([((0, 0, 0), (20, 12, 12)), ((20 + gap, 0, 0), (40, 12, 20))], patch_size)
 
 
 def balcony(patch_size=10.0):
     """A box with a slab of 3 × 1.5 m on its south side, 3 m up: surface 7, the slab's underside."""
-    return scene_of([((0, 0, 0), (12, 10, 12)), ((4, -1.5, 3), (7, 0, 3.2))], patch_size, whole=True)
-
-
-def scene_of(boxes, patch_size, whole=False):
-    """Boxes on generated ground, each a building or all of them one."""
-    polygons, building = [], []
-    for index, ((x, y, z), (u, v, w)) in enumerate(boxes):
-        base = np.array([[x, y], [u, y], [u, v], [x, v]], float)
-        points = np.vstack([np.column_stack([base, np.full(4, height)]) for height in (z, w)])
-        for faces in OUTWARDS.values():
-            polygons += [points[face] for face in faces]
-            building += [0 if whole else index] * len(faces)
-    city = city_of_polygons(polygons, building=building)
-    return build_scene(city, 52.5, 13.4, patch_size=patch_size)
+    return boxes([((0, 0, 0), (12, 10, 12)), ((4, -1.5, 3), (7, 0, 3.2))], patch_size, whole=True)
 
 
 def light_by_gather(scene, surface, **settings):

@@ -1,34 +1,18 @@
 """Which way polygons face: sheets that only look up, closed shells whose volume misleads, houses inside out."""
 
 import csv
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+from towns import SIDES, box
 
 from citypv.core.city.measure_polygons import measure_polygons
 from citypv.core.commands.command_line import main
 from citypv.core.files.read_city import read_city
 
 DATA = Path(__file__).parents[1] / "data"
-BOX = {
-    "top": [4, 5, 6, 7],
-    "bottom": [0, 3, 2, 1],
-    "south": [0, 1, 5, 4],
-    "east": [1, 2, 6, 5],
-    "north": [2, 3, 7, 6],
-    "west": [3, 0, 4, 7],
-}
-SIDES = list(BOX)
-
-
-def box(low, high, without=(), inwards=()):
-    """Faces of a box that look outwards, those of `inwards` inwards: list of (4, 3) arrays."""
-    (x0, y0, z0), (x1, y1, z1) = low, high
-    base = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
-    points = np.array([(*corner, z) for z in (z0, z1) for corner in base], float)
-    drawn = {side: points[corners] for side, corners in BOX.items() if side not in without}
-    return [face[::-1] if side in inwards else face for side, face in drawn.items()]
 
 
 def valley(width=100.0, length=100.0, slope=0.1):
@@ -56,16 +40,10 @@ def stadium(length=60.0, steps=12):
     """A pitch with stands that rise around it, one sheet that looks up: four trapezoids a step."""
     faces = [np.array([(-20, -30, 0), (20, -30, 0), (20, 30, 0), (-20, 30, 0)], float)]
     for step in range(steps):
-        near, far = 0.8 * step, 0.8 * (step + 1)
-        low, high = 0.5 * step, 0.5 * (step + 1)
-        for lift, out in (((near, near), (low, high)), ((near, far), (high, high))):
-            inner = np.array([(-20, -30), (20, -30), (20, 30), (-20, 30)]) + out_of(lift[0])
-            outer = np.array([(-20, -30), (20, -30), (20, 30), (-20, 30)]) + out_of(lift[1])
-            for k in range(4):
-                a, b = k, (k + 1) % 4
-                faces.append(
-                    np.array([(*inner[b], out[0]), (*inner[a], out[0]), (*outer[a], out[1]), (*outer[b], out[1])])
-                )
+        near, far, low, high = 0.8 * step, 0.8 * (step + 1), 0.5 * step, 0.5 * (step + 1)
+        for inner, outer in (((near, low), (near, high)), ((near, high), (far, high))):
+            rings = [np.column_stack([faces[0][:, :2] + out_of(out), np.full(4, z)]) for out, z in (inner, outer)]
+            faces += [np.array([rings[0][k], rings[0][k - 1], rings[1][k - 1], rings[1][k]]) for k in range(4)]
     return faces
 
 
@@ -76,22 +54,11 @@ def out_of(distance):
 
 def parapet(side=20.0, wall=0.3, height=1.0, tray=-0.5):
     """A closed shell: walls around a roof that lies `tray` above the underside of the shell, at 0."""
-    outer, inner = np.array([(0, 0), (side, 0), (side, side), (0, side)]), None
-    inner = outer + out_of(-wall)
-
-    def at(corners, z):
-        return np.column_stack([corners, np.full(4, z)])
-
-    low, top, inside, floor = at(outer, 0.0), at(outer, height), at(inner, height), at(inner, tray)
-    faces = [low[::-1], floor]
-    for k in range(4):
-        n = (k + 1) % 4
-        faces += [
-            np.array([low[k], low[n], top[n], top[k]]),
-            np.array([top[k], top[n], inside[n], inside[k]]),
-            np.array([inside[k], inside[n], floor[n], floor[k]]),
-        ]
-    return faces
+    outer = np.array([(0, 0), (side, 0), (side, side), (0, side)])
+    places = (outer, 0.0), (outer, height), (outer + out_of(-wall), height), (outer + out_of(-wall), tray)
+    rings = [np.column_stack([corners, np.full(4, z)]) for corners, z in places]
+    bands = [np.array([a[k - 1], a[k], b[k], b[k - 1]]) for k in range(4) for a, b in pairwise(rings)]
+    return [rings[0][::-1], rings[-1], *bands]
 
 
 def write_obj(path, objects, shift=(0.0, 0.0, 0.0)):

@@ -8,7 +8,7 @@ import pytest
 from own_rays import OwnRays
 from radiosity import crossed_strings
 from scenes import assert_mean, suns_towards
-from towns import city_of_polygons
+from towns import box, city_of_polygons
 
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
@@ -23,13 +23,6 @@ SUNS = suns_towards([[0.3, -0.8, 0.6]])
 PATHS = 1 << 16
 ERRORS = 4.5
 CELLS = 0.03  # of the light: what is uneven within cells of patches of 4 m, under things that hang 2 to 5 m up
-
-
-def box(low, high):
-    """Roof, floor, south, east, north, west."""
-    (x0, y0, z0), (x1, y1, z1) = low, high
-    points = np.array([[x, y, z] for z in (z0, z1) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))], float)
-    return [points[k] for k in ([4, 5, 6, 7], [0, 3, 2, 1], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7])]
 
 
 def sheet(start, along, across):

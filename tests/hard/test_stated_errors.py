@@ -9,13 +9,12 @@ from functools import cache
 import numpy as np
 import pytest
 from real_cities import SUNS
-from towns import OUTWARDS, city_of_polygons
+from towns import boxes
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import read_year
 from citypv.core.sun.choose_suns import choose_suns
 
@@ -34,19 +33,6 @@ SCENES = {  # boxes, low and high corners [m]
     "row": [((12 * k, 0, 0), (12 * k + 12, 11, 8 + 5 * (k * 3 % 4))) for k in range(5)]
     + [((9 * k, 22, 0), (9 * k + 9, 30, 7 + 4 * (k * 2 % 5))) for k in range(7)],
 }  # fmt: skip
-
-
-def boxes(corners):
-    """Scene of boxes, each a building, on generated ground."""
-    polygons, building = [], []
-    for index, (low, high) in enumerate(corners):
-        x, y = (low[0], high[0]), (low[1], high[1])
-        base = np.array([[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]], float)
-        points = np.vstack([np.column_stack([base, np.full(4, z)]) for z in (low[2], high[2])])
-        for faces in OUTWARDS.values():
-            polygons += [points[face] for face in faces]
-            building += [index] * len(faces)
-    return build_scene(city_of_polygons(polygons, building=building), *PLACE)
 
 
 @cache

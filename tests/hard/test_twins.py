@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from towns import OUTWARDS, city_of_polygons
+from towns import box, city_of_polygons
 
 from citypv.core.commands.command_line import main
 from citypv.core.files.read_city import read_city
@@ -18,11 +18,7 @@ SOUTH, EAST, NORTH, WEST = np.array([0.0, -1, 0]), np.array([1.0, 0, 0]), np.arr
 
 
 def house(low=(0, 0, 0), high=(10, 10, 8)):
-    """Faces of a box that look outwards: top, bottom, south, east, north, west."""
-    (x0, y0, z0), (x1, y1, z1) = low, high
-    base = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
-    points = np.array([(*corner, z) for z in (z0, z1) for corner in base], float)
-    return [points[face] for faces in OUTWARDS.values() for face in faces]
+    return box(low, high)
 
 
 def twins(polygons, building=None):

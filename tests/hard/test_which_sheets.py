@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from own_rays import BACK, OwnRays
-from test_slabs_and_sheets import HOUSE, PLAIN, ROOT, UNDER, box, scene_of, sheet, sheets_of
-from towns import city_of_polygons
+from test_slabs_and_sheets import HOUSE, PLAIN, ROOT, UNDER, scene_of, sheet, sheets_of
+from towns import box, city_of_polygons
 
 from citypv.core.city.city import City
 from citypv.core.files.read_city import read_city
