@@ -12,7 +12,7 @@ from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import compute_energy, measure_sun_sampling, read_year, trace_scene
 
-pytestmark = [pytest.mark.slow, pytest.mark.once]
+pytestmark = pytest.mark.slow
 
 SEEDS = 8
 RUN = Request(weather=str(ERA5), threads=1)

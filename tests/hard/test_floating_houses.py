@@ -5,7 +5,6 @@ import pytest
 from test_hollows import both_estimators
 from test_orientation import bowl
 from test_slabs_and_sheets import PLAIN, assert_light, scene_of, sheet, sheets_of
-from thorough import draw_cases
 from towns import box, city_of_polygons
 
 from citypv.core.scene.build_scene import build_scene
@@ -34,7 +33,6 @@ def over_a_bowl(floor):
 
 
 @pytest.mark.slow
-@pytest.mark.once
 @pytest.mark.parametrize("floor", [1.0, 2.0])
 def test_below_a_house_that_floats_it_is_as_light_as_paths_say(floor):
     """The ground under it, its floor and its south wall, for the isotropic sky."""
@@ -44,10 +42,7 @@ def test_below_a_house_that_floats_it_is_as_light_as_paths_say(floor):
 
 
 @pytest.mark.slow
-@pytest.mark.once
-@pytest.mark.parametrize(
-    ("ground", "floor"), [("plain", 1.0), ("bowl", 2.0), *draw_cases(("plain", 2.0), ("bowl", 1.0))]
-)
+@pytest.mark.parametrize(("ground", "floor"), [("plain", 1.0), ("bowl", 2.0)])
 def test_gather_is_forward_below_a_house_that_floats(ground, floor):
     """Diffuse and direct light of the ground under it, of its floor and its walls."""
     scene = over_a_bowl(floor) if ground == "bowl" else scene_of(house(floor), plain=[*BELOW, *AROUND])
@@ -65,8 +60,7 @@ def test_gather_is_forward_below_a_house_that_floats(ground, floor):
 
 
 @pytest.mark.slow
-@pytest.mark.once
-@pytest.mark.parametrize("floor", [0.0, 0.4, *draw_cases(0.1)])
+@pytest.mark.parametrize("floor", [0.0, 0.4])
 def test_what_stands_is_dark_below_for_both(floor):
     """Up to half a metre is how inaccurately houses are drawn on the ground: nothing passes below them."""
     scene = scene_of(house(floor), plain=[*BELOW, *AROUND])

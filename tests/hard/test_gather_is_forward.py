@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from real_cities import CITIES, SAMPLES, SUNS, city_and_alone, first_light, light_of_run
+from real_cities import SAMPLES, SUNS, city_and_alone, first_light, light_of_run
 from test_closed_forms import direct_relative
 from test_tracing import three_houses
 from thorough import draw_count
@@ -29,7 +29,7 @@ BIAS = 0.005  # of the reflected part
 BIAS_ON_ROOFS = 0.015  # what reaches them is little and comes from near by, where light is uneven within cells
 SMALLEST_SHARE = 0.05  # of the area: smaller groups say little
 
-pytestmark = [pytest.mark.slow, pytest.mark.once]
+pytestmark = pytest.mark.slow
 
 
 @dataclass
@@ -129,7 +129,7 @@ def test_first_light_of_gather_is_that_of_a_run_without_reflections():
     assert (whole.diffuse_relative > 1.01 * alone[:, 0]).sum() > 10
 
 
-@pytest.mark.parametrize("name", CITIES)
+@pytest.mark.parametrize("name", ["Berlin", pytest.param("Manhattan", marks=pytest.mark.thorough)])
 def test_gather_is_forward(name):
     scene, alone = city(name)
     groups = groups_of(scene.surfaces, alone)

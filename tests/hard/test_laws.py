@@ -20,9 +20,9 @@ from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 
-pytestmark = pytest.mark.once
+pytestmark = pytest.mark.law
 
-SCENES = draw_count(200, 50)
+SCENES = draw_count(200, 30, 4)
 SUNS = np.array([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.9, 0.1, 0.15], [0, 0, 1]])
 GRAZING = 1  # of some 57 surfaces × 4 suns
 FIELDS = ("sky_view_factor", "far_ground_view_factor", "diffuse_relative", "visible_share", "direct_reflected")
@@ -127,7 +127,6 @@ def test_reciprocity(seed):
     assert (np.abs(total - total.T) <= bound).all()
 
 
-@pytest.mark.slow
 @law
 @given(seeds, draw.floats(0, 360))
 def test_turning_the_town_with_the_sun(seed, angle):
@@ -184,7 +183,6 @@ def test_permuting_the_faces(seed):
     assert np.array_equal(one.sky_view_factor[order], other.sky_view_factor)
 
 
-@pytest.mark.slow
 @law
 @given(seeds, draw.integers(2, 7), draw.sampled_from([100, 1000, 4096]))
 def test_threads_and_chunks(seed, threads, chunk):

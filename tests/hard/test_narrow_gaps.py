@@ -22,8 +22,6 @@ from citypv.core.request import Request
 from citypv.core.selfcheck.hard_checks import narrow_gap
 from citypv.core.transfer.prepare_scene import prepare_scene
 
-pytestmark = pytest.mark.once
-
 ERRORS = 3.0  # stated ones that gather may be off by
 SEEDS = 3
 
@@ -77,7 +75,7 @@ def test_the_stated_error_holds_what_patches_spread(name):
     assert (error < stated).all()
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_small_patches_leave_little_of_it():
     """Patches of 0.7 m in a gap of 0.3 m are right, and say so."""
     scene = boxes_apart(0.3, 0.7)

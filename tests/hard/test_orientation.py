@@ -225,7 +225,6 @@ def simulate(folder, path, *options):
 
 
 @pytest.mark.slow
-@pytest.mark.once
 def test_facades_in_a_valley_keep_their_light_end_to_end(tmp_path):
     """A house in a V-shaped valley with sides of 10 %: all rows as with --orient as-drawn, and a sheet turned down,
     as the volume would have it, takes light from the facades."""

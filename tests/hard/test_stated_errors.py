@@ -18,8 +18,6 @@ from citypv.core.request import Request
 from citypv.core.study import read_year
 from citypv.core.sun.choose_suns import choose_suns
 
-pytestmark = pytest.mark.once
-
 SEEDS = 16
 PLACE = (52.5, 13.4)
 LEAST, MOST = 0.8, 1.25  # scatter over stated, as root mean squares over many surfaces
@@ -63,7 +61,7 @@ def ratio_of(hours, stated, members):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("samples", [256, 2048])
+@pytest.mark.parametrize("samples", [256, pytest.param(2048, marks=pytest.mark.thorough)])
 @pytest.mark.parametrize("name", SCENES)
 def test_errors_are_as_large_as_the_scatter(name, samples):
     """Walls and roofs that modules may stand on, wherever their light comes from."""

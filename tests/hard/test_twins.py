@@ -105,7 +105,6 @@ def test_no_wall_of_berlin_is_a_twin_until_seven_are_drawn_again():
 
 
 @pytest.mark.slow
-@pytest.mark.once
 def test_a_wall_drawn_twice_changes_no_group(tmp_path):
     """End to end: area and count of each group as without the second wall, hours within their noise; a row for both."""
     groups, faces = {}, {}

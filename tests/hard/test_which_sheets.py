@@ -108,7 +108,6 @@ def test_footprints_and_sheets_of_real_files():
 
 
 @pytest.mark.slow
-@pytest.mark.once
 def test_berlin_has_no_sheet():
     city = read_city([ROOT / "examples/berlin/berlin_3910_5817.gml"])
     scene = build_scene(city, patch_size=None)

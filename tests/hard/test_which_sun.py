@@ -49,8 +49,7 @@ def test_on_the_horizon():
     assert transfer.direct_reflected.min() >= 0
 
 
-@pytest.mark.parametrize("turn", [0.0, 17.3, 45.0, 89.99])
-@pytest.mark.parametrize("elevation", [5.0, 45.0])
+@pytest.mark.parametrize(("turn", "elevation"), [(0.0, 5.0), (17.3, 45.0), (45.0, 5.0), (89.99, 45.0)])
 def test_exactly_in_the_plane_of_a_wall(turn, elevation):
     """Both walls beside the sun receive nothing, as the sun's cosine is 0 there; the wall that faces it everything."""
     a = np.radians(turn)
@@ -94,20 +93,22 @@ def test_no_sun_above_the_horizon():
 
 PLACES = {
     "equator": (0.0, 10.0),
-    "polar circle": (66.56, 25.0),
     "north pole": (90.0, 0.0),
-    "south pole": (-90.0, 0.0),
     "southern hemisphere": (-33.9, 18.4),
+    "date line itself": (52.0, 180.0),
+}
+MORE = {
+    "polar circle": (66.56, 25.0),
+    "south pole": (-90.0, 0.0),
     "date line, west of it": (-16.8, 179.99),
     "date line, east of it": (-16.8, -179.99),
-    "date line itself": (52.0, 180.0),
 }
 
 
-@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("place", [*PLACES, *(pytest.param(place, marks=pytest.mark.thorough) for place in MORE)])
 def test_places(place):
     """A whole year of clear sky on the faces of a house: finite everywhere, no light while the sun is down."""
-    latitude, longitude = PLACES[place]
+    latitude, longitude = (PLACES | MORE)[place]
     weather = add_sun(clear_sky(latitude, longitude, 0.0, 2021), HOUR)
     assert np.isfinite(weather.data.to_numpy()).all()
     assert (weather.data["dni"][weather.data["apparent_zenith"] >= 90] == 0).all()
@@ -159,7 +160,7 @@ def test_southern_hemisphere_faces_north():
     assert poa[NORTH].mean() > 1.5 * poa[SOUTH].mean()
 
 
-@pytest.mark.parametrize("zone", ["Europe/Berlin", "America/St_Johns", "Asia/Kathmandu", "Australia/Lord_Howe"])
+@pytest.mark.parametrize("zone", ["Europe/Berlin", "Australia/Lord_Howe"])
 def test_summer_time_moves_no_sun(zone):
     """The same instants, named in a zone whose clocks jump."""
     times = pd.date_range("2021-01-01", "2022-01-01", freq=HOUR, inclusive="left", tz="UTC")
@@ -169,9 +170,9 @@ def test_summer_time_moves_no_sun(zone):
     assert np.array_equal(one.direction, other.direction)
 
 
-@pytest.mark.parametrize(("year", "hours"), [(2020, 8784), (2021, 8760), (2016, 8784), (2100, 8760), (1900, 8760)])
+@pytest.mark.parametrize(("year", "hours"), [(2021, 8760), (2016, 8784), (1900, 8760)])
 def test_leap_years_and_years_with_leap_seconds(year, hours):
-    """2016 ended with a leap second; 1900 and 2100 are divisible by four and no leap years."""
+    """2016 ended with a leap second; 1900 is divisible by four and no leap year."""
     weather = add_sun(clear_sky(52.5, 13.4, 40.0, year), HOUR)
     assert len(weather.data) == hours
     assert np.isfinite(weather.data.to_numpy()).all()

@@ -22,7 +22,7 @@ from citypv.core.scene.refine import refine_triangles
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
-pytestmark = [pytest.mark.once, pytest.mark.slow]
+pytestmark = pytest.mark.thorough
 
 WAYS = ("days:3", "days:6", "days:12", "days:24", "typical-days:4", "typical-days:12", "sky-grid:169", "sky-grid:673")
 FINE = PATCH / 2  # [m] of the reference
