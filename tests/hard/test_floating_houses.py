@@ -49,7 +49,6 @@ def test_gather_is_forward_below_a_house_that_floats(ground, floor):
     gather, stated, forward, error = both_estimators(scene)
     under = np.flatnonzero(scene.surfaces.kind == "downward")
     steps = np.abs(gather - forward) / np.maximum(np.hypot(stated, error), 1e-3)
-    print(ground, floor, gather[:, under].ravel(), forward[:, under].ravel(), "largest", steps.max())
     area = scene.surfaces.area[: under[0] - 1] / scene.surfaces.area[: under[0] - 1].sum()
     whole = (gather - forward)[:, : under[0] - 1] @ area
     assert (np.abs(whole) < 0.004 * (forward[:, : under[0] - 1] @ area)).all()
@@ -66,7 +65,6 @@ def test_what_stands_is_dark_below_for_both(floor):
     scene = scene_of(house(floor), plain=[*BELOW, *AROUND])
     assert scene.footprint[scene.triangle_surface == 6].all()
     gather, stated, forward, error = both_estimators(scene)
-    print(floor, "below", gather[:, 0], forward[:, 0], np.hypot(stated, error)[:, 0])
     assert not gather[:, 6].any() and not forward[:, 6].any()
     assert (np.abs(gather - forward)[:, 7:] < 4.5 * np.hypot(stated, error)[:, 7:] + 1e-3).all()
 

@@ -5,7 +5,7 @@ import pytest
 from real_cities import SUNS
 from scipy import stats
 from test_closed_forms import direct_relative
-from test_narrow_gaps import light_by_paths
+from test_narrow_gaps import light_by_gather, light_by_paths
 from test_orientation import bowl, valley
 from towns import box, boxes, city_of_polygons
 
@@ -55,7 +55,6 @@ def test_gather_is_forward_in_a_hollow(name):
     steps = apart / np.maximum(both, 1e-4)
     area = scene.surfaces.area[:count] / scene.surfaces.area[:count].sum()
     whole = (gather - forward)[:, :count] @ area
-    print(name, "rms", np.sqrt((steps**2).mean(axis=1)), "largest", np.abs(steps).max(), "mean", whole)
     assert np.abs(steps).max() < 4.5
     # One case in a thousand is further apart; errors from few replicates scatter by themselves (Student's t: 1.07).
     assert np.sqrt((steps**2).mean()) < 1.07 * np.sqrt(stats.chi2.ppf(0.999, steps.size) / steps.size)
@@ -83,14 +82,7 @@ def test_the_underside_says_how_far_it_is_off(name):
     make, surface = UNDERSIDES[name]
     scene = make()
     assert scene.surfaces.kind[surface] == "downward" and scene.surfaces.surface_tilt[surface] == pytest.approx(180)
-    runs = [trace_gather(scene, SUNS, Request(seed=seed), silent) for seed in range(4)]
-    light = [[run.diffuse_relative[surface], direct_relative(run)[surface] @ SUNS.weight] for run in runs]
-    light = np.mean(light, axis=0)
-    stated = np.array([
-        [run.diffuse_relative_standard_error[surface], run.direct_annual_standard_error[surface]] for run in runs
-    ])  # fmt: skip
-    stated = np.sqrt((stated**2).mean(axis=0))
+    light, stated = light_by_gather(scene, surface)
     known, error = light_by_paths(scene, surface)
-    print(name, light, "±", stated, "paths", known, "±", error)
     assert (np.abs(light - known) < 2 * np.hypot(stated, error)).all()
     assert (stated < 0.6 * known).all()

@@ -38,13 +38,16 @@ def balcony(patch_size=10.0):
 
 def light_by_gather(scene, surface, **settings):
     """Means over seeds of diffuse and direct light, and rms of their stated errors: two (2,)."""
-    found, stated = [], []
-    for seed in range(SEEDS):
-        transfer = trace_gather(scene, SUNS, Request(seed=seed, **settings), silent)
-        found.append([transfer.diffuse_relative[surface], direct_relative(transfer)[surface] @ SUNS.weight])
-        errors = transfer.diffuse_relative_standard_error, transfer.direct_annual_standard_error
-        stated.append([part[surface] for part in errors])
-    return np.mean(found, axis=0), np.sqrt(np.mean(np.square(stated), axis=0))
+    runs = [trace_gather(scene, SUNS, Request(seed=seed, **settings), silent) for seed in range(SEEDS)]
+    light, stated = np.swapaxes([light_of(run, surface) for run in runs], 0, 1)
+    return light.mean(axis=0), np.sqrt((stated**2).mean(axis=0))
+
+
+def light_of(transfer, surface):
+    """Diffuse and direct light of a surface, and its stated errors: two (2,)."""
+    direct = direct_relative(transfer)[surface] @ SUNS.weight
+    errors = transfer.diffuse_relative_standard_error[surface], transfer.direct_annual_standard_error[surface]
+    return np.array([[transfer.diffuse_relative[surface], direct], errors])
 
 
 def light_by_paths(scene, surface, sets=6):
@@ -70,7 +73,6 @@ def test_the_stated_error_holds_what_patches_spread(name):
     scene = make()
     found, stated = light_by_gather(scene, surface)
     known, error = light_by_paths(scene, surface)
-    print(name, found, "±", stated, "paths", known, "±", error)
     assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()
     assert (error < stated).all()
 
@@ -82,7 +84,6 @@ def test_small_patches_leave_little_of_it():
     known, error = light_by_paths(boxes_apart(0.3), 3)
     found, stated = light_by_gather(scene, 3, samples=64)
     large = light_by_gather(boxes_apart(0.3), 3)[1]
-    print(found, "±", stated, "paths", known, "±", error)
     assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()
     assert (stated < 0.5 * large).all()
 
@@ -93,9 +94,7 @@ def test_gather_is_forward_in_a_gap():
     samples = draw_count(20_000, 5_000)  # fewer widen the band by 15 %
     photons = trace_forward(scene, SUNS, Request(samples=samples, estimator="forward"), silent)
     found, stated = light_by_gather(scene, 3)
-    known = np.array([photons.diffuse_relative[3], direct_relative(photons)[3] @ SUNS.weight])
-    error = np.array([photons.diffuse_relative_standard_error[3], photons.direct_annual_standard_error[3]])
-    print(found, "±", stated, "photons", known, "±", error)
+    known, error = light_of(photons, 3)
     assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()
 
 

@@ -12,9 +12,9 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.files.read_city import read_city
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
-from citypv.core.radiosity import trace_hemisphere
 from citypv.core.radiosity.sun_visibility import sun_visibility
 from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.radiosity.trace_hemisphere import trace_hemisphere
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
@@ -62,9 +62,8 @@ def look(town):
     scene, (patches, rows, *_) = scene_of(town), walls_of(town)
     traced = np.isin(np.arange(len(patches)), rows)
     ray_scene = RayScene(scene.vertices, scene.triangles)
-    found = trace_hemisphere.trace_hemisphere(
-        ray_scene, patches, traced, sample_count=RAYS, reflections=True, threads=2, progress=silent
-    )
+    settings = {"sample_count": RAYS, "reflections": True, "threads": 2, "progress": silent}
+    found = trace_hemisphere(ray_scene, patches, traced, **settings)
     met = np.asarray(found.form_factors.as_matrix().sum(axis=1)).reshape(found.sky.shape)
     return np.stack([values[rows].mean(axis=1) for values in (found.sky, found.far_ground, met)], axis=1), found
 

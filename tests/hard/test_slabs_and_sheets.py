@@ -146,10 +146,10 @@ UNDER = {  # objects, surfaces to look at (0 is the plain; a box is roof, floor,
     "parapet of single faces": (
         [
             HOUSE,
-            sheet([-5, 0, 8], [10, 0, 0], [0, 0, 1]),
-            sheet([5, 0, 8], [0, 8, 0], [0, 0, 1]),
-            sheet([5, 8, 8], [-10, 0, 0], [0, 0, 1]),
-            sheet([-5, 8, 8], [0, -8, 0], [0, 0, 1]),
+            *(
+                sheet([x, y, 8], along, [0, 0, 1])
+                for x, y, along in ((-5, 0, [10, 0, 0]), (5, 0, [0, 8, 0]), (5, 8, [-10, 0, 0]), (-5, 8, [0, -8, 0]))
+            ),
         ],
         [1, 7],
         [7, 8, 9, 10],

@@ -1,11 +1,12 @@
 """Walls drawn twice, about a millimetre apart: each counts once."""
 
-import csv
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+from test_orientation import write_obj
 from towns import box, city_of_polygons
 
 from citypv.core.commands.command_line import main
@@ -109,26 +110,13 @@ def test_a_wall_drawn_twice_changes_no_group(tmp_path):
     """End to end: area and count of each group as without the second wall, hours within their noise; a row for both."""
     groups, faces = {}, {}
     for name, second in (("once", []), ("twice", [house()[2] + [0.0, 1e-3, 0.0]])):
-        polygons, lines = [*house(), *second], []
-        for k, polygon in enumerate(polygons):
-            lines += [f"o {'a' if k < 6 else 'b'}"] * (k in (0, 6))
-            lines += [f"v {' '.join(f'{value:.4f}' for value in corner)}" for corner in polygon]
-            lines.append(f"f {' '.join(str(4 * k + corner) for corner in (1, 2, 3, 4))}")
-        (tmp_path / f"{name}.obj").write_text("\n".join(lines) + "\n")
-        status = main([
-            "simulate", str(tmp_path / f"{name}.obj"), "--out", str(tmp_path / name), "--latitude", "52.5",
-            "--longitude", "13.4", "--suns", "typical-days:2", "--quiet",
-        ])  # fmt: skip
-        assert status == 0
-        for table, kept in (("groups", groups), ("faces", faces)):
-            with (tmp_path / name / f"{table}.csv").open(newline="") as file:
-                kept[name] = list(csv.DictReader(file))
+        path = write_obj(tmp_path / f"{name}.obj", {"a": house(), "b": second})
+        place = ["--latitude", "52.5", "--longitude", "13.4", "--suns", "typical-days:2", "--quiet"]
+        assert main(["simulate", str(path), "--out", str(tmp_path / name), *place]) == 0
+        faces[name], groups[name] = (pd.read_csv(tmp_path / name / f"{table}.csv") for table in ("faces", "groups"))
     assert len(faces["twice"]) == len(faces["once"]) + 1
-    once, twice = ([row for row in groups[name] if row["period"] == "annual"] for name in ("once", "twice"))
+    once, twice = (groups[name][groups[name].period == "annual"] for name in ("once", "twice"))
     assert len(once) == len(twice) == 4
-    for one, other in zip(once, twice, strict=True):
-        assert [one[key] for key in ("kind", "orientation", "count")] == [
-            other[key] for key in ("kind", "orientation", "count")
-        ]
-        assert float(one["area"]) == pytest.approx(float(other["area"]))
-        assert float(one["full_load_hours"]) == pytest.approx(float(other["full_load_hours"]), rel=0.01)
+    for name in ("kind", "orientation", "count", "area"):
+        assert once[name].equals(twice[name])
+    assert once.full_load_hours.to_numpy() == pytest.approx(twice.full_load_hours.to_numpy(), rel=0.01)
