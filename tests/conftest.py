@@ -16,6 +16,14 @@ import pytest
 
 SLOW = Path(__file__).parent / "slow.txt"
 LONG = 0.2  # [s]
+# Laws and closed forms that take longer, and that no fast test holds.
+LAWS = (
+    *("core/test_closed_forms.py::test_street_canyon", "core/test_forward_agrees.py::test_street_canyon"),
+    *("core/test_energy.py::test_unshaded_surfaces_equal_pvlib", "core/test_forward.py::test_far_ground_off"),
+    *("core/test_brdfs.py::test_share_is_what_the_law_says", "core/test_materials.py::test_sun_in_a_mirror_facade"),
+    *("core/test_rack_light.py::test_narrow_rows_shade", "core/test_plane_of_array.py::test_a_year_on_open_planes"),
+    *("core/test_pv_system.py::test_tables_equal_pvlib_hour_by_hour", "core/test_sky.py::test_stated_errors_of_the"),
+)
 # Blender, processes and signals, readers and writers.
 MAY_DIFFER = (
     *("blender/", "hard/test_broken", "hard/test_long_runs", "core/test_cancel_command", "core/test_cluster"),
@@ -67,6 +75,8 @@ def name_group(path):
 @pytest.hookimpl(tryfirst=True)
 def pytest_itemcollected(item):
     name = name_function(item.nodeid)
+    if name.startswith(LAWS):
+        item.add_marker(pytest.mark.law)
     if name in read_slow():
         item.add_marker(pytest.mark.slow)
         if not name.startswith(MAY_DIFFER):

@@ -55,7 +55,7 @@ def furnace(albedo, bounces, samples=1024):
 
 
 @pytest.mark.parametrize(
-    ("albedo", "bounces"), [(0.0, 3), (0.25, 0), (0.25, 1), (0.25, 10), (0.999, 50), (1.0, 0), (1.0, 3), (1.0, 50)]
+    ("albedo", "bounces"), [(0.0, 3), (0.25, 0), (0.25, 1), (0.25, 10), (0.999, 50), (1.0, 3), (1.0, 50)]
 )
 def test_closed_furnace(albedo, bounces):
     """(1 - ρⁿ⁺¹)/(1 - ρ) on every face, n + 1 at ρ = 1: no light is lost and none is made."""
@@ -127,11 +127,6 @@ def test_millions_of_equal_hits_lose_nothing():
     assert transfer.record.hemisphere_rays == count
     assert transfer.sky_view_factor == pytest.approx(1, abs=1e-9)
     assert transfer.visible_share == pytest.approx(1, abs=1e-9)
-
-
-def test_a_million_rays_into_a_closed_room_lose_nothing():
-    irradiance, _ = furnace(1.0, 3, samples=1 << 20)
-    assert irradiance == pytest.approx(4, rel=1e-6)
 
 
 # Triangles
