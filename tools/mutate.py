@@ -21,7 +21,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-LEFT_OUT = (".git", ".venv*", "__pycache__", "build", "dist", "wheels", "results", "*.egg-info")
+LEFT_OUT = (".git", ".venv*", "build", "dist", "wheels", "results", "*.egg-info")
 KINDS = ("sign", "factor", "index", "bound")
 OPERATORS = {  # kind, old, new
     **{ast.Add: ("sign", b"+", b"-"), ast.Sub: ("sign", b"-", b"+")},
@@ -51,13 +51,18 @@ def main():
         return
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "citypv"
-        shutil.copytree(ROOT, copy, symlinks=True, ignore=shutil.ignore_patterns(*LEFT_OUT))
-        status, seconds, first = run_tests(copy, tests, {}, "loops", chosen.timeout)
+        shutil.copytree(ROOT, copy, symlinks=True, ignore=leave_out)
+        status, seconds, first = run_tests(copy, tests, {}, {}, chosen.timeout)
         if status:
             raise SystemExit(f"the tests fail without any change: {first}")
         print(f"passed without a change in {seconds:.0f} s", flush=True)
         found = [try_mutation(copy, mutation, tests, chosen.timeout) for mutation in drawn]
     print(f"found {sum(found)} of {len(found)}")
+
+
+def leave_out(folder, names):
+    """What is not copied, in the root only: results/ is a folder there and a room of core."""
+    return shutil.ignore_patterns(*LEFT_OUT)(folder, names) if Path(folder) == ROOT else ()
 
 
 def draw_mutations(seed, count):
@@ -125,8 +130,8 @@ def try_mutation(copy, mutation, tests, timeout):
     bodies = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef)]
     alone = b"njit" not in source and any(body.lineno <= line <= body.end_lineno for body in bodies)
     with tempfile.TemporaryDirectory() as fresh:
-        loops = "loops" if alone else fresh
-        status, seconds, first = run_tests(copy, tests, measure_distances(copy, file), loops, timeout)
+        settings = {} if alone else {"NUMBA_CACHE_DIR": fresh}
+        status, seconds, first = run_tests(copy, tests, measure_distances(copy, file), settings, timeout)
     file.write_bytes(source)
     os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))
     print(f"{'found' if status else 'SURVIVED':8} {kind:6} {path}:{line}: {seconds:.0f} s {first}", flush=True)
@@ -152,18 +157,21 @@ def measure_distances(copy, changed):
     return steps
 
 
-def run_tests(copy, tests, near, loops, timeout):
+def run_tests(copy, tests, near, settings, timeout):
     """Run pytest in the copy: its status, seconds, and the first test that failed."""
-    settings = {
-        "PYTHONPATH": os.pathsep.join([str(copy.parent), str(Path(__file__).parent)]),
-        "NUMBA_CACHE_DIR": str(copy.parent / loops),
-        NEAR: json.dumps({str(path): steps for path, steps in near.items()}),
-    }
+    settings = (
+        os.environ
+        | settings
+        | {
+            "PYTHONPATH": os.pathsep.join([str(copy.parent), str(Path(__file__).parent)]),
+            NEAR: json.dumps({str(path): steps for path, steps in near.items()}),
+        }
+    )
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-p", "mutate", *tests]
     started = time.monotonic()
     try:
         done = subprocess.run(
-            command, cwd=copy, env=os.environ | settings, capture_output=True, text=True, timeout=timeout, check=False
+            command, cwd=copy, env=settings, capture_output=True, text=True, timeout=timeout, check=False
         )
     except subprocess.TimeoutExpired:
         return 1, time.monotonic() - started, "no end"

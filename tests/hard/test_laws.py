@@ -167,8 +167,9 @@ def test_permuting_the_faces(seed):
     """The same faces in another order, each with its name: the same light for each name."""
     scene = join(random_parts(seed))
     order = np.random.default_rng(seed).permutation(len(scene.triangles))
+    names = {name: [getattr(scene.surfaces, name)[place] for place in order] for name in ("surface_id", "building_id")}
     columns = ("kind", "orientation", "eligible", "area", "surface_tilt", "surface_azimuth", "normal")
-    surfaces = replace(scene.surfaces, **{name: getattr(scene.surfaces, name)[order] for name in columns})
+    surfaces = replace(scene.surfaces, **names, **{name: getattr(scene.surfaces, name)[order] for name in columns})
     shuffled = replace(scene, triangles=scene.triangles[order], surfaces=surfaces)
     one, other = trace(scene), trace(shuffled)
     for name in FIELDS:
