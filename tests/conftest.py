@@ -24,6 +24,11 @@ LAWS = (
     *("core/test_rack_light.py::test_narrow_rows_shade", "core/test_plane_of_array.py::test_a_year_on_open_planes"),
     *("core/test_pv_system.py::test_tables_equal_pvlib_hour_by_hour", "core/test_sky.py::test_stated_errors_of_the"),
 )
+# Long, and much like another: test_gather_is_forward on real cities, street canyons, rows of modules on open ground.
+THOROUGH = (
+    *("core/test_forward_agrees.py::test_town", "core/test_forward.py::test_street_canyon_after_three_reflections"),
+    "core/test_rack_light.py::test_the_demo_with_racks_and_without",
+)
 # Blender, processes and signals, readers and writers.
 MAY_DIFFER = (
     *("blender/", "hard/test_broken", "hard/test_long_runs", "core/test_cancel_command", "core/test_cluster"),
@@ -77,6 +82,8 @@ def pytest_itemcollected(item):
     name = name_function(item.nodeid)
     if name.startswith(LAWS):
         item.add_marker(pytest.mark.law)
+    if name.startswith(THOROUGH):
+        item.add_marker(pytest.mark.thorough)
     if name in read_slow():
         item.add_marker(pytest.mark.slow)
         if not name.startswith(MAY_DIFFER):
