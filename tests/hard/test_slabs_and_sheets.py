@@ -132,16 +132,9 @@ def test_the_underside_of_a_slab_converges_to_its_radiosity(size):
 
 
 UNDER = {  # objects, surfaces to look at (0 is the plain; a box is roof, floor, south, east, north, west), sheets
-    "carport that looks up": ([HOUSE, sheet([-3, -7, 2.5], [6, 0, 0], [0, 6, 0])], [3, 7], [7]),
     "carport that looks down": ([HOUSE, sheet([-3, -7, 2.5], [0, 6, 0], [6, 0, 0])], [3, 7], [7]),
-    "gabled carport": (
-        [sheet([-5, -3, 3], [10, 0, 0], [0, 3, 2]) + sheet([5, 3, 3], [-10, 0, 0], [0, -3, 2])],
-        [1, 2],
-        [1, 2],
-    ),
     "sail": ([HOUSE, [np.array([[-3, -7, 3], [3, -7, 4], [0, -1, 5.0]])]], [3, 7], [7]),
     "noise barrier that looks away": ([HOUSE, sheet([-15, -4, 0], [30, 0, 0], [0, 0, 5])], [3, 7], [7]),
-    "noise barrier that looks at the house": ([HOUSE, sheet([15, -4, 0], [-30, 0, 0], [0, 0, 5])], [3, 7], [7]),
     "billboard above ground": ([HOUSE, sheet([-3, -7, 4], [6, 0, 0], [0, 0, 3])], [3, 7], [7]),
     "parapet of single faces": (
         [
