@@ -1,12 +1,15 @@
 # `make demo` computes the Berlin example, `make world` the maps of the world, `make test` checks everything. All do their
 # set-up themselves.
 .DEFAULT_GOAL := help
-.PHONY: help demo world test extension versions clean
+.PHONY: help demo world check test test-all slow extension versions clean
 
 help:
 	@echo "make demo       Berlin, 166 buildings: set up, trace, full load hours, report -> results/berlin/"
 	@echo "make world      three districts traced for every sun, and their full load hours all over the world -> results/world/"
-	@echo "make test       set up and run all tests, with each Python and Blender at hand"
+	@echo "make check      style, fast tests and a few cases of each law, with one Python: a minute"
+	@echo "make test       set up and run the tests, with each Python and Blender at hand: ten minutes"
+	@echo "make test-all   the same, and all that is thorough: before a release"
+	@echo "make slow       measure which tests are slow -> tests/slow.txt, which make check leaves out"
 	@echo "make extension  the extensions for Blender, one zip per platform -> dist/"
 	@echo "make versions   renew tools/versions.txt, the versions the set-up installs"
 	@echo "make clean      remove the environments and everything built (not results/)"
@@ -41,21 +44,34 @@ world:
 	.venv/bin/citypv world $(DISTRICTS) --surfaces 800 --longitudes 10 10 --step 1 --off-land clear-sky --overwrite \
 	  --out results/world_10E
 
+STYLE = echo "[test] style: ruff"; .venv/bin/ruff check . || failed=1; .venv/bin/ruff format --check . || failed=1
+PYTEST = -m pytest --dist loadfile --no-loadscope-reorder
+QUICK = -m "law or not (slow or thorough or window)"
+
+check:
+	@$(NEEDS_PYTHON)
+	@python3 tools/set_up.py one
+	@failed=0; $(STYLE); \
+	CITYPV_QUICK=1 .venv/bin/python $(PYTEST) --numprocesses 2 --quiet --durations 10 $(QUICK) || failed=1; exit $$failed
+
+slow:
+	: > tests/slow.txt
+	.venv/bin/python -m pytest --quiet --write-slow -m "not (thorough or window)"
+	CITYPV_QUICK=1 .venv/bin/python -m pytest --quiet --write-slow -m "not (slow or thorough or window)"
+
 # The worker that drives Blender's window waits for half of its time.
-test:
+test test-all:
 	@$(NEEDS_PYTHON)
 	@python3 tools/set_up.py all
-	@failed=0; \
-	echo "[test] style: ruff"; \
-	.venv/bin/ruff check . || failed=1; \
-	.venv/bin/ruff format --check . || failed=1; \
-	once=; for python in .venv-3.13/bin/python .venv-3.11/bin/python; do \
+	@failed=0; later=; $(STYLE); \
+	if [ $@ = test-all ]; then export CITYPV_THOROUGH=1; marks="window or not window"; else marks="not thorough"; fi; \
+	for python in .venv-3.13/bin/python .venv-3.11/bin/python; do \
 	  if [ -x $$python ]; then \
 	    echo "[test] $$($$python -VV), Blender $$($$python -m pip show bpy | sed -n 's/^Version: //p')"; \
-	    if [ -z "$$once" ]; then export CITYPV_BLENDER=$$($$python tools/blender_window.py find); else unset CITYPV_BLENDER; fi; \
+	    if [ -z "$$later" ]; then export CITYPV_BLENDER=$$($$python tools/blender_window.py find); else unset CITYPV_BLENDER; fi; \
 	    workers=2; if [ -n "$$CITYPV_BLENDER" ]; then workers=3; fi; \
-	    $$python -m pytest --numprocesses $$workers --dist loadfile --no-loadscope-reorder --durations 25 $$once || failed=1; \
-	    once="-m not(once)"; \
+	    $$python $(PYTEST) --numprocesses $$workers --durations 25 -m "$$marks" || failed=1; \
+	    later=1; marks="($$marks) and not once"; \
 	  fi; \
 	done; exit $$failed
 

@@ -1,13 +1,40 @@
-"""Which files run together on several workers and in what order, and whether a Blender window was tested.
+"""What each run leaves out, which files run together and in what order, and whether a Blender window was tested.
 
-The longest files come first, so that none is left over at the end. Between them come files that need no compiled loops,
-so that what one worker compiles in a fresh checkout is not compiled by the other at the same time.
+`make check` leaves out what is slow: what is marked so, and the functions of slow.txt, whose cases took more than 0.2 s
+each when they were last measured (`--write-slow`). What is marked as a law stays all the same. The second Python leaves
+out what is marked `once`, and what is slow, but for files in which a Python may differ.
+
+On several workers the longest files come first, so that none is left over at the end. Between them come files that
+need no compiled loops, so that what one worker compiles in a fresh checkout is not compiled by the other at once.
 """
 
-from pathlib import PurePath
+from collections import defaultdict
+from functools import cache
+from pathlib import Path, PurePath
 
 import pytest
 
+SLOW = Path(__file__).parent / "slow.txt"
+LONG = 0.2  # [s]
+# Laws and closed forms that take longer, and that no fast test holds.
+LAWS = (
+    *("core/test_closed_forms.py::test_street_canyon", "core/test_forward_agrees.py::test_street_canyon"),
+    *("core/test_energy.py::test_unshaded_surfaces_equal_pvlib", "core/test_forward.py::test_far_ground_off"),
+    *("core/test_brdfs.py::test_share_is_what_the_law_says", "core/test_materials.py::test_sun_in_a_mirror_facade"),
+    *("core/test_rack_light.py::test_narrow_rows_shade", "core/test_plane_of_array.py::test_a_year_on_open_planes"),
+    *("core/test_pv_system.py::test_tables_equal_pvlib_hour_by_hour", "core/test_sky.py::test_stated_errors_of_the"),
+)
+# Long, and much like another: test_gather_is_forward on real cities, street canyons, rows of modules on open ground.
+THOROUGH = (
+    *("core/test_forward_agrees.py::test_town", "core/test_forward.py::test_street_canyon_after_three_reflections"),
+    "core/test_rack_light.py::test_the_demo_with_racks_and_without",
+)
+# Blender, processes and signals, readers and writers.
+MAY_DIFFER = (
+    *("blender/", "hard/test_broken", "hard/test_long_runs", "core/test_cancel_command", "core/test_cluster"),
+    *("core/test_closed_pipe", "core/test_output", "core/test_exports", "core/test_results", "core/test_read"),
+    *("core/test_city", "core/test_weather", "core/test_plot"),
+)
 # Files whose tests trace the same scenes, and do so once where they run in one process.
 TOGETHER = {
     "hard/test_walls_that_touch.py": "hard/test_gather_is_forward.py",
@@ -35,10 +62,38 @@ LONGEST = [
 ]
 
 
+def pytest_addoption(parser):
+    parser.addoption("--write-slow", action="store_true", help="list those functions that run and are slow in slow.txt")
+
+
+def name_function(nodeid):
+    """File and function of a test, as slow.txt has them."""
+    return nodeid.partition("[")[0].removeprefix("tests/")
+
+
 def name_group(path):
     """File, or the file beside whose tests those of this one run."""
     name = "/".join(PurePath(path).parts[-2:])
     return TOGETHER.get(name, name)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_itemcollected(item):
+    name = name_function(item.nodeid)
+    if name.startswith(LAWS):
+        item.add_marker(pytest.mark.law)
+    if name.startswith(THOROUGH):
+        item.add_marker(pytest.mark.thorough)
+    if name in read_slow():
+        item.add_marker(pytest.mark.slow)
+        if not name.startswith(MAY_DIFFER):
+            item.add_marker(pytest.mark.once)
+
+
+@cache
+def read_slow():
+    """Functions that were slow when they were measured: set of str."""
+    return set(SLOW.read_text("utf-8").split())
 
 
 @pytest.hookimpl(trylast=True)
@@ -59,7 +114,9 @@ def pytest_xdist_make_scheduler(config, log):
     return Scheduler(config, log)
 
 
-def pytest_terminal_summary(terminalreporter):
+def pytest_terminal_summary(terminalreporter, config):
+    if config.getoption("--write-slow"):
+        write_slow(terminalreporter)
     found = {}
     for state in ("passed", "failed", "error", "skipped"):
         found[state] = [report for report in terminalreporter.getreports(state) if "/test_window" in report.fspath]
@@ -67,3 +124,13 @@ def pytest_terminal_summary(terminalreporter):
     if told:
         reason = f" ({found['skipped'][0].longrepr[2]})" if found["skipped"] else ""
         terminalreporter.write_line(f"tests in a Blender window: {', '.join(told)}{reason}")
+
+
+def write_slow(terminalreporter):
+    """List functions whose cases took long, beside those listed that did not run."""
+    seconds = defaultdict(lambda: defaultdict(float))
+    for report in (report for reports in terminalreporter.stats.values() for report in reports):
+        if isinstance(report, pytest.TestReport):
+            seconds[name_function(report.nodeid)][report.nodeid] += report.duration
+    long = {name for name, cases in seconds.items() if sum(cases.values()) > LONG * len(cases)}
+    SLOW.write_text("\n".join(sorted(long | (read_slow() - seconds.keys()))) + "\n", "utf-8")

@@ -14,8 +14,6 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "core")]
 ON_EVERY_PYTHON = {"test_broken_cities.py", "test_broken_numbers.py", "test_long_runs.py"}
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
-    for item in items:
-        if item.path.parent == HERE and item.path.name not in ON_EVERY_PYTHON:
-            item.add_marker(pytest.mark.once)
+def pytest_itemcollected(item):
+    if item.path.name not in ON_EVERY_PYTHON:
+        item.add_marker(pytest.mark.once)

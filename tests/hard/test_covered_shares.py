@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from real_cities import SUNS
-from test_stated_errors import boxes
+from towns import boxes
 
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent

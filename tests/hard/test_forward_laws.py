@@ -16,9 +16,7 @@ from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.refine import refine_triangles
 
-pytestmark = pytest.mark.once
-
-SCENES = draw_count(200, 25)
+SCENES = draw_count(200, 25, 4)
 law = settings(law_of_gather, max_examples=SCENES)
 
 PATCHES = 0.04  # of the reflected part: what gather errs by where light is even over patches of six metres
@@ -89,7 +87,7 @@ def test_gather_and_forward_agree():
         assert abs(z.mean()) < (0.25 if bounces else 4 / np.sqrt(len(z)))
 
 
-@pytest.mark.slow
+@pytest.mark.law
 @law
 @given(seeds)
 def test_energy(seed):
@@ -101,7 +99,7 @@ def test_energy(seed):
         assert min(tally.values()) >= 0
 
 
-@pytest.mark.slow
+@pytest.mark.law
 @law
 @given(seeds)
 def test_threads_and_chunks(seed):
@@ -118,7 +116,7 @@ def test_threads_and_chunks(seed):
     assert one.record.photons == other.record.photons
 
 
-@pytest.mark.slow
+@pytest.mark.law
 @law
 @given(seeds)
 @example(5071)  # a photon along an edge, between the back of one wall and the front of the next

@@ -19,6 +19,7 @@ from citypv.core.scene.find_ground import find_ground
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.9, 0.1, 0.2], [0, 0, 1]])
 ROOF, FLOOR, SOUTH, NORTH, EAST, WEST = range(-6, 0)  # the house's faces stand last
+WALLS = [SOUTH, NORTH, EAST, WEST]
 LEVEL = 1e-3
 
 
@@ -48,8 +49,7 @@ def nameless(height, low, high, thematic=""):
     return build_scene(city, 52, 13, ground="none", patch_size=None)
 
 
-@pytest.mark.parametrize("thematic", ["", "TINRelief"])
-@pytest.mark.parametrize("slope", [0.0, 0.3])
+@pytest.mark.parametrize(("slope", "thematic"), [(0.0, ""), (0.3, ""), (0.3, "TINRelief")])
 def test_a_cellar_under_ground_without_a_name(slope, thematic):
     """Of each wall only what stands above the ground is lit, and no ray leaves into the sky under the hill. A flank of
     0.3 hides a sixth of the sky from the wall that looks up it, and none from the one that looks down."""
@@ -132,8 +132,8 @@ def test_a_house_on_the_edge_of_its_terrain():
     scene = stand(lambda x, y: 0 * x, (395, -5, 0), (405, 5, 10))
     transfer = trace(scene)
     assert any("gaps" in note for note in scene.report.notes)
-    assert transfer.sky_view_factor[[SOUTH, NORTH, EAST, WEST]] == pytest.approx(0.5, abs=0.01)
-    assert transfer.diffuse_relative[[SOUTH, NORTH, EAST, WEST]] == pytest.approx(0.5 + 0.125, abs=0.02)
+    assert transfer.sky_view_factor[WALLS] == pytest.approx(0.5, abs=0.01)
+    assert transfer.diffuse_relative[WALLS] == pytest.approx(0.5 + 0.125, abs=0.02)
     assert transfer.diffuse_relative[FLOOR] == 0
 
 
@@ -145,13 +145,12 @@ def test_terrain_of_another_zero_level(away):
     transfer = trace(scene, samples=1024)
     for name in ("diffuse_relative", "direct_reflected", "diffuse_relative_standard_error"):
         assert np.isfinite(getattr(transfer, name)).all()
-    walls = [SOUTH, NORTH, EAST, WEST]
     if away > 0:  # the house lies in the earth
         assert transfer.diffuse_relative.max() < LEVEL
         assert transfer.visible_share.max() == 0
     else:  # on walls carried down 500 m
         assert transfer.visible_share[WEST, 1] == pytest.approx(1, abs=0.01)
-        assert transfer.sky_view_factor[walls] == pytest.approx(0.5, abs=0.02)
+        assert transfer.sky_view_factor[WALLS] == pytest.approx(0.5, abs=0.02)
         assert transfer.diffuse_relative[FLOOR] < LEVEL
 
 

@@ -20,9 +20,9 @@ from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 
-pytestmark = pytest.mark.once
+pytestmark = pytest.mark.law
 
-SCENES = draw_count(200, 50)
+SCENES = draw_count(200, 30, 4)
 SUNS = np.array([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.9, 0.1, 0.15], [0, 0, 1]])
 GRAZING = 1  # of some 57 surfaces × 4 suns
 FIELDS = ("sky_view_factor", "far_ground_view_factor", "diffuse_relative", "visible_share", "direct_reflected")
@@ -51,12 +51,15 @@ def random_parts(seed, apart=False):
 
 def trace(scene, directions=SUNS, **options):
     """Gather with all surfaces sampled alike: which are eligible depends on size and orientation."""
-    return trace_gather(
-        scene,
-        suns_towards(directions),
-        Request(**{"samples": 64, "threads": 1, "report": "all", "max_bounces": 3} | options),
-        silent,
-    )
+    settings = {"samples": 64, "threads": 1, "report": "all", "max_bounces": 3} | options
+    return trace_gather(scene, suns_towards(directions), Request(**settings), silent)
+
+
+def assert_same_means(one, other, limit):
+    """Means over all surfaces."""
+    for name in FIELDS:
+        before, after = (np.average(getattr(two, name), weights=one.surfaces.area, axis=0) for two in (one, other))
+        assert after == pytest.approx(before, abs=limit), name
 
 
 def hemisphere_of(scene, samples=256):
@@ -127,7 +130,6 @@ def test_reciprocity(seed):
     assert (np.abs(total - total.T) <= bound).all()
 
 
-@pytest.mark.slow
 @law
 @given(seeds, draw.floats(0, 360))
 def test_turning_the_town_with_the_sun(seed, angle):
@@ -139,9 +141,7 @@ def test_turning_the_town_with_the_sun(seed, angle):
     changed = np.abs(other.visible_share - one.visible_share) > 1e-6
     assert changed.sum() <= GRAZING
     one.visible_share[changed] = other.visible_share[changed]
-    for name in FIELDS:
-        before, after = (np.average(getattr(two, name), weights=scene.surfaces.area, axis=0) for two in (one, other))
-        assert after == pytest.approx(before, abs=1e-3), name
+    assert_same_means(one, other, 1e-3)
     assert np.median(np.abs(other.diffuse_relative - one.diffuse_relative)) < 5e-4
 
 
@@ -167,14 +167,10 @@ def test_permuting_the_faces(seed):
     """The same faces in another order, each with its name: the same light for each name."""
     scene = join(random_parts(seed))
     order = np.random.default_rng(seed).permutation(len(scene.triangles))
-    surfaces = scene.surfaces
-    names = {name: [getattr(surfaces, name)[place] for place in order] for name in ("surface_id", "building_id")}
+    names = {name: [getattr(scene.surfaces, name)[place] for place in order] for name in ("surface_id", "building_id")}
     columns = ("kind", "orientation", "eligible", "area", "surface_tilt", "surface_azimuth", "normal")
-    shuffled = replace(
-        scene,
-        triangles=scene.triangles[order],
-        surfaces=replace(surfaces, **names, **{name: getattr(surfaces, name)[order] for name in columns}),
-    )
+    surfaces = replace(scene.surfaces, **names, **{name: getattr(scene.surfaces, name)[order] for name in columns})
+    shuffled = replace(scene, triangles=scene.triangles[order], surfaces=surfaces)
     one, other = trace(scene), trace(shuffled)
     for name in FIELDS:
         before, after = getattr(one, name)[order], getattr(other, name)
@@ -184,7 +180,6 @@ def test_permuting_the_faces(seed):
     assert np.array_equal(one.sky_view_factor[order], other.sky_view_factor)
 
 
-@pytest.mark.slow
 @law
 @given(seeds, draw.integers(2, 7), draw.sampled_from([100, 1000, 4096]))
 def test_threads_and_chunks(seed, threads, chunk):
@@ -209,14 +204,10 @@ def test_rays_that_are_not_sent_would_be_free(seed):
     spared, sent = (trace(scene, max_bounces=0, effects=effects) for effects in ({}, {"shadow-rays": True}))
     assert np.array_equal(spared.visible_share, sent.visible_share)
     assert spared.record.shadow_rays < sent.record.shadow_rays
-    unobstructed = plan_effects(scene, *patches_and_request(scene)).unobstructed
-    assert unobstructed.any()
     patches, hemisphere = hemisphere_of(scene)
+    unobstructed = plan_effects(scene, patches, Request()).unobstructed
+    assert unobstructed.any()
     assert (hemisphere.sky + hemisphere.far_ground)[unobstructed & patches.receives].min() == 1
-
-
-def patches_and_request(scene):
-    return patches_of_scene(scene, np.full(len(scene.triangles), 0.25), 0), Request()
 
 
 @law
@@ -226,9 +217,8 @@ def test_a_new_building_never_adds_direct_light(seed):
     generator = np.random.default_rng(seed + 1)
     corner = np.append(generator.uniform(-30, 20, 2), 0)
     more = [*parts, *box(corner, corner + generator.uniform(3, 20, 3))]
-    before, after = (
-        trace(join(rows), max_bounces=0, effects={"sky-rays": True, "shadow-rays": True}) for rows in (parts, more)
-    )
+    settings = {"max_bounces": 0, "effects": {"sky-rays": True, "shadow-rays": True}}
+    before, after = (trace(join(rows), **settings) for rows in (parts, more))
     count = len(before.visible_share)
     assert (after.visible_share[:count] <= before.visible_share).all()
     assert (after.sky_view_factor[:count] <= before.sky_view_factor).all()
@@ -242,7 +232,4 @@ def test_any_scale(seed, scale, apart):
     parts = random_parts(seed, apart=apart)
     one = trace(join(parts))
     other = trace(join([(points * scale, faces) for points, faces in parts]))
-    area = one.surfaces.area
-    for name in FIELDS:
-        before, after = (np.average(getattr(two, name), weights=area, axis=0) for two in (one, other))
-        assert after == pytest.approx(before, abs=1e-6 if apart else 2e-3), name
+    assert_same_means(one, other, 1e-6 if apart else 2e-3)

@@ -67,10 +67,6 @@ def test_cancel_leaves_nothing_running(stage):
     assert same(trace(), reference)
 
 
-def test_the_same_run_twice():
-    assert same(trace(), trace())
-
-
 def test_the_same_run_in_two_threads_at_once():
     reference, found = trace(), {}
 
@@ -120,25 +116,6 @@ def test_killed_in_the_middle(tmp_path, word):
     if word == "Electricity":
         assert run(city, out) == 0
         assert {path.name for path in out.iterdir()} == WHOLE
-
-
-@POSIX
-@pytest.mark.slow
-@pytest.mark.once
-@pytest.mark.parametrize("limit", [0, 20_000])
-def test_out_of_disk_while_writing(tmp_path, limit):
-    """The system refuses to write on (here: files may not grow beyond a size): one line, status 1, nothing left."""
-    city, out = write_small_city(tmp_path / "city.gml"), tmp_path / "out"
-    code = (
-        "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
-        f"resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit})); "
-        "from citypv.core.commands.command_line import main; raise SystemExit(main())"
-    )
-    process = start(city, out, "--quiet", code=code)
-    _, complaint = process.communicate(timeout=120)
-    assert process.returncode == 1, complaint
-    assert complaint.strip().splitlines()[-1].startswith("citypv: error: ")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["city.gml"]
 
 
 @POSIX

@@ -10,7 +10,7 @@ from real_cities import SUNS
 from test_closed_forms import direct_relative
 from test_walls_that_touch import follow_paths
 from thorough import draw_count
-from towns import OUTWARDS, city_of_polygons
+from towns import boxes
 
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
@@ -19,11 +19,8 @@ from citypv.core.radiosity.measure_cover import find_cover
 from citypv.core.radiosity.patch_size_errors import ABRUPT, SMOOTH, remaining_error
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.scene.build_scene import build_scene
 from citypv.core.selfcheck.hard_checks import narrow_gap
 from citypv.core.transfer.prepare_scene import prepare_scene
-
-pytestmark = pytest.mark.once
 
 ERRORS = 3.0  # stated ones that gather may be off by
 SEEDS = 3
@@ -31,37 +28,26 @@ SEEDS = 3
 
 def boxes_apart(gap, patch_size=10.0):
     """Two boxes, the second one taller: the east wall of the first, surface 3, looks into the gap between them."""
-    boxes = [((0, 0, 0), (20, 12, 12)), ((20 + gap, 0, 0), (40, 12, 20))]
-    return scene_of(boxes, patch_size)
+    return boxes([((0, 0, 0), (20, 12, 12)), ((20 + gap, 0, 0), (40, 12, 20))], patch_size)
 
 
 def balcony(patch_size=10.0):
     """A box with a slab of 3 × 1.5 m on its south side, 3 m up: surface 7, the slab's underside."""
-    return scene_of([((0, 0, 0), (12, 10, 12)), ((4, -1.5, 3), (7, 0, 3.2))], patch_size, whole=True)
-
-
-def scene_of(boxes, patch_size, whole=False):
-    """Boxes on generated ground, each a building or all of them one."""
-    polygons, building = [], []
-    for index, ((x, y, z), (u, v, w)) in enumerate(boxes):
-        base = np.array([[x, y], [u, y], [u, v], [x, v]], float)
-        points = np.vstack([np.column_stack([base, np.full(4, height)]) for height in (z, w)])
-        for faces in OUTWARDS.values():
-            polygons += [points[face] for face in faces]
-            building += [0 if whole else index] * len(faces)
-    city = city_of_polygons(polygons, building=building)
-    return build_scene(city, 52.5, 13.4, patch_size=patch_size)
+    return boxes([((0, 0, 0), (12, 10, 12)), ((4, -1.5, 3), (7, 0, 3.2))], patch_size, whole=True)
 
 
 def light_by_gather(scene, surface, **settings):
     """Means over seeds of diffuse and direct light, and rms of their stated errors: two (2,)."""
-    found, stated = [], []
-    for seed in range(SEEDS):
-        transfer = trace_gather(scene, SUNS, Request(seed=seed, **settings), silent)
-        found.append([transfer.diffuse_relative[surface], direct_relative(transfer)[surface] @ SUNS.weight])
-        errors = transfer.diffuse_relative_standard_error, transfer.direct_annual_standard_error
-        stated.append([part[surface] for part in errors])
-    return np.mean(found, axis=0), np.sqrt(np.mean(np.square(stated), axis=0))
+    runs = [trace_gather(scene, SUNS, Request(seed=seed, **settings), silent) for seed in range(SEEDS)]
+    light, stated = np.swapaxes([light_of(run, surface) for run in runs], 0, 1)
+    return light.mean(axis=0), np.sqrt((stated**2).mean(axis=0))
+
+
+def light_of(transfer, surface):
+    """Diffuse and direct light of a surface, and its stated errors: two (2,)."""
+    direct = direct_relative(transfer)[surface] @ SUNS.weight
+    errors = transfer.diffuse_relative_standard_error[surface], transfer.direct_annual_standard_error[surface]
+    return np.array([[transfer.diffuse_relative[surface], direct], errors])
 
 
 def light_by_paths(scene, surface, sets=6):
@@ -87,19 +73,17 @@ def test_the_stated_error_holds_what_patches_spread(name):
     scene = make()
     found, stated = light_by_gather(scene, surface)
     known, error = light_by_paths(scene, surface)
-    print(name, found, "±", stated, "paths", known, "±", error)
     assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()
     assert (error < stated).all()
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_small_patches_leave_little_of_it():
     """Patches of 0.7 m in a gap of 0.3 m are right, and say so."""
     scene = boxes_apart(0.3, 0.7)
     known, error = light_by_paths(boxes_apart(0.3), 3)
     found, stated = light_by_gather(scene, 3, samples=64)
     large = light_by_gather(boxes_apart(0.3), 3)[1]
-    print(found, "±", stated, "paths", known, "±", error)
     assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()
     assert (stated < 0.5 * large).all()
 
@@ -110,9 +94,7 @@ def test_gather_is_forward_in_a_gap():
     samples = draw_count(20_000, 5_000)  # fewer widen the band by 15 %
     photons = trace_forward(scene, SUNS, Request(samples=samples, estimator="forward"), silent)
     found, stated = light_by_gather(scene, 3)
-    known = np.array([photons.diffuse_relative[3], direct_relative(photons)[3] @ SUNS.weight])
-    error = np.array([photons.diffuse_relative_standard_error[3], photons.direct_annual_standard_error[3]])
-    print(found, "±", stated, "photons", known, "±", error)
+    known, error = light_of(photons, 3)
     assert (np.abs(found - known) <= ERRORS * np.hypot(stated, error)).all()
 
 

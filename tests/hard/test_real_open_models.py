@@ -12,9 +12,9 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.files.read_city import read_city
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
-from citypv.core.radiosity import trace_hemisphere
 from citypv.core.radiosity.sun_visibility import sun_visibility
 from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.radiosity.trace_hemisphere import trace_hemisphere
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
@@ -35,7 +35,7 @@ ERRORS = 4.5  # standard errors that a thousand comparisons with fixed seeds sta
 SUNS = np.array([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.9, 0.1, 0.15]])
 SUNS = SUNS / np.linalg.norm(SUNS, axis=1, keepdims=True)
 
-pytestmark = [pytest.mark.slow, pytest.mark.once]
+pytestmark = pytest.mark.slow
 
 
 @cache
@@ -61,15 +61,9 @@ def look(town):
     """What the tracer says of the same walls: shares (n, 3) of sky, far ground and fronts, and the whole answer."""
     scene, (patches, rows, *_) = scene_of(town), walls_of(town)
     traced = np.isin(np.arange(len(patches)), rows)
-    found = trace_hemisphere.trace_hemisphere(
-        RayScene(scene.vertices, scene.triangles),
-        patches,
-        traced,
-        sample_count=RAYS,
-        reflections=True,
-        threads=2,
-        progress=silent,
-    )
+    ray_scene = RayScene(scene.vertices, scene.triangles)
+    settings = {"sample_count": RAYS, "reflections": True, "threads": 2, "progress": silent}
+    found = trace_hemisphere(ray_scene, patches, traced, **settings)
     met = np.asarray(found.form_factors.as_matrix().sum(axis=1)).reshape(found.sky.shape)
     return np.stack([values[rows].mean(axis=1) for values in (found.sky, found.far_ground, met)], axis=1), found
 
@@ -117,19 +111,6 @@ def test_the_second_caster_is_right(town):
     assert (one != other).mean() < 0.05
 
 
-def test_the_models_are_open():
-    """Else these tests would test nothing: boundary edges, and walls that see backs without being covered."""
-    city = read_city([DATA / FILES["Manhattan"][0]])
-    scene = build_scene(city, ground="none", patch_size=None, **FILES["Manhattan"][1])
-    edges = np.sort(np.concatenate([scene.triangles[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
-    _, uses = np.unique(edges, axis=0, return_counts=True)
-    assert 9_700 < (uses == 1).sum() < 10_000
-    *_, points = walls_of("Manhattan")
-    backs = points[..., BACK]
-    assert (backs > 0).mean() > 0.2  # of points that see any
-    assert ((backs > 0) & (backs <= 0.5)).mean() > 0.1  # of points that see some and are not covered
-
-
 @pytest.mark.parametrize("town", TOWNS)
 def test_no_wall_is_brightened_or_blackened_beyond_its_own_rays(town):
     shares, found = look(town)
@@ -152,61 +133,15 @@ def test_no_wall_is_brightened_or_blackened_beyond_its_own_rays(town):
     assert covered[~called].max() < 0.65
 
 
-def any_back_covers(ray_scene, patches, chosen):
-    """The naive rule: whoever sees a back lies inside."""
-    _, rows, _, by_ray, _ = walls_of("Manhattan")
-    sees_back = by_ray[np.searchsorted(rows, chosen), BACK] > 0
-    return np.repeat(sees_back[:, None], trace_hemisphere.CELL_DIVISIONS**2, axis=1)
-
-
-def nothing_covers(ray_scene, patches, chosen):
-    """The other naive rule: every ray speaks for itself."""
-    return np.zeros((len(chosen), trace_hemisphere.CELL_DIVISIONS**2), bool)
-
-
-def backs_are_fronts(hit, directions, facing, fate):
-    """A tracer that does not know backs."""
-    missed = np.where(directions[2] > 0, trace_hemisphere.SKY, trace_hemisphere.FAR_GROUND)
-    fate[:] = np.where(hit < 0, missed, trace_hemisphere.FRONT)
-
-
-@pytest.mark.parametrize(("mechanism", "broken"), [
-    ("find_covered_cells", any_back_covers),
-    ("find_covered_cells", nothing_covers),
-    ("classify_rays", backs_are_fronts),
-])  # fmt: skip
-def test_a_broken_mechanism_is_found_out(monkeypatch, mechanism, broken):
-    """The tests above fail where the mechanism is broken."""
-    town = "Manhattan"
-    monkeypatch.setattr(trace_hemisphere, mechanism, broken)
-    shares, found = look(town)
-    brighter, darker = complaints(town, shares)
-    _, rows, _, _, points = walls_of(town)
-    if broken is any_back_covers:
-        assert darker[:, SKY].mean() > 0.2
-    elif broken is nothing_covers:
-        assert np.abs(found.covered_share[rows] - is_covered(points).mean(axis=1)).mean() > 0.1
-    else:
-        assert brighter[:, FRONT].mean() > 0.05
-
-
 @pytest.mark.parametrize("town", TOWNS)
 def test_no_wall_gets_more_or_less_sun_than_reaches_it(town):
     """Shadow rays of one's own from 1,024 points of each wall to three suns."""
     scene, (patches, rows, own, _, points) = scene_of(town), walls_of(town)
     _, found = look(town)
-    light = sun_visibility(
-        RayScene(scene.vertices, scene.triangles),
-        patches,
-        np.isin(np.arange(len(patches)), rows),
-        np.zeros(len(patches), bool),
-        found.covered,
-        point_count=1024,
-        suns=(SUNS.astype(np.float32), np.ones(3, np.float32) / 3),
-        behind=False,
-        threads=2,
-        progress=lambda share, rays: None,
-    )
+    ray_scene, traced = RayScene(scene.vertices, scene.triangles), np.isin(np.arange(len(patches)), rows)
+    suns, nothing = (SUNS.astype(np.float32), np.ones(3, np.float32) / 3), np.zeros(len(patches), bool)
+    settings = {"point_count": 1024, "suns": suns, "behind": False, "threads": 2, "progress": lambda share, rays: None}
+    light = sun_visibility(ray_scene, patches, traced, nothing, found.covered, **settings)
     lit = np.stack([own.lit(rows, 1024, sun, np.random.default_rng(7)) for sun in SUNS], axis=1)
     shares = light.visible_share[rows]
     assert 0.05 < lit.mean() < 0.6
@@ -220,7 +155,7 @@ def test_no_wall_gets_more_or_less_sun_than_reaches_it(town):
     assert shares[free].mean(axis=0) == pytest.approx(lit[free].mean(axis=0), abs=3e-3)
 
 
-@pytest.mark.parametrize("town", TOWNS)
+@pytest.mark.parametrize("town", [pytest.param("Manhattan", marks=pytest.mark.thorough), "North Rhine"])
 def test_the_whole_chain(town):
     """Few samples, every number finite, every law kept; a warning would be an error here."""
     scene = scene_of(town)
@@ -228,21 +163,17 @@ def test_the_whole_chain(town):
     times = weather.data.index
     suns = choose_suns("typical-days:2", times, weather.interval, scene.site.latitude, scene.site.longitude)
     transfer = trace_gather(scene, suns, Request(samples=32, shadow_samples=4), silent)
-    for name in ("sky_view_factor", "far_ground_view_factor", "covered_share", "visible_share", "diffuse_relative"):
+    shares = ("sky_view_factor", "far_ground_view_factor", "covered_share", "visible_share", "diffuse_relative")
+    for name in (*shares, "direct_reflected", "direct_annual_standard_error", "diffuse_relative_standard_error"):
         values = getattr(transfer, name)
         assert np.isfinite(values).all(), name
-        assert values.min() >= 0, name
-        assert values.max() <= 1.25, name  # full light and a quarter of it reflected at most
-    for name in ("direct_reflected", "direct_annual_standard_error", "diffuse_relative_standard_error"):
-        assert np.isfinite(getattr(transfer, name)).all(), name
+        assert name not in shares or 0 <= values.min() <= values.max() <= 1.25, name  # a quarter is reflected at most
     assert (transfer.sky_view_factor + transfer.far_ground_view_factor).max() <= 1 + 1e-6
     energy = compute_energy(transfer, weather)
     surfaces = transfer.surfaces
-    electric = ~np.isin(surfaces.kind, ("ground", "downward"))
     hours = energy.full_load_hours
-    assert np.isfinite(hours[electric]).all()
-    assert hours[electric].min() >= 0
-    assert hours[electric].max() < 2300
+    electric = hours[~np.isin(surfaces.kind, ("ground", "downward"))]
+    assert np.isfinite(electric).all() and 0 <= electric.min() <= electric.max() < 2300
 
     def mean(chosen):
         return np.average(hours[chosen], weights=surfaces.area[chosen])

@@ -1,12 +1,13 @@
 """Walls drawn twice, about a millimetre apart: each counts once."""
 
-import csv
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
-from towns import OUTWARDS, city_of_polygons
+from test_orientation import write_obj
+from towns import box, city_of_polygons
 
 from citypv.core.commands.command_line import main
 from citypv.core.files.read_city import read_city
@@ -18,11 +19,7 @@ SOUTH, EAST, NORTH, WEST = np.array([0.0, -1, 0]), np.array([1.0, 0, 0]), np.arr
 
 
 def house(low=(0, 0, 0), high=(10, 10, 8)):
-    """Faces of a box that look outwards: top, bottom, south, east, north, west."""
-    (x0, y0, z0), (x1, y1, z1) = low, high
-    base = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
-    points = np.array([(*corner, z) for z in (z0, z1) for corner in base], float)
-    return [points[face] for faces in OUTWARDS.values() for face in faces]
+    return box(low, high)
 
 
 def twins(polygons, building=None):
@@ -70,12 +67,9 @@ def test_a_chain_of_walls_each_on_half_of_the_next_stays():
     assert twins(nested) == [1, 2]
 
 
-@pytest.mark.parametrize("gap", [0.0, 1e-3, -1e-3])
-def test_party_walls_are_no_twins(gap):
-    assert twins([*house(), *house((10 + gap, 0, 0), (20, 10, 8))]) == []
-
-
-def test_walls_beside_each_other_or_further_apart_are_no_twins():
+def test_walls_back_to_back_beside_each_other_or_further_apart_are_no_twins():
+    for gap in (0.0, 1e-3, -1e-3):
+        assert twins([*house(), *house((10 + gap, 0, 0), (20, 10, 8))]) == []
     assert twins([*house(), *house((10, 0, 0), (20, 10, 8)), *house((0, 0, 8), (10, 10, 12))]) == []
     assert twins([*house(), house()[2] + 0.1 * SOUTH]) == []
 
@@ -109,31 +103,17 @@ def test_no_wall_of_berlin_is_a_twin_until_seven_are_drawn_again():
 
 
 @pytest.mark.slow
-@pytest.mark.once
 def test_a_wall_drawn_twice_changes_no_group(tmp_path):
     """End to end: area and count of each group as without the second wall, hours within their noise; a row for both."""
     groups, faces = {}, {}
     for name, second in (("once", []), ("twice", [house()[2] + [0.0, 1e-3, 0.0]])):
-        polygons, lines = [*house(), *second], []
-        for k, polygon in enumerate(polygons):
-            lines += [f"o {'a' if k < 6 else 'b'}"] * (k in (0, 6))
-            lines += [f"v {' '.join(f'{value:.4f}' for value in corner)}" for corner in polygon]
-            lines.append(f"f {' '.join(str(4 * k + corner) for corner in (1, 2, 3, 4))}")
-        (tmp_path / f"{name}.obj").write_text("\n".join(lines) + "\n")
-        status = main([
-            "simulate", str(tmp_path / f"{name}.obj"), "--out", str(tmp_path / name), "--latitude", "52.5",
-            "--longitude", "13.4", "--suns", "typical-days:2", "--quiet",
-        ])  # fmt: skip
-        assert status == 0
-        for table, kept in (("groups", groups), ("faces", faces)):
-            with (tmp_path / name / f"{table}.csv").open(newline="") as file:
-                kept[name] = list(csv.DictReader(file))
+        path = write_obj(tmp_path / f"{name}.obj", {"a": house(), "b": second})
+        place = ["--latitude", "52.5", "--longitude", "13.4", "--suns", "typical-days:2", "--quiet"]
+        assert main(["simulate", str(path), "--out", str(tmp_path / name), *place]) == 0
+        faces[name], groups[name] = (pd.read_csv(tmp_path / name / f"{table}.csv") for table in ("faces", "groups"))
     assert len(faces["twice"]) == len(faces["once"]) + 1
-    once, twice = ([row for row in groups[name] if row["period"] == "annual"] for name in ("once", "twice"))
+    once, twice = (groups[name][groups[name].period == "annual"] for name in ("once", "twice"))
     assert len(once) == len(twice) == 4
-    for one, other in zip(once, twice, strict=True):
-        assert [one[key] for key in ("kind", "orientation", "count")] == [
-            other[key] for key in ("kind", "orientation", "count")
-        ]
-        assert float(one["area"]) == pytest.approx(float(other["area"]))
-        assert float(one["full_load_hours"]) == pytest.approx(float(other["full_load_hours"]), rel=0.01)
+    for name in ("kind", "orientation", "count", "area"):
+        assert once[name].equals(twice[name])
+    assert once.full_load_hours.to_numpy() == pytest.approx(twice.full_load_hours.to_numpy(), rel=0.01)

@@ -27,7 +27,7 @@ PATHS, SETS, SEEDS = 120, 6, 3  # paths from each patch in each set, and runs of
 PATCHES_AT_ONCE = 4000
 ERRORS = 4.0
 
-pytestmark = [pytest.mark.slow, pytest.mark.once]
+pytestmark = pytest.mark.slow
 
 
 def follow_paths(tracing, covered, chosen, generator):
@@ -115,7 +115,7 @@ def compare(gather, paths):
 
 
 @pytest.mark.parametrize(("name", "group", "bias", "later"), [
-    ("Manhattan", "walls", 0.005, 0.03),
+    pytest.param("Manhattan", "walls", 0.005, 0.03, marks=pytest.mark.thorough),
     ("Berlin", "walls", 0.005, 0.03),
     ("Berlin", "roofs", 0.01, 0.03),
 ])  # fmt: skip

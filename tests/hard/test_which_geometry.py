@@ -39,9 +39,8 @@ def square(size, turn, away=(0, 0, 0), cells=1):
 # No acne
 
 
-@pytest.mark.parametrize("away", [0.0, 100.0, 1e4])
-@pytest.mark.parametrize(("size", "cells"), [(0.1, 1), (10, 20), (1000, 3)])
-def test_an_unshaded_face_gets_its_closed_form_at_every_incidence(away, size, cells):
+@pytest.mark.parametrize(("size", "cells", "away"), [(0.1, 1, 0.0), (0.1, 1, 1e4), (10, 20, 100.0), (1000, 3, 1e4)])
+def test_an_unshaded_face_gets_its_closed_form_at_every_incidence(size, cells, away):
     """Suns from straight above the face down to 0.1° above its plane, all around, and a face turned any way."""
     generator = np.random.default_rng(3)
     for _ in range(6):
@@ -57,8 +56,7 @@ def test_an_unshaded_face_gets_its_closed_form_at_every_incidence(away, size, ce
         assert whole == pytest.approx(1, abs=1e-6)
 
 
-@pytest.mark.parametrize("large", [50.0, 1000.0, 1e5])
-@pytest.mark.parametrize("small", [0.01, 1.0])
+@pytest.mark.parametrize(("large", "small"), [(50.0, 0.01), (1000.0, 1.0), (1e5, 0.01)])
 def test_small_faces_beside_a_large_one_in_the_same_plane(large, small):
     """T-junctions all along a long edge: the large face's plane is only known to the rounding of its far corners."""
     generator = np.random.default_rng(4)
@@ -74,43 +72,23 @@ def test_small_faces_beside_a_large_one_in_the_same_plane(large, small):
 # No leaks
 
 
-@pytest.mark.parametrize("size", [0.01, 1.0, 10.0, 1000.0])
-def test_a_closed_box_around_everything_is_dark(size):
-    transfer = trace(room((0, 0, 0), (size, 1.1 * size, 0.7 * size)), samples=16384, shadow_samples=1024)
-    assert transfer.sky_view_factor.max() < 1e-6
-    assert transfer.far_ground_view_factor.max() < 1e-6
-    assert transfer.visible_share.max() < 1e-6
-    assert transfer.diffuse_relative.max() < 1e-6
+def assert_dark(transfer):
+    for name in ("sky_view_factor", "far_ground_view_factor", "visible_share", "diffuse_relative"):
+        assert getattr(transfer, name).max() < 1e-6, name
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_a_closed_box_turned_any_way_is_dark(seed):
+@pytest.mark.parametrize(("size", "seed"), [(0.01, None), (1.0, 0), (10.0, 1), (10.0, 2), (10.0, 3), (1000.0, None)])
+def test_a_closed_box_around_everything_is_dark(size, seed):
+    """Along the axes, or turned any way and 300 m away."""
     generator = np.random.default_rng(seed)
-    turn, away = spun(generator), 300 * generator.normal(size=3)
-    parts = [(points @ turn.T + away, faces) for points, faces in room((0, 0, 0), (7, 3, 5))]
-    transfer = trace(parts, samples=16384, shadow_samples=1024)
-    assert transfer.sky_view_factor.max() < 1e-6
-    assert transfer.visible_share.max() < 1e-6
-
-
-def test_a_town_in_a_closed_box_is_dark():
-    transfer = trace([*room((-50, -50, 0), (50, 50, 40)), *box((-5, -5, 0), (5, 5, 20))], samples=1024)
-    assert transfer.diffuse_relative.max() < 1e-6
-    assert transfer.visible_share.max() < 1e-6
+    turn, away = (np.eye(3), 0) if seed is None else (spun(generator), 300 * generator.normal(size=3))
+    inside = [*room((0, 0, 0), (size, 0.4 * size, 0.7 * size)), *box(*np.outer([0.1, 0.3], [size] * 3))]
+    assert_dark(
+        trace([(points @ turn.T + away, faces) for points, faces in inside], samples=16384, shadow_samples=1024)
+    )
 
 
 # Doubles and neighbours
-
-
-def test_coincident_duplicate_faces_both_get_their_light():
-    """The same house twice: no face blackens its double, nothing is lost between them."""
-    once = box((0, 0, 0), (10, 8, 6))
-    one, two = trace(once), trace([*once, *once])
-    outer = np.flatnonzero(one.surfaces.surface_tilt <= 90)
-    for copy in (outer, outer + 12):
-        assert two.sky_view_factor[copy] == pytest.approx(one.sky_view_factor[outer], abs=0.01)
-        assert two.visible_share[copy] == pytest.approx(one.visible_share[outer], abs=1e-6)
-        assert two.covered_share[copy].max() == 0
 
 
 @pytest.mark.parametrize("gap", [0.0, 1e-7, 1e-4, 1e-2])
@@ -158,9 +136,7 @@ def test_t_junctions_in_a_wall_let_no_light_through():
     faces = [*inside[:2], cut, *inside[3:]]
     transfer = trace(faces, samples=65536, shadow_samples=1024)
     assert transfer.surfaces.normal[4:18] == pytest.approx(np.tile([0.0, 1, 0], (14, 1)))
-    assert transfer.sky_view_factor.max() < 1e-6
-    assert transfer.far_ground_view_factor.max() < 1e-6
-    assert transfer.visible_share.max() < 1e-6
+    assert_dark(transfer)
 
 
 # At the foot
@@ -194,8 +170,7 @@ def test_a_face_seen_edge_on_by_the_sun_receives_nothing_and_casts_no_shadow():
         assert transfer.visible_share[2:].mean() > 0.9999
 
 
-@pytest.mark.parametrize("depth", [2.0, 5.0])
-@pytest.mark.parametrize("far_ground", [True, False])
+@pytest.mark.parametrize(("depth", "far_ground"), [(2.0, True), (5.0, False)])
 def test_walls_that_go_on_below_the_ground(depth, far_ground):
     """A cellar: what lies below the ground gets no light from above nor from the far ground, the rest gets its own."""
     ground = strip([-500, -500, 0], [1000, 0, 0], [0, 1000, 0], 100)
@@ -231,13 +206,3 @@ def test_a_thin_slab_is_lit_from_below():
     under = 20 + np.array([2, 3])
     assert transfer.diffuse_relative[under].min() > 0.15
     assert transfer.covered_share[under].max() == 0
-
-
-def test_inverted_shells_are_dark_outside():
-    """A house turned inside out has its backs outside: its walls are covered, the ground sees the sky past it."""
-    ground = strip([-50, -50, 0], [100, 0, 0], [0, 100, 0], 4)
-    right, wrong = (trace([ground, *make((-5, -5, 0), (5, 5, 10))]) for make in (box, room))
-    inside = 8 + np.arange(12)
-    assert wrong.sky_view_factor[inside].max() < 1e-6
-    assert wrong.diffuse_relative[inside].max() < 0.03  # of the ground patches that reach under it
-    assert wrong.sky_view_factor[:8].mean() == pytest.approx(right.sky_view_factor[:8].mean(), abs=0.02)

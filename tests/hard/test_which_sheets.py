@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from own_rays import BACK, OwnRays
-from test_slabs_and_sheets import HOUSE, PLAIN, ROOT, UNDER, box, scene_of, sheet, sheets_of
-from towns import city_of_polygons
+from test_slabs_and_sheets import HOUSE, PLAIN, ROOT, UNDER, scene_of, sheet, sheets_of
+from towns import box, city_of_polygons
 
 from citypv.core.city.city import City
 from citypv.core.files.read_city import read_city
@@ -108,7 +108,6 @@ def test_footprints_and_sheets_of_real_files():
 
 
 @pytest.mark.slow
-@pytest.mark.once
 def test_berlin_has_no_sheet():
     city = read_city([ROOT / "examples/berlin/berlin_3910_5817.gml"])
     scene = build_scene(city, patch_size=None)

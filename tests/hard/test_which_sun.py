@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from closed import box
 from scenes import join, strip, suns_towards
+from towns import turned
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.progress import silent
@@ -23,6 +24,16 @@ HOUSE = join([GROUND, *box((-5, -5, 0), (5, 5, 10))])
 SOUTH, NORTH, EAST, WEST = (12 + np.arange(2) + 2 * side for side in (2, 3, 4, 5))
 ROOF = np.array([12, 13])
 WAYS = ("days:12", "typical-days:4", "sky-grid:64", "hourly")
+
+
+def clear_year(latitude, longitude, altitude=0.0, year=2021):
+    return add_sun(clear_sky(latitude, longitude, altitude, year), HOUR)
+
+
+def energy_of(weather, latitude, longitude, way="typical-days:4"):
+    """Of the house, under suns chosen from a year of clear sky."""
+    suns = choose_suns(way, weather.data.index, HOUR, latitude, longitude)
+    return compute_energy(trace_gather(HOUSE, suns, Request(shadow_samples=64), silent), weather)
 
 
 def visible(directions, scene=HOUSE, **settings):
@@ -49,15 +60,12 @@ def test_on_the_horizon():
     assert transfer.direct_reflected.min() >= 0
 
 
-@pytest.mark.parametrize("turn", [0.0, 17.3, 45.0, 89.99])
-@pytest.mark.parametrize("elevation", [5.0, 45.0])
+@pytest.mark.parametrize(("turn", "elevation"), [(0.0, 5.0), (17.3, 45.0), (45.0, 5.0), (89.99, 45.0)])
 def test_exactly_in_the_plane_of_a_wall(turn, elevation):
     """Both walls beside the sun receive nothing, as the sun's cosine is 0 there; the wall that faces it everything."""
-    a = np.radians(turn)
-    spin = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
-    parts = [(points @ spin.T, faces) for points, faces in [GROUND, *box((-5, -5, 0), (5, 5, 10))]]
+    parts = [(turned(points, turn), faces) for points, faces in [GROUND, *box((-5, -5, 0), (5, 5, 10))]]
     e = np.radians(elevation)
-    transfer = visible([spin @ [0, -np.cos(e), np.sin(e)]], join(parts))
+    transfer = visible(turned([[0, -np.cos(e), np.sin(e)]], turn), join(parts))
     assert transfer.visible_share[EAST].max() == transfer.visible_share[WEST].max() == 0
     assert transfer.visible_share[SOUTH] == pytest.approx(1)
 
@@ -94,21 +102,23 @@ def test_no_sun_above_the_horizon():
 
 PLACES = {
     "equator": (0.0, 10.0),
-    "polar circle": (66.56, 25.0),
     "north pole": (90.0, 0.0),
-    "south pole": (-90.0, 0.0),
     "southern hemisphere": (-33.9, 18.4),
+    "date line itself": (52.0, 180.0),
+}
+MORE = {
+    "polar circle": (66.56, 25.0),
+    "south pole": (-90.0, 0.0),
     "date line, west of it": (-16.8, 179.99),
     "date line, east of it": (-16.8, -179.99),
-    "date line itself": (52.0, 180.0),
 }
 
 
-@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("place", [*PLACES, *(pytest.param(place, marks=pytest.mark.thorough) for place in MORE)])
 def test_places(place):
     """A whole year of clear sky on the faces of a house: finite everywhere, no light while the sun is down."""
-    latitude, longitude = PLACES[place]
-    weather = add_sun(clear_sky(latitude, longitude, 0.0, 2021), HOUR)
+    latitude, longitude = (PLACES | MORE)[place]
+    weather = clear_year(latitude, longitude)
     assert np.isfinite(weather.data.to_numpy()).all()
     assert (weather.data["dni"][weather.data["apparent_zenith"] >= 90] == 0).all()
     down = weather.data["apparent_zenith"] > 88
@@ -120,26 +130,20 @@ def test_places(place):
         assert suns.weight.sum() == pytest.approx(1)
         match = match_suns(suns, weather.data.index, HOUR, latitude, longitude)
         assert match.weight.sum(axis=1) == pytest.approx((~down).to_numpy(float), abs=1e-6)
-    suns = choose_suns("typical-days:4", weather.data.index, HOUR, latitude, longitude)
-    energy = compute_energy(trace_gather(HOUSE, suns, Request(), silent), weather)
-    lit = energy.full_load_hours[ROOF]
+    energy = energy_of(weather, latitude, longitude)
     assert np.isfinite(energy.poa_global_annual).all()
-    assert np.isfinite(lit).all()
-    assert (lit > 400).all()
+    assert (energy.full_load_hours[ROOF] > 400).all()
 
 
 def test_both_sides_of_the_date_line_get_the_same():
-    hours = []
-    for longitude in (179.99, -179.99):
-        weather = add_sun(clear_sky(-16.8, longitude, 0.0, 2021), HOUR)
-        suns = choose_suns("typical-days:4", weather.data.index, HOUR, -16.8, longitude)
-        hours.append(compute_energy(visible(suns.direction), weather).poa_global_annual)
-    assert hours[0] == pytest.approx(hours[1], rel=0.02)
+    places = (-16.8, 179.99), (-16.8, -179.99)
+    one, other = (energy_of(clear_year(*place), *place).poa_global_annual for place in places)
+    assert one == pytest.approx(other, rel=0.02)
 
 
 def test_midnight_sun_and_polar_night():
     """At 80° N the sun is up around the clock in June and never in December."""
-    weather = add_sun(clear_sky(80.0, 15.0, 0.0, 2021), HOUR).data
+    weather = clear_year(80.0, 15.0).data
     june, december = weather.loc["2021-06-21"], weather.loc["2021-12-21"]
     assert (june["dni"] > 0).all()
     assert (december[["ghi", "dhi", "dni"]] == 0).all().all()
@@ -153,13 +157,11 @@ def test_equator_at_equinox_sees_the_sun_at_zenith():
 
 
 def test_southern_hemisphere_faces_north():
-    weather = add_sun(clear_sky(-33.9, 18.4, 0.0, 2021), HOUR)
-    suns = choose_suns("typical-days:4", weather.data.index, HOUR, -33.9, 18.4)
-    poa = compute_energy(trace_gather(HOUSE, suns, Request(), silent), weather).poa_global_annual
+    poa = energy_of(clear_year(-33.9, 18.4), -33.9, 18.4).poa_global_annual
     assert poa[NORTH].mean() > 1.5 * poa[SOUTH].mean()
 
 
-@pytest.mark.parametrize("zone", ["Europe/Berlin", "America/St_Johns", "Asia/Kathmandu", "Australia/Lord_Howe"])
+@pytest.mark.parametrize("zone", ["Europe/Berlin", "Australia/Lord_Howe"])
 def test_summer_time_moves_no_sun(zone):
     """The same instants, named in a zone whose clocks jump."""
     times = pd.date_range("2021-01-01", "2022-01-01", freq=HOUR, inclusive="left", tz="UTC")
@@ -169,14 +171,13 @@ def test_summer_time_moves_no_sun(zone):
     assert np.array_equal(one.direction, other.direction)
 
 
-@pytest.mark.parametrize(("year", "hours"), [(2020, 8784), (2021, 8760), (2016, 8784), (2100, 8760), (1900, 8760)])
+@pytest.mark.parametrize(("year", "hours"), [(2021, 8760), (2016, 8784), (1900, 8760)])
 def test_leap_years_and_years_with_leap_seconds(year, hours):
-    """2016 ended with a leap second; 1900 and 2100 are divisible by four and no leap years."""
-    weather = add_sun(clear_sky(52.5, 13.4, 40.0, year), HOUR)
+    """2016 ended with a leap second; 1900 is divisible by four and no leap year."""
+    weather = clear_year(52.5, 13.4, 40.0, year)
     assert len(weather.data) == hours
     assert np.isfinite(weather.data.to_numpy()).all()
-    suns = choose_suns("typical-days:2", weather.data.index, HOUR, 52.5, 13.4)
-    energy = compute_energy(visible(suns.direction), weather)
+    energy = energy_of(weather, 52.5, 13.4, "typical-days:2")
     assert energy.years == pytest.approx(1, abs=0.003)
     assert 900 < energy.full_load_hours[ROOF].mean() < 2500
 
@@ -186,10 +187,6 @@ def test_direct_normal_irradiance_towards_the_horizon(zenith):
     """DNI = (GHI - DHI)/cos θ ends 2° above the horizon; what comes then counts as diffuse."""
     given = {"ghi": np.array([30.0]), "dhi": np.array([20.0])}
     found = complete_irradiance(given, np.array([zenith]))
-    if zenith <= 88:
-        assert found["dni"] == pytest.approx(10 / np.cos(np.radians(zenith)))
-        assert found["dni"] < 10 / np.cos(np.radians(88.0)) + 1e-6
-        assert found["dhi"] == 20
-    else:
-        assert found["dni"] == 0
-        assert found["dhi"] == 30
+    dni, dhi = (10 / np.cos(np.radians(zenith)), 20) if zenith <= 88 else (0, 30)
+    assert found["dni"] == pytest.approx(dni)
+    assert found["dhi"] == dhi

@@ -7,13 +7,11 @@ from functools import cache
 import numpy as np
 import pytest
 from scenes import scene_of_triangles
-from scipy import stats
-from test_budget_is_true import FREEDOM, LEVEL, PATCH, SCENES, assert_share, random_request
+from test_budget_is_true import PATCH, SCENES, assert_shares, count_within, random_request
 from thorough import draw_count
 from weathers import ERA5
 
 from citypv.core.accuracy.sun_sampling import TracedYear, measure_ways
-from citypv.core.accuracy.yield_errors import find_lit
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
@@ -22,7 +20,7 @@ from citypv.core.scene.refine import refine_triangles
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
-pytestmark = [pytest.mark.once, pytest.mark.slow]
+pytestmark = pytest.mark.thorough
 
 WAYS = ("days:3", "days:6", "days:12", "days:24", "typical-days:4", "typical-days:12", "sky-grid:169", "sky-grid:673")
 FINE = PATCH / 2  # [m] of the reference
@@ -49,28 +47,17 @@ def reference(name):
 
 
 def share_within(name, generator):
-    """How many surfaces and groups lie within their band of the reference, and how many there are: four int."""
     scene, known = reference(name)
     request = replace(random_request(generator), max_bounces=int(generator.integers(3, 6)))
     transfer = trace_gather(scene, choose(str(generator.choice(WAYS))), request, silent)
     sampling = measure_ways(TracedYear(scene, year(), transfer, request), [transfer.suns])[0]
     transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
-    found, band = compute_energy(transfer, year(), threads=1), stats.t.ppf((1 + LEVEL) / 2, FREEDOM)
-    lit = find_lit(found) & find_lit(known)
-    error = np.hypot(found.full_load_hours_standard_error, known.full_load_hours_standard_error)[lit]
-    apart = np.abs(found.full_load_hours - known.full_load_hours)[lit]
-    mean, true = (one.capacity_factor.sum(axis=0) * one.interval.total_seconds() / 3600 for one in (found, known))
-    error_mean = np.hypot(found.group_standard_error, known.group_standard_error)
-    within = np.abs(mean / found.years - true / known.years) <= band * error_mean
-    return (apart <= band * error).sum(), len(error), within.sum(), len(within)
+    return count_within(compute_energy(transfer, year(), threads=1), known)
 
 
 def test_whole_errors_hold_on_four_scenes():
     found = []
     for number, name in enumerate(SCENES):
         generator = np.random.default_rng(50 + number)
-        found.append(np.sum([share_within(name, generator) for _ in range(draw_count(30, 3))], axis=0))
-        print(name, found[-1], found[-1][0] / found[-1][1], found[-1][2] / found[-1][3])
-    inside, count, inside_means, groups = np.sum(found, axis=0)
-    assert_share(inside, count, 0.90, 0.99)
-    assert_share(inside_means, groups, 0.90, 1.0)
+        found += [share_within(name, generator) for _ in range(draw_count(30, 3))]
+    assert_shares(found, 1.0)

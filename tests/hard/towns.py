@@ -1,14 +1,36 @@
-"""A town of boxes as a City: float64, in the coordinates of a file, to the millimetre."""
+"""Boxes and towns of boxes as polygons: float64, in the coordinates of a file, to the millimetre."""
 
 import numpy as np
 
 from citypv.core.city.city import City
+from citypv.core.scene.build_scene import build_scene
 
-OUTWARDS = {
-    "RoofSurface": [[4, 5, 6, 7]],
-    "GroundSurface": [[0, 3, 2, 1]],
-    "WallSurface": [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
+BOX = {
+    "top": [4, 5, 6, 7],
+    "bottom": [0, 3, 2, 1],
+    "south": [0, 1, 5, 4],
+    "east": [1, 2, 6, 5],
+    "north": [2, 3, 7, 6],
+    "west": [3, 0, 4, 7],
 }
+SIDES = list(BOX)
+NAMES = ["RoofSurface", "GroundSurface", *["WallSurface"] * 4]
+
+
+def box(low, high, without=(), inwards=()):
+    """Faces of a box that look outwards, those of `inwards` inwards: list of (4, 3) arrays in the order of SIDES."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    base = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+    points = np.array([(*corner, z) for z in (z0, z1) for corner in base], float)
+    drawn = {side: points[corners] for side, corners in BOX.items() if side not in without}
+    return [face[::-1] if side in inwards else face for side, face in drawn.items()]
+
+
+def boxes(corners, patch_size=10.0, whole=False):
+    """Scene of boxes on generated ground, each a building, or all of them one."""
+    building = np.repeat(np.arange(len(corners)) * (not whole), len(BOX))
+    city = city_of_polygons([face for low, high in corners for face in box(low, high)], building=building)
+    return build_scene(city, 52.5, 13.4, patch_size=patch_size)
 
 
 def city_of_polygons(polygons, thematic=None, building=None, crs=None):
@@ -40,14 +62,9 @@ def draw_town(across=16, seed=5, cell=20.0, tiles=8):
     for house in range(across**2):
         size = np.round(generator.uniform([6, 6, 4], [14, 14, 25]), 3)
         corner = np.round(cell * np.array(divmod(house, across)) + generator.uniform(0, cell - 14.5, 2), 3)
-        x, y = corner[0] + np.array([0, size[0]]), corner[1] + np.array([0, size[1]])
-        base = np.array([[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]])
-        points = np.vstack([np.column_stack([base, np.full(4, z)]) for z in (0, size[2])])
-        for kind, faces in OUTWARDS.items():
-            for face in faces:
-                polygons.append(points[face])
-                thematic.append(kind)
-                building.append(house)
+        polygons += box([*corner, 0], [*(corner + size[:2]), size[2]])
+        thematic += NAMES
+        building += [house] * len(BOX)
     edge, size = across * cell, across * cell / tiles
     for tile in range(tiles**2):
         x, y = size * np.array(divmod(tile, tiles))
