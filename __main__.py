@@ -46,7 +46,7 @@ def main(arguments=None):
 
 def draw_results(*results, **options):
     """Blender's part, see `operators.draw_results`; imported when pictures are asked for."""
-    from .operators.draw_results import draw_results as draw
+    from .operators.picture.draw_results import draw_results as draw
 
     draw(*results, **options)
 

@@ -4,30 +4,27 @@ import atexit
 
 import bpy
 
-from ..operators.berlin_example import BerlinExample
-from ..operators.best_buildings import ShowBuilding
-from ..operators.cancel_step import CancelStep
 from ..operators.check_libraries import check_libraries
-from ..operators.choose_preset import PredictPrices, UsePreset
-from ..operators.classify_city import ClassifyCity
-from ..operators.colour_city import ColourCity, RenderCity
-from ..operators.compute_energy import WeighEnergy
-from ..operators.draw_legend import start_drawing, stop_drawing
-from ..operators.export_results import ExportResults
-from ..operators.find_module import FindModule
-from ..operators.follow_file import start_following, stop_following
-from ..operators.import_city import ChooseCity, ImportCity
-from ..operators.plan_effects import ExplainEffect, PlanEffects
-from ..operators.probe_faces import ProbeFaces
-from ..operators.read_preferences import find_preferences, use_cache_folder
-from ..operators.retrace import Retrace
-from ..operators.select_group import DeselectFaces, SelectBuildings, SelectGroup
+from ..operators.city.classify_city import ClassifyCity
+from ..operators.city.declare_settings import FindModule
+from ..operators.city.import_city import ChooseCity, ImportCity
+from ..operators.city.read_settings import find_preferences, use_cache_folder
+from ..operators.edits.switch_city import Retrace, SwitchCity
+from ..operators.edits.take_meshes import TakeMeshes
+from ..operators.edits.watch_edits import start_following, stop_following
+from ..operators.light.plan_trace import ExplainEffect, PlanEffects, PredictPrices, UsePreset
+from ..operators.light.trace_city import TraceCity
+from ..operators.picture.draw_view import start_drawing, stop_drawing
+from ..operators.picture.show_result import ColourCity
+from ..operators.picture.stage_picture import RenderCity
+from ..operators.result.compute_energy import ShowBuilding, WeighEnergy
+from ..operators.result.export_results import ExportResults
+from ..operators.result.keep_report import CopyGroup, ShowReport
+from ..operators.result.probe_faces import ProbeFaces
+from ..operators.result.select_faces import DeselectFaces, SelectBuildings, SelectGroup
+from ..operators.run_step import CancelStep
 from ..operators.session import close_sessions
-from ..operators.show_report import CopyGroup, ShowReport
-from ..operators.solar_city import CityHandler, DropWeather, SolarCity, WeatherHandler
-from ..operators.switch_city import SwitchCity
-from ..operators.take_meshes import TakeMeshes
-from ..operators.trace_city import TraceCity
+from ..operators.solar_city import BerlinExample, CityHandler, DropWeather, SolarCity, WeatherHandler
 from .command import register_command, unregister_command
 from .menus import CityMenu, draw_city_menu, draw_import_menu
 from .panels import PANELS, MaterialPanel

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..operators.run_command import run_command
+from ..operators.picture.draw_results import run_command
 
 _registered = []
 

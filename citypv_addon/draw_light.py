@@ -2,9 +2,8 @@
 
 from math import isfinite
 
-from ..operators.choose_preset import ITEMS, describe_price, find_preset, read_prices
-from ..operators.effect_switches import ELECTRIC, OF_LIGHT, name_switch
-from ..operators.plan_effects import read_plan
+from ..operators.city.declare_settings import ELECTRIC, OF_LIGHT, name_switch
+from ..operators.light.plan_trace import ITEMS, describe_price, find_preset, read_plan, read_prices
 from ..operators.session import find_city
 from .report import draw_sentence
 

@@ -1,8 +1,7 @@
 """Tables of results: totals, what was probed with bars of the months, the best buildings."""
 
-from ..operators.best_buildings import read_best
-from ..operators.probe_charts import read_charts
-from ..operators.probe_faces import MONTHS, PROBE
+from ..operators.result.compute_energy import read_best
+from ..operators.result.probe_faces import MONTHS, PROBE, read_charts
 from ..operators.session import find_city
 
 

@@ -1,10 +1,10 @@
 """Parts that the panels of all steps have: buttons with progress, settings, sentences."""
 
-from ..operators.build_properties import AUTO
-from ..operators.keep_transfer import describe_missing
+from ..operators.city.declare_settings import AUTO
+from ..operators.light.keep_transfer import describe_missing
+from ..operators.picture.show_result import has_result
 from ..operators.run_step import Step
 from ..operators.session import find_city, list_cities
-from ..operators.show_result import has_result
 from .report import draw_sentence
 
 

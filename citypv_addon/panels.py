@@ -2,11 +2,11 @@
 
 import bpy
 
-from ..operators.build_properties import settings_of_panel
-from ..operators.read_materials import describe_material
+from ..operators.city.declare_settings import settings_of_panel
+from ..operators.city.read_materials import describe_material
+from ..operators.city.read_settings import STEPS, state_of_step
 from ..operators.run_step import Step
 from ..operators.session import find_city
-from ..operators.step_state import STEPS, state_of_step
 from .draw_light import draw_effects, draw_electric_effects, draw_presets
 from .draw_refine import draw_refine
 from .draw_results import draw_best, draw_probed, draw_table

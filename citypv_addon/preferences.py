@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
-from ..operators.read_preferences import ADDON, use_cache_folder
+from ..operators.city.read_settings import ADDON, use_cache_folder
 from .properties import WEATHERS
 
 

@@ -4,10 +4,9 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..operators.attributes import TITLES
-from ..operators.build_properties import build_properties
-from ..operators.effect_switches import build_switches
-from ..operators.read_materials import MATERIALS
-from ..operators.show_result import follow_choice, follow_switch
+from ..operators.city.declare_settings import build_properties, build_switches
+from ..operators.city.read_materials import MATERIALS
+from ..operators.picture.show_result import follow_choice, follow_switch
 
 LODS = [
     ("BEST", "Best of 2.x", "The highest 2.x of each building, else 3, else 1"),

@@ -2,7 +2,7 @@
 
 import textwrap
 
-from ..operators.keep_report import REPORT, describe_row, read_rows
+from ..operators.result.keep_report import REPORT, describe_row, read_rows
 from ..operators.session import find_city
 
 TITLES = {

@@ -4,12 +4,26 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntVectorProperty, PointerProperty
 
 from ..operators.attributes import VIEWS
-from ..operators.compare_results import CHANGES, FOUND, find_before
-from ..operators.follow_frame import FRAMES, TIMED, start_following_frames, stop_following_frames
-from ..operators.keep_before import CompareBefore, ForgetBefore, KeepBefore, follow_side_by_side
-from ..operators.legend_note import MOMENT
+from ..operators.picture.build_legend import MOMENT
+from ..operators.picture.timeline import (
+    FRAMES,
+    TIMED,
+    StartTimeline,
+    StopTimeline,
+    follow_timeline_show,
+    start_following_frames,
+    stop_following_frames,
+)
+from ..operators.result.compare_results import (
+    CHANGES,
+    FOUND,
+    CompareBefore,
+    ForgetBefore,
+    KeepBefore,
+    find_before,
+    follow_side_by_side,
+)
 from ..operators.session import find_city
-from ..operators.timeline import StartTimeline, StopTimeline, follow_timeline_show
 from .draw_results import draw_table
 from .draw_steps import draw_lines, draw_step
 from .panels import _Panel

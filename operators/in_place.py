@@ -6,8 +6,7 @@ The city's object carries the results and is hidden; the colours are shown on th
 import numpy as np
 
 from ..core.scene.name_cells import whole_of_cell
-from .attributes import PREFIX
-from .write_attributes import read_face_attribute, write_face_attribute
+from .attributes import PREFIX, read_face_attribute, write_face_attribute
 
 TAKEN = PREFIX + "taken"  # of the city: number -> object of the user
 BUILDINGS = PREFIX + "taken_buildings"  # name of the building that each is; "" if it shows no faces of its own

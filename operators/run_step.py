@@ -1,6 +1,7 @@
 """Run a step: blocking in a script, in a background thread when a button is pressed."""
 
 import functools
+import re
 import time
 from contextlib import nullcontext
 
@@ -8,13 +9,23 @@ import bpy
 
 from ..core.errors import InputError
 from ..core.progress import CancelledError, silent
+from ..core.request import declared_settings, option_of
 from .check_libraries import name_libraries, note_failure
 from .job import Job
-from .panel_words import in_panel_words
-from .select_faces import leave_edit_mode
+from .session import find_city
 
 TICK = 0.1  # polling interval [s]
 REDRAW = 0.5  # between two pictures of the progress [s]: drawing them takes time from the work
+
+
+class OfCity:
+    """Base of operators that only need a city."""
+
+    @classmethod
+    def poll(cls, context):
+        """There is a city."""
+        cls.poll_message_set("Import a city first")
+        return find_city(context.scene)[0] is not None
 
 
 class Step:
@@ -185,6 +196,12 @@ def in_scene(context, uid):
     return context.temp_override(scene=begun, view_layer=begun.view_layers[0])
 
 
+def leave_edit_mode(context):
+    """Switch to object mode, in which meshes can be read and written."""
+    if context.mode != "OBJECT":
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+
 def redraw_panels(context, *, views=False):
     """Redraw the sidebars of all 3D views; the views themselves, with city and legend, only if asked for."""
     for window in context.window_manager.windows:
@@ -193,3 +210,53 @@ def redraw_panels(context, *, views=False):
                 for region in area.regions:
                     if views or region.type == "UI":
                         region.tag_redraw()
+
+
+class CancelStep(bpy.types.Operator):
+    """Cancel the running step, keeping the suns traced so far; press again to discard them"""
+
+    bl_idname = "citypv.cancel"
+    bl_label = "Cancel"
+
+    @classmethod
+    def poll(cls, context):
+        """A step is running."""
+        return Step.current is not None
+
+    def execute(self, context):
+        """Request cancellation."""
+        Step.current.cancel()
+        return {"FINISHED"}
+
+
+PHRASES = {  # of the command line -> of properties that have another type in the panel; the longer ones first
+    "--latitude D --longitude D": "Own location",
+    "--weather-place LATITUDE LONGITUDE": "Measured at (latitude and longitude)",
+    "--suns sky-grid:N": "with Suns: Sky grid",
+    "--weather climate": "Weather: Climate",
+    "--horizon FILE": "a file as Horizon",
+    "--weather-place": "Measured at",
+    "--albedo-file": "Albedo from: File",
+    "--terrain": "Ground: Terrain",
+    "--latitude": "Latitude",
+    "--longitude": "Longitude",
+    "--horizon": "Horizon",
+    "--suns": "Suns",
+    "--lod": "LoD",
+}
+
+
+def in_panel_words(text):
+    """Text in which options of the command line are the titles of the panel, where it has them.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    str
+    """
+    titles = {option_of(name): details.title for name, _, details in declared_settings() if details.title}
+    words = re.sub("|".join(rf"{phrase}(?![a-z-])" for phrase in PHRASES), lambda found: PHRASES[found[0]], str(text))
+    return re.sub(r"--[a-z][a-z-]*", lambda found: titles.get(found[0], found[0]), words)

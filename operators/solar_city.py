@@ -1,21 +1,22 @@
 """Solar city: from a file to full load hours, legend and totals with one button."""
 
 from dataclasses import replace
+from pathlib import Path
 from queue import SimpleQueue
 
 import bpy
 
 from ..core.errors import InputError
-from ..core.progress import silent
-from .city_files import CityFiles
-from .classify_city import ClassifyCity, check_place, show_kinds
-from .compute_energy import WeighEnergy
-from .first_look import STAGE, settings_of_look, take_look, tell_look
-from .import_city import ImportCity, show_import
-from .refine_trace import read_goal, show_round
+from ..core.progress import CancelledError, silent
+from .city.classify_city import ClassifyCity, check_place, show_kinds
+from .city.import_city import CityFiles, ImportCity, show_import
+from .city.read_settings import forget_step
+from .job import share_of_step
+from .light.trace_city import TraceCity, count_rays, keep_light, read_goal, show_round
+from .result.compute_energy import WeighEnergy
+from .result.summarise import INTERRUPTED
 from .run_step import Step
 from .session import Session, find_city, find_own_city, find_session
-from .trace_city import TraceCity, keep_light
 
 
 class SolarCity(CityFiles, Step, bpy.types.Operator):
@@ -147,3 +148,92 @@ class WeatherHandler(bpy.types.FileHandler):
     def poll_drop(cls, context):
         """Over a 3D view."""
         return context.area is not None and context.area.type == "VIEW_3D"
+
+
+LOOK = {"samples": 16, "shadow_samples": 4, "suns": "days:4", "estimator": "gather"}
+WORTH = 8  # so many times its rays must a trace have for a look before it
+STAGE = "first look"
+TOLD = "First look, by 16 rays, 4 shadow points and 4 days. Trace light computes it as set in its step"
+
+
+def settings_of_look(request):
+    """Request of a look at a city, or None where tracing as asked for takes hardly longer.
+
+    Parameters
+    ----------
+    request : core.request.Request
+
+    Returns
+    -------
+    core.request.Request or None
+    """
+    look = replace(request, **LOOK, target_error=None, time_budget=None)
+    worth = request.estimator == "forward" or sum(count_rays(request)) > WORTH * sum(count_rays(look))
+    return look if worth else None
+
+
+def take_look(session, request, progress):
+    """Trace and weigh a city with few rays, as one stage of a longer task.
+
+    Parameters
+    ----------
+    session : Session
+        With its scene.
+    request : core.request.Request
+        Of `settings_of_look`.
+    progress : callable
+        See `core.progress`.
+
+    Returns
+    -------
+    traced, weighed : tuple
+        Of `TraceCity.work` and `WeighEnergy.work`.
+
+    Raises
+    ------
+    CancelledError
+        At any report: nothing of it is kept.
+    """
+    stages, share = TraceCity.expect(None, (session, request, None)) | WeighEnergy.stages, 0.0
+
+    def report(stage, done, total, unit):
+        nonlocal share
+        share = share_of_step(stages, stage, done / total if total else 0.0, share)
+        progress(STAGE, share, 1.0, "")
+
+    traced = TraceCity.work((session, request, []), report)
+    if traced[2].record.interrupted:
+        raise CancelledError
+    return traced, WeighEnergy.work((replace(session, transfer=traced[2]), None, request), report)
+
+
+def tell_look(city):
+    """Say on a city that its results are those of a first look: its light is still to be traced."""
+    city[INTERRUPTED] = TOLD
+    for step in ("trace", "energy"):
+        forget_step(city, step)
+
+
+FOLDER = Path(__file__).parents[1] / "examples" / "berlin"
+CITY, WEATHER = "berlin_3910_5817.gml", "era5_berlin_2017.nc"
+
+
+class BerlinExample(bpy.types.Operator):
+    """Run Solar city on the bundled square kilometre of Berlin with its weather of 2017 (ERA5)"""
+
+    bl_idname = "citypv.berlin_example"
+    bl_label = "Berlin example"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        """The example is there."""
+        cls.poll_message_set("The example is not part of this installation: it is the folder examples/berlin")
+        return (FOLDER / CITY).is_file()
+
+    def execute(self, context):
+        """Choose its files, and run *Solar city*."""
+        settings = context.scene.citypv
+        settings.city_path, settings.own_place = str(FOLDER / CITY), False
+        settings.weather, settings.weather_file = "file", str(FOLDER / WEATHER)
+        return bpy.ops.citypv.solar_city("EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT")

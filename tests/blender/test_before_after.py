@@ -6,11 +6,10 @@ import bpy
 import numpy as np
 import pytest
 
-from citypv.operators.colour_faces import read_scale
-from citypv.operators.colour_scale import colours_of_values
-from citypv.operators.compare_results import find_before
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.picture.colour_faces import colours_of_values, read_scale
+from citypv.operators.result.compare_results import find_before
 from citypv.operators.session import find_city, find_session, list_cities
-from citypv.operators.write_attributes import read_face_attribute
 
 HOURS, CHANGE = "full_load_hours", "change_of_full_load_hours"
 

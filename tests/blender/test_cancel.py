@@ -11,10 +11,10 @@ from citypv.core.progress import CancelledError
 from citypv.core.radiosity import sun_blocks
 from citypv.operators import job as jobs
 from citypv.operators import run_step
+from citypv.operators.attributes import read_face_attribute
 from citypv.operators.job import Job
 from citypv.operators.run_step import Step
 from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
 
 
 def run_steps(settings, city_file, *steps):

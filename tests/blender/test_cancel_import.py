@@ -7,7 +7,7 @@ from citypv.core.city.join_contents import JOINING
 from citypv.core.files.read_city import READING
 from citypv.core.progress import CancelledError
 from citypv.operators import run_step
-from citypv.operators.import_city import ImportCity
+from citypv.operators.city.import_city import ImportCity
 from citypv.operators.run_step import Job
 from citypv.operators.session import find_city, find_session
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from test_materials import build_material
 
+from citypv.operators.attributes import read_face_attribute
 from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
 
 
 def give(item, material, chosen):

@@ -8,15 +8,28 @@ from mathutils import Vector
 
 from citypv.core.errors import InputError
 from citypv.core.results.colour_map import GROUND, MAPS, MISSING, choose_range, linear_light, srgb_colour
-from citypv.operators import render_preview as rendering
-from citypv.operators.attributes import KIND_CODES, TITLES, VIEWS
-from citypv.operators.build_legend import BAR_BOTTOM, BAR_HEIGHT, BAR_WIDTH, LEFT
-from citypv.operators.build_meshes import build_meshes, show_objects
-from citypv.operators.colour_faces import colour_faces, read_scale
-from citypv.operators.colour_scale import CLASS_COLOURS, build_scale, colours_of_values, format_tick
-from citypv.operators.place_camera import camera_axes, place_camera
-from citypv.operators.render_preview import render_preview
-from citypv.operators.write_attributes import read_face_attribute, write_classes, write_face_attribute, write_results
+from citypv.operators.attributes import (
+    KIND_CODES,
+    TITLES,
+    VIEWS,
+    read_face_attribute,
+    write_classes,
+    write_face_attribute,
+    write_results,
+)
+from citypv.operators.city.build_meshes import build_meshes, show_objects
+from citypv.operators.picture import draw_results as rendering
+from citypv.operators.picture.build_legend import BAR_BOTTOM, BAR_HEIGHT, BAR_WIDTH, LEFT
+from citypv.operators.picture.colour_faces import (
+    CLASS_COLOURS,
+    build_scale,
+    colour_faces,
+    colours_of_values,
+    format_tick,
+    read_scale,
+)
+from citypv.operators.picture.draw_results import render_preview
+from citypv.operators.picture.show_city import camera_axes, place_camera
 
 
 @pytest.fixture

@@ -8,15 +8,17 @@ import pytest
 
 from citypv.core.errors import InputError
 from citypv.core.scene.scene import Scene
-from citypv.operators.attributes import KIND_CODES, ORIENTATION_CODES, QUANTITIES
-from citypv.operators.build_meshes import build_meshes, read_vertices
-from citypv.operators.write_attributes import (
+from citypv.operators.attributes import (
+    KIND_CODES,
+    ORIENTATION_CODES,
+    QUANTITIES,
     read_face_attribute,
     write_classes,
     write_face_attribute,
     write_results,
 )
-from citypv.operators.write_blend import write_blend
+from citypv.operators.city.build_meshes import build_meshes, read_vertices
+from citypv.operators.picture.draw_results import write_blend
 
 CONTRACT = {
     "kind": "INT",

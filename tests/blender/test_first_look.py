@@ -8,13 +8,11 @@ import pytest
 
 from citypv.core.progress import CancelledError
 from citypv.core.request import Request
-from citypv.operators.first_look import TOLD, settings_of_look
-from citypv.operators.read_settings import read_settings
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.read_settings import STEPS, read_settings, state_of_step
 from citypv.operators.run_step import Step
 from citypv.operators.session import find_city, find_session
-from citypv.operators.solar_city import SolarCity
-from citypv.operators.step_state import STEPS, state_of_step
-from citypv.operators.write_attributes import read_face_attribute
+from citypv.operators.solar_city import TOLD, SolarCity, settings_of_look
 
 BODIES = ("refine", "finish", "name_kept", "_show_next", "_show_buildings", "_show_kinds", "_show_look", "_show_light")
 

@@ -4,13 +4,13 @@ import bpy
 import numpy as np
 import pytest
 
-from citypv.operators.build_meshes import read_vertices
-from citypv.operators.follow_file import follow_undo
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.build_meshes import read_vertices
+from citypv.operators.city.read_settings import state_of_step
+from citypv.operators.edits.watch_edits import follow_undo
 from citypv.operators.in_place import is_seen, list_taken
-from citypv.operators.probe_faces import hit_face
+from citypv.operators.result.probe_faces import hit_face
 from citypv.operators.session import find_city, find_session, list_cities
-from citypv.operators.step_state import state_of_step
-from citypv.operators.write_attributes import read_face_attribute
 
 
 def add_box(name, location, material=None):
@@ -216,7 +216,7 @@ def test_other_selected_objects_are_another_city_and_the_same_ones_replace_it(ad
 
 
 def test_a_picture_shows_the_city_that_is_hidden_itself(addon, town):
-    from citypv.operators.stage_picture import stage_picture
+    from citypv.operators.picture.stage_picture import stage_picture
 
     city = run("take_meshes", "classify")
     for _ in range(2):

@@ -4,9 +4,9 @@ import bpy
 import pytest
 
 from citypv.core.materials.materials import MaterialSpec
-from citypv.operators.colour_faces import build_plain_material
-from citypv.operators.keep_report import find_row
-from citypv.operators.read_materials import describe_material, name_face_materials, read_finish
+from citypv.operators.city.read_materials import describe_material, name_face_materials, read_finish
+from citypv.operators.picture.colour_faces import build_plain_material
+from citypv.operators.result.keep_report import find_row
 from citypv.operators.session import find_city, find_session
 
 RED = (0.5, 0.2, 0.1)

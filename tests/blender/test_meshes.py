@@ -7,10 +7,10 @@ import pytest
 from citypv.core.errors import InputError
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.trees.crowns import volume_of_crowns
-from citypv.operators.keep_report import find_row, read_rows
-from citypv.operators.read_mesh import join_meshes, read_meshes
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.edits.take_meshes import join_meshes, read_meshes
+from citypv.operators.result.keep_report import find_row, read_rows
 from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
 
 
 def take(items):

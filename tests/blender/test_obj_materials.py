@@ -6,8 +6,8 @@ import pytest
 from citypv.core.files.read_city import read_city
 from citypv.core.materials.materials import MaterialSpec
 from citypv.core.materials.shader_material import named_material
-from citypv.operators.keep_report import find_row
-from citypv.operators.read_materials import read_finish
+from citypv.operators.city.read_materials import read_finish
+from citypv.operators.result.keep_report import find_row
 from citypv.operators.session import find_city, find_session
 
 CUBE = "\n".join(f"v {x} {y} {z}" for z in (0, 5) for y in (0, 10) for x in (0, 10))

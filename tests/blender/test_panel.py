@@ -8,15 +8,15 @@ import bpy
 import numpy as np
 import pytest
 
-from citypv.operators import city_files
-from citypv.operators.follow_file import follow_undo
-from citypv.operators.import_city import ImportCity
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city import import_city
+from citypv.operators.city.import_city import ImportCity
+from citypv.operators.city.read_settings import STEPS, state_of_step
+from citypv.operators.edits.watch_edits import follow_undo
+from citypv.operators.picture.stage_picture import copy_view, stage_picture
+from citypv.operators.result.select_faces import read_selection
 from citypv.operators.run_step import redraw_panels
-from citypv.operators.select_faces import read_selection
 from citypv.operators.session import close_sessions, find_city, find_session, list_cities
-from citypv.operators.stage_picture import copy_view, stage_picture
-from citypv.operators.step_state import STEPS, state_of_step
-from citypv.operators.write_attributes import read_face_attribute
 
 WEATHER = Path(__file__).parents[1] / "data" / "weather"
 
@@ -89,7 +89,7 @@ def test_a_place_that_is_unknown_is_refused_before_anything_is_built(addon):
 def test_importing_without_a_file_opens_the_file_browser(addon, monkeypatch):
     opened = []
     ops = SimpleNamespace(citypv=SimpleNamespace(choose_city=lambda how, whole: opened.append((how, whole))))
-    monkeypatch.setattr(city_files, "bpy", SimpleNamespace(app=SimpleNamespace(background=False), ops=ops))
+    monkeypatch.setattr(import_city, "bpy", SimpleNamespace(app=SimpleNamespace(background=False), ops=ops))
     button = SimpleNamespace(filepath="", files=[], whole=False)
     assert ImportCity.invoke(button, bpy.context, None) == {"CANCELLED"}
     assert opened == [("INVOKE_DEFAULT", False)]
@@ -201,7 +201,7 @@ def test_selecting_counts_surfaces_and_stays_in_object_mode(addon, city_file, ca
 
 
 def test_the_highlight_lies_on_the_selected_faces(addon, city_file):
-    from citypv.operators.draw_highlight import lift_faces
+    from citypv.operators.picture.draw_view import lift_faces
 
     city, _ = run_steps(addon, city_file, "import_city", "classify")
     bpy.ops.citypv.select_group(group="orientation/south")

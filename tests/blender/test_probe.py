@@ -4,9 +4,9 @@ import bpy
 import numpy as np
 import pytest
 
-from citypv.operators.probe_faces import MONTHS, hit_face
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.result.probe_faces import MONTHS, hit_face
 from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
 
 
 @pytest.fixture

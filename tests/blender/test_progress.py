@@ -9,13 +9,13 @@ from citypv.core.city.join_contents import JOINING
 from citypv.core.files.read_city import READING
 from citypv.core.progress import SUN_STAGE
 from citypv.core.sampling import hemisphere_rays
-from citypv.operators import classify_city, run_step
-from citypv.operators.classify_city import ClassifyCity
-from citypv.operators.compile_loops import COMPILING
-from citypv.operators.compute_energy import WeighEnergy
-from citypv.operators.import_city import ImportCity
-from citypv.operators.job import Job, describe_left, share_of_step
-from citypv.operators.trace_city import TraceCity
+from citypv.operators import run_step
+from citypv.operators.city import classify_city
+from citypv.operators.city.classify_city import ClassifyCity
+from citypv.operators.city.import_city import ImportCity
+from citypv.operators.job import COMPILING, Job, describe_left, share_of_step
+from citypv.operators.light.trace_city import TraceCity
+from citypv.operators.result.compute_energy import WeighEnergy
 
 STAGES = {"sky": 3.0, "suns": 1.0}
 

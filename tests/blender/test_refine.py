@@ -8,10 +8,11 @@ from citypv.core.commands.simulate import simulate
 from citypv.core.progress import CancelledError
 from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
-from citypv.operators import refine_trace, run_step
-from citypv.operators.refine_trace import show_round
+from citypv.operators import run_step
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.light import trace_city
+from citypv.operators.light.trace_city import show_round
 from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
 
 
 @pytest.fixture
@@ -27,7 +28,7 @@ def goal(addon, city_file):
 
 def watch(monkeypatch, seen):
     """Show every round at once, as the window does between two redraws; keep what the faces have."""
-    before = refine_trace.replace
+    before = trace_city.replace
 
     def keep(transfer, **changes):
         found = before(transfer, **changes)
@@ -35,7 +36,7 @@ def watch(monkeypatch, seen):
         seen.append((rounds, transfer.diffuse_relative.copy()))
         return found
 
-    monkeypatch.setattr(refine_trace, "replace", keep)
+    monkeypatch.setattr(trace_city, "replace", keep)
 
 
 def test_the_last_round_has_the_numbers_of_the_command_line(goal, city_file, tmp_path, monkeypatch):

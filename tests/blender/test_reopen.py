@@ -6,9 +6,9 @@ import bpy
 import numpy as np
 import pytest
 
-from citypv.operators.keep_transfer import describe_missing, find_kept
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.light.keep_transfer import describe_missing, find_kept
 from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
 
 
 @pytest.fixture

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from citypv.core.files.read_city import READERS
-from citypv.operators.import_city import SUFFIXES
-from citypv.operators.keep_report import describe_row, find_row, read_rows
-from citypv.operators.select_faces import leave_edit_mode, read_selection
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.import_city import SUFFIXES
+from citypv.operators.result.keep_report import describe_row, find_row, read_rows
+from citypv.operators.result.select_faces import read_selection
+from citypv.operators.run_step import leave_edit_mode
 from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
 
 TURNED = "repaired/flipped: faced inwards in a watertight shell"
 

@@ -12,12 +12,12 @@ import pytest
 
 from citypv.core.study import compute_energy
 from citypv.core.transfer.take_rows import take_rows
-from citypv.operators.best_buildings import read_best
-from citypv.operators.export_results import FORMATS, NAMES
-from citypv.operators.probe_charts import read_charts
-from citypv.operators.select_faces import read_selection
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.result.compute_energy import read_best
+from citypv.operators.result.export_results import FORMATS, NAMES
+from citypv.operators.result.probe_faces import read_charts
+from citypv.operators.result.select_faces import read_selection
 from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
 
 
 @pytest.fixture

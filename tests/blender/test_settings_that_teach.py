@@ -12,14 +12,13 @@ from citypv.core.effects.table import TABLE
 from citypv.core.energy.pv_system import ELECTRIC
 from citypv.core.errors import InputError
 from citypv.core.request import declared_settings
-from citypv.operators import effect_switches, read_preferences
-from citypv.operators.choose_preset import find_preset, read_prices
-from citypv.operators.find_module import suggest_modules
-from citypv.operators.panel_words import in_panel_words
-from citypv.operators.plan_effects import read_plan
-from citypv.operators.read_settings import read_settings
+from citypv.operators.city import declare_settings
+from citypv.operators.city import read_settings as read_settings_module
+from citypv.operators.city.declare_settings import suggest_modules
+from citypv.operators.city.read_settings import read_settings, state_of_step
+from citypv.operators.light.plan_trace import find_preset, read_plan, read_prices
+from citypv.operators.run_step import in_panel_words
 from citypv.operators.session import find_city
-from citypv.operators.step_state import state_of_step
 
 INNER = {"cancel", "copy_group", "drop_weather", "explain_effect", "switch_city"}  # need a row or a running step
 
@@ -42,9 +41,9 @@ def test_a_preset_is_that_of_the_command_line(addon, preset):
 
 
 def test_each_line_of_the_table_has_a_switch_with_words(addon):
-    assert effect_switches.ELECTRIC == ELECTRIC
+    assert declare_settings.ELECTRIC == ELECTRIC
     for key in TABLE:
-        switch = type(addon).bl_rna.properties[effect_switches.name_switch(key)]
+        switch = type(addon).bl_rna.properties[declare_settings.name_switch(key)]
         assert [item.identifier for item in switch.enum_items] == ["auto", "on", "off"]
         assert len(switch.description) > 20
     assert read_settings(addon).effects == {}
@@ -121,20 +120,20 @@ def test_modules_are_found_by_words(addon):
 
 def test_preferences_are_what_a_new_scene_begins_with(addon, monkeypatch, tmp_path):
     preferences = SimpleNamespace(weather="clear-sky", weather_file="", threads=3, cache_folder=str(tmp_path))
-    monkeypatch.setattr(read_preferences, "find_preferences", lambda: preferences)
-    read_preferences.choose_weather(addon, preferences)
+    monkeypatch.setattr(read_settings_module, "find_preferences", lambda: preferences)
+    read_settings_module.choose_weather(addon, preferences)
     assert addon.weather == "clear-sky"
     addon.weather = "climate"
-    read_preferences.choose_weather(addon, preferences)
+    read_settings_module.choose_weather(addon, preferences)
     assert addon.weather == "climate"
-    assert read_preferences.read_threads(addon, preferences) == 3
+    assert read_settings_module.read_threads(addon, preferences) == 3
     addon.threads = 1
-    assert read_preferences.read_threads(addon, preferences) == 1
-    assert read_preferences.read_threads(SimpleNamespace(threads=0), None) is None
-    monkeypatch.delitem(read_preferences.sys.modules, "numba", raising=False)
+    assert read_settings_module.read_threads(addon, preferences) == 1
+    assert read_settings_module.read_threads(SimpleNamespace(threads=0), None) is None
+    monkeypatch.delitem(read_settings_module.sys.modules, "numba", raising=False)
     monkeypatch.setenv("NUMBA_CACHE_DIR", "")
-    read_preferences.use_cache_folder(preferences)
-    assert read_preferences.os.environ["NUMBA_CACHE_DIR"] == str(tmp_path)
+    read_settings_module.use_cache_folder(preferences)
+    assert read_settings_module.os.environ["NUMBA_CACHE_DIR"] == str(tmp_path)
 
 
 def test_every_operator_is_in_the_menu_that_f3_searches(addon):
@@ -147,7 +146,7 @@ def test_every_operator_is_in_the_menu_that_f3_searches(addon):
 
 
 def test_the_berlin_example_is_there(addon):
-    from citypv.operators.berlin_example import CITY, FOLDER, WEATHER
+    from citypv.operators.solar_city import CITY, FOLDER, WEATHER
 
     assert bpy.ops.citypv.berlin_example.poll()
     assert (FOLDER / CITY).stat().st_size + (FOLDER / WEATHER).stat().st_size < 5e6

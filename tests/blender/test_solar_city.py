@@ -9,9 +9,9 @@ import pytest
 from citypv.core.progress import SUN_STAGE, CancelledError
 from citypv.core.radiosity import sun_blocks
 from citypv.operators import run_step
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.read_settings import STEPS, state_of_step
 from citypv.operators.session import find_city, find_session
-from citypv.operators.step_state import STEPS, state_of_step
-from citypv.operators.write_attributes import read_face_attribute
 
 WEATHER = Path(__file__).parents[1] / "data" / "weather"
 

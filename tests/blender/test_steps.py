@@ -9,13 +9,12 @@ import pytest
 
 from citypv.core.errors import InputError
 from citypv.core.request import Request
-from citypv.operators.attributes import QUANTITIES
-from citypv.operators.build_meshes import read_vertices
-from citypv.operators.keep_report import read_rows
-from citypv.operators.read_settings import read_settings
+from citypv.operators.attributes import QUANTITIES, read_face_attribute
+from citypv.operators.city.build_meshes import read_vertices
+from citypv.operators.city.read_settings import read_settings
+from citypv.operators.result.keep_report import read_rows
 from citypv.operators.run_step import CancelledError, Job
 from citypv.operators.session import find_city, find_own_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
 
 
 def run_steps(settings, city_file, *steps):

@@ -8,10 +8,9 @@ import pandas as pd
 import pvlib
 import pytest
 
-from citypv.operators.follow_frame import follow_frame, timeline_of
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.picture.timeline import SKY, SUN, follow_frame, timeline_of
 from citypv.operators.session import close_sessions, find_city, find_session
-from citypv.operators.sun_and_sky import SKY, SUN
-from citypv.operators.write_attributes import read_face_attribute
 
 NOON_IN_JUNE = 5 * 24 + 13  # frame of 12 to 13 h
 

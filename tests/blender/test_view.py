@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mathutils import Quaternion, Vector
 
-from citypv.operators.show_city import _look_at
+from citypv.operators.picture.show_city import _look_at
 
 LENS, SENSOR = 50.0, 36.0  # [mm]; a 3D view shows twice the sensor's width along its longer side
 

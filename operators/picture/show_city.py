@@ -1,0 +1,218 @@
+"""Place a camera that frames the whole city from above the south-east, with a plain background."""
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+from ...core.results.colour_map import GROUND
+from ..attributes import PREFIX
+from ..session import find_city
+from .colour_faces import COLOUR_ATTRIBUTE, linear_colour
+
+CAMERA = "CityPV camera"
+LENS, SENSOR_WIDTH = 60.0, 36.0  # [mm]
+AZIMUTH, ELEVATION = 150.0, 38.0  # of the camera, seen from the city [°]
+MARGIN_SIDE, MARGIN_TOP, MARGIN_BOTTOM = 0.04, 0.05, 0.20  # of the frame's half width and half height
+
+
+def place_camera(scene, points, width=1600, height=900):
+    """Place the camera of a Blender scene so that all points are in the frame, above the legend.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+    points : (n, 3) float [m]
+    width, height : int
+        Size of the picture [pixels].
+
+    Returns
+    -------
+    bpy.types.Object
+        The camera; it is the scene's camera now.
+    """
+    tan_x = SENSOR_WIDTH / 2 / LENS
+    right, up, forward = camera_axes(AZIMUTH, ELEVATION)
+    location = frame_points(points, (right, up, forward), tan_x, tan_x * height / width)
+    camera = find_camera(scene)
+    data = camera.data
+    data.type, data.lens, data.sensor_width, data.sensor_fit = "PERSP", LENS, SENSOR_WIDTH, "HORIZONTAL"
+    data.shift_x = data.shift_y = 0.0
+    depths = (points - location) @ forward
+    data.clip_start, data.clip_end = 0.1, float(4 * depths.max() + 100)
+    # A camera looks along its own -z, with y up.
+    matrix = np.eye(4)
+    matrix[:3] = np.column_stack((right, up, -forward, location))
+    camera.matrix_world = Matrix(matrix.tolist())
+    scene.render.resolution_x, scene.render.resolution_y = width, height
+    scene.render.resolution_percentage = 100
+    return camera
+
+
+def find_camera(scene):
+    """The camera of CityPV's pictures, created if missing, as the camera of a Blender scene."""
+    camera = bpy.data.objects.get(CAMERA)
+    if camera is None:
+        camera = bpy.data.objects.new(CAMERA, bpy.data.cameras.get(CAMERA) or bpy.data.cameras.new(CAMERA))
+    if camera.name not in scene.collection.all_objects:
+        scene.collection.objects.link(camera)
+    scene.camera = camera
+    return camera
+
+
+def camera_axes(azimuth, elevation):
+    """Right, up and forward vectors of a camera at an azimuth and elevation [°] that looks at the origin."""
+    azimuth, elevation = np.radians([azimuth, elevation])
+    horizontal = np.cos(elevation)
+    forward = -np.array([np.sin(azimuth) * horizontal, np.cos(azimuth) * horizontal, np.sin(elevation)])
+    right = np.cross(forward, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    return right, np.cross(right, forward), forward
+
+
+def frame_points(points, axes, tan_x, tan_y):
+    """Nearest camera position with all points inside the margins.
+
+    In the camera's axes a point (x, y, z) is seen from (c_x, c_y, c_z) where x - c_x ≤ (z - c_z) tan_x, and so on
+    for the other three edges. Each edge's tightest point gives one bound; two opposite bounds give the depth c_z.
+    """
+    right, up, forward = axes
+    x, y, z = points @ right, points @ up, points @ forward
+    tan_x = tan_x * (1 - MARGIN_SIDE)
+    tan_top, tan_bottom = tan_y * (1 - MARGIN_TOP), tan_y * (1 - MARGIN_BOTTOM)
+    bound_right, bound_left = np.max(x - tan_x * z), np.max(-x - tan_x * z)
+    bound_top, bound_bottom = np.max(y - tan_top * z), np.max(-y - tan_bottom * z)
+    depth = min(-(bound_right + bound_left) / (2 * tan_x), -(bound_top + bound_bottom) / (tan_top + tan_bottom))
+    # Centre: the remaining width is split between the two sides.
+    across = (bound_right - bound_left) / 2
+    height = ((bound_top + tan_top * depth) + (-bound_bottom - tan_bottom * depth)) / 2
+    return across * right + height * up + (depth - 1.0) * forward
+
+
+def set_background(scene):
+    """Set a plain background in the colour of the ground (with nodes, which every renderer supports)."""
+    world = bpy.data.worlds.get("CityPV sky") or bpy.data.worlds.new("CityPV sky")
+    if world.node_tree is None:
+        world.use_nodes = True
+    nodes = world.node_tree.nodes
+    nodes.clear()
+    background, output = nodes.new("ShaderNodeBackground"), nodes.new("ShaderNodeOutputWorld")
+    background.inputs["Color"].default_value = linear_colour(GROUND)
+    world.node_tree.links.new(background.outputs["Background"], output.inputs["Surface"])
+    scene.world = world
+
+
+SHADING, TRANSFORM = PREFIX + "shading_before", PREFIX + "transform_before"  # properties of the scene
+VIEW_WIDTH = 72.0  # [mm] of the sensor of a 3D view, along its longer side
+KEPT = ("type", "light", "color_type", "show_cavity", "show_object_outline")
+
+
+def show_city(points=None, shaded=False, screens=None):
+    """Show colours in solid mode (no shader compilation), and set clipping distances for the whole city.
+
+    Other workspaces keep their own shading.
+
+    Parameters
+    ----------
+    points : (n, 3) float [m], optional
+        Points that every 3D view is turned to, from the south-east above.
+    shaded : bool
+        Show the shape by a studio light, where there are no colours yet.
+    screens : iterable of bpy.types.Screen, optional
+        By default those that are to be seen, one in each window.
+    """
+    for screen in seen_screens() if screens is None else screens:
+        for area in _areas_of(screen):
+            space = area.spaces.active
+            shading = space.shading
+            shading.type = "SOLID"
+            shading.light, shading.color_type = ("STUDIO", "MATERIAL") if shaded else ("FLAT", "VERTEX")
+            shading.show_cavity, shading.show_object_outline = shaded, False
+            # Blender's floor grid lies in the ground plane and would show through.
+            space.overlay.show_floor = space.overlay.show_axis_x = space.overlay.show_axis_y = False
+            if points is not None and len(points):
+                _look_at(area, points)
+
+
+def match_view(stage, points=None):
+    """Show colours where the scene's city has them and they are switched on, else its shape in a studio light.
+
+    `points` are those of `show_city`.
+    """
+    city, _ = find_city(stage)
+    if city is not None:
+        show_city(points, shaded=COLOUR_ATTRIBUTE not in city.data.color_attributes or not stage.citypv.show_colours)
+
+
+def keep_shading(stage):
+    """Store how the 3D view is shaded, if it is not by CityPV, and the scene's view transform."""
+    spaces = _seen_spaces()
+    shading = spaces[0].shading if spaces else None
+    if shading is None or (shading.light, shading.color_type) == ("FLAT", "VERTEX"):
+        return
+    stage[SHADING] = {name: getattr(shading, name) for name in KEPT}
+    stage[TRANSFORM] = stage.view_settings.view_transform
+
+
+def give_back_shading(stage):
+    """Shade the 3D views as `keep_shading` found them."""
+    kept = stage.get(SHADING)
+    for space in _seen_spaces() if kept else ():
+        for name in KEPT:
+            setattr(space.shading, name, kept[name])
+    if kept:
+        stage.view_settings.view_transform = stage[TRANSFORM]
+    else:
+        match_view(stage)
+
+
+def seen_screens():
+    """Screens that are to be seen, one in each window: list of bpy.types.Screen."""
+    return [window.screen for window in bpy.context.window_manager.windows]
+
+
+def _seen_spaces():
+    return [space for screen in seen_screens() for space in _spaces_of(screen)]
+
+
+def _spaces_of(screen):
+    return [area.spaces.active for area in _areas_of(screen)]
+
+
+def _areas_of(screen):
+    return [area for area in screen.areas if area.type == "VIEW_3D"]
+
+
+def _size_of_view(area):
+    # Width and height [pixels]; the shares of the width that toolbar and sidebar lie over, of the height the headers.
+    regions, space = {region.type: region for region in area.regions}, area.spaces.active
+    view, tools, sidebar = (regions[name] for name in ("WINDOW", "TOOLS", "UI"))
+    if min(view.width, view.height) <= 1:
+        return 16, 9, 0.0, 0.0, 0.0
+    shown = {"HEADER": space.show_region_header, "TOOL_HEADER": space.show_region_tool_header}
+    above = max((view.y + view.height - regions[name].y for name in shown if shown[name]), default=0)
+    left = tools.x + tools.width - view.x if space.show_region_toolbar else 0
+    right = view.x + view.width - sidebar.x if space.show_region_ui else 0
+    left, right = (min(max(pixels / view.width, 0.0), 0.4) for pixels in (left, right))
+    return view.width, view.height, left, right, min(max(above / view.height, 0.0), 0.2)
+
+
+def _look_at(area, points):
+    # All points are in what toolbar and sidebar leave free.
+    space, (width, height, on_left, on_right, above) = area.spaces.active, _size_of_view(area)
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = float(np.linalg.norm(high - low))
+    # A closer near plane reduces the depth resolution of distant surfaces.
+    space.clip_start, space.clip_end = size / 1000, 10 * size
+    right, up, forward = camera_axes(AZIMUTH, ELEVATION)
+    half = VIEW_WIDTH / 2 / space.lens / max(width, height)
+    # In axes that lean aside, the free part is symmetric.
+    lean, free = half * width * (on_right - on_left), half * width * (1 - on_left - on_right)
+    found = frame_points(points, (right + lean * forward, up, forward), free, half * height * (1 - 2 * above))
+    depth = found @ forward - lean * (found @ right)
+    eye = (found @ right - lean * depth) * right + (found @ up) * up + depth * forward
+    distance = float((low + high) / 2 @ forward) - depth
+    region = space.region_3d
+    region.view_perspective = "PERSP"
+    region.view_location = Vector((eye + distance * forward).tolist())
+    region.view_rotation = Matrix(np.column_stack((right, up, -forward)).tolist()).to_quaternion()
+    region.view_distance = distance
