@@ -1,4 +1,4 @@
-"""Face attributes in Blender: names, codes, titles and units.
+"""Face attributes in Blender: names, codes, titles and units, written from arrays of core and read back.
 
 Every attribute is called `citypv_` + name and lives on the faces (domain FACE).
 
@@ -90,9 +90,19 @@ def read_face_attribute(mesh, name):
     attribute = mesh.attributes.get(PREFIX + name)
     if attribute is None:
         return None
-    values = np.empty(len(mesh.polygons), dtype=_TYPES[attribute.data_type])
-    attribute.data.foreach_get("value", values)
-    return values
+    return read_array(attribute.data, "value", dtype=_TYPES[attribute.data_type])
+
+
+def read_array(items, name, width=1, dtype=np.float32):
+    """Read a property of all vertices, loops or faces of a mesh: (n,), or (n, width) for vectors."""
+    values = np.empty(width * len(items), dtype)
+    items.foreach_get(name, values)
+    return values if width == 1 else values.reshape(-1, width)
+
+
+def read_corners(mesh):
+    """Vertex of each corner of a mesh's faces: (l,) int32."""
+    return read_array(mesh.loops, "vertex_index", dtype=np.int32)
 
 
 def write_classes(city, ground, surfaces):
@@ -107,14 +117,14 @@ def write_classes(city, ground, surfaces):
     """
     faces = _faces_of_surfaces(city, len(surfaces))
     for name, codes in CODES.items():
-        write_face_attribute(city.data, name, encode(getattr(surfaces, name), codes)[faces])
-    if ground is not None:
-        count = len(ground.data.polygons)
-        write_face_attribute(ground.data, "kind", np.full(count, CODES["kind"]["ground"]))
-        write_face_attribute(ground.data, "orientation", np.full(count, CODES["orientation"]["none"]))
-    for item in filter(None, (city, ground)):
-        item[PREFIX + "kind_codes"] = CODES["kind"]
-        item[PREFIX + "orientation_codes"] = CODES["orientation"]
+        words, place = np.unique(np.asarray(getattr(surfaces, name)), return_inverse=True)
+        of_surfaces = np.array([codes[word] for word in words.tolist()], np.int32)[place]
+        write_face_attribute(city.data, name, of_surfaces[faces])
+        if ground is not None:
+            of_ground = codes["ground" if name == "kind" else "none"]
+            write_face_attribute(ground.data, name, np.full(len(ground.data.polygons), of_ground))
+        for item in filter(None, (city, ground)):
+            item[f"{PREFIX}{name}_codes"] = codes
 
 
 def write_results(city, ground, transfer, energy=None):
@@ -129,20 +139,13 @@ def write_results(city, ground, transfer, energy=None):
     energy : core.energy.energy.Energy, optional
         Results of the same surfaces; without it, attributes of an earlier energy are removed.
     """
-    faces = _faces_of_surfaces(city, len(transfer.surfaces))
-    carriers = {"transfer": transfer, "energy": energy}
     for quantity in QUANTITIES:
-        if carriers[quantity.owner] is None:
-            remove_face_attribute(city, quantity.name)
-            remove_face_attribute(ground, quantity.name)
-            continue
-        values = np.asarray(getattr(carriers[quantity.owner], quantity.name), dtype=np.float64)
-        write_face_attribute(city.data, quantity.name, values[faces])
-        if ground is not None:
-            write_face_attribute(ground.data, quantity.name, np.full(len(ground.data.polygons), np.nan))
-    for view in VIEWS if energy is None else ():
-        remove_face_attribute(city, view.name)
-        remove_face_attribute(ground, view.name)
+        carrier = {"transfer": transfer, "energy": energy}[quantity.owner]
+        if carrier is not None:
+            write_surface_values(city, ground, quantity.name, getattr(carrier, quantity.name))
+    if energy is None:
+        gone = [quantity for quantity in QUANTITIES if quantity.owner == "energy"]
+        remove_face_attributes(city, ground, *(one.name for one in (*gone, *VIEWS)))
 
 
 def write_surface_values(city, ground, name, values):
@@ -153,17 +156,12 @@ def write_surface_values(city, ground, name, values):
         write_face_attribute(ground.data, name, np.full(len(ground.data.polygons), np.nan))
 
 
-def remove_face_attribute(item, name):
-    """Remove the attribute `citypv_` + name from an object's mesh, if present."""
-    attribute = item.data.attributes.get(PREFIX + name) if item is not None else None
-    if attribute is not None:
-        item.data.attributes.remove(attribute)
-
-
-def encode(words, codes):
-    """Integer codes of an array of strings: (n,) str → (n,) int32."""
-    unique, inverse = np.unique(np.asarray(words), return_inverse=True)
-    return np.array([codes[word] for word in unique.tolist()], dtype=np.int32)[inverse]
+def remove_face_attributes(city, ground, *names):
+    """Remove the attributes `citypv_` + name from the meshes of a city and its ground, where they are."""
+    for attributes in (item.data.attributes for item in (city, ground) if item is not None):
+        for name in names:
+            if PREFIX + name in attributes:
+                attributes.remove(attributes[PREFIX + name])
 
 
 def _faces_of_surfaces(city, count):

@@ -9,6 +9,7 @@ from .attributes import PREFIX
 from .in_place import is_seen
 
 KEY = PREFIX + "session"
+KEPT = PREFIX + "transfer_file"  # with the traced light, relative to the .blend
 _sessions = {}  # key -> (session, session_uid of the object)
 
 
@@ -39,17 +40,15 @@ def find_session(item):
     return session if owner is not None and owner == item.session_uid else None
 
 
-def part_sessions(cities, kept):
-    """Give cities that were duplicated or appended a key of their own: results of one are not those of the other.
+def part_sessions(cities):
+    """Give cities that were duplicated or appended keys of their own: results of one are not those of the other.
 
     Parameters
     ----------
     cities : list of bpy.types.Object
-        In the order in which they came.
-    kept : str
-        Name of the property with the file of their traced light; two cities do not share one.
+        In the order in which they came; two do not share a file with traced light either.
     """
-    for key in (KEY, kept):
+    for key in (KEY, KEPT):
         seen = set()
         for city in cities:
             if city.get(key) and city[key] in seen:

@@ -7,35 +7,29 @@ import bpy
 from ...core.errors import InputError
 from ...core.progress import report_polygons
 from ..attributes import write_classes
-from ..edits.watch_edits import inherit_shape, remember_shape
-from ..in_place import inherit_taken, is_in_place, put_in_place, write_sources
+from ..in_place import OF_CITY, TAKEN, is_in_place, put_in_place, remember_shape, write_sources
 from ..job import COMPILING, compile_loops
-from ..picture.colour_user_meshes import take_off_colours
+from ..picture.colour_user_meshes import uncolour_user_meshes
 from ..picture.show_result import show_result
 from ..result.keep_report import keep_report
-from ..run_step import Step, leave_edit_mode
+from ..run_step import OfCity, Step, leave_edit_mode
 from ..session import Session, find_city, find_own_city, find_session, open_session
-from .build_meshes import build_meshes, remove_city, show_objects
+from .build_meshes import build_meshes, remove_objects, show_objects
 from .read_materials import remember_materials
 from .read_settings import read_settings, remember_step
 
 CLASSIFYING = "classifying"  # name of the stage
 
 
-class ClassifyCity(Step, bpy.types.Operator):
+class ClassifyCity(OfCity, Step, bpy.types.Operator):
     """Classify surfaces as facades, roofs and others by tilt and orientation, and put the city on its ground"""
 
     bl_idname = "citypv.classify"
     bl_label = "Classify surfaces"
     bl_options = {"REGISTER", "UNDO"}
+    needs = "city"
+    lacking = "Import a city or take meshes first (a city of an opened file must be imported again)"
     stages = {CLASSIFYING: 2, COMPILING: 1, "finding interior surfaces": 1}
-
-    @classmethod
-    def poll(cls, context):
-        """A city was imported, or taken from meshes, since the file was opened."""
-        cls.poll_message_set("Import a city or take meshes first (a city of an opened file must be imported again)")
-        session = find_session(find_city(context.scene)[0])
-        return session is not None and session.city is not None
 
     def prepare(self, context):
         """Take the city, once its place on Earth is known."""
@@ -81,18 +75,17 @@ def show_kinds(context, before, session, findings):
     scene, (old, old_ground) = session.scene, find_own_city(context.scene, before)
     item, ground = build_meshes(scene)
     remember_step(item, "classify", context.scene.citypv, old)
-    taken = is_in_place(old)
-    if taken:
-        take_off_colours(old)
-        inherit_taken(item, old)
-    inherit_shape(item, old)
-    remove_city(old, old_ground)
+    uncolour_user_meshes(old)
+    for key in OF_CITY:
+        if key in old:
+            item[key] = old[key].to_dict() if key == TAKEN else old[key]
+    remove_objects(old, old_ground)
     for new, name in ((item, "City"), (ground, "Ground")):
         if new is not None:
             new.name = new.data.name = name
     write_classes(item, ground, scene.surfaces)
     show_objects(context.scene, item, ground)
-    if taken:
+    if is_in_place(item):
         put_in_place(item, scene.site)
         write_sources(item, scene.surfaces.surface_id)
     else:

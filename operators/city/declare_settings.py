@@ -1,54 +1,61 @@
-"""Properties of Blender's panel from the settings that `core.request.Request` declares."""
+"""Properties of Blender's panel from the settings that `core.request.Request` declares, and switches of effects."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ...core.effects.table import TABLE
-from ...core.errors import InputError
 from ...core.request import declared_settings
-from ..run_step import in_panel_words
+from ..run_step import Action
 
 LARGEST = 2**31 - 1  # Blender keeps whole numbers in 32 bits
 AUTO = "auto_"  # + setting: switch of one that may be left to the program
 START = 3  # number that the user begins with
 UNSET = -1  # stands for None in whole numbers that may be left to the program, as Blender has no None
-
-
 MOST = 100  # suggestions
+STATES = (
+    ("auto", "Auto", "As the plan decides for the city"),
+    ("on", "On", "Always"),
+    ("off", "Off", "Never"),
+)
+ELECTRIC = ("aoi", "spectrum", "temperature")  # effects of the step Energy
+OF_LIGHT = tuple(key for key in TABLE if key not in ELECTRIC)  # of the step Trace
 
 
-def suggest_modules(settings, context, text):
-    """Names of modules that have all words of a text, those of the Sandia library first: list of str."""
-    from ...core.energy.pick_module import CEC, SANDIA
-    from ...core.energy.search_library import join_letters, read_library, split_words
-
-    words = split_words(text)
-    names = dict.fromkeys(name for library in (SANDIA, CEC) for name in read_library(library))
-    found = (name for name in names if all(word in join_letters(name) for word in words))
-    return [name for name, _ in zip(found, range(MOST), strict=False)]
+def list_titled():
+    """Settings that the panel shows: list of (name, default, details)."""
+    return [(name, default, details) for name, default, details in declared_settings() if details.title]
 
 
-SEARCHES = {"Module": suggest_modules}  # title of a text -> its suggestions
+def settings_of_panel(panel):
+    """Names of the settings that a panel shows without changes: list of str."""
+    return [name for name, _, details in declared_settings() if details.panel == panel]
+
+
+def left_to_program(details):
+    """Whether a setting is a whole number or, with a word such as `auto`, None."""
+    return details.kind == "integer" and bool(details.none)
 
 
 def build_properties():
-    """Properties of all settings that have a title, by the names of the settings: dict."""
-    declared = [(name, default, details) for name, default, details in declared_settings() if details.title]
-    switches = {AUTO + name: build_switch(name, details) for name, _, details in declared if left_to_program(details)}
-    return {name: build_property(default, details) for name, default, details in declared} | switches
+    """Properties of all settings that have a title, by the names of the settings, and switches of effects: dict."""
+    found = {}
+    for name, default, details in list_titled():
+        found[name] = build_property(default, details)
+        if left_to_program(details):
+            found[AUTO + name] = build_switch(name, details)
+    return found | {
+        name_switch(key): EnumProperty(name=row.title, description=row.words, items=STATES)
+        for key, row in TABLE.items()
+    }
 
 
 def build_switch(name, details):
     """Property that leaves a setting to the program: on while its number is UNSET."""
-
-    def leave(settings, left):
-        setattr(settings, name, UNSET if left else START)
-
     return BoolProperty(
         name="Automatic",
-        description=_sentence(details.words),
+        description=capitalise(details.words),
         get=lambda settings: getattr(settings, name) == UNSET,
-        set=leave,
+        set=lambda settings, left: setattr(settings, name, UNSET if left else START),
     )
 
 
@@ -65,18 +72,21 @@ def build_property(default, details):
     bpy.props._PropertyDeferred
     """
     unit = f" [{details.unit}]" if details.unit and details.subtype == "NONE" else ""
-    named = {"name": details.title, "description": _sentence(details.words) + unit}
+    named = {"name": details.title, "description": capitalise(details.words) + unit}
     if details.kind == "choice":
-        items = [(value, name_choice(value), words) for value, words in details.choices.items()]
+        # Units and axes stay as they are.
+        items = [
+            (value, value.replace("-", " ").capitalize() if len(value) > 2 else value, words)
+            for value, words in details.choices.items()
+        ]
         return EnumProperty(**named, items=items, default=default)
     if details.kind in ("switch", "flag"):
         return BoolProperty(**named, default=default)
     if details.kind == "text":
-        search = SEARCHES.get(details.title)
-        more = {"search": search, "search_options": {"SUGGESTION"}} if search else {}
-        return StringProperty(**named, default=default or "", **more)
-    named |= {"default": default} | ({"min": details.least} if details.least is not None else {})
-    named |= {"max": details.most} if details.most is not None else {}
+        search = {"search": suggest_modules, "search_options": {"SUGGESTION"}} if details.title == "Module" else {}
+        return StringProperty(**named, default=default or "", **search)
+    limits = {"min": details.least, "max": details.most}
+    named |= {"default": default} | {key: limit for key, limit in limits.items() if limit is not None}
     if left_to_program(details):
         named |= {"default": UNSET if default is None else default, "min": UNSET}
         named["description"] += f" ({UNSET}: {details.none})"
@@ -87,40 +97,13 @@ def build_property(default, details):
     return FloatProperty(**named, **lowest, subtype=details.subtype, precision=precision)
 
 
-def name_choice(value):
-    """Choice as the panel shows it; units and axes stay as they are."""
-    return value.replace("-", " ").capitalize() if len(value) > 2 else value
-
-
-def left_to_program(details):
-    """Whether a setting is a whole number or, with a word such as `auto`, None."""
-    return details.kind == "integer" and bool(details.none)
-
-
 def read_properties(settings):
-    """Values of these properties, by the names of the settings: dict."""
-    found = {name: (getattr(settings, name), details) for name, _, details in declared_settings() if details.title}
-    return {
-        name: None if left_to_program(details) and value == UNSET else value for name, (value, details) in found.items()
-    }
-
-
-def settings_of_panel(panel):
-    """Names of the settings that a panel shows without changes: list of str."""
-    return [name for name, _, details in declared_settings() if details.panel == panel]
-
-
-def _sentence(words):
-    return words[0].upper() + words[1:]
-
-
-STATES = (
-    ("auto", "Auto", "As the plan decides for the city"),
-    ("on", "On", "Always"),
-    ("off", "Off", "Never"),
-)
-ELECTRIC = ("aoi", "spectrum", "temperature")  # effects of the step Energy
-OF_LIGHT = tuple(key for key in TABLE if key not in ELECTRIC)  # of the step Trace
+    """Values of these properties, by the names of the settings, with the effects that are switched on or off: dict."""
+    found = {name: getattr(settings, name) for name, _, _ in list_titled()}
+    unset = [name for name, _, details in list_titled() if left_to_program(details) and found[name] == UNSET]
+    states = {key: getattr(settings, name_switch(key)) for key in TABLE}
+    effects = {key: state == "on" for key, state in states.items() if state != "auto"}
+    return found | dict.fromkeys(unset) | {"effects": effects}
 
 
 def name_switch(key):
@@ -128,21 +111,22 @@ def name_switch(key):
     return f"effect_{key.replace('-', '_')}"
 
 
-def build_switches():
-    """Properties that switch the effects, by their names: dict."""
-    return {
-        name_switch(key): EnumProperty(name=row.title, description=row.words, items=STATES)
-        for key, row in TABLE.items()
-    }
+def capitalise(words):
+    """Words as a sentence begins; `str.capitalize` would write ERA5 in small letters."""
+    return words[0].upper() + words[1:]
 
 
-def read_switches(settings):
-    """Effects that the user has switched on or off: dict of str to bool."""
-    chosen = {key: getattr(settings, name_switch(key)) for key in TABLE}
-    return {key: state == "on" for key, state in chosen.items() if state != "auto"}
+def suggest_modules(settings, context, text):
+    """Names of modules that have all words of a text, those of the Sandia library first: list of str."""
+    from ...core.energy.pick_module import CEC, SANDIA
+    from ...core.energy.search_library import join_letters, read_library, split_words
+
+    words = split_words(text)
+    names = dict.fromkeys(name for library in (SANDIA, CEC) for name in read_library(library))
+    return [name for name in names if all(word in join_letters(name) for word in words)][:MOST]
 
 
-class FindModule(bpy.types.Operator):
+class FindModule(Action, bpy.types.Operator):
     """Use the module whose name has these words, in pvlib's Sandia or CEC library"""
 
     bl_idname = "citypv.find_module"
@@ -150,25 +134,17 @@ class FindModule(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     text: bpy.props.StringProperty(
-        name="Name",
-        description="Name or a part of it",
-        search=suggest_modules,
-        search_options={"SUGGESTION"},
+        name="Name", description="Name or a part of it", search=suggest_modules, search_options={"SUGGESTION"}
     )
 
     def invoke(self, context, event):
         """Ask for the name."""
         return context.window_manager.invoke_props_dialog(self, width=420)
 
-    def execute(self, context):
+    def act(self, context, city, ground):
         """Set the module."""
         from ...core.energy.pick_module import pick_module
 
-        try:
-            module = pick_module(self.text)
-        except InputError as error:
-            self.report({"ERROR"}, in_panel_words(error))
-            return {"CANCELLED"}
+        module = pick_module(self.text)
         context.scene.citypv.module = module.name
-        self.report({"INFO"}, f"{module.name}: {module.nominal_power:.0f} W, {module.area:.2f} m²")
-        return {"FINISHED"}
+        return f"{module.name}: {module.nominal_power:.0f} W, {module.area:.2f} m²"

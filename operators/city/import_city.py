@@ -1,4 +1,4 @@
-"""The files of a city as properties of operators: typed, chosen in the file browser, or dropped on a view."""
+"""Import: read the buildings of files, typed, chosen in the file browser or dropped on a view, and show them."""
 
 import os
 from dataclasses import replace
@@ -10,25 +10,23 @@ import bpy
 from ...core.progress import report_polygons
 from ..attributes import PREFIX
 from ..edits.switch_city import show_objects_of
-from ..edits.watch_edits import remember_shape
-from ..in_place import list_taken
-from ..picture.colour_user_meshes import take_off_colours
+from ..in_place import list_taken, remember_shape
+from ..picture.colour_user_meshes import uncolour_user_meshes
 from ..picture.show_city import show_city
 from ..result.keep_report import FILES, keep_report
 from ..run_step import Step
 from ..session import Session, list_cities, open_session
-from .build_meshes import build_meshes, remove_city, show_objects
-from .read_settings import choose_weather, find_preferences, read_city_path, read_settings, remember_step
+from .build_meshes import build_meshes, remove_objects, show_objects
+from .read_settings import choose_weather, find_preferences, read_path, read_settings, remember_step
+
+SUFFIXES = (".gml", ".xml", ".citygml", ".json", ".jsonl", ".obj", ".gz")  # the file browser shows these
 
 
 class CityFiles:
     """Mixin of operators that import a city; without a file they open the file browser."""
 
     filepath: bpy.props.StringProperty(
-        name="File",
-        description="File or folder; empty: as in the panel",
-        subtype="FILE_PATH",
-        options={"SKIP_SAVE"},
+        name="File", description="File or folder; empty: as in the panel", subtype="FILE_PATH", options={"SKIP_SAVE"}
     )
     files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
@@ -42,8 +40,18 @@ class CityFiles:
             return {"CANCELLED"}
         return super().invoke(context, event)
 
-
-SUFFIXES = (".gml", ".xml", ".citygml", ".json", ".jsonl", ".obj", ".gz")  # the file browser shows these
+    def prepare(self, context):
+        """Read the paths and options."""
+        settings = context.scene.citypv
+        choose_weather(settings, find_preferences())
+        if self.files and self.directory:
+            paths = [str(Path(self.directory, file.name)) for file in self.files if file.name]
+        elif self.filepath:
+            paths = [bpy.path.abspath(self.filepath)]
+        else:
+            paths = [read_path(settings, "city_path", "City", "a file or folder with buildings")]
+        settings.city_path = paths[0] if len(paths) == 1 else os.path.commonpath(paths)
+        return paths, read_settings(settings)
 
 
 class ImportCity(CityFiles, Step, bpy.types.Operator):
@@ -56,17 +64,6 @@ class ImportCity(CityFiles, Step, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     stages = {"reading files": 3, "joining polygons": 1, "triangulating": 1}
-
-    def prepare(self, context):
-        """Read the paths and options."""
-        settings = context.scene.citypv
-        choose_weather(settings, find_preferences())
-        if self.files and self.directory:
-            paths = [str(Path(self.directory, file.name)) for file in self.files if file.name]
-        else:
-            paths = [bpy.path.abspath(self.filepath) if self.filepath else read_city_path(settings)]
-        settings.city_path = paths[0] if len(paths) == 1 else os.path.commonpath(paths)
-        return paths, read_settings(settings)
 
     @staticmethod
     def work(task, progress):
@@ -135,40 +132,24 @@ def show_import(context, city, scene, findings, taken=()):
     scene : core.scene.scene.Scene
     findings : list of core.list_findings.Finding
     taken : list of bpy.types.Object, optional
-        The user's objects that are the city; the view then stays where it is.
+        The user's objects that are the city: then the same objects count, whatever the files are called, and the view
+        stays where it is.
     """
-    kept = put_aside(context.scene, [str(path) for path in scene.report.files], taken)
+    files = [str(path) for path in scene.report.files]
+    for item in list_cities(context.scene):
+        same = {own for _, own, _ in list_taken(item)} == set(taken) and (taken or list(item.get(FILES, ())) == files)
+        if same:
+            uncolour_user_meshes(item)
+            remove_objects(item, item.get(PREFIX + "ground"))
+    kept = list_cities(context.scene)
+    for item in kept:
+        show_objects_of(item, visible=False)
     item, ground = build_meshes(scene)
     show_objects(context.scene, item, ground)
     open_session(item, Session(city=city))
     remember_step(item, "import", context.scene.citypv)
     remember_shape(item)
     if not taken:
-        show_city(scene.vertices, shaded=True)
-    return keep_report(item, scene, findings) + (f"; kept, hidden: {', '.join(kept)}" if kept else "")
-
-
-def put_aside(stage, files, taken=()):
-    """Remove cities of the same files from a Blender scene, and hide the others.
-
-    Parameters
-    ----------
-    stage : bpy.types.Scene
-    files : list of str
-    taken : list of bpy.types.Object, optional
-        The user's objects that it is taken from: then the same objects count, whatever they are called.
-
-    Returns
-    -------
-    list of str
-        Names of the cities that are hidden now.
-    """
-    for item in list_cities(stage):
-        same = {own for _, own, _ in list_taken(item)} == set(taken) and (taken or list(item.get(FILES, ())) == files)
-        if same:
-            take_off_colours(item)
-            remove_city(item, item.get(PREFIX + "ground"))
-    kept = list_cities(stage)
-    for item in kept:
-        show_objects_of(item, visible=False)
-    return [item.name for item in kept]
+        show_city(context, scene.vertices, shaded=True)
+    told = keep_report(item, scene, findings)
+    return f"{told}; kept, hidden: {', '.join(one.name for one in kept)}" if kept else told

@@ -8,7 +8,7 @@ from ...core.errors import InputError
 from ...core.materials.materials import CLEAR, DIFFUSE, MaterialSpec, describe_brdf, recognise_material
 from ...core.materials.shader_material import albedo_of_colour, named_material, shader_material
 from ...core.scene.name_cells import whole_of_cell
-from ..attributes import PREFIX, read_face_attribute
+from ..attributes import PREFIX, read_array, read_face_attribute
 
 CHOICE = PREFIX + "material"  # property of a material with the user's choice
 MATERIALS = (*DIFFUSE, *CLEAR, "mirror", "glossy:0.1")  # suggestions, with an example
@@ -37,8 +37,7 @@ def name_face_materials(item, mesh):
     names = ["" if slot is None or slot.get(PREFIX + "part") else slot.name_full for slot in slots]
     if not any(names):
         return [""] * len(mesh.polygons)
-    chosen = np.empty(len(mesh.polygons), dtype=np.int32)
-    mesh.polygons.foreach_get("material_index", chosen)
+    chosen = read_array(mesh.polygons, "material_index", dtype=np.int32)
     return [names[place] for place in np.clip(chosen, 0, len(names) - 1).tolist()]
 
 
@@ -68,9 +67,8 @@ def remember_materials(item, ground, session):
     ids = city.surface_id if scene is None else scene.surfaces.surface_id
     if surface is None or not any(names):
         return
-    areas = np.empty(len(names), dtype=np.float32)
-    item.data.polygons.foreach_get("area", areas)
-    given = {int(surface[face]): names[face] for face in np.argsort(areas, kind="stable").tolist() if names[face]}
+    order = np.argsort(read_array(item.data.polygons, "area"), kind="stable").tolist()
+    given = {int(surface[face]): names[face] for face in order if names[face]}
     rows = {name: row for row, name in enumerate(city.surface_id)}
     for holder in filter(None, (city, scene and scene.surfaces)):
         holder.material = holder.material or [""] * len(holder)
@@ -143,11 +141,16 @@ def read_shader(material):
     tree = material.node_tree
     if tree is None or (bpy.app.version < (5, 0) and not material.use_nodes):
         return _rec709(material.diffuse_color), material.metallic, material.roughness, 0.0
-    node = _find_shader(tree)
-    if node is None:
+    output = tree.get_output_node("ALL")
+    links = output.inputs["Surface"].links if output is not None else ()
+    node = links[0].from_node if links else None
+    if node is None or node.type not in NODES:
         return (None,) * 4
-    colour, *rest = (_read_input(node, part) if isinstance(part, str) else part for part in NODES[node.type])
-    return None if colour is None else _rec709(colour), *rest
+    found = []
+    for part in NODES[node.type]:
+        socket = node.inputs[part] if isinstance(part, str) else None
+        found.append(part if socket is None else None if socket.is_linked else socket.default_value)
+    return None if found[0] is None else _rec709(found[0]), *found[1:]
 
 
 def describe_material(material):
@@ -161,18 +164,6 @@ def describe_material(material):
         return f"{error.source}: {error.problem}"
     words = f"Reflects {describe_brdf(brdf)}" + ("" if finish.material in CLEAR else f", albedo {brdf.albedo:.3f}")
     return f"{finish.material}: {words}" if finish.material else words
-
-
-def _find_shader(tree):
-    output = tree.get_output_node("ALL")
-    links = output.inputs["Surface"].links if output is not None else ()
-    node = links[0].from_node if links else None
-    return node if node is not None and node.type in NODES else None
-
-
-def _read_input(node, name):
-    socket = node.inputs[name]
-    return None if socket.is_linked else socket.default_value
 
 
 def _rec709(colour):

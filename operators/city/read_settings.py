@@ -1,4 +1,7 @@
-"""Read the panel's settings into a Request."""
+"""Read the settings of panel and preferences into a Request, and remember with which of them a step was run.
+
+A step is done, stale because a setting was changed since, or still to do.
+"""
 
 import os
 import sys
@@ -8,107 +11,88 @@ import bpy
 
 from ...core.errors import InputError
 from ..attributes import PREFIX
-from ..edits.watch_edits import is_edited
-from ..in_place import is_in_place
+from ..in_place import EDITED, is_in_place
 from ..job import threads_beside_window
-from .declare_settings import ELECTRIC, OF_LIGHT, name_switch, read_properties, read_switches, settings_of_panel
+from .declare_settings import ELECTRIC, OF_LIGHT, name_switch, read_properties, settings_of_panel
+
+ADDON = __package__.rpartition(".operators")[0]  # its name in Blender
+ASKED = PREFIX + "asked_"  # + step: property of a city
+STEPS = {  # step -> settings of the panel that are not declared by core
+    "import": ("city_path", "lod"),
+    "classify": ("own_place", "latitude", "longitude", "ground", "terrain", "split", "grid_size"),
+    "trace": ("suns", "days", "typical_days", "sky_grid", "albedo_source", "albedo_file", "horizon"),
+    "energy": ("weather", "weather_file", "weather_place", "weather_point", "year"),
+}
+PANELS = {
+    "import": ("import",),
+    "classify": ("classify",),
+    "trace": ("trace", "sampling"),
+    "energy": ("weather", "energy"),
+}
 
 
 def read_settings(settings):
-    """Read the panel's settings.
+    """Read the panel's settings, `scene.citypv`: core.request.Request."""
+    from ...core.request import Request
+
+    numbers = {"days": settings.days, "typical-days": settings.typical_days, "sky-grid": settings.sky_grid}
+    place = {"latitude": settings.latitude, "longitude": settings.longitude} if settings.own_place else {}
+    if settings.own_place and settings.latitude == settings.longitude == 0:
+        raise InputError("Own location", "0° N, 0° E lies in the sea", "give latitude and longitude in step Classify")
+    ground, terrain, weather, albedo_file = settings.ground, None, settings.weather, None
+    if ground == "terrain":
+        ground, terrain = "auto", read_path(settings, "terrain", "Terrain", "a terrain file, or another type of ground")
+    if weather == "pvgis" and not bpy.app.online_access:
+        raise InputError("Weather", "Blender may not use the network", "allow online access in Preferences > System")
+    if weather == "file":
+        weather = read_path(settings, "weather_file", "Weather", "a weather file, or the climate")
+    if settings.albedo_source == "file":
+        albedo_file = read_path(settings, "albedo_file", "Albedo", "an albedo file, or another source of albedo")
+    return Request(
+        **read_properties(settings),
+        lod=None if settings.lod == "BEST" else settings.lod,
+        **place,
+        grid_size=settings.grid_size if settings.split else None,
+        ground=ground,
+        terrain=terrain,
+        weather=weather,
+        suns=f"{settings.suns}:{numbers[settings.suns]}" if settings.suns in numbers else settings.suns,
+        horizon=bpy.path.abspath(settings.horizon) or None,
+        weather_place=read_weather_place(settings) if settings.weather == "file" else None,
+        albedo_file=albedo_file,
+        threads=read_threads(settings, find_preferences()) or threads_beside_window(not bpy.app.background),
+    )
+
+
+def read_path(settings, name, title, cure):
+    """Path of a file that the user chose; relative ones (//) start at the .blend file.
 
     Parameters
     ----------
     settings : bpy.types.PropertyGroup
-        `scene.citypv`.
+    name : str
+        Of the setting.
+    title, cure : str
+        What the file is of, and what to choose; for the error where none is chosen.
 
-    Returns
-    -------
-    core.request.Request
+    Raises
+    ------
+    InputError
     """
-    from ...core.request import Request
-
-    return Request(
-        **read_properties(settings),
-        lod=None if settings.lod == "BEST" else settings.lod,
-        **read_own_place(settings),
-        grid_size=settings.grid_size if settings.split else None,
-        ground="auto" if settings.ground == "terrain" else settings.ground,
-        terrain=read_terrain_path(settings) if settings.ground == "terrain" else None,
-        weather=read_weather_source(settings),
-        suns=read_suns(settings),
-        horizon=bpy.path.abspath(settings.horizon) or None,
-        weather_place=read_weather_place(settings) if settings.weather == "file" else None,
-        albedo_file=read_albedo_path(settings) if settings.albedo_source == "file" else None,
-        threads=read_threads(settings, find_preferences()) or threads_beside_window(not bpy.app.background),
-        effects=read_switches(settings),
-    )
-
-
-def read_own_place(settings):
-    """Latitude and longitude that the user gave, as settings of a Request; none where the files are to say it."""
-    if not settings.own_place:
-        return {}
-    if settings.latitude == settings.longitude == 0:
-        raise InputError("Own location", "0° N, 0° E lies in the sea", "give latitude and longitude in step Classify")
-    return {"latitude": settings.latitude, "longitude": settings.longitude}
-
-
-def read_city_path(settings):
-    """Path of the city's file or folder; relative ones (//) start at the .blend file."""
-    if not settings.city_path:
-        raise InputError("City", "no file is chosen", "choose a file or folder with buildings")
-    return bpy.path.abspath(settings.city_path)
-
-
-def read_terrain_path(settings):
-    """Path of the terrain's file; relative ones (//) start at the .blend file."""
-    if not settings.terrain:
-        raise InputError("Terrain", "no file is chosen", "choose a terrain file, or another type of ground")
-    return bpy.path.abspath(settings.terrain)
-
-
-def read_albedo_path(settings):
-    """Path of the albedo's file; relative ones (//) start at the .blend file."""
-    if not settings.albedo_file:
-        raise InputError("Albedo", "no file is chosen", "choose an albedo file, or another source of albedo")
-    return bpy.path.abspath(settings.albedo_file)
-
-
-def read_weather_source(settings):
-    """`climate`, `pvgis`, `clear-sky`, or the path of the weather file."""
-    if settings.weather == "pvgis" and not bpy.app.online_access:
-        raise InputError("Weather", "Blender may not use the network", "allow online access in Preferences > System")
-    if settings.weather != "file":
-        return settings.weather
-    if not settings.weather_file:
-        raise InputError("Weather", "no file is chosen", "choose a weather file, or the climate")
-    return bpy.path.abspath(settings.weather_file)
+    if not getattr(settings, name):
+        raise InputError(title, "no file is chosen", f"choose {cure}")
+    return bpy.path.abspath(getattr(settings, name))
 
 
 def read_weather_place(settings):
     """Latitude and longitude [°] where the weather was measured: (2,) tuple, or None if its file says it."""
     words = settings.weather_place.replace(",", " ").split()
-    if not words:
-        return None
     try:
-        latitude, longitude = map(float, words)
+        latitude, longitude = map(float, words) if words else (None, None)
     except ValueError:
         problem = f"{settings.weather_place!r} is not a latitude and a longitude"
         raise InputError("Measured at", problem, "give two numbers in degrees, such as 52.38 13.06") from None
-    return latitude, longitude
-
-
-def read_suns(settings):
-    """Choice of suns in the notation of the command line: `days:24`."""
-    if settings.suns == "hourly":
-        return "hourly"
-    count = {"days": settings.days, "typical-days": settings.typical_days, "sky-grid": settings.sky_grid}
-    return f"{settings.suns}:{count[settings.suns]}"
-
-
-ADDON = __package__.rpartition(".operators")[0]  # its name in Blender
-WEATHER = ("weather", "weather_file")
+    return (latitude, longitude) if words else None
 
 
 def find_preferences():
@@ -124,35 +108,19 @@ def read_threads(settings, preferences):
 
 def choose_weather(settings, preferences):
     """Let a scene in which no weather was chosen yet begin with the preferred one."""
-    if preferences is None or settings.is_property_set("weather"):
-        return
-    for name in WEATHER:
-        setattr(settings, name, getattr(preferences, name))
+    if preferences is not None and not settings.is_property_set("weather"):
+        settings.weather, settings.weather_file = preferences.weather, preferences.weather_file
 
 
-def use_cache_folder(preferences):
+def use_cache_folder(preferences, context=None):
     """Keep the compiled loops in the preferred folder. Has an effect before the first of them is called."""
     folder = bpy.path.abspath(preferences.cache_folder) if preferences is not None else ""
     if folder and "numba" not in sys.modules:
         os.environ["NUMBA_CACHE_DIR"] = folder
 
 
-STEPS = {  # step -> settings of the panel that are not declared by core
-    "import": ("city_path", "lod"),
-    "classify": ("own_place", "latitude", "longitude", "ground", "terrain", "split", "grid_size"),
-    "trace": ("suns", "days", "typical_days", "sky_grid", "albedo_source", "albedo_file", "horizon"),
-    "energy": ("weather", "weather_file", "weather_place", "weather_point", "year"),
-}
-PANELS = {
-    "import": ("import",),
-    "classify": ("classify",),
-    "trace": ("trace", "sampling"),
-    "energy": ("weather", "energy"),
-}
-
-
-def remember_step(city, step, settings, *earlier):
-    """Store on a city which settings a step was run with.
+def remember_step(city, step, settings, earlier=None):
+    """Store on a city which settings a step was run with; those after it are to be done.
 
     Parameters
     ----------
@@ -160,27 +128,27 @@ def remember_step(city, step, settings, *earlier):
     step : str
         Of `STEPS`.
     settings : bpy.types.PropertyGroup
-    *earlier : bpy.types.Object
+    earlier : bpy.types.Object, optional
         A city that this one replaces: the steps before stay as they were.
     """
-    for before in earlier:
-        for name in list(STEPS)[: list(STEPS).index(step)]:
-            if before.get(_key(name)):
-                city[_key(name)] = before[_key(name)]
-    for name in list(STEPS)[list(STEPS).index(step) + 1 :]:
-        city.pop(_key(name), None)
-    city[_key(step)] = describe_settings(step, settings)
+    order = list(STEPS)
+    for name in order[: order.index(step)]:
+        if earlier is not None and ASKED + name in earlier:
+            city[ASKED + name] = earlier[ASKED + name]
+    forget_steps(city, *order[order.index(step) + 1 :])
+    city[ASKED + step] = describe_settings(step, settings)
+
+
+def forget_steps(city, *steps):
+    """Take steps for not done, as with other settings than those of the panel."""
+    for step in steps:
+        city.pop(ASKED + step, None)
 
 
 def asked_path(city):
     """What the panel had under *City* when a city was imported: a path, or "" if that is not known."""
-    kept = city.get(_key("import"))
+    kept = city.get(ASKED + "import")
     return literal_eval(kept)[STEPS["import"].index("city_path")] if kept else ""
-
-
-def forget_step(city, step):
-    """Take a step for not done, as with other settings than those of the panel."""
-    city.pop(_key(step), None)
 
 
 def state_of_step(city, step, settings):
@@ -189,26 +157,21 @@ def state_of_step(city, step, settings):
     A step is stale too if one before it is.
     """
     for name in STEPS:
-        kept = city.get(_key(name)) if city is not None else None
+        kept = city.get(ASKED + name) if city is not None else None
         state = "stale" if kept else "next"
         # A city of the user's own meshes depends on them, not on the settings of a file.
         same = kept == describe_settings(name, settings) or (name == "import" and kept and is_in_place(city))
-        if same and not (name == "import" and is_edited(city)):
+        if same and not (name == "import" and city.get(EDITED)):
             state = "done"
         if name == step:
             return state
         if state != "done":
-            return "stale" if city is not None and city.get(_key(step)) else ""
+            return "stale" if city is not None and city.get(ASKED + step) else ""
     raise InputError(step, "is no step", f"give {', '.join(STEPS)}")
 
 
 def describe_settings(step, settings):
     """Settings of a step as text."""
     names = [*STEPS[step], *(name for panel in PANELS[step] for name in settings_of_panel(panel))]
-    if step in ("trace", "energy"):
-        names += [name_switch(key) for key in (OF_LIGHT if step == "trace" else ELECTRIC)]
+    names += [name_switch(key) for key in {"trace": OF_LIGHT, "energy": ELECTRIC}.get(step, ())]
     return repr([getattr(settings, name) for name in names])
-
-
-def _key(step):
-    return f"{PREFIX}asked_{step}"

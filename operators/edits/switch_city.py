@@ -11,14 +11,14 @@ from ..city.build_meshes import read_vertices
 from ..city.read_settings import asked_path
 from ..in_place import SEEN, is_in_place, list_taken
 from ..picture.colour_faces import read_scale
-from ..picture.colour_user_meshes import take_off_colours, wear_colours
+from ..picture.colour_user_meshes import colour_user_meshes, uncolour_user_meshes
 from ..picture.show_city import match_view
 from ..result.keep_report import FILES
-from ..run_step import leave_edit_mode, redraw_panels
+from ..run_step import Action, OfCity, leave_edit_mode
 from ..session import find_city, list_cities
 
 
-class SwitchCity(bpy.types.Operator):
+class SwitchCity(OfCity, Action, bpy.types.Operator):
     """Show this city, and hide the others"""
 
     bl_idname = "citypv.switch_city"
@@ -27,43 +27,19 @@ class SwitchCity(bpy.types.Operator):
 
     name: bpy.props.StringProperty(name="City", description="Name of the city's object")
 
-    @classmethod
-    def poll(cls, context):
-        """There is a city."""
-        cls.poll_message_set("Import a city first")
-        return find_city(context.scene)[0] is not None
-
-    def execute(self, context):
+    def act(self, context, city, ground):
         """Show one, hide the others."""
-        cities = list_cities(context.scene)
-        try:
-            chosen = find_by_name(cities, self.name)
-        except InputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        cities = {item.name: item for item in list_cities(context.scene)}
+        if self.name not in cities:
+            raise InputError(self.name or "City", "there is no such city", f"give {' or '.join(cities)}")
         leave_edit_mode(context)
-        for item in cities:
+        chosen = cities[self.name]
+        for item in cities.values():
             show_objects_of(item, visible=item == chosen)
         taken = is_in_place(chosen)
         if not taken and asked_path(chosen):
             context.scene.citypv.city_path = asked_path(chosen)
-        match_view(context.scene, None if taken else read_vertices(chosen))
-        redraw_panels(context, views=True)
-        return {"FINISHED"}
-
-
-def find_by_name(cities, name):
-    """City with this name.
-
-    Raises
-    ------
-    InputError
-        There is none.
-    """
-    for item in cities:
-        if item.name == name:
-            return item
-    raise InputError(name or "City", "there is no such city", f"give {' or '.join(item.name for item in cities)}")
+        match_view(context, None if taken else read_vertices(chosen))
 
 
 def show_objects_of(city, *, visible):
@@ -74,7 +50,7 @@ def show_objects_of(city, *, visible):
     if is_in_place(city):
         city[SEEN] = visible
         wanted = visible and read_scale(city) is not None and bpy.context.scene.citypv.show_colours
-        (wear_colours if wanted else take_off_colours)(city)
+        (colour_user_meshes if wanted else uncolour_user_meshes)(city)
         ground = city.get(PREFIX + "ground")
         if ground is not None:
             ground.hide_set(not visible)
@@ -86,19 +62,13 @@ def show_objects_of(city, *, visible):
         item.hide_render = not visible
 
 
-class Retrace(bpy.types.Operator):
+class Retrace(OfCity, bpy.types.Operator):
     """Import the files of this city again and run all steps; a city of meshes is taken from them again"""
 
     bl_idname = "citypv.retrace"
     bl_label = "Import and trace again"
     bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context):
-        """There is a city whose origin is known."""
-        cls.poll_message_set("Import a city first")
-        city, _ = find_city(context.scene)
-        return city is not None and bool(city.get(FILES))
+    needs = FILES
 
     def execute(self, context):
         """Run the steps."""

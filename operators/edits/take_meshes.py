@@ -8,14 +8,17 @@ import numpy as np
 from ...core.city.polygon import FileContent, Polygon
 from ...core.city.tree import Tree
 from ...core.errors import InputError
-from ..attributes import PREFIX
+from ..attributes import PREFIX, read_array, read_corners
 from ..city.import_city import show_import, triangulate_import
 from ..city.read_materials import name_face_materials
 from ..city.read_settings import read_settings
-from ..in_place import has_own_faces, mark_taken, write_sources
+from ..in_place import BUILDINGS, METRES, SEEN, TAKEN, has_own_faces, put_in_place, remember_shape, write_sources
 from ..run_step import Step, leave_edit_mode
 from ..session import find_city
-from .watch_edits import remember_shape
+
+LARGEST_COORDINATE = 1e8  # [m] larger than any coordinate on Earth
+TREE_COLLECTIONS = ("tree", "trees", "vegetation")
+OTHER_SHAPES = ("CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME")
 
 
 class TakeMeshes(Step, bpy.types.Operator):
@@ -41,23 +44,23 @@ class TakeMeshes(Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Repair them like files."""
+        from ...core.city.join_contents import join_contents
+
         content, taken, request = task
-        return taken, triangulate_import(join_meshes(content, request.orient), request, progress)
+        return taken, triangulate_import(join_contents([content], orient=request.orient), request, progress)
 
     def finish(self, context, result):
         """Remember what was taken; the objects stay as they are."""
         taken, (city, scene, findings) = result
         text = show_import(context, city, scene, findings, taken=[item for item, _ in taken])
         item, _ = find_city(context.scene)
-        mark_taken(item, taken, scene.site, context.scene.unit_settings.scale_length)
+        item[TAKEN] = {str(place): own for place, (own, _) in enumerate(taken)}
+        item[BUILDINGS], item[SEEN] = [name for _, name in taken], True
+        item[METRES] = context.scene.unit_settings.scale_length
+        put_in_place(item, scene.site)
         write_sources(item, scene.surfaces.surface_id)
         remember_shape(item)
         return text
-
-
-LARGEST_COORDINATE = 1e8  # [m] larger than any coordinate on Earth
-TREE_COLLECTIONS = ("tree", "trees", "vegetation")
-OTHER_SHAPES = ("CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME")
 
 
 def find_items(context):
@@ -122,7 +125,11 @@ def read_meshes(name, items, context, taken=None):
         _add_building(content, building, instance.object, np.array(instance.matrix_world), metres)
         single = not instance.is_instance and has_own_faces(item, instance.object.data)
         own[owner] = building if single and owner not in own else ""
-    _tell_left_out(content, chosen - drawn, met)
+    for item in sorted(chosen - drawn, key=lambda item: item.name):
+        if item.type == "MESH":
+            content.skip("mesh without faces" if item in met else "hidden in the viewport", item.name)
+        elif item.type in OTHER_SHAPES:
+            content.skip("no mesh: convert it to one", item.name)
     if taken is not None:
         taken += sorted(own.items(), key=lambda pair: pair[0].name)
     if not content.polygons:
@@ -135,29 +142,20 @@ def is_tree(item):
 
     The property counts on the object itself, its mesh, or a collection that it is in.
     """
-    holders = [item, item.data, *item.users_collection]
-    marks = [holder.get("tree") for holder in holders if holder is not None]
-    known = [mark for mark in marks if mark is not None]
-    if known:
-        return bool(known[0])
+    for holder in (item, item.data, *item.users_collection):
+        if holder is not None and holder.get("tree") is not None:
+            return bool(holder["tree"])
     return any(group.name.partition(".")[0].lower() in TREE_COLLECTIONS for group in item.users_collection)
 
 
 def _add_tree(content, name, item, matrix, metres):
     tree = Tree(name, content.path, 0, evergreen=bool(item.original.get("evergreen", False)))
-    for ring in _read_rings(item.data, matrix, metres):
-        if not (np.abs(ring) <= LARGEST_COORDINATE).all():  # also true for NaN
-            content.skip("tree with coordinates that are not finite or beyond the Earth", name)
-            return
-        tree.polygons.append(Polygon("", 0, 0, "", "", "surface", [ring]))
+    rings = _read_rings(item.data, matrix, metres)
+    if not (np.abs(np.concatenate(rings)) <= LARGEST_COORDINATE).all():  # also true for NaN
+        content.skip("tree with coordinates that are not finite or beyond the Earth", name)
+        return
+    tree.polygons += [Polygon("", 0, 0, "", "", "surface", [ring]) for ring in rings]
     content.trees.append(tree)
-
-
-def join_meshes(content, orient="auto"):
-    """City from meshes, with the same repairs as for files."""
-    from ...core.city.join_contents import join_contents
-
-    return join_contents([content], orient=orient)
 
 
 def _add_building(content, building, item, matrix, metres):
@@ -169,29 +167,14 @@ def _add_building(content, building, item, matrix, metres):
         if not (np.abs(ring) <= LARGEST_COORDINATE).all():  # also true for NaN
             content.skip("coordinates that are not finite or beyond the Earth", f"{building}/{face}")
             continue
-        number = len(content.buildings) - 1
-        content.polygons.append(
-            Polygon(f"{building}/{face}", number, 0, "", "", "surface", rings, face, material=material)
-        )
+        name, number = f"{building}/{face}", len(content.buildings) - 1
+        content.polygons.append(Polygon(name, number, 0, "", "", "surface", rings, face, material=material))
 
 
 def _read_rings(mesh, matrix, metres):
     """Corners of each face in world coordinates: list of (k, 3) float64 [m]; mirrored objects keep their outside."""
-    points = np.empty(3 * len(mesh.vertices), dtype=np.float32)
-    corners = np.empty(len(mesh.loops), dtype=np.int32)
-    start = np.empty(len(mesh.polygons), dtype=np.int32)
-    mesh.vertices.foreach_get("co", points)
-    mesh.loops.foreach_get("vertex_index", corners)
-    mesh.polygons.foreach_get("loop_start", start)
+    points, start = read_array(mesh.vertices, "co", 3), read_array(mesh.polygons, "loop_start", dtype=np.int32)
     with np.errstate(invalid="ignore", over="ignore"):  # of points that are left out later
-        places = metres * (points.reshape(-1, 3).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3])
-    rings = np.split(places[corners], start[1:])
+        places = metres * (points.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3])
+    rings = np.split(places[read_corners(mesh)], start[1:])
     return [ring[::-1] for ring in rings] if np.linalg.det(matrix[:3, :3]) < 0 else rings
-
-
-def _tell_left_out(content, items, met):
-    for item in sorted(items, key=lambda item: item.name):
-        if item.type == "MESH":
-            content.skip("mesh without faces" if item in met else "hidden in the viewport", item.name)
-        elif item.type in OTHER_SHAPES:
-            content.skip("no mesh: convert it to one", item.name)

@@ -8,9 +8,9 @@ import bpy
 from ...core.errors import InputError
 from ..attributes import PREFIX
 from ..city.read_settings import read_settings
-from ..session import Session, find_city, find_session, list_cities, open_session
+from ..session import KEPT, Session, find_city, find_session, list_cities, open_session
 
-KEPT, HOME, PROBLEM = (PREFIX + name for name in ("transfer_file", "transfer_folder", "transfer_problem"))
+HOME, PROBLEM = PREFIX + "transfer_folder", PREFIX + "transfer_problem"
 SUFFIX = ".citypv.nc"
 
 
@@ -25,16 +25,22 @@ def keep_transfers(path):
     path : str
         The .blend file.
     """
+    from ...core.results.write_transfer import write_transfer
+
     for city in {item for scene in bpy.data.scenes for item in list_cities(scene)}:
         name = f"{Path(path).stem}.{bpy.path.clean_name(city.name)}{SUFFIX}"
+        target, session, kept = Path(path).with_name(name), find_session(city), find_kept(city)
         try:
-            written = _keep(city, Path(path).with_name(name))
+            if session is not None and session.transfer is not None:
+                write_transfer(target, session.transfer)
+            elif kept is None or not kept.is_file():
+                continue
+            elif kept.resolve() != target.resolve():
+                shutil.copyfile(kept, target)
+            city[KEPT], city[HOME], city[PROBLEM] = "//" + name, str(Path(path).absolute().parent), ""
         except (InputError, OSError) as error:
             # The .blend itself is saved; the panel shows what is missing.
             city[PROBLEM] = f"The traced light could not be kept: {error}"
-            continue
-        if written:
-            city[KEPT], city[HOME], city[PROBLEM] = "//" + name, str(Path(path).absolute().parent), ""
 
 
 def find_kept(city):
@@ -46,39 +52,6 @@ def find_kept(city):
         return None
     beside, home = Path(bpy.path.abspath(city[KEPT])), Path(city.get(HOME, ""), city[KEPT].removeprefix("//"))
     return home if not beside.is_file() and city.get(HOME) and home.is_file() else beside
-
-
-def has_transfer(city):
-    """Whether the light of a city is traced: in this session, or in a file that is there."""
-    session, kept = find_session(city), find_kept(city)
-    return (session is not None and session.transfer is not None) or (kept is not None and kept.is_file())
-
-
-def describe_missing(city):
-    """What the panel says of a city whose traced light was kept and is gone; "" for others."""
-    if city is None or city.get(PROBLEM):
-        return city[PROBLEM] if city is not None else ""
-    kept = find_kept(city)
-    if has_transfer(city) or (kept is None and not was_traced(city)):
-        return ""
-    if kept is None:
-        return "A copy keeps its results, but has no traced light of its own: for others select the city itself, or \
-import and trace again"
-    return f"{kept.name} with the traced light is not beside this file: put it there, or import and trace again"
-
-
-def was_traced(city):
-    """Whether the faces of a city have results of a trace, whether or not its light is still there."""
-    return PREFIX + "diffuse_relative" in city.data.attributes
-
-
-def reopen_session(city):
-    """Session of a city, a new one if the file was opened since: Session."""
-    session = find_session(city)
-    if session is None:
-        session = Session()
-        open_session(city, session)
-    return session
 
 
 def read_kept(session, path):
@@ -95,22 +68,34 @@ def read_kept(session, path):
         session.transfer = read_transfer(path)
 
 
-def _keep(city, target):
-    from ...core.results.write_transfer import write_transfer
+def reopen_session(city):
+    """Session of a city, a new one if the file was opened since: Session."""
+    if find_session(city) is None:
+        open_session(city, Session())
+    return find_session(city)
 
+
+def has_transfer(city):
+    """Whether the light of a city is traced: in this session, or in a file that is there."""
     session, kept = find_session(city), find_kept(city)
-    if session is not None and session.transfer is not None:
-        write_transfer(target, session.transfer)
-        return True
-    if kept is not None and kept.is_file():
-        if kept.resolve() != target.resolve():
-            shutil.copyfile(kept, target)
-        return True
-    return False
+    return (session is not None and session.transfer is not None) or (kept is not None and kept.is_file())
+
+
+def describe_missing(city):
+    """What the panel says of a city whose traced light was kept and is gone; "" for others."""
+    if city is None or city.get(PROBLEM):
+        return city[PROBLEM] if city is not None else ""
+    kept = find_kept(city)
+    if has_transfer(city) or (kept is None and PREFIX + "diffuse_relative" not in city.data.attributes):
+        return ""
+    if kept is None:
+        return "A copy keeps its results, but has no traced light of its own: for others select the city itself, or \
+import and trace again"
+    return f"{kept.name} with the traced light is not beside this file: put it there, or import and trace again"
 
 
 class OfTransfer:
-    """Base of operators that need a city with traced light."""
+    """Base of steps that need a city with traced light."""
 
     @classmethod
     def poll(cls, context):

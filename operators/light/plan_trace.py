@@ -1,30 +1,28 @@
-"""Plan: what a trace would simulate of the city, and why, without tracing it."""
+"""What a trace will simulate and cost: the plan of effects with its reasons, and the prices of the presets."""
 
-from dataclasses import fields
 from math import isfinite
 
 import bpy
 
+from ...core.errors import InputError
 from ...core.presets import PRESET_WORDS, PRESETS
 from ..attributes import PREFIX
 from ..city.declare_settings import UNSET
 from ..city.read_settings import read_settings
 from ..job import compile_loops
-from ..run_step import Step
+from ..run_step import Action, OfCity, Step
 from ..session import find_city, find_own_city, find_session
 
 PLAN = PREFIX + "plan"  # property of the city
+PRICES = PREFIX + "prices"  # property of the city
+NUMBERS = {"days": "days", "typical-days": "typical_days", "sky-grid": "sky_grid"}  # way -> property with its number
+ITEMS = [(name, name.capitalize(), words) for name, words in PRESET_WORDS.items()]
 
 
-class OfScene:
-    """Base of operators that need a classified city of this session."""
+class OfScene(OfCity):
+    """Base of steps that need a classified city of this session."""
 
-    @classmethod
-    def poll(cls, context):
-        """The city has been classified in this session."""
-        cls.poll_message_set("Classify the city first")
-        session = find_session(find_city(context.scene)[0])
-        return session is not None and session.scene is not None
+    needs, lacking = "scene", "Classify the city first"
 
     def prepare(self, context):
         """Take the scene and the settings."""
@@ -59,35 +57,27 @@ class PlanEffects(OfScene, Step, bpy.types.Operator):
         return f"{sum(one['on'] for one in decisions)} of {len(decisions)} effects are on"
 
 
-class ExplainEffect(bpy.types.Operator):
+class ExplainEffect(OfCity, Action, bpy.types.Operator):
     """Why an effect is on or off"""
 
     bl_idname = "citypv.explain_effect"
     bl_label = "Explain effect"
     bl_options = {"REGISTER", "INTERNAL"}
+    needs, lacking = PLAN, "Plan the effects first"
 
     effect: bpy.props.StringProperty(name="Effect", description="Its key")
-
-    @classmethod
-    def poll(cls, context):
-        """The effects are planned."""
-        cls.poll_message_set("Plan the effects first")
-        city, _ = find_city(context.scene)
-        return city is not None and PLAN in city
 
     @classmethod
     def description(cls, context, properties):
         """Tooltip: the decision."""
         return read_plan(find_city(context.scene)[0]).get(properties.effect, ("", cls.__doc__))[1]
 
-    def execute(self, context):
+    def act(self, context, city, ground):
         """Tell the decision."""
-        plan = read_plan(find_city(context.scene)[0])
+        plan = read_plan(city)
         if self.effect not in plan:
-            self.report({"ERROR"}, f"{self.effect!r} is no effect; give one of {', '.join(plan)}")
-            return {"CANCELLED"}
-        self.report({"INFO"}, f"{self.effect}: {plan[self.effect][1]}")
-        return {"FINISHED"}
+            raise InputError(repr(self.effect), "is no effect", f"give one of {', '.join(plan)}")
+        return f"{self.effect}: {plan[self.effect][1]}"
 
 
 def keep_plan(city, decisions):
@@ -99,21 +89,17 @@ def keep_plan(city, decisions):
     decisions : list of dict
         Of `core.effects.effect.Effect.as_dict`.
     """
-    city[PLAN] = [
-        "|".join(text.replace("|", "/") for text in (one["key"], describe_state(one), describe_decision(one)))
-        for one in decisions
-    ]
+    rows = []
+    for one in decisions:
+        state = f"{'on' if one['on'] else 'off'}: {one['extent']}"
+        rows.append("|".join(text.replace("|", "/") for text in (one["key"], state, describe_decision(one))))
+    city[PLAN] = rows
 
 
 def read_plan(city):
     """Decisions on the effects of a city: dict of key to (state, sentence); empty without a plan."""
     rows = city.get(PLAN, ()) if city is not None else ()
     return {key: (state, sentence) for key, state, sentence in (row.split("|") for row in rows)}
-
-
-def describe_state(decision):
-    """Whether and how far an effect is simulated, in a few words."""
-    return f"{'on' if decision['on'] else 'off'}: {decision['extent']}"
 
 
 def describe_decision(decision):
@@ -129,12 +115,7 @@ def describe_decision(decision):
     return "; ".join(parts)
 
 
-PRICES = PREFIX + "prices"  # property of the city
-NUMBERS = {"days": "days", "typical-days": "typical_days", "sky-grid": "sky_grid"}  # way -> property with its number
-ITEMS = [(name, name.capitalize(), words) for name, words in PRESET_WORDS.items()]
-
-
-class UsePreset(bpy.types.Operator):
+class UsePreset(Action, bpy.types.Operator):
     """Set rays, suns and patches for a purpose"""
 
     bl_idname = "citypv.use_preset"
@@ -148,13 +129,11 @@ class UsePreset(bpy.types.Operator):
         """Tooltip: what the preset is for."""
         return PRESET_WORDS[properties.preset]
 
-    def execute(self, context):
+    def act(self, context, city, ground):
         """Set them."""
-        settings = context.scene.citypv
         for name, value in properties_of_preset(self.preset).items():
-            setattr(settings, name, value)
-        self.report({"INFO"}, f"{self.preset.capitalize()}: {PRESET_WORDS[self.preset]}")
-        return {"FINISHED"}
+            setattr(context.scene.citypv, name, value)
+        return f"{self.preset.capitalize()}: {PRESET_WORDS[self.preset]}"
 
 
 class PredictPrices(OfScene, Step, bpy.types.Operator):
@@ -187,33 +166,20 @@ class PredictPrices(OfScene, Step, bpy.types.Operator):
 
 
 def properties_of_preset(preset):
-    """Values of the panel's properties that a preset stands for; what it does not name is the program's default.
-
-    Parameters
-    ----------
-    preset : str
-
-    Returns
-    -------
-    dict
-    """
+    """Values of the panel's properties of a preset: dict; what it does not name is the program's default."""
     from ...core.request import Request
 
-    defaults = {one.name: getattr(Request(), one.name) for one in fields(Request)}
-    named = {name for settings in PRESETS.values() for name in settings}
-    chosen = {name: PRESETS[preset].get(name, defaults[name]) for name in sorted(named)}
+    named = sorted({name for settings in PRESETS.values() for name in settings})
+    chosen = {name: PRESETS[preset].get(name, getattr(Request(), name)) for name in named}
     way, _, number = chosen.pop("suns").partition(":")
-    return {name: UNSET if value is None else value for name, value in chosen.items()} | {
-        "suns": way,
-        NUMBERS[way]: int(number),
-    }
+    found = {name: UNSET if value is None else value for name, value in chosen.items()}
+    return found | {"suns": way, NUMBERS[way]: int(number)}
 
 
 def find_preset(settings):
     """Preset that the panel's settings are those of: str, "" if of none."""
     for name in PRESETS:
-        wanted = properties_of_preset(name)
-        if all(getattr(settings, key) == value for key, value in wanted.items()):
+        if all(getattr(settings, key) == value for key, value in properties_of_preset(name).items()):
             return name
     return ""
 

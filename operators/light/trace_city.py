@@ -1,4 +1,4 @@
-"""Trace: compute the Transfer of a Scene, the relative irradiance of each surface."""
+"""Trace: compute the Transfer of a Scene, in one round or, up to a target or a time, in further ones."""
 
 from dataclasses import replace
 
@@ -6,34 +6,26 @@ import bpy
 
 from ...core.effects.table import PLANNING
 from ...core.progress import SUN_STAGE
-from ...core.sky.light_sources import SOURCES
 from ..attributes import RESULTS, write_results
 from ..city.read_materials import read_finishes, remember_materials
 from ..city.read_settings import read_settings, remember_step
 from ..job import COMPILING, compile_loops
 from ..picture.show_result import show_result
 from ..result.keep_report import keep_report
-from ..result.summarise import forget_energy, summarise_albedo, summarise_interruption
+from ..result.summarise import OF_ENERGY, summarise_albedo, summarise_interruption
 from ..run_step import Step, leave_edit_mode
 from ..session import find_city, find_own_city, find_session
-from .plan_trace import keep_plan
+from .plan_trace import OfScene, keep_plan
 
 SUNS_PER_DAY = 12
 
 
-class TraceCity(Step, bpy.types.Operator):
+class TraceCity(OfScene, Step, bpy.types.Operator):
     """Trace light from sky and sun, with reflections, to every surface"""
 
     bl_idname = "citypv.trace"
     bl_label = "Trace light"
     bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context):
-        """The city has been classified in this session."""
-        cls.poll_message_set("Classify the city first")
-        session = find_session(find_city(context.scene)[0])
-        return session is not None and session.scene is not None
 
     def prepare(self, context):
         """Take the scene and the settings."""
@@ -55,14 +47,9 @@ class TraceCity(Step, bpy.types.Operator):
         if request.estimator == "forward" or wants_rounds(request):
             return None
         sky, sun = count_rays(request)
-        stages = {
-            COMPILING: 0.01 * sky,
-            "reading weather": 0.04 * sky,
-            PLANNING: 0.08 * sky,
-            "sky and reflections": sky,
-        }
-        stages |= {"reflections of the sky": 0.1 * sky} | dict.fromkeys(SOURCES, 0.2 * sky)
-        return stages | {SUN_STAGE: sun}
+        shares = {COMPILING: 0.01, "reading weather": 0.04, PLANNING: 0.08, "sky and reflections": 1.0}
+        shares |= {"reflections of the sky": 0.1, "horizon": 0.2}
+        return {stage: share * sky for stage, share in shares.items()} | {SUN_STAGE: sun}
 
     @staticmethod
     def work(task, progress):
@@ -117,7 +104,8 @@ def keep_light(context, session, weather, transfer, findings, albedos):  # noqa:
     """
     city, ground = find_own_city(context.scene, session)
     write_results(city, ground, transfer)
-    forget_energy(city)
+    for key in OF_ENERGY:
+        city.pop(key, None)
     keep_report(city, session.scene, findings)
     summarise_albedo(city, *albedos)
     keep_plan(city, transfer.record.effects if transfer.record else ())
@@ -144,17 +132,6 @@ def trace_rounds(session, weather, request, progress):
     Every round is left in `session.round`, with the energy that the Transfer of all rounds so far has. The numbers are
     those of the command line with as many rounds. Cancelled among further rounds, those that are finished are kept.
 
-    Parameters
-    ----------
-    session : Session
-    weather : Weather
-    request : Request
-    progress : callable
-        See `core.progress`.
-
-    Returns
-    -------
-    Transfer
     """
     from ...core.study import trace_scene
 

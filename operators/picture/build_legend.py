@@ -6,12 +6,15 @@ import bpy
 import numpy as np
 
 from ..attributes import PREFIX, RESULTS, write_face_attribute
-from .colour_faces import MATERIAL, build_plain_material, format_tick
+from ..city.build_meshes import remove_objects
+from .colour_faces import MATERIAL, build_plain_material
 
 INK = "23282d"
 DISTANCE = 1.0  # of the legend's plane in front of the camera [m]
 COLLECTION = "CityPV legend"
 FONT = "Inter.woff2"
+MOMENT = PREFIX + "moment"  # of the timeline, as text
+NOTES = {"energy": PREFIX + "weather", "timeline": MOMENT}  # property of the city, by owner of the attribute
 
 # Layout in fractions of the picture's height, from its lower left corner.
 LEFT, BAR_BOTTOM, BAR_WIDTH, BAR_HEIGHT = 0.055, 0.085, 0.62, 0.026
@@ -26,7 +29,7 @@ def build_legend(scene, camera, scale, note=""):
     scene : bpy.types.Scene
         Gives the size of the picture.
     camera : bpy.types.Object
-    scale : operators.colour_scale.ColourScale
+    scale : ColourScale
     note : str
         What else has to be read beside the colours, such as the weather.
 
@@ -35,14 +38,29 @@ def build_legend(scene, camera, scale, note=""):
     bpy.types.Collection
         The legend's objects; linked to the scene.
     """
-    collection = _empty_collection(scene)
+    collection = bpy.data.collections.get(COLLECTION) or bpy.data.collections.new(COLLECTION)
+    remove_objects(*collection.objects)
+    if collection.name not in scene.collection.children:
+        scene.collection.children.link(collection)
     page = _Page(scene, camera, collection)
-    title = f"{scale.title} [{scale.unit}]" if scale.unit else scale.title
-    page.write(title, LEFT, BAR_BOTTOM + BAR_HEIGHT + GAP, TITLE_SIZE)
+    page.write(scale.heading(), LEFT, BAR_BOTTOM + BAR_HEIGHT + GAP, TITLE_SIZE)
+    below = BAR_BOTTOM - GAP - 0.75 * TEXT_SIZE
     if note:
-        page.write(note, page.width - LEFT, BAR_BOTTOM - GAP - 0.75 * TEXT_SIZE, TEXT_SIZE, "RIGHT")
-    (_draw_classes if scale.classes else _draw_bar)(page, scale)
+        page.write(note, page.width - LEFT, below, TEXT_SIZE, "RIGHT")
+    # A strip of narrow faces with the attribute itself, in the material of the city.
+    page.strip(np.linspace(scale.low, scale.high, 1 + (len(scale.classes) or 256)), scale)
+    for share, text in scale.labels():
+        place = LEFT + BAR_WIDTH * share
+        if not scale.classes:
+            page.rectangle(place - 0.0008, BAR_BOTTOM - 0.008, 0.0016, 0.008)
+        page.write(text, place, below, TEXT_SIZE, "CENTER")
     return collection
+
+
+def note_of(city, attribute):
+    """Weather or moment that an attribute belongs to, as text; "" for attributes that depend on neither."""
+    owner = RESULTS[attribute].owner if attribute in RESULTS else ""
+    return city.get(NOTES[owner], "") if owner in NOTES else ""
 
 
 def load_font():
@@ -54,22 +72,6 @@ def load_font():
     if font.packed_file is None:
         font.pack()
     return font
-
-
-def _draw_bar(page, scale):
-    # A strip of narrow faces with the attribute itself, in the material of the city.
-    page.strip(np.linspace(scale.low, scale.high, 257), scale)
-    for tick in scale.ticks:
-        place = LEFT + BAR_WIDTH * (tick - scale.low) / (scale.high - scale.low)
-        page.rectangle(place - 0.0008, BAR_BOTTOM - 0.008, 0.0016, 0.008)
-        page.write(format_tick(tick, scale), place, BAR_BOTTOM - GAP - 0.75 * TEXT_SIZE, TEXT_SIZE, "CENTER")
-
-
-def _draw_classes(page, scale):
-    page.strip(np.arange(len(scale.classes) + 1) - 0.5, scale)
-    for code, name in enumerate(scale.classes):
-        place = LEFT + BAR_WIDTH * (code + 0.5) / len(scale.classes)
-        page.write(name, place, BAR_BOTTOM - GAP - 0.75 * TEXT_SIZE, TEXT_SIZE, "CENTER")
 
 
 class _Page:
@@ -94,58 +96,30 @@ class _Page:
         curve.body, curve.size, curve.align_x = text, size * self.scale, align
         if self.font is not None:
             curve.font = self.font
-        curve.materials.append(self.ink)
-        self._hang(bpy.data.objects.new("CityPV text", curve), x, y)
+        self._hang("CityPV text", curve, self.ink, x, y)
 
     def rectangle(self, x, y, width, height):
         """Draw a filled rectangle of ink."""
-        mesh = _strip_mesh(np.array([0.0, width]) * self.scale, height * self.scale)
-        mesh.materials.append(self.ink)
-        self._hang(bpy.data.objects.new("CityPV tick", mesh), x, y)
+        self._hang("CityPV tick", self._strip_mesh(np.array([0.0, width]), height), self.ink, x, y)
 
     def strip(self, edges, scale):
         """Draw the colour bar: one face between two edges, with the value in its middle."""
-        span = (edges - edges[0]) / (edges[-1] - edges[0])
-        mesh = _strip_mesh(span * BAR_WIDTH * self.scale, BAR_HEIGHT * self.scale)
+        mesh = self._strip_mesh((edges - edges[0]) / (edges[-1] - edges[0]) * BAR_WIDTH, BAR_HEIGHT)
         middles = (edges[:-1] + edges[1:]) / 2
         write_face_attribute(mesh, scale.attribute, np.rint(middles).astype(int) if scale.classes else middles)
-        mesh.materials.append(bpy.data.materials[MATERIAL])
-        self._hang(bpy.data.objects.new("CityPV colour bar", mesh), LEFT, BAR_BOTTOM)
+        self._hang("CityPV colour bar", mesh, bpy.data.materials[MATERIAL], LEFT, BAR_BOTTOM)
 
-    def _hang(self, item, x, y):
-        item[PREFIX + "part"] = "legend"
-        item.parent = self.camera
-        across, up = float(self.middle[0]), float(self.middle[1])
+    def _strip_mesh(self, edges, height):
+        vertices = [(float(x) * self.scale, y * self.scale, 0.0) for x in edges for y in (0.0, height)]
+        faces = [(2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1) for i in range(len(edges) - 1)]
+        mesh = bpy.data.meshes.new("CityPV legend")
+        mesh.from_pydata(vertices, [], faces)
+        return mesh
+
+    def _hang(self, name, data, material, x, y):
+        data.materials.append(material)
+        item = bpy.data.objects.new(name, data)
+        item[PREFIX + "part"], item.parent, item.hide_select = "legend", self.camera, True
+        across, up = self.middle[:2].tolist()
         item.location = (across + (x - self.width / 2) * self.scale, up + (y - 0.5) * self.scale, -DISTANCE)
-        item.hide_select = True
         self.collection.objects.link(item)
-
-
-def _strip_mesh(edges, height):
-    count = len(edges) - 1
-    vertices = [(float(x), y, 0.0) for x in edges for y in (0.0, float(height))]
-    faces = [(2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1) for i in range(count)]
-    mesh = bpy.data.meshes.new("CityPV legend")
-    mesh.from_pydata(vertices, [], faces)
-    return mesh
-
-
-def _empty_collection(scene):
-    collection = bpy.data.collections.get(COLLECTION) or bpy.data.collections.new(COLLECTION)
-    for item in list(collection.objects):
-        data = item.data
-        bpy.data.objects.remove(item)
-        (bpy.data.curves if isinstance(data, bpy.types.Curve) else bpy.data.meshes).remove(data)
-    if collection.name not in scene.collection.children:
-        scene.collection.children.link(collection)
-    return collection
-
-
-MOMENT = PREFIX + "moment"  # of the timeline, as text
-NOTES = {"energy": PREFIX + "weather", "timeline": MOMENT}  # property of the city, by owner of the attribute
-
-
-def note_of(city, attribute):
-    """Weather or moment that an attribute belongs to, as text; "" for attributes that depend on neither."""
-    owner = RESULTS[attribute].owner if attribute in RESULTS else ""
-    return city.get(NOTES.get(owner, ""), "") if owner in NOTES else ""

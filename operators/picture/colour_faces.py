@@ -1,4 +1,4 @@
-"""Colour scale of an attribute, and the ticks of its legend."""
+"""Colours of the faces: the scale of an attribute with the ticks of its legend, and materials that show it exactly."""
 
 from dataclasses import dataclass, field
 
@@ -18,8 +18,11 @@ from ...core.results.colour_map import (
     srgb_light,
     tick_step,
 )
-from ..attributes import CHANGE, CODES, PREFIX, RESULTS, TITLES, read_face_attribute
+from ..attributes import CHANGE, CODES, PREFIX, RESULTS, TITLES, read_array, read_face_attribute
 
+MATERIAL = "CityPV colours"
+COLOUR_ATTRIBUTE = PREFIX + "colour"
+RANGE = PREFIX + "range_"  # + attribute: property of a city with the ends of its scale, where they are not the values'
 # One colour per code, safe for colour-blind viewers: M. Okabe and K. Ito (2008).
 CLASS_COLOURS = {
     "kind": {
@@ -47,6 +50,17 @@ class ColourScale:
     stops: np.ndarray  # (k, 3) sRGB in 0–1, equally spaced from low to high, or one per class
     ticks: np.ndarray  # (j,) values labelled beside the bar; empty for classes
     classes: list = field(default_factory=list)  # names of the codes 0, 1, …; empty for a continuous scale
+
+    def heading(self):
+        """Title with its unit."""
+        return f"{self.title} [{self.unit}]" if self.unit else self.title
+
+    def labels(self):
+        """What is written beside the bar, with its place as a share of the bar's length: list of (float, str)."""
+        if self.classes:
+            return [((code + 0.5) / len(self.classes), name) for code, name in enumerate(self.classes)]
+        shares = (self.ticks - self.low) / (self.high - self.low)
+        return [(share, format_tick(tick, self)) for share, tick in zip(shares.tolist(), self.ticks, strict=True)]
 
 
 def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
@@ -102,11 +116,6 @@ def linear_colour(text):
     return (*linear_light(srgb_colour(text)).tolist(), 1.0)
 
 
-MATERIAL = "CityPV colours"
-COLOUR_ATTRIBUTE = PREFIX + "colour"
-RANGE = PREFIX + "range_"  # + attribute: property of a city with the ends of its scale, where they are not the values'
-
-
 def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="viridis"):
     """Colour the city by a face attribute; faces without result and the generated ground stay grey.
 
@@ -122,7 +131,7 @@ def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="vi
     low, high : float, optional
         Ends of the scale; where missing, they come from the values (`choose_range`).
     colour_map : str
-        A name of `colour_scale.MAPS`.
+        A name of `MAPS`.
 
     Returns
     -------
@@ -130,20 +139,25 @@ def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="vi
     """
     values = read_face_attribute(city.data, attribute)
     if values is None:
-        raise InputError(
-            city.name, f"its faces have no {TITLES[attribute].lower()} yet", "run the step that computes it"
-        )
+        problem = f"its faces have no {TITLES[attribute].lower()} yet"
+        raise InputError(city.name, problem, "run the step that computes it")
     scale = build_scale(attribute, *_range_of(city, values, attribute, low, high), colour_map)
-    missing = ~np.isfinite(values.astype(np.float64))
-    _set_materials(city.data, [build_colour_material(scale), build_plain_material("CityPV missing", MISSING)], missing)
-    write_colours(city.data, colours_of_values(scale, values))
+    paint_mesh(city.data, values, scale)
     for key in ("attribute", "low", "high"):
         city[f"{PREFIX}colour_{key}"] = getattr(scale, key)
     city[PREFIX + "colour_map"] = colour_map
     if ground is not None:
-        _set_materials(ground.data, [build_ground_material()], np.zeros(len(ground.data.polygons), dtype=bool))
+        _set_materials(ground.data, build_ground_material())
         write_colours(ground.data, np.tile(srgb_colour(GROUND), (len(ground.data.polygons), 1)))
     return scale
+
+
+def paint_mesh(mesh, values, scale, material=MATERIAL):
+    """Give the faces of a mesh the colours of their values, (f,), in a material of this name; grey without a value."""
+    materials = build_colour_material(scale, material), build_plain_material("CityPV missing", MISSING)
+    _set_materials(mesh, *materials, of_face=~np.isfinite(values.astype(np.float64)))
+    write_colours(mesh, colours_of_values(scale, values))
+    mesh.update()
 
 
 def read_scale(city):
@@ -165,44 +179,62 @@ def show_exact_colours(scene):
 
 def build_colour_material(scale, name=MATERIAL):
     """Emission material that shows an attribute in the colours of its scale, independent of lighting."""
-    nodes, links, output = _empty_material(name)
+    nodes, links, colour = _start_emission(name)
     attribute = nodes.new("ShaderNodeAttribute")
     attribute.attribute_type, attribute.attribute_name = "GEOMETRY", PREFIX + scale.attribute
-    map_range = nodes.new("ShaderNodeMapRange")
+    map_range, ramp = nodes.new("ShaderNodeMapRange"), nodes.new("ShaderNodeValToRGB")
     map_range.clamp = True
     map_range.inputs["From Min"].default_value = scale.low
     map_range.inputs["From Max"].default_value = scale.high
-    ramp = nodes.new("ShaderNodeValToRGB")
-    _set_stops(ramp.color_ramp, scale)
-    emission = nodes.new("ShaderNodeEmission")
+    # A new ramp has two stops; a class starts at its stop, a continuous scale passes through it.
+    count, stops = len(scale.stops), ramp.color_ramp
+    positions = np.arange(count) / count if scale.classes else np.linspace(0, 1, count)
+    stops.interpolation = "CONSTANT" if scale.classes else "LINEAR"
+    while len(stops.elements) < count:
+        stops.elements.new(1.0)
+    for element, position, light in zip(stops.elements, positions.tolist(), linear_light(scale.stops), strict=True):
+        element.position, element.color = position, (*light.tolist(), 1.0)
     links.new(attribute.outputs["Fac"], map_range.inputs["Value"])
     links.new(map_range.outputs["Result"], ramp.inputs["Fac"])
-    links.new(ramp.outputs["Color"], emission.inputs["Color"])
-    links.new(emission.outputs["Emission"], output.inputs["Surface"])
-    for place, node in enumerate((attribute, map_range, ramp, emission, output)):
-        node.location = (220 * place, 0)
+    links.new(ramp.outputs["Color"], colour)
+    for place, node in enumerate((attribute, map_range, ramp)):
+        node.location = (220 * (place - 3), 0)
     return bpy.data.materials[name]
 
 
 def build_plain_material(name, colour):
     """Emission material of one colour (six hexadecimal digits, sRGB)."""
-    nodes, links, output = _empty_material(name)
-    emission = nodes.new("ShaderNodeEmission")
-    emission.inputs["Color"].default_value = linear_colour(colour)
-    links.new(emission.outputs["Emission"], output.inputs["Surface"])
+    _start_emission(name)[2].default_value = linear_colour(colour)
     return bpy.data.materials[name]
 
 
 def build_ground_material(name="CityPV ground"):
     """Neutral grey with ambient occlusion, so that narrow streets and courtyards appear darker."""
-    nodes, links, output = _empty_material(name)
+    nodes, links, colour = _start_emission(name)
     occlusion = nodes.new("ShaderNodeAmbientOcclusion")
     occlusion.samples, occlusion.inputs["Distance"].default_value = 4, 25.0
     occlusion.inputs["Color"].default_value = linear_colour(GROUND)
-    emission = nodes.new("ShaderNodeEmission")
-    links.new(occlusion.outputs["Color"], emission.inputs["Color"])
-    links.new(emission.outputs["Emission"], output.inputs["Surface"])
+    links.new(occlusion.outputs["Color"], colour)
     return bpy.data.materials[name]
+
+
+def start_nodes(owner, output):
+    """Nodes of a material or a world, cleared but for an output of this type: nodes, links, the output."""
+    if owner.node_tree is None:
+        owner.use_nodes = True
+    nodes = owner.node_tree.nodes
+    nodes.clear()
+    return nodes, owner.node_tree.links, nodes.new(output)
+
+
+def _start_emission(name):
+    material = bpy.data.materials.get(name) or bpy.data.materials.new(name)
+    material[PREFIX + "part"] = "colours"  # not a building material
+    nodes, links, output = start_nodes(material, "ShaderNodeOutputMaterial")
+    emission = nodes.new("ShaderNodeEmission")
+    links.new(emission.outputs["Emission"], output.inputs["Surface"])
+    output.location = (220, 0)
+    return nodes, links, emission.inputs["Color"]
 
 
 def _range_of(city, values, attribute, low, high):
@@ -210,40 +242,19 @@ def _range_of(city, values, attribute, low, high):
         return low, high
     if RANGE + attribute in city and low is None and high is None:
         return tuple(city[RANGE + attribute])
-    areas = np.empty(len(city.data.polygons), dtype=np.float32)
-    city.data.polygons.foreach_get("area", areas)
+    areas = read_array(city.data.polygons, "area")
     found = choose_range(values, areas)
     if attribute.startswith(CHANGE):  # zero is in the middle
         found = choose_range(np.concatenate([values, -values]), np.tile(areas, 2))
     return tuple(chosen if given is None else given for given, chosen in zip((low, high), found, strict=True))
 
 
-def _empty_material(name):
-    material = bpy.data.materials.get(name) or bpy.data.materials.new(name)
-    material[PREFIX + "part"] = "colours"  # not a building material
-    if material.node_tree is None:
-        material.use_nodes = True
-    nodes = material.node_tree.nodes
-    nodes.clear()
-    return nodes, material.node_tree.links, nodes.new("ShaderNodeOutputMaterial")
-
-
-def _set_stops(ramp, scale):
-    # A new ramp has two stops; a class starts at its stop, a continuous scale passes through it.
-    count = len(scale.stops)
-    positions = np.arange(count) / count if scale.classes else np.linspace(0, 1, count)
-    ramp.interpolation = "CONSTANT" if scale.classes else "LINEAR"
-    while len(ramp.elements) < count:
-        ramp.elements.new(1.0)
-    for element, position, colour in zip(ramp.elements, positions.tolist(), linear_light(scale.stops), strict=True):
-        element.position, element.color = position, (*colour.tolist(), 1.0)
-
-
-def _set_materials(mesh, materials, second):
+def _set_materials(mesh, *materials, of_face=None):
     mesh.materials.clear()
     for material in materials:
         mesh.materials.append(material)
-    mesh.polygons.foreach_set("material_index", np.ascontiguousarray(second, dtype=np.int32))
+    chosen = np.zeros(len(mesh.polygons), np.int32) if of_face is None else of_face.astype(np.int32)
+    mesh.polygons.foreach_set("material_index", chosen)
     mesh.update()
 
 
@@ -252,8 +263,7 @@ def write_colours(mesh, colours):
     attribute = mesh.color_attributes.get(COLOUR_ATTRIBUTE)
     if attribute is None:
         attribute = mesh.color_attributes.new(COLOUR_ATTRIBUTE, "BYTE_COLOR", "CORNER")
-    corners = np.empty(len(mesh.polygons), dtype=np.int32)
-    mesh.polygons.foreach_get("loop_total", corners)
+    corners = read_array(mesh.polygons, "loop_total", dtype=np.int32)
     rgba = np.ones((len(mesh.loops), 4), dtype=np.float32)
     rgba[:, :3] = np.repeat(colours, corners, axis=0)
     attribute.data.foreach_set("color_srgb", rgba.ravel())

@@ -1,11 +1,10 @@
-"""The command line, with Blender's part of it."""
+"""Blender's part of the command line: `city.blend` and `preview.png` of `citypv simulate`, and its start in Blender."""
 
 import ctypes
 import io
 import os
 import sys
 from contextlib import contextmanager, redirect_stdout, suppress
-from pathlib import Path
 
 import bpy
 import numpy as np
@@ -15,6 +14,8 @@ from ..city.build_meshes import build_meshes, read_vertices, show_objects
 from .build_legend import build_legend
 from .colour_faces import colour_faces, show_exact_colours
 from .show_city import place_camera, set_background, show_city
+
+SAMPLES = 16  # rays per pixel; only the ground's ambient occlusion is noisy
 
 
 def run_command(arguments=None):
@@ -30,13 +31,16 @@ def run_command(arguments=None):
     int
         Exit status, see `core.commands.command_line`.
     """
-    from ..core.commands.command_line import main
+    from ...core.commands.command_line import main
 
     return main(arguments, draw=draw_results)
 
 
 def draw_results(folder, scene, transfer, energy, note, *, pictures):
-    """Let Blender write `city.blend` and `preview.png` into a folder.
+    """Let Blender write pictures into a folder, of the city from above the south-east with camera and legend.
+
+    In `city.blend` every face has its attributes and is coloured by full load hours, as it is in `preview.png`.
+    What was open in Blender is lost (see `stage_city`).
 
     Parameters
     ----------
@@ -48,18 +52,21 @@ def draw_results(folder, scene, transfer, energy, note, *, pictures):
         Printed beside the legend.
     pictures : list of {'blend', 'preview'}
     """
-    # bpy is imported here, so that the command line works without Blender if no picture is requested.
-    if "blend" in pictures:
-        write_blend(folder / "city.blend", scene, transfer, energy, note)
-    if "preview" in pictures:
-        render_preview(folder / "preview.png", scene, transfer, energy, note)
-
-
-QUANTITY = "full_load_hours"
+    for picture in pictures:
+        stage = stage_city(scene, transfer, energy, note)
+        with quieten():
+            if picture == "blend":
+                bpy.context.preferences.filepaths.save_version = 0
+                path = str(folder.resolve() / "city.blend")
+                bpy.ops.wm.save_as_mainfile(filepath=path, compress=True, check_existing=False)
+            else:
+                prepare_render(stage)
+                stage.render.filepath, stage.render.use_file_extension = str(folder.resolve() / "preview.png"), False
+                bpy.ops.render.render(write_still=True, scene=stage.name)
 
 
 def stage_city(scene, transfer, energy, note=""):
-    """Clear Blender's file and build a city with its results in it.
+    """Clear Blender's file and build a city with its results in it, coloured by its full load hours: the Blender scene.
 
     Everything that was open in Blender is lost: this is for a Blender that runs without a window.
 
@@ -70,11 +77,6 @@ def stage_city(scene, transfer, energy, note=""):
     energy : core.energy.energy.Energy
     note : str
         What has to be read beside the colours, such as the weather.
-
-    Returns
-    -------
-    bpy.types.Object
-        The city, coloured by its full load hours.
     """
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     stage = bpy.context.scene
@@ -84,39 +86,14 @@ def stage_city(scene, transfer, energy, note=""):
     write_results(city, ground, transfer, energy)
     # A scene without full load hours (only ground) still gets a picture.
     known = np.isfinite(energy.full_load_hours).any()
-    scale = colour_faces(city, ground, QUANTITY if known else "diffuse_relative")
+    scale = colour_faces(city, ground, "full_load_hours" if known else "diffuse_relative")
     show_exact_colours(stage)
     set_background(stage)
     points = read_vertices(city)
     build_legend(stage, place_camera(stage, points), scale, note)
-    show_city(points, screens=bpy.data.screens)
-    return city
-
-
-SAMPLES = 16  # rays per pixel; only the ground's ambient occlusion is noisy
-
-
-def render_preview(path, scene, transfer, energy, note=""):
-    """Render `preview.png`: the city from above the south-east, coloured by full load hours, with a legend.
-
-    Empties Blender's own file first (see `stage_city`).
-
-    Parameters
-    ----------
-    path : str or path-like
-        PNG file to write.
-    scene, transfer, energy
-        What core found; see `stage_city`.
-    note : str
-        What has to be read beside the colours, such as the weather.
-    """
-    stage_city(scene, transfer, energy, note)
-    stage = bpy.context.scene
-    prepare_render(stage)
-    stage.render.use_file_extension = False
-    stage.render.filepath = str(Path(path).resolve())
-    with quieten():
-        bpy.ops.render.render(write_still=True, scene=stage.name)
+    views = [area for screen in bpy.data.screens for area in screen.areas if area.type == "VIEW_3D"]
+    show_city(bpy.context, points, areas=views)
+    return stage
 
 
 def prepare_render(stage):
@@ -127,26 +104,6 @@ def prepare_render(stage):
     cycles.use_adaptive_sampling, cycles.use_denoising, cycles.max_bounces = False, False, 0
     render.film_transparent, render.dither_intensity = False, 0.0
     render.image_settings.file_format, render.image_settings.color_mode = "PNG", "RGB"
-
-
-def write_blend(path, scene, transfer, energy, note=""):
-    """Write `city.blend`: every face with its attributes, coloured by full load hours, with camera and legend.
-
-    Empties Blender's own file first (see `stage_city`).
-
-    Parameters
-    ----------
-    path : str or path-like
-        File to write.
-    scene, transfer, energy
-        What core found; see `stage_city`.
-    note : str
-        What has to be read beside the colours, such as the weather.
-    """
-    stage_city(scene, transfer, energy, note)
-    bpy.context.preferences.filepaths.save_version = 0
-    with quieten():
-        bpy.ops.wm.save_as_mainfile(filepath=str(Path(path).resolve()), compress=True, check_existing=False)
 
 
 @contextmanager

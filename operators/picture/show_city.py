@@ -1,4 +1,4 @@
-"""Place a camera that frames the whole city from above the south-east, with a plain background."""
+"""Frame the whole city from above the south-east: a camera with a plain background, and the 3D views."""
 
 import bpy
 import numpy as np
@@ -6,13 +6,17 @@ from mathutils import Matrix, Vector
 
 from ...core.results.colour_map import GROUND
 from ..attributes import PREFIX
+from ..run_step import list_views
 from ..session import find_city
-from .colour_faces import COLOUR_ATTRIBUTE, linear_colour
+from .colour_faces import COLOUR_ATTRIBUTE, linear_colour, start_nodes
 
 CAMERA = "CityPV camera"
 LENS, SENSOR_WIDTH = 60.0, 36.0  # [mm]
 AZIMUTH, ELEVATION = 150.0, 38.0  # of the camera, seen from the city [°]
 MARGIN_SIDE, MARGIN_TOP, MARGIN_BOTTOM = 0.04, 0.05, 0.20  # of the frame's half width and half height
+SHADING, TRANSFORM = PREFIX + "shading_before", PREFIX + "transform_before"  # properties of the scene
+VIEW_WIDTH = 72.0  # [mm] of the sensor of a 3D view, along its longer side
+KEPT = ("type", "light", "color_type", "show_cavity", "show_object_outline")
 
 
 def place_camera(scene, points, width=1600, height=900):
@@ -91,95 +95,69 @@ def frame_points(points, axes, tan_x, tan_y):
 def set_background(scene):
     """Set a plain background in the colour of the ground (with nodes, which every renderer supports)."""
     world = bpy.data.worlds.get("CityPV sky") or bpy.data.worlds.new("CityPV sky")
-    if world.node_tree is None:
-        world.use_nodes = True
-    nodes = world.node_tree.nodes
-    nodes.clear()
-    background, output = nodes.new("ShaderNodeBackground"), nodes.new("ShaderNodeOutputWorld")
+    nodes, links, output = start_nodes(world, "ShaderNodeOutputWorld")
+    background = nodes.new("ShaderNodeBackground")
     background.inputs["Color"].default_value = linear_colour(GROUND)
-    world.node_tree.links.new(background.outputs["Background"], output.inputs["Surface"])
+    links.new(background.outputs["Background"], output.inputs["Surface"])
     scene.world = world
 
 
-SHADING, TRANSFORM = PREFIX + "shading_before", PREFIX + "transform_before"  # properties of the scene
-VIEW_WIDTH = 72.0  # [mm] of the sensor of a 3D view, along its longer side
-KEPT = ("type", "light", "color_type", "show_cavity", "show_object_outline")
-
-
-def show_city(points=None, shaded=False, screens=None):
+def show_city(context, points=None, shaded=False, areas=None):
     """Show colours in solid mode (no shader compilation), and set clipping distances for the whole city.
 
     Other workspaces keep their own shading.
 
     Parameters
     ----------
+    context : bpy.types.Context
     points : (n, 3) float [m], optional
         Points that every 3D view is turned to, from the south-east above.
     shaded : bool
         Show the shape by a studio light, where there are no colours yet.
-    screens : iterable of bpy.types.Screen, optional
-        By default those that are to be seen, one in each window.
+    areas : iterable of bpy.types.Area, optional
+        3D views; by default those that are to be seen.
     """
-    for screen in seen_screens() if screens is None else screens:
-        for area in _areas_of(screen):
-            space = area.spaces.active
-            shading = space.shading
-            shading.type = "SOLID"
-            shading.light, shading.color_type = ("STUDIO", "MATERIAL") if shaded else ("FLAT", "VERTEX")
-            shading.show_cavity, shading.show_object_outline = shaded, False
-            # Blender's floor grid lies in the ground plane and would show through.
-            space.overlay.show_floor = space.overlay.show_axis_x = space.overlay.show_axis_y = False
-            if points is not None and len(points):
-                _look_at(area, points)
+    for area in list_views(context) if areas is None else areas:
+        space, shading = area.spaces.active, area.spaces.active.shading
+        shading.type = "SOLID"
+        shading.light, shading.color_type = ("STUDIO", "MATERIAL") if shaded else ("FLAT", "VERTEX")
+        shading.show_cavity, shading.show_object_outline = shaded, False
+        # Blender's floor grid lies in the ground plane and would show through.
+        space.overlay.show_floor = space.overlay.show_axis_x = space.overlay.show_axis_y = False
+        if points is not None and len(points):
+            look_at(area, points)
 
 
-def match_view(stage, points=None):
+def match_view(context, points=None):
     """Show colours where the scene's city has them and they are switched on, else its shape in a studio light.
 
     `points` are those of `show_city`.
     """
-    city, _ = find_city(stage)
+    city, _ = find_city(context.scene)
     if city is not None:
-        show_city(points, shaded=COLOUR_ATTRIBUTE not in city.data.color_attributes or not stage.citypv.show_colours)
+        coloured = COLOUR_ATTRIBUTE in city.data.color_attributes and context.scene.citypv.show_colours
+        show_city(context, points, shaded=not coloured)
 
 
-def keep_shading(stage):
+def keep_shading(context):
     """Store how the 3D view is shaded, if it is not by CityPV, and the scene's view transform."""
-    spaces = _seen_spaces()
-    shading = spaces[0].shading if spaces else None
-    if shading is None or (shading.light, shading.color_type) == ("FLAT", "VERTEX"):
-        return
-    stage[SHADING] = {name: getattr(shading, name) for name in KEPT}
-    stage[TRANSFORM] = stage.view_settings.view_transform
+    for area in list_views(context)[:1]:
+        shading = area.spaces.active.shading
+        if (shading.light, shading.color_type) != ("FLAT", "VERTEX"):
+            context.scene[SHADING] = {name: getattr(shading, name) for name in KEPT}
+            context.scene[TRANSFORM] = context.scene.view_settings.view_transform
 
 
-def give_back_shading(stage):
+def give_back_shading(context):
     """Shade the 3D views as `keep_shading` found them."""
-    kept = stage.get(SHADING)
-    for space in _seen_spaces() if kept else ():
+    kept = context.scene.get(SHADING)
+    if not kept:
+        match_view(context)
+        return
+    for area in list_views(context):
         for name in KEPT:
-            setattr(space.shading, name, kept[name])
-    if kept:
-        stage.view_settings.view_transform = stage[TRANSFORM]
-    else:
-        match_view(stage)
-
-
-def seen_screens():
-    """Screens that are to be seen, one in each window: list of bpy.types.Screen."""
-    return [window.screen for window in bpy.context.window_manager.windows]
-
-
-def _seen_spaces():
-    return [space for screen in seen_screens() for space in _spaces_of(screen)]
-
-
-def _spaces_of(screen):
-    return [area.spaces.active for area in _areas_of(screen)]
-
-
-def _areas_of(screen):
-    return [area for area in screen.areas if area.type == "VIEW_3D"]
+            setattr(area.spaces.active.shading, name, kept[name])
+    context.scene.view_settings.view_transform = context.scene[TRANSFORM]
 
 
 def _size_of_view(area):
@@ -196,8 +174,8 @@ def _size_of_view(area):
     return view.width, view.height, left, right, min(max(above / view.height, 0.0), 0.2)
 
 
-def _look_at(area, points):
-    # All points are in what toolbar and sidebar leave free.
+def look_at(area, points):
+    """Turn a 3D view so that all points, (n, 3) float [m], are in what toolbar and sidebar leave free."""
     space, (width, height, on_left, on_right, above) = area.spaces.active, _size_of_view(area)
     low, high = points.min(axis=0), points.max(axis=0)
     size = float(np.linalg.norm(high - low))

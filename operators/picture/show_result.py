@@ -1,23 +1,25 @@
-"""Show a result: the panel's choice *Show*, the colours of the faces and the view say the same."""
+"""Show a result: the panel's choice *Show*, the colours of the faces and the view say the same.
 
-from contextlib import contextmanager
+A result that was kept as *before* may stand beside the city, in the same colours.
+"""
 
 import bpy
+import numpy as np
 
 from ...core.errors import InputError
-from ..attributes import PREFIX
+from ..attributes import CHANGE, PREFIX, read_face_attribute
 from ..city.read_materials import remember_materials
 from ..in_place import is_in_place
-from ..result.compare_results import follow_scale
-from ..run_step import leave_edit_mode, redraw_panels
+from ..run_step import Action, OfCity, leave_edit_mode
 from ..session import find_city, find_session
-from .colour_faces import colour_faces, show_exact_colours
-from .colour_user_meshes import describe_stand_ins, take_off_colours, wear_colours
+from .colour_faces import build_scale, colour_faces, paint_mesh, read_scale, show_exact_colours
+from .colour_user_meshes import colour_user_meshes, uncolour_user_meshes
 from .show_city import give_back_shading, keep_shading, show_city
 
-STAND_INS = PREFIX + "stand_ins"  # what the panel says of objects that have no faces of their own
+BEFORE = "before"  # part of the object that is kept as *before*
+GAP = 1.1  # distance of the two results over the width of the city
 
-_state = {"quiet": False}
+_state = {"quiet": False}  # what a step sets in the panel is coloured already
 
 
 def show_result(context, city, ground, attribute):
@@ -46,12 +48,15 @@ def show_result(context, city, ground, attribute):
     if own and not settings.low < settings.high:
         raise InputError("Range", f"{settings.low:g} to {settings.high:g} is empty", "give a Low below High")
     scale = colour_faces(city, ground, attribute, **ends, colour_map=settings.colour_map)
-    with _without_updates():
-        settings.attribute = attribute
-        if not own and not scale.classes:
-            settings.low, settings.high = scale.low, scale.high
+    _state["quiet"] = True
+    settings.attribute = attribute
+    if not own and not scale.classes:
+        settings.low, settings.high = scale.low, scale.high
+    _state["quiet"] = False
     show_colours(context, city)
-    follow_scale(context.scene, scale)
+    before = find_before(context.scene)
+    if before is not None and not before.hide_viewport:
+        show_before(before, visible=True, scale=scale)
     return scale
 
 
@@ -59,23 +64,21 @@ def show_colours(context, city):
     """Show the colours of a city, or the shape and the user's own materials where *Colours* is off."""
     wanted = context.scene.citypv.show_colours
     if is_in_place(city):
-        hidden = wear_colours(city) if wanted else take_off_colours(city)
-        city[STAND_INS] = describe_stand_ins(hidden)
+        (colour_user_meshes if wanted else uncolour_user_meshes)(city)
     if wanted:
-        keep_shading(context.scene)
+        keep_shading(context)
         show_exact_colours(context.scene)
-        show_city()
+        show_city(context)
     else:
-        give_back_shading(context.scene)
+        give_back_shading(context)
 
 
 def follow_switch(settings, context):
     """Show or take off the colours when the switch *Colours* changes."""
     city, _ = find_city(context.scene)
-    if _state["quiet"] or city is None or city.get(PREFIX + "colour_attribute") is None:
-        return
-    leave_edit_mode(context)
-    show_colours(context, city)
+    if not _state["quiet"] and city is not None and PREFIX + "colour_attribute" in city:
+        leave_edit_mode(context)
+        show_colours(context, city)
 
 
 def follow_choice(settings, context):
@@ -101,38 +104,53 @@ def has_result(city, attribute):
     return PREFIX + attribute in city.data.attributes
 
 
-@contextmanager
-def _without_updates():
-    # What is set here is coloured already.
-    _state["quiet"] = True
-    try:
-        yield
-    finally:
-        _state["quiet"] = False
-
-
-class ColourCity(bpy.types.Operator):
+class ColourCity(OfCity, Action, bpy.types.Operator):
     """Colour the faces by the chosen result"""
 
     bl_idname = "citypv.colour"
     bl_label = "Colour faces"
     bl_options = {"REGISTER", "UNDO"}
+    needs, lacking = PREFIX + "kind", "Classify the city first"
 
-    @classmethod
-    def poll(cls, context):
-        """There are faces with results."""
-        cls.poll_message_set("Classify the city first")
-        city, _ = find_city(context.scene)
-        return city is not None and PREFIX + "kind" in city.data.attributes
-
-    def execute(self, context):
+    def act(self, context, city, ground):
         """Colour the faces, and store the range used."""
         leave_edit_mode(context)
-        try:
-            scale = show_result(context, *find_city(context.scene), context.scene.citypv.attribute)
-        except InputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        redraw_panels(context, views=True)
-        self.report({"INFO"}, f"Coloured by {scale.title[0].lower()}{scale.title[1:]}")
-        return {"FINISHED"}
+        scale = show_result(context, city, ground, context.scene.citypv.attribute)
+        return f"Coloured by {scale.title[0].lower()}{scale.title[1:]}"
+
+
+def find_before(stage):
+    """The result kept as *before* in a Blender scene: bpy.types.Object or None."""
+    return next((item for item in stage.objects if item.get(PREFIX + "part") == BEFORE), None)
+
+
+def show_before(item, *, visible, scale=None):
+    """Show the earlier result to the west of the city, in the colours of a scale, or hide it.
+
+    Parameters
+    ----------
+    item : bpy.types.Object
+    visible : bool
+    scale : ColourScale, optional
+        Of the city; for a difference the earlier result itself is shown, from the 2nd to the 98th percentile.
+    """
+    item.hide_viewport = item.hide_render = not visible
+    if not visible:
+        return
+    across = [corner[0] for corner in item.bound_box]
+    item.location.x = GAP * (min(across) - max(across))
+    name = None if scale is None else scale.attribute.removeprefix(CHANGE)
+    values = read_face_attribute(item.data, name) if name else None
+    if values is None:
+        return
+    if name != scale.attribute:
+        low, high = np.nanpercentile(values, [2, 98]).tolist() if np.isfinite(values).any() else (0.0, 1.0)
+        scale = build_scale(name, low, high if high > low else low + 1.0)
+    paint_mesh(item.data, values, scale, "CityPV colours before")
+
+
+def follow_side_by_side(seeing, context):
+    """Show or hide the earlier result (`update` of the property)."""
+    before, (city, _) = find_before(context.scene), find_city(context.scene)
+    if before is not None:
+        show_before(before, visible=seeing.side_by_side, scale=read_scale(city) if city is not None else None)

@@ -8,7 +8,7 @@ from ...core.errors import InputError
 from ..attributes import PREFIX
 from ..city.build_meshes import read_vertices
 from ..in_place import is_in_place
-from ..run_step import leave_edit_mode
+from ..run_step import Action, OfCity, leave_edit_mode, list_views
 from ..session import find_city
 from .build_legend import build_legend, note_of
 from .colour_faces import read_scale, show_exact_colours
@@ -48,32 +48,25 @@ def stage_picture(context, view="overview"):
         if item.get(PREFIX + "part") == "picture":
             bpy.data.objects.remove(item)
     for item in filter(None, (city, ground)):
-        stage.collection.objects.link(_copy_hidden(item) if is_in_place(city) else item)
-    camera = _aim(context, stage, view, city)
+        shown = item
+        if is_in_place(city):
+            # A city that was taken from objects of the user is hidden itself; the picture shows a copy with its mesh.
+            shown = item.copy()
+            shown[PREFIX + "part"], shown.hide_render = "picture", False
+        stage.collection.objects.link(shown)
+    space, region = find_view(context) if view == "viewport" else (None, None)
+    if view == "overview":
+        camera = place_camera(stage, read_vertices(city))
+    elif space is None or space.region_3d.view_perspective == "CAMERA":
+        camera = copy_camera(stage, context.scene)
+    else:
+        camera = copy_view(stage, space.region_3d, region.width, region.height, 10 * space.clip_end)
     scale = read_scale(city)
     build_legend(stage, camera, scale, note_of(city, scale.attribute))
     set_background(stage)
     show_exact_colours(stage)
     prepare_render(stage)
     return stage
-
-
-def _copy_hidden(item):
-    # A city that was taken from objects of the user is hidden itself; the picture shows a copy with the same mesh.
-    copy = item.copy()
-    copy[PREFIX + "part"], copy.hide_render = "picture", False
-    return copy
-
-
-def _aim(context, stage, view, city):
-    if view == "overview":
-        return place_camera(stage, read_vertices(city))
-    if view == "camera":
-        return _copy_camera(stage, context.scene)
-    space, region = _find_view(context)
-    if space.region_3d.view_perspective == "CAMERA":
-        return _copy_camera(stage, context.scene)
-    return copy_view(stage, space.region_3d, region.width, region.height, 10 * space.clip_end)
 
 
 def copy_view(stage, seen, width, height, far):
@@ -110,7 +103,8 @@ def copy_view(stage, seen, width, height, far):
     return camera
 
 
-def _copy_camera(stage, scene):
+def copy_camera(stage, scene):
+    """Give the picture's camera, which is returned, place, lens and resolution of a scene's own."""
     if scene.camera is None or scene.camera.type != "CAMERA":
         raise InputError("Camera", "the scene has none", "add a camera, or choose another view")
     camera, given = find_camera(stage), scene.camera.data
@@ -123,39 +117,28 @@ def _copy_camera(stage, scene):
     return camera
 
 
-def _find_view(context):
-    areas = [area for window in context.window_manager.windows for area in window.screen.areas]
-    views = [area for area in areas if area.type == "VIEW_3D"]
+def find_view(context):
+    """The 3D view that is clicked in, else the largest one: its space and the region that shows the city."""
+    views = list_views(context)
     if not views:
         raise InputError("3D view", "none is open", "open a 3D view, or choose another view")
     area = context.area if context.area in views else max(views, key=lambda area: area.width * area.height)
     return area.spaces.active, next(region for region in area.regions if region.type == "WINDOW")
 
 
-class RenderCity(bpy.types.Operator):
+class RenderCity(OfCity, Action, bpy.types.Operator):
     """Render a picture of the coloured city with its legend, in the scene "CityPV picture"; yours is not changed"""
 
     bl_idname = "citypv.render"
     bl_label = "Render picture"
     bl_options = {"REGISTER", "UNDO"}
+    needs, lacking = PREFIX + "colour_attribute", "Colour the faces first"
 
     view: bpy.props.EnumProperty(name="View", description="Where the picture is taken from", items=VIEWS)
 
-    @classmethod
-    def poll(cls, context):
-        """The city is coloured."""
-        cls.poll_message_set("Colour the faces first")
-        city, _ = find_city(context.scene)
-        return city is not None and read_scale(city) is not None
-
-    def execute(self, context):
+    def act(self, context, city, ground):
         """Set up the scene and render it."""
         leave_edit_mode(context)
-        try:
-            stage = stage_picture(context, self.view)
-        except InputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        stage = stage_picture(context, self.view)
         # In a window the picture opens beside the city while it renders.
         bpy.ops.render.render("EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT", scene=stage.name)
-        return {"FINISHED"}

@@ -1,21 +1,35 @@
-"""Timeline: Blender's frames are the hours of the months' average days."""
+"""Timeline: Blender's frames are the hours of the months' average days, with a sun lamp and a sky to match.
+
+The user's own lamps and world stay as they are.
+"""
 
 import bpy
-import numpy as np
 from bpy.app.handlers import persistent
 from mathutils import Vector
 
-from ..attributes import PREFIX, read_face_attribute, remove_face_attribute, write_face_attribute, write_results
-from ..city.build_meshes import show_objects
+from ..attributes import (
+    PREFIX,
+    read_face_attribute,
+    remove_face_attributes,
+    write_results,
+    write_surface_values,
+)
+from ..city.build_meshes import remove_objects, show_objects
 from ..light.keep_transfer import OfTransfer, read_kept
-from ..run_step import Step, redraw_panels
+from ..run_step import Action, Step
 from ..session import find_city, find_own_city, find_session
 from .build_legend import MOMENT
-from .colour_faces import RANGE, colours_of_values, read_scale, write_colours
-from .colour_user_meshes import wear_colours, wears_colours
+from .colour_faces import RANGE, colours_of_values, read_scale, start_nodes, write_colours
+from .colour_user_meshes import colour_user_meshes, user_meshes_coloured
 from .show_result import has_result, show_result
 
+FRAMES, HOURS = 288, 24
 NOON = 5 * 24 + 13  # June, 12 to 13 h
+TIMED = ("direct_irradiance", "month_hours")  # attributes that change with the frame
+SUN, SKY = "CityPV sun", "CityPV timeline sky"
+STRENGTH = 0.005  # of the lamp, per Wm⁻²: 5 at full sun suits Blender's view transforms
+BRIGHTNESS = 0.004  # of the sky, per Wm⁻² of DHI
+ANGLE = 0.0093  # of the sun's disc [rad]
 
 
 class StartTimeline(OfTransfer, Step, bpy.types.Operator):
@@ -48,7 +62,7 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
         return session, weather, energy, (timeline, find_ranges(timeline, session.transfer.surfaces.area))
 
     def finish(self, context, result):
-        """Set the range of frames, and show the first moment."""
+        """Set the range of frames, keeping the user's frames and world, and show the first moment."""
         session, weather, energy, (timeline, ranges) = result
         city, ground = find_own_city(context.scene, session)
         if session.energy is None:
@@ -57,14 +71,20 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
         session.timeline = energy, timeline
         for name, ends in ranges.items():
             city[RANGE + name] = ends
-        keep_scene(context.scene)
-        context.scene.citypv_seeing.timeline = True
-        show_moment(context.scene)
-        show_result(context, city, ground, context.scene.citypv_seeing.timeline_show)
-        return show_moment(context.scene)
+        stage, seeing = context.scene, context.scene.citypv_seeing
+        if not seeing.timeline:
+            seeing.frames_before = stage.frame_start, stage.frame_end, stage.frame_current
+            seeing.world_before = stage.world
+        stage.frame_start, stage.frame_end = 1, FRAMES
+        if not 1 < stage.frame_current <= FRAMES:
+            stage.frame_set(NOON)
+        seeing.timeline = True
+        show_moment(stage)
+        show_result(context, city, ground, seeing.timeline_show)
+        return show_moment(stage)
 
 
-class StopTimeline(bpy.types.Operator):
+class StopTimeline(Action, bpy.types.Operator):
     """Give back the range of frames, the world and the colours that were there before the timeline"""
 
     bl_idname = "citypv.stop_timeline"
@@ -76,20 +96,20 @@ class StopTimeline(bpy.types.Operator):
         """The timeline is on."""
         return context.scene.citypv_seeing.timeline
 
-    def execute(self, context):
+    def act(self, context, city, ground):
         """Take everything back."""
-        stage = context.scene
-        stage.citypv_seeing.timeline = False
-        give_back_scene(stage)
-        city, ground = find_city(stage)
+        stage, seeing = context.scene, context.scene.citypv_seeing
+        seeing.timeline = False
+        stage.world, seeing.world_before = seeing.world_before, None
+        remove_objects(bpy.data.objects.get(SUN))
+        if SKY in bpy.data.worlds:
+            bpy.data.worlds.remove(bpy.data.worlds[SKY])
+        stage.frame_start, stage.frame_end, now = seeing.frames_before
+        stage.frame_set(now)
         if city is not None:
-            if context.scene.citypv.attribute in TIMED:
+            if stage.citypv.attribute in TIMED:
                 show_result(context, city, ground, "full_load_hours" if has_result(city, "full_load_hours") else "kind")
-            for name in TIMED:
-                remove_face_attribute(city, name)
-                remove_face_attribute(ground, name)
-        redraw_panels(context, views=True)
-        return {"FINISHED"}
+            remove_face_attributes(city, ground, *TIMED)
 
 
 def find_ranges(timeline, area):
@@ -102,25 +122,11 @@ def find_ranges(timeline, area):
     return dict(zip(TIMED, ((0.0, choose_range(values, area)[1]) for values in (brightest, best)), strict=True))
 
 
-def keep_scene(stage):
-    """Remember the frames and the world of the user, and give the scene those of the timeline."""
-    seeing = stage.citypv_seeing
-    if not seeing.timeline:
-        seeing.frames_before = stage.frame_start, stage.frame_end, stage.frame_current
-        seeing.world_before = stage.world
-    stage.frame_start, stage.frame_end = 1, FRAMES
-    if not 1 <= stage.frame_current <= FRAMES or stage.frame_current == 1:
-        stage.frame_set(NOON)
-
-
-def give_back_scene(stage):
-    """Give back frames and world."""
-    seeing = stage.citypv_seeing
-    stage.world = seeing.world_before
-    seeing.world_before = None
-    remove_light()
-    stage.frame_start, stage.frame_end, now = seeing.frames_before
-    stage.frame_set(now)
+def timeline_of(city):
+    """Timeline of a city, or None if there is none of its present energy."""
+    session = find_session(city)
+    kept = session.timeline if session is not None else None
+    return kept[1] if kept is not None and kept[0] is session.energy else None
 
 
 def follow_timeline_show(seeing, context):
@@ -131,45 +137,29 @@ def follow_timeline_show(seeing, context):
         show_result(context, city, ground, seeing.timeline_show)
 
 
-FRAMES, HOURS = 288, 24
-TIMED = ("direct_irradiance", "month_hours")  # attributes that change with the frame
-
-
-def start_following_frames():
-    """Install the handler."""
-    if follow_frame not in bpy.app.handlers.frame_change_post:
-        bpy.app.handlers.frame_change_post.append(follow_frame)
-
-
-def stop_following_frames():
-    """Remove it."""
-    if follow_frame in bpy.app.handlers.frame_change_post:
-        bpy.app.handlers.frame_change_post.remove(follow_frame)
-
-
 @persistent
 def follow_frame(stage, *_):
     """Show the moment of a frame; after a file was opened or the city was weighed anew, compute the timeline first."""
-    seeing = getattr(stage, "citypv_seeing", None)
-    if seeing is None or not seeing.timeline:
-        return
-    city, _ = find_city(stage)
-    if city is None:
+    seeing, (city, _) = getattr(stage, "citypv_seeing", None), find_city(stage)
+    if seeing is None or not seeing.timeline or city is None:
         return
     if timeline_of(city) is not None:
         show_moment(stage)
     elif bpy.app.background:
         bpy.ops.citypv.timeline()
-    elif not bpy.app.timers.is_registered(_compute_again):
+    elif not bpy.app.timers.is_registered(compute_again):
         # Not from within a handler: it runs in the background.
-        bpy.app.timers.register(_compute_again, first_interval=0.1)
+        bpy.app.timers.register(compute_again, first_interval=0.1)
 
 
-def timeline_of(city):
-    """Timeline of a city, or None if there is none of its present energy."""
-    session = find_session(city)
-    kept = session.timeline if session is not None else None
-    return kept[1] if kept is not None and kept[0] is session.energy else None
+def compute_again():
+    """Compute the timeline anew, once no other step runs: seconds to wait for that, or None."""
+    if Step.current is not None:
+        return 0.5
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        if bpy.ops.citypv.timeline.poll():
+            bpy.ops.citypv.timeline("INVOKE_DEFAULT")
+    return None
 
 
 def show_moment(stage):
@@ -179,40 +169,18 @@ def show_moment(stage):
     city, ground = find_city(stage)
     timeline = timeline_of(city)
     moment = min(max(stage.frame_current - 1, 0), FRAMES - 1)
-    faces = read_face_attribute(city.data, "surface")
     values = timeline.irradiance(moment), timeline.hours_by_month[:, moment // HOURS]
     for name, of_surfaces in zip(TIMED, values, strict=True):
-        write_face_attribute(city.data, name, of_surfaces[faces].astype(np.float32))
-        if ground is not None and PREFIX + name not in ground.data.attributes:
-            write_face_attribute(ground.data, name, np.full(len(ground.data.polygons), np.nan))
+        write_surface_values(city, ground, name, of_surfaces)
     shown = city.get(PREFIX + "colour_attribute")
     if shown in TIMED:
-        scale = read_scale(city)
-        write_colours(city.data, colours_of_values(scale, read_face_attribute(city.data, shown)))
+        write_colours(city.data, colours_of_values(read_scale(city), read_face_attribute(city.data, shown)))
         city.data.update()
-        if wears_colours(city):
-            wear_colours(city)
-    light_scene(stage, timeline.direction[moment], timeline.dni[moment], timeline.dhi[moment])
+        if user_meshes_coloured(city):
+            colour_user_meshes(city)
+    light_scene(stage, timeline.direction[moment].tolist(), timeline.dni[moment], timeline.dhi[moment])
     city[MOMENT] = describe_moment(timeline, moment)
     return city[MOMENT]
-
-
-def _compute_again():
-    from ..run_step import Step
-
-    if Step.current is not None:
-        return 0.5
-    window = bpy.context.window_manager.windows[0]
-    with bpy.context.temp_override(window=window):
-        if bpy.ops.citypv.timeline.poll():
-            bpy.ops.citypv.timeline("INVOKE_DEFAULT")
-    return None
-
-
-SUN, SKY = "CityPV sun", "CityPV timeline sky"
-STRENGTH = 0.005  # of the lamp, per Wm⁻²: 5 at full sun suits Blender's view transforms
-BRIGHTNESS = 0.004  # of the sky, per Wm⁻² of DHI
-ANGLE = 0.0093  # of the sun's disc [rad]
 
 
 def light_scene(stage, direction, dni, dhi):
@@ -221,52 +189,35 @@ def light_scene(stage, direction, dni, dhi):
     Parameters
     ----------
     stage : bpy.types.Scene
-    direction : (3,) float
+    direction : list of 3 float
         Towards the sun.
     dni, dhi : float [Wm⁻²]
     """
     up = direction[2] > 0
     lamp = bpy.data.objects.get(SUN) or _add_lamp(stage)
-    lamp.rotation_euler = Vector([float(part) for part in direction]).to_track_quat("Z", "Y").to_euler()
+    lamp.rotation_euler = Vector(direction).to_track_quat("Z", "Y").to_euler()
     lamp.data.energy = STRENGTH * dni if up else 0.0
     world = bpy.data.worlds.get(SKY) or _add_sky()
     texture, background = (world.node_tree.nodes[name] for name in ("Sky Texture", "Background"))
-    texture.sun_direction = [float(direction[0]), float(direction[1]), max(float(direction[2]), 0.0)]
+    texture.sun_direction = [*direction[:2], max(direction[2], 0.0)]
     background.inputs["Strength"].default_value = BRIGHTNESS * dhi if up else 0.0
     if stage.world != world:
         stage.world = world
 
 
-def remove_light():
-    """Remove lamp and sky."""
-    lamp, world = bpy.data.objects.get(SUN), bpy.data.worlds.get(SKY)
-    if lamp is not None:
-        data = lamp.data
-        bpy.data.objects.remove(lamp)
-        bpy.data.lights.remove(data)
-    if world is not None:
-        bpy.data.worlds.remove(world)
-
-
 def _add_lamp(stage):
-    light = bpy.data.lights.new(SUN, "SUN")
-    light.angle = ANGLE
-    lamp = bpy.data.objects.new(SUN, light)
-    lamp[PREFIX + "part"] = "sun"
+    lamp = bpy.data.objects.new(SUN, bpy.data.lights.new(SUN, "SUN"))
+    lamp.data.angle, lamp[PREFIX + "part"] = ANGLE, "sun"
     show_objects(stage, lamp)
     return lamp
 
 
 def _add_sky():
     world = bpy.data.worlds.new(SKY)
-    if world.node_tree is None:
-        world.use_nodes = True
-    nodes = world.node_tree.nodes
-    nodes.clear()
+    nodes, links, output = start_nodes(world, "ShaderNodeOutputWorld")
     texture, background = nodes.new("ShaderNodeTexSky"), nodes.new("ShaderNodeBackground")
-    output = nodes.new("ShaderNodeOutputWorld")
     texture.name, background.name = "Sky Texture", "Background"
     texture.sky_type = "HOSEK_WILKIE"  # the same in all versions of Blender
-    world.node_tree.links.new(texture.outputs["Color"], background.inputs["Color"])
-    world.node_tree.links.new(background.outputs["Background"], output.inputs["Surface"])
+    links.new(texture.outputs["Color"], background.inputs["Color"])
+    links.new(background.outputs["Background"], output.inputs["Surface"])
     return world

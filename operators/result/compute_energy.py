@@ -1,21 +1,24 @@
-"""Energy: combine Transfer and weather to irradiation and full load hours on every face."""
+"""Energy: combine Transfer and weather to full load hours on every face, and rank the buildings by their energy."""
 
 import bpy
 import numpy as np
 from mathutils import Vector
 
 from ...core.errors import InputError
-from ..attributes import CHANGE, PREFIX, write_results, write_surface_values
+from ..attributes import CHANGE, PREFIX, read_corners, write_results, write_surface_values
+from ..city.build_meshes import BUILDINGS, read_vertices
 from ..city.read_settings import remember_step
 from ..light.keep_transfer import OfTransfer, read_kept
-from ..picture.show_city import seen_screens
 from ..picture.show_result import show_result
-from ..run_step import Step, redraw_panels
+from ..run_step import Action, OfCity, Step, list_views
 from ..session import find_city, find_own_city
 from .compare_results import compare_with_before
-from .keep_report import BUILDINGS, find_faces
+from .keep_report import find_faces
 from .select_faces import select_faces
-from .summarise import sum_totals, summarise_energy, summarise_totals
+from .summarise import sum_totals, summarise_energy
+
+BEST = PREFIX + "best"  # property of the city
+MOST = 20
 
 
 class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
@@ -52,20 +55,15 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         write_results(city, ground, session.transfer, energy)
         session.weather, session.energy, session.request = weather, energy, request
         write_surface_values(city, ground, "seconds_to_halve", np.where(np.isfinite(seconds), seconds, np.nan))
-        text = summarise_energy(city, weather, energy, place)
-        summarise_totals(city, totals)
-        keep_best(city, best)
+        text = summarise_energy(city, weather, energy, place, totals)
+        city[BEST] = [f"{name.replace('|', '/')}|{kwp:,.1f}|{mwh:,.1f}" for name, kwp, mwh in best]
         remember_step(city, "energy", context.scene.citypv)
         changed = compare_with_before(context.scene, city, ground)
         show_result(context, city, ground, CHANGE + "full_load_hours" if changed else "full_load_hours")
         return text
 
 
-BEST = PREFIX + "best"  # property of the city
-MOST = 20
-
-
-class ShowBuilding(bpy.types.Operator):
+class ShowBuilding(OfCity, Action, bpy.types.Operator):
     """Select a building, and move the 3D view to it"""
 
     bl_idname = "citypv.show_building"
@@ -75,41 +73,32 @@ class ShowBuilding(bpy.types.Operator):
     building: bpy.props.StringProperty(
         name="Building",
         description="Its id; empty: the one with the most energy",
-        search=lambda self, context, text: [name for name in list_buildings(context) if text.lower() in name.lower()],
+        search=lambda self, context, text: suggest_buildings(context, text),
     )
 
-    @classmethod
-    def poll(cls, context):
-        """There is a city."""
-        cls.poll_message_set("Import a city first")
-        return find_city(context.scene)[0] is not None
-
-    def execute(self, context):
+    def act(self, context, city, ground):
         """Select, and look."""
-        city, _ = find_city(context.scene)
         best = read_best(city)
         name = self.building or (best[0][0] if best else "")
-        try:
-            if not name:
-                raise InputError(
-                    city.name, "its buildings have no energy yet", "give an id, or compute the energy first"
-                )
-            chosen = find_faces(city, f"building/{name}")
-            select_faces(context, city, chosen)
-        except InputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        look_at_faces(city, chosen)
-        redraw_panels(context, views=True)
+        if not name:
+            raise InputError(city.name, "its buildings have no energy yet", "give an id, or compute the energy first")
+        chosen = find_faces(city, f"building/{name}")
+        select_faces(context, city, chosen)
+        triangles = np.flatnonzero(chosen)
+        points = read_vertices(city)[np.unique(read_corners(city.data).reshape(-1, 3)[triangles])]
+        low, high = points.min(axis=0), points.max(axis=0)
+        for region in (area.spaces.active.region_3d for area in list_views(context)):
+            region.view_location = Vector(((low + high) / 2).tolist())
+            region.view_distance = 2.0 * float(np.linalg.norm(high - low))
         told = next((f": {mwh} MWh per year, {kwp} kWp" for one, kwp, mwh in best if one == name), "")
-        self.report({"INFO"}, f"{name}{told}")
-        return {"FINISHED"}
+        return f"{name}{told}"
 
 
-def list_buildings(context):
-    """Ids of the buildings of the scene's city: list of str."""
+def suggest_buildings(context, text):
+    """Ids of the buildings of the scene's city that have this text: list of str."""
     city, _ = find_city(context.scene)
-    return list(city.get(BUILDINGS, ())) if city is not None else []
+    names = city.get(BUILDINGS, ()) if city is not None else ()
+    return [name for name in names if text.lower() in name.lower()]
 
 
 def rank_buildings(surfaces, energy, request):
@@ -137,30 +126,6 @@ def rank_buildings(surfaces, energy, request):
     return found
 
 
-def keep_best(city, ranked):
-    """Store the best buildings on a city."""
-    city[BEST] = [f"{name.replace('|', '/')}|{kwp:,.1f}|{mwh:,.1f}" for name, kwp, mwh in ranked]
-
-
 def read_best(city):
     """Best buildings of a city: list of (id, kWp, MWh per year) as text; empty before the energy."""
     return [tuple(row.split("|")) for row in city.get(BEST, ())] if city is not None else []
-
-
-def look_at_faces(city, chosen):
-    """Move all 3D views that are to be seen to some faces of a city.
-
-    Parameters
-    ----------
-    city : bpy.types.Object
-    chosen : (f,) bool
-    """
-    faces = [city.data.polygons[k].vertices for k in np.flatnonzero(chosen).tolist()]
-    corners = sorted({vertex for face in faces for vertex in face})
-    points = np.array([city.matrix_world @ city.data.vertices[k].co for k in corners])
-    low, high = points.min(axis=0), points.max(axis=0)
-    for screen in seen_screens():
-        for area in (area for area in screen.areas if area.type == "VIEW_3D"):
-            region = area.spaces.active.region_3d
-            region.view_location = Vector(((low + high) / 2).tolist())
-            region.view_distance = 2.0 * float(np.linalg.norm(high - low))

@@ -8,64 +8,47 @@ import bpy
 
 from ...core.errors import InputError
 from ...core.progress import silent
-from ..run_step import Step
+from ..run_step import OfCity, Step
 from ..session import find_city, find_session
 
-FORMATS = [  # identifier, name, description; the names of the files are those of the command line
-    ("faces", "Surfaces (CSV)", "A row for each surface, as faces.csv"),
-    ("groups", "Groups (CSV)", "Full load hours by kind, orientation, month and hour, as groups.csv"),
-    ("buildings", "Buildings (CSV)", "A row for each building, as buildings.csv"),
-    ("cityjson", "CityJSON", "The city as read with its results, as city.city.json"),
-    ("gltf", "glTF", "The city in colours for any viewer, as city.glb"),
-    ("geopackage", "GeoPackage", "Surfaces and buildings for GIS, as city.gpkg"),
-    ("report", "Report", "Tables and pictures on one page, as report.html; opens in the browser"),
-]
-NAMES = {
-    "faces": "faces.csv",
-    "groups": "groups.csv",
-    "buildings": "buildings.csv",
-    "cityjson": "city.city.json",
-    "gltf": "city.glb",
-    "geopackage": "city.gpkg",
-    "report": "report.html",
+FILES = {  # identifier: the file's name, as on the command line; name and description in the menu
+    "faces": ("faces.csv", "Surfaces (CSV)", "A row for each surface, as faces.csv"),
+    "groups": ("groups.csv", "Groups (CSV)", "Full load hours by kind, orientation, month and hour, as groups.csv"),
+    "buildings": ("buildings.csv", "Buildings (CSV)", "A row for each building, as buildings.csv"),
+    "cityjson": ("city.city.json", "CityJSON", "The city as read with its results, as city.city.json"),
+    "gltf": ("city.glb", "glTF", "The city in colours for any viewer, as city.glb"),
+    "geopackage": ("city.gpkg", "GeoPackage", "Surfaces and buildings for GIS, as city.gpkg"),
+    "report": ("report.html", "Report", "Tables and pictures on one page, as report.html; opens in the browser"),
 }
+FORMATS = [(name, title, words) for name, (_, title, words) in FILES.items()]
 SHAPES = ("cityjson", "gltf", "geopackage")  # need the geometry of this session
 
 
-class ExportResults(Step, bpy.types.Operator):
+class ExportResults(OfCity, Step, bpy.types.Operator):
     """Write the results of the city to a file"""
 
     bl_idname = "citypv.export"
     bl_label = "Export"
     bl_options = {"REGISTER"}
+    needs, lacking = "energy", "Compute the energy first"
 
     format: bpy.props.EnumProperty(name="Format", description="What is written", items=FORMATS)
     filepath: bpy.props.StringProperty(
-        name="File",
-        description="File to write; empty: beside the .blend file",
-        subtype="FILE_PATH",
-        options={"SKIP_SAVE"},
+        name="File", description="File; empty: beside the .blend file", subtype="FILE_PATH", options={"SKIP_SAVE"}
     )
     check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
     filter_glob: bpy.props.StringProperty(options={"HIDDEN", "SKIP_SAVE"})
 
     @classmethod
-    def poll(cls, context):
-        """The energy was computed in this session."""
-        cls.poll_message_set("Compute the energy first")
-        session = find_session(find_city(context.scene)[0])
-        return session is not None and session.energy is not None
-
-    @classmethod
     def description(cls, context, properties):
         """Tooltip: what is written."""
-        return next(words for name, _, words in FORMATS if name == properties.format)
+        return FILES[properties.format][2]
 
     def invoke(self, context, event):
         """Ask where to write; start once it is known."""
         if self.filepath or bpy.app.background:
             return super().invoke(context, event)
-        self.filepath, self.filter_glob = str(suggest_path(self.format)), f"*{Path(NAMES[self.format]).suffix}"
+        self.filepath, self.filter_glob = str(suggest_path(self.format)), f"*{Path(FILES[self.format][0]).suffix}"
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
@@ -73,9 +56,8 @@ class ExportResults(Step, bpy.types.Operator):
         """Take the results and the path."""
         session = find_session(find_city(context.scene)[0])
         if self.format in SHAPES and (session.city is None or session.scene is None):
-            raise InputError(
-                NAMES[self.format], "needs the geometry, which is not in this file", "import and trace again"
-            )
+            problem = "needs the geometry, which is not in this file"
+            raise InputError(FILES[self.format][0], problem, "import and trace again")
         path = Path(bpy.path.abspath(self.filepath)) if self.filepath else suggest_path(self.format)
         if not path.parent.is_dir():
             raise InputError(path.parent, "there is no such folder", "choose another")
@@ -102,7 +84,7 @@ class ExportResults(Step, bpy.types.Operator):
 def suggest_path(name):
     """Path for a format: beside the .blend file, else in the temporary folder."""
     folder = Path(bpy.data.filepath).parent if bpy.data.filepath else Path(bpy.app.tempdir or tempfile.gettempdir())
-    return folder / NAMES[name]
+    return folder / FILES[name][0]
 
 
 def write_results(session, name, path, progress=silent):
@@ -142,7 +124,7 @@ def write_results(session, name, path, progress=silent):
             city = draw_city(session.city, session.scene, request)
             results = city, session.scene, transfer, energy, session.weather
             write_exports(Path(folder), results, request, [name], progress)
-            path.write_bytes(Path(folder, NAMES[name]).read_bytes())
+            path.write_bytes(Path(folder, FILES[name][0]).read_bytes())
 
 
 def write_page(session, path, progress):

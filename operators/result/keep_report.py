@@ -1,6 +1,5 @@
-"""Store the import report on the city's object, so that it is saved with the file: sentences, groups, ids."""
+"""The report of a city, stored on its object: sentences, groups of surfaces, ids; shown as text or copied."""
 
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import bpy
@@ -8,16 +7,17 @@ import numpy as np
 
 from ...core.errors import InputError
 from ..attributes import KIND_CODES, ORIENTATION_CODES, PREFIX, read_face_attribute
-from ..run_step import OfCity
-from ..session import find_city
-from .summarise import write_results_out
+from ..city.build_meshes import BUILDINGS
+from ..run_step import Action, OfCity
+from .summarise import ALBEDOS, GROUPS, INTERRUPTED, PLACE, UNREAD, WEATHER
 
-REPORT, FILES, ROWS, BUILDINGS = (PREFIX + name for name in ("report", "files", "report_rows", "buildings"))
+REPORT, FILES, ROWS = (PREFIX + name for name in ("report", "files", "report_rows"))
 NAMES_SHOWN = 3
+TEXT = "CityPV report"
 
 
 def keep_report(item, scene, findings):
-    """Store the import report on the city's object; return a one-sentence summary.
+    """Store the report on the city's object, groups in the order of the panel; return a one-sentence summary.
 
     Parameters
     ----------
@@ -27,19 +27,50 @@ def keep_report(item, scene, findings):
     """
     item[FILES] = [str(path) for path in scene.report.files]
     item[REPORT] = lines = describe_import(scene)
-    item[ROWS] = [
-        {
-            "key": f"{group.heading}/{group.name}",
-            "heading": group.heading,
-            "name": group.name,
-            "count": write_number(group.count),
-            "area": "" if group.area is None else f"{write_number(group.area)} m²",
-            "ids": "\n".join(group.ids),
-            "surfaces": np.ascontiguousarray(group.surfaces, dtype=np.int32),
-        }
-        for group in list_groups(scene, findings)
-    ]
+    surfaces, rows = scene.surfaces, []
+    pairs = np.char.add(np.char.add(surfaces.kind.astype(str), " "), surfaces.orientation.astype(str))
+    classes = np.array([name or "without class" for name in surfaces.thematic], dtype=str)
+    materials = np.array(surfaces.material or [""] * len(surfaces), dtype=str)
+    for heading, words, names in (
+        ("kind", surfaces.kind, KIND_CODES),
+        ("orientation", surfaces.orientation, ORIENTATION_CODES),
+        ("eligible", np.where(surfaces.eligible, "all", ""), ["all"]),
+        ("eligible", np.where(surfaces.eligible, pairs, ""), None),
+        ("class", classes, None),
+        ("material", materials, None),
+    ):
+        for name in names or sorted(set(words.tolist()) - {""}):
+            chosen = np.flatnonzero(words == name)
+            if len(chosen) or name == "all":
+                rows.append(build_row(heading, name, chosen, float(surfaces.area[chosen].sum())))
+    item[ROWS] = rows + [build_row(f.heading, f.reason, f.surfaces, f.area, f.names) for f in findings]
     return f"Read {lines[1]}"
+
+
+def build_row(heading, name, surfaces, area, ids=()):
+    """Row of a named group of surfaces, or of elements that were left out, as it is stored: dict.
+
+    Parameters
+    ----------
+    heading : str
+        kind, orientation, eligible, class, material, repaired, skipped, inside or sheet.
+    name : str
+    surfaces : (k,) int
+        Rows of the scene's surfaces; empty for what was left out.
+    area : float or None [m²]
+        None for elements left out that have no geometry.
+    ids : list of str
+        Of findings; empty if the surfaces are sufficient.
+    """
+    return {
+        "key": f"{heading}/{name}",
+        "heading": heading,
+        "name": name,
+        "count": write_number(len(ids) or len(surfaces)),
+        "area": "" if area is None else f"{write_number(area)} m²",
+        "ids": "\n".join(ids),
+        "surfaces": np.ascontiguousarray(surfaces, dtype=np.int32),
+    }
 
 
 def describe_import(scene):
@@ -53,18 +84,14 @@ def describe_import(scene):
         told = [f"LoD {lod}: {write_number(count)}" for lod, count in lods.items() if lod]
         lines += [f"{words}: {', '.join(told)}"] if told else []
     lines.append(f"Reference system: {site.crs or 'none named'}")
-    lines.append(describe_place(site))
+    if site.latitude is None or site.longitude is None:
+        lines.append("Location unknown: give latitude and longitude")
+    else:
+        north, east = "N" if site.latitude >= 0 else "S", "E" if site.longitude >= 0 else "W"
+        place = f"{abs(site.latitude):.5f}° {north}, {abs(site.longitude):.5f}° {east}"
+        lines.append(f"{place}, altitude {site.altitude:.1f}\N{NO-BREAK SPACE}m")
     lines.append(f"Grid north: {site.convergence:+.4f}° from true north")
     return lines + list(report.notes)
-
-
-def describe_place(site):
-    """Location on Earth as text."""
-    if site.latitude is None or site.longitude is None:
-        return "Location unknown: give latitude and longitude"
-    north, east = "N" if site.latitude >= 0 else "S", "E" if site.longitude >= 0 else "W"
-    place = f"{abs(site.latitude):.5f}° {north}, {abs(site.longitude):.5f}° {east}"
-    return f"{place}, altitude {site.altitude:.1f}\N{NO-BREAK SPACE}m"
 
 
 def write_number(value):
@@ -126,103 +153,60 @@ def describe_row(row):
 
 def write_out(item):
     """Write the complete report as text: the city, weather and hours, albedos, and groups with all ids."""
-    lines = [*item.get(FILES, ()), *item.get(REPORT, ()), *write_results_out(item)]
+    lines = [*item.get(FILES, ()), *item.get(REPORT, ())]
+    if WEATHER in item or item.get(ALBEDOS):
+        lines.append("")
+    if WEATHER in item:
+        lines.append(f"Weather: {'; '.join(item[key] for key in (WEATHER, PLACE) if item.get(key))}")
+    hours, albedo = "Full load hours per year (group, surfaces, hours)", "Albedo (material, albedo, surfaces)"
+    for title, rows in ((hours, item.get(GROUPS)), (albedo, item.get(ALBEDOS))):
+        if rows:
+            lines += [title, *("    {:<32}{:>8}{:>10}".format(*row.split("|")).rstrip() for row in rows)]
+    lines += [item[key] for key in (UNREAD, INTERRUPTED) if item.get(key)]
     for row in read_rows(item):
         lines += ["", f"{row['heading']}: {row['name']}", f"  {row['count']}   {row['area']}".rstrip()]
         lines += [f"    {name}" for name in row["ids"].split("\n") if name]
     return "\n".join(lines) + "\n"
 
 
-@dataclass
-class Group:
-    """A named group of surfaces, or of elements that were left out."""
-
-    heading: str  # kind, orientation, eligible, class, material, repaired, skipped, inside or sheet
-    name: str
-    surfaces: np.ndarray  # (k,) int64 rows of the scene's surfaces; empty for what was left out
-    count: int
-    area: float | None  # [m²]; None for elements left out that have no geometry
-    ids: list = field(default_factory=list)  # ids of findings; empty if the surfaces are sufficient
-
-
-def list_groups(scene, findings):
-    """Groups of a scene, in the order of the panel.
-
-    Parameters
-    ----------
-    scene : core.scene.scene.Scene
-    findings : list of core.list_findings.Finding
-
-    Returns
-    -------
-    list of Group
-    """
-    surfaces = scene.surfaces
-    pairs = np.char.add(np.char.add(surfaces.kind.astype(str), " "), surfaces.orientation.astype(str))
-    classes = np.array([name or "without class" for name in surfaces.thematic], dtype=str)
-    materials = np.array(surfaces.material or [""] * len(surfaces), dtype=str)
-    eligible = np.where(surfaces.eligible, pairs, "")
-    groups = [
-        *_sort("kind", surfaces.kind, KIND_CODES, surfaces.area),
-        *_sort("orientation", surfaces.orientation, ORIENTATION_CODES, surfaces.area),
-        _gather("eligible", "all", surfaces.eligible, surfaces.area),
-        *_sort("eligible", eligible, sorted(set(eligible.tolist()) - {""}), surfaces.area),
-        *_sort("class", classes, sorted(set(classes.tolist())), surfaces.area),
-        *_sort("material", materials, sorted(set(materials.tolist()) - {""}), surfaces.area),
-    ]
-    return groups + [Group(f.heading, f.reason, f.surfaces, len(f.names), f.area, f.names) for f in findings]
-
-
-def _sort(heading, words, names, area):
-    return [_gather(heading, name, words == name, area) for name in names if (words == name).any()]
-
-
-def _gather(heading, name, chosen, area):
-    rows = np.flatnonzero(chosen)
-    return Group(heading, name, rows, len(rows), float(area[rows].sum()))
-
-
-TEXT = "CityPV report"
-
-
-class ShowReport(OfCity, bpy.types.Operator):
+class ShowReport(OfCity, Action, bpy.types.Operator):
     """Write the complete report with hours, weather, albedos and all ids to the text "CityPV report", and open it"""
 
     bl_idname = "citypv.show_report"
     bl_label = "Report as text"
     bl_options = {"REGISTER", "UNDO"}
 
-    def execute(self, context):
+    def act(self, context, city, ground):
         """Write the text and show it."""
         text = bpy.data.texts.get(TEXT) or bpy.data.texts.new(TEXT)
-        text.from_string(write_out(find_city(context.scene)[0]))
-        editors = find_editors(context) or open_editor(context)
+        text.from_string(write_out(city))
+        editors = find_editors(context)
         for editor in editors:
             editor.text, editor.top = text, 0
         where = "shown in the text editor" if editors else "open it in a text editor"
-        self.report({"INFO"}, f'{len(text.lines)} lines in the text "{TEXT}": {where}')
-        return {"FINISHED"}
+        return f'{len(text.lines)} lines in the text "{TEXT}": {where}'
 
 
 def find_editors(context):
-    """Text editors that are open: list of bpy.types.SpaceTextEditor."""
+    """Text editors that are open, else one in a window of its own: list of bpy.types.SpaceTextEditor.
+
+    There is none where Blender runs without windows.
+    """
     areas = [area for window in context.window_manager.windows for area in window.screen.areas]
-    return [area.spaces.active for area in areas if area.type == "TEXT_EDITOR"]
-
-
-def open_editor(context):
-    """Open a text editor in a window of its own; none where Blender runs without windows: list of SpaceTextEditor."""
-    if bpy.app.background:
-        return []
+    found = [area.spaces.active for area in areas if area.type == "TEXT_EDITOR"]
+    if found or bpy.app.background:
+        return found
     windows = list(context.window_manager.windows)
     bpy.ops.wm.window_new()
-    opened = [window for window in context.window_manager.windows if window not in windows]
-    for window in opened:
-        max(window.screen.areas, key=lambda area: area.width * area.height).type = "TEXT_EDITOR"
-    return find_editors(context)
+    for window in context.window_manager.windows:
+        if window not in windows:
+            area = max(window.screen.areas, key=lambda area: area.width * area.height)
+            area.type = "TEXT_EDITOR"
+            found.append(area.spaces.active)
+    return found
 
 
-class CopyGroup(OfCity, bpy.types.Operator):
+class CopyGroup(OfCity, Action, bpy.types.Operator):
     """Copy the ids of a group of the report to the clipboard"""
 
     bl_idname = "citypv.copy_group"
@@ -230,13 +214,8 @@ class CopyGroup(OfCity, bpy.types.Operator):
 
     group: bpy.props.StringProperty(name="Group", description="Heading/name as in the report")
 
-    def execute(self, context):
+    def act(self, context, city, ground):
         """Copy, one id per line."""
-        try:
-            row = find_row(find_city(context.scene)[0], self.group)
-        except InputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        row = find_row(city, self.group)
         context.window_manager.clipboard = row["ids"]
-        self.report({"INFO"}, f"{row['count']} ids copied: {row['name']}")
-        return {"FINISHED"}
+        return f"{row['count']} ids copied: {row['name']}"

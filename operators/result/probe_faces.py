@@ -10,33 +10,32 @@ from mathutils.bvhtree import BVHTree
 from ...core.errors import InputError
 from ..attributes import PREFIX, read_face_attribute
 from ..in_place import STAND_IN, is_in_place, list_taken
-from ..run_step import leave_edit_mode, redraw_panels
+from ..run_step import Action, OfCity, leave_edit_mode, list_views
 from ..session import find_city, find_session
-from .select_faces import gather_selection, read_selection, select_faces
+from .select_faces import gather_selection, select_faces
 
 PROBE = PREFIX + "probe"
 NEAR = 0.1  # [m] from where an object of the user is hit to the city's own face
 MONTHS = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"]
 
 
-class ProbeFaces(bpy.types.Operator):
+CHARTS = PREFIX + "charts"  # property of the city: 12 months [MWh], then 24 hours for each of `CURVES` [kW]
+CURVES = {"year": range(1, 13), "June": (6,), "December": (12,)}
+MOST = 1000  # surfaces whose hours are computed for the day curve
+
+
+class ProbeFaces(OfCity, Action, bpy.types.Operator):
     """Click on a face to see what its surface yields; with Shift, its whole building. Esc ends"""
 
     bl_idname = "citypv.probe"
     bl_label = "Probe"
     bl_options = {"REGISTER", "UNDO"}
+    needs, lacking = "energy", "Compute the energy first"
 
     face: bpy.props.IntProperty(
         name="Face", description="Number of the face; -1: all selected faces together", default=-1, min=-1
     )
     whole: bpy.props.BoolProperty(name="Whole building", description="All surfaces of the face's building")
-
-    @classmethod
-    def poll(cls, context):
-        """The energy was computed in this session."""
-        cls.poll_message_set("Compute the energy first")
-        session = find_session(find_city(context.scene)[0])
-        return session is not None and session.energy is not None
 
     def invoke(self, context, event):
         """Wait for a click."""
@@ -61,27 +60,21 @@ class ProbeFaces(bpy.types.Operator):
             self.execute(context)
         return {"RUNNING_MODAL"}
 
-    def execute(self, context):
+    def act(self, context, city, ground):
         """Select the surfaces, and store what they yield on the city."""
-        city, _ = find_city(context.scene)
-        selected = gather_selection(context, city)
-        try:
-            rows = find_surfaces(city, self.face, whole=self.whole, selected=selected)
-            city[PROBE] = describe_surfaces(find_session(city), rows)
-            city[CHARTS] = chart_surfaces(find_session(city), rows).tolist()
-            select_faces(context, city, np.isin(read_face_attribute(city.data, "surface"), rows))
-        except InputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        redraw_panels(context, views=True)
-        self.report({"INFO"}, ", ".join(line.replace("|", " ") for line in city[PROBE][:8]))
-        return {"FINISHED"}
+        session, selected = find_session(city), gather_selection(context, city)
+        rows = find_surfaces(city, self.face, selected, whole=self.whole)
+        charts = chart_surfaces(session, rows)
+        months = [f"{name}|{value:,.2f} MWh" for name, value in zip(MONTHS, charts[:12].tolist(), strict=True)]
+        city[PROBE], city[CHARTS] = describe_surfaces(session, rows) + months, charts.tolist()
+        select_faces(context, city, np.isin(read_face_attribute(city.data, "surface"), rows))
+        return ", ".join(line.replace("|", " ") for line in city[PROBE][:8])
 
 
 def find_region(context, event):
     """3D view and its region under the cursor, or None and None."""
-    for area in context.screen.areas:
-        for region in area.regions if area.type == "VIEW_3D" else ():
+    for area in list_views(context):
+        for region in area.regions:
             inside = 0 <= event.mouse_x - region.x < region.width and 0 <= event.mouse_y - region.y < region.height
             if inside and region.type == "UI":
                 break
@@ -106,7 +99,7 @@ def hit_face(context, origin, direction):
     return nearest if nearest is not None and distance < NEAR else -1
 
 
-def find_surfaces(city, face, *, whole=False, selected=None):
+def find_surfaces(city, face, selected, *, whole=False):
     """Surfaces to probe: (k,) int.
 
     Parameters
@@ -114,10 +107,9 @@ def find_surfaces(city, face, *, whole=False, selected=None):
     city : bpy.types.Object
     face : int
         -1: those of the selected faces.
+    selected : (f,) bool
     whole : bool
         All surfaces of their buildings.
-    selected : (f,) bool, optional
-        By default the faces selected on the city itself.
 
     Raises
     ------
@@ -127,7 +119,6 @@ def find_surfaces(city, face, *, whole=False, selected=None):
     surface, building = read_face_attribute(city.data, "surface"), read_face_attribute(city.data, "building")
     if face >= len(surface):
         raise InputError(city.name, f"it has no face {face}", f"give 0 to {len(surface) - 1}")
-    selected = read_selection(city.data) if selected is None else selected
     chosen = selected if face < 0 else np.arange(len(surface)) == face
     if not chosen.any():
         raise InputError(city.name, "no faces are selected", "select faces, or click on one")
@@ -149,12 +140,11 @@ def describe_surfaces(session, rows):
     -------
     list of str
     """
-    from ...core.energy.pick_module import area_of_kwp
     from ...core.energy.potential import sum_potential
     from ...core.energy.pv_system import build_system
 
-    surfaces, energy, system = session.transfer.surfaces, session.energy, build_system(session.request)
-    total = sum_potential(rows, surfaces.area, energy, system)
+    surfaces, energy = session.transfer.surfaces, session.energy
+    total = sum_potential(rows, surfaces.area, energy, build_system(session.request))
     names = list(dict.fromkeys(surfaces.building_id[k] for k in rows))
     kinds = list(dict.fromkeys(f"{surfaces.kind[k]} {surfaces.orientation[k]}" for k in rows))
     area = surfaces.area[rows]
@@ -167,22 +157,13 @@ def describe_surfaces(session, rows):
         lines += [f"Tilt|{surfaces.surface_tilt[rows[0]]:.1f}°", f"Azimuth|{surfaces.surface_azimuth[rows[0]]:.1f}°"]
     error = f" ± {energy.full_load_hours_standard_error[rows[0]]:.1f}" if len(rows) == 1 else ""
     hours = total["full_load_hours"]
-    lines += [
+    return [
+        *lines,
         "Full load hours|–" if hours is None else f"Full load hours|{hours:,.0f}{error} h per year",
         f"Irradiation|{np.average(energy.poa_global_annual[rows], weights=area):,.0f} kWh/m² per year",
         f"Power|{total['kwp']:,.1f} kWp",
         f"Energy|{total['mwh_per_year']:,.2f} MWh per year",
     ]
-    counted = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
-    kwp = energy.module_area[counted] / area_of_kwp(system.module)
-    spread = surfaces.area[counted] / energy.counted_area[counted]  # as in sum_potential
-    months = (kwp * spread) @ energy.full_load_hours_by_month[counted] / 1000
-    return lines + [f"{name}|{value:,.2f} MWh" for name, value in zip(MONTHS, months, strict=True)]
-
-
-CHARTS = PREFIX + "charts"  # property of the city: 12 months [MWh], then 24 hours for each of `CURVES` [kW]
-CURVES = {"year": range(1, 13), "June": (6,), "December": (12,)}
-MOST = 1000  # surfaces whose hours are computed for the day curve
 
 
 def chart_surfaces(session, rows):

@@ -1,14 +1,15 @@
-"""Select faces of an object, and switch Blender's modes."""
+"""Select faces of a city: by groups of the report, by buildings; they are drawn over the city in object mode."""
 
 import bpy
 import numpy as np
 
 from ...core.errors import InputError
-from ..attributes import PREFIX, read_face_attribute
+from ..attributes import PREFIX, read_array, read_face_attribute
+from ..city.build_meshes import BUILDINGS
 from ..in_place import FACE, OBJECT, is_in_place, is_seen, list_taken
-from ..run_step import OfCity, leave_edit_mode, redraw_panels
+from ..run_step import Action, OfCity, leave_edit_mode
 from ..session import find_city
-from .keep_report import BUILDINGS, NAMES_SHOWN, describe_row, find_faces, find_row, read_rows
+from .keep_report import NAMES_SHOWN, describe_row, find_faces, find_row, read_rows
 
 HIGHLIGHT = PREFIX + "highlight"  # property of the object: its selected faces are drawn over
 
@@ -32,25 +33,20 @@ def select_faces(context, item, chosen):
         raise InputError(item.name, "it is hidden", "unhide it and select again")
     for other in context.selected_objects:
         other.select_set(False)
-    select_objects(context, item, chosen)
-    _mark(item.data, chosen)
-    context.tool_settings.mesh_select_mode = (False, False, True)
-    item[HIGHLIGHT] = True
-
-
-def select_objects(context, item, chosen):
-    """Select a city; where it was taken from objects of the user, those with chosen faces, and these faces of them."""
-    if not is_in_place(item):
-        item.select_set(True)
-        context.view_layer.objects.active = item
-        return
-    number, face = (read_face_attribute(item.data, name)[chosen] for name in (OBJECT, FACE))
-    for place, own, building in list_taken(item):
-        faces = face[number == place]
-        if building and len(faces) and faces.max() < len(own.data.polygons) and own.visible_get():
-            _mark(own.data, np.isin(np.arange(len(own.data.polygons)), faces))
+    # Where it was taken from objects of the user: those with chosen faces are selected, and these faces of them.
+    parts = [(item, chosen)]
+    if is_in_place(item):
+        number, face = (read_face_attribute(item.data, name)[chosen] for name in (OBJECT, FACE))
+        own_faces = [(own, face[number == place]) for place, own, building in list_taken(item) if building]
+        parts = [(own, np.isin(np.arange(len(own.data.polygons)), faces)) for own, faces in own_faces if len(faces)]
+    for own, faces in parts:
+        if faces.any() and (own == item or own.visible_get()):
+            mark_faces(own.data, faces)
             own.select_set(True)
             context.view_layer.objects.active = own
+    mark_faces(item.data, chosen)
+    context.tool_settings.mesh_select_mode = (False, False, True)
+    item[HIGHLIGHT] = True
 
 
 def gather_selection(context, item):
@@ -73,36 +69,22 @@ def gather_selection(context, item):
     return chosen
 
 
-def deselect_faces(item):
-    """Deselect all faces of an object in object mode, and end their highlight."""
-    _mark(item.data, np.zeros(len(item.data.polygons), dtype=bool))
-    if HIGHLIGHT in item:
-        del item[HIGHLIGHT]
-
-
 def read_selection(mesh):
     """Faces that are selected, in object mode: (f,) bool."""
-    chosen = np.empty(len(mesh.polygons), dtype=bool)
-    mesh.polygons.foreach_get("select", chosen)
-    return chosen
+    return read_array(mesh.polygons, "select", dtype=bool)
 
 
-def _mark(mesh, chosen):
+def mark_faces(mesh, chosen):
+    """Select these faces only of a mesh, in object mode."""
     # In face mode Blender derives edge and vertex selection from faces; selected hidden faces are shown again.
-    hidden = np.empty(len(mesh.polygons), dtype=bool)
-    mesh.polygons.foreach_get("hide", hidden)
-    mesh.polygons.foreach_set("hide", hidden & ~chosen)
+    mesh.polygons.foreach_set("hide", read_array(mesh.polygons, "hide", dtype=bool) & ~chosen)
     mesh.vertices.foreach_set("select", np.zeros(len(mesh.vertices), dtype=bool))
     mesh.edges.foreach_set("select", np.zeros(len(mesh.edges), dtype=bool))
     mesh.polygons.foreach_set("select", np.ascontiguousarray(chosen))
     mesh.update()
 
 
-def _suggest(self, context, text):
-    return [row["key"] for row in read_rows(find_city(context.scene)[0]) if text.lower() in row["key"].lower()]
-
-
-class SelectGroup(OfCity, bpy.types.Operator):
+class SelectGroup(OfCity, Action, bpy.types.Operator):
     """Select and highlight the faces of a group of the report"""
 
     bl_idname = "citypv.select_group"
@@ -110,7 +92,11 @@ class SelectGroup(OfCity, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     group: bpy.props.StringProperty(
-        name="Group", description="Heading/name as in the report, such as kind/roof; or building/ID", search=_suggest
+        name="Group",
+        description="Heading/name as in the report, such as kind/roof; or building/ID",
+        search=lambda self, context, text: [
+            row["key"] for row in read_rows(find_city(context.scene)[0]) if text.lower() in row["key"].lower()
+        ],
     )
 
     @classmethod
@@ -122,59 +108,43 @@ class SelectGroup(OfCity, bpy.types.Operator):
             return cls.__doc__
         return f"Select and highlight: {row['name']} ({describe_row(row)}). Tab edits, Deselect clears"
 
-    def execute(self, context):
+    def act(self, context, city, ground):
         """Select, and report the number of surfaces."""
-        city, _ = find_city(context.scene)
         leave_edit_mode(context)
-        try:
-            chosen = find_faces(city, self.group)
-            select_faces(context, city, chosen)
-        except InputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        chosen = find_faces(city, self.group)
+        select_faces(context, city, chosen)
         count = len(np.unique(read_face_attribute(city.data, "surface")[chosen]))
-        redraw_panels(context, views=True)
-        self.report({"INFO"}, f"{count} surfaces selected: {self.group.partition('/')[2]}")
-        return {"FINISHED"}
+        return f"{count} surfaces selected: {self.group.partition('/')[2]}"
 
 
-class DeselectFaces(OfCity, bpy.types.Operator):
+class DeselectFaces(OfCity, Action, bpy.types.Operator):
     """Deselect all faces of the city, and end the highlight"""
 
     bl_idname = "citypv.deselect"
     bl_label = "Deselect"
     bl_options = {"REGISTER", "UNDO"}
 
-    def execute(self, context):
+    def act(self, context, city, ground):
         """Deselect."""
-        city, _ = find_city(context.scene)
         leave_edit_mode(context)
-        deselect_faces(city)
-        redraw_panels(context, views=True)
-        return {"FINISHED"}
+        mark_faces(city.data, np.zeros(len(city.data.polygons), dtype=bool))
+        city.pop(HIGHLIGHT, None)
 
 
-class SelectBuildings(OfCity, bpy.types.Operator):
+class SelectBuildings(OfCity, Action, bpy.types.Operator):
     """Extend the face selection to whole buildings, and report which they are"""
 
     bl_idname = "citypv.select_buildings"
     bl_label = "Whole buildings"
     bl_options = {"REGISTER", "UNDO"}
 
-    def execute(self, context):
+    def act(self, context, city, ground):
         """Select, and name the buildings."""
-        city, _ = find_city(context.scene)
         selected = gather_selection(context, city)
         building = read_face_attribute(city.data, "building")
         wanted = np.unique(building[selected]) if building is not None else ()
-        try:
-            if not len(wanted):
-                raise InputError(city.name, "no faces are selected", "select faces in edit mode")
-            select_faces(context, city, np.isin(building, wanted))
-        except InputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        redraw_panels(context, views=True)
+        if not len(wanted):
+            raise InputError(city.name, "no faces are selected", "select faces in edit mode")
+        select_faces(context, city, np.isin(building, wanted))
         names = ", ".join(city[BUILDINGS][k] for k in wanted[:NAMES_SHOWN].tolist())
-        self.report({"INFO"}, f"{len(wanted)} buildings: {names}{' …' if len(wanted) > NAMES_SHOWN else ''}")
-        return {"FINISHED"}
+        return f"{len(wanted)} buildings: {names}{' …' if len(wanted) > NAMES_SHOWN else ''}"

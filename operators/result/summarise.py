@@ -8,30 +8,8 @@ GROUPS, WEATHER, PLACE, TOTALS, ALBEDOS, UNREAD, INTERRUPTED = (
     PREFIX + name for name in ("groups", "weather", "weather_place", "totals", "albedos", "unread", "interrupted")
 )
 ENERGY = PREFIX + "energy_totals"  # [MWh per year] of the same rows
+OF_ENERGY = (GROUPS, WEATHER, PLACE, TOTALS, ENERGY, *(PREFIX + name for name in ("probe", "best", "charts")))
 SHOWN = ("kwp", "mwh_per_year", "full_load_hours")  # of sum_potential, in the table of totals
-
-
-def summarise_energy(item, weather, energy, place=""):
-    """Store the annual full load hours of each group on the object; return a sentence.
-
-    Parameters
-    ----------
-    item : bpy.types.Object
-    weather : core.weather.weather.Weather
-    energy : core.energy.energy.Energy
-    place : str
-        Where the weather comes from, if from elsewhere (`core.sun.check_distance.describe_distance`).
-    """
-    hours = energy.interval.total_seconds() / 3600
-    annual = energy.capacity_factor.sum(axis=0) * hours / energy.years
-    item[GROUPS] = [
-        f"{kind} {orientation}|{count}|{value:,.0f}".replace(",", " ")
-        for (kind, orientation), count, value in zip(energy.groups, energy.group_count, annual, strict=True)
-    ]
-    item[WEATHER], item[PLACE] = weather.label, place
-    mean = np.average(annual, weights=energy.group_area) if len(annual) else 0.0
-    told = "; ".join(filter(None, (weather.label, place)))
-    return f"Full load hours of the eligible area: {mean:.0f} h per year ({told})"
 
 
 def sum_totals(surfaces, energy, request):
@@ -46,13 +24,33 @@ def sum_totals(surfaces, energy, request):
     return {name: sum_potential(chosen, surfaces.area, energy, system) for name, chosen in rows.items()}
 
 
-def summarise_totals(item, totals):
-    """Store totals (of `sum_totals`) on the object as rows: surfaces, kWp, MWh per year, hours per year."""
+def summarise_energy(item, weather, energy, place, totals):
+    """Store annual full load hours of each group and totals on the object; return a sentence.
+
+    Parameters
+    ----------
+    item : bpy.types.Object
+    weather : core.weather.weather.Weather
+    energy : core.energy.energy.Energy
+    place : str
+        Where the weather comes from, if from elsewhere (`core.sun.check_distance.describe_distance`).
+    totals : dict
+        Of `sum_totals`; as rows: surfaces, kWp, MWh per year, hours per year.
+    """
     item[ENERGY] = {name: total["mwh_per_year"] for name, total in totals.items()}
     item[TOTALS] = [
         "|".join([name, *("–" if total[key] is None else f"{total[key]:,.0f}".replace(",", " ") for key in SHOWN)])
         for name, total in totals.items()
     ]
+    annual = energy.capacity_factor.sum(axis=0) * energy.interval.total_seconds() / 3600 / energy.years
+    item[GROUPS] = [
+        f"{kind} {orientation}|{count}|{value:,.0f}".replace(",", " ")
+        for (kind, orientation), count, value in zip(energy.groups, energy.group_count, annual, strict=True)
+    ]
+    item[WEATHER], item[PLACE] = weather.label, place
+    mean = np.average(annual, weights=energy.group_area) if len(annual) else 0.0
+    told = "; ".join(filter(None, (weather.label, place)))
+    return f"Full load hours of the eligible area: {mean:.0f} h per year ({told})"
 
 
 def summarise_albedo(item, rows, unread):
@@ -67,16 +65,12 @@ def summarise_albedo(item, rows, unread):
         Materials that tell no albedo.
     """
     names = {"--albedo": "one value", "--ground-albedo": "ground", "--albedo-file": "by surface"}
-    item[ALBEDOS] = [
-        "|".join(
-            (
-                (row["name"] or names[row["from"]]).replace("|", "/"),
-                f"{row['albedo']:.3f}" if row["law"] == "lambertian" else row["reflects"],
-                str(row.get("surfaces", "")),
-            )
-        )
-        for row in rows
-    ]
+    told = []
+    for row in rows:
+        name = (row["name"] or names[row["from"]]).replace("|", "/")
+        law = f"{row['albedo']:.3f}" if row["law"] == "lambertian" else row["reflects"]
+        told.append(f"{name}|{law}|{row.get('surfaces', '')}")
+    item[ALBEDOS] = told
     item[UNREAD] = f"Materials without a known albedo: {', '.join(unread)}" if unread else ""
 
 
@@ -91,24 +85,3 @@ def summarise_interruption(item, interrupted):
     """
     item[INTERRUPTED] = "Interrupted: kept {suns_traced} of {of} suns".format(**interrupted) if interrupted else ""
     return item[INTERRUPTED]
-
-
-def forget_energy(item):
-    """Remove the tables of an earlier energy step from the object."""
-    for key in (GROUPS, WEATHER, PLACE, TOTALS, ENERGY, *(PREFIX + name for name in ("probe", "best", "charts"))):
-        if key in item:
-            del item[key]
-
-
-def write_results_out(item):
-    """Results of an object as lines of text: weather, full load hours of groups, albedos; empty before the steps."""
-    lines = [f"Weather: {'; '.join(item[key] for key in (WEATHER, PLACE) if item.get(key))}"] if WEATHER in item else []
-    lines += _write_table("Full load hours per year (group, surfaces, hours)", item.get(GROUPS, ()))
-    lines += _write_table("Albedo (material, albedo, surfaces)", item.get(ALBEDOS, ()))
-    lines += [item[key] for key in (UNREAD, INTERRUPTED) if item.get(key)]
-    return ["", *lines] if lines else []
-
-
-def _write_table(title, rows):
-    lines = ["    {:<32}{:>8}{:>10}".format(*row.split("|")).rstrip() for row in rows]
-    return [title, *lines] if lines else []

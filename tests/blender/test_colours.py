@@ -28,7 +28,7 @@ from citypv.operators.picture.colour_faces import (
     format_tick,
     read_scale,
 )
-from citypv.operators.picture.draw_results import render_preview
+from citypv.operators.picture.draw_results import draw_results
 from citypv.operators.picture.show_city import camera_axes, place_camera
 
 
@@ -200,7 +200,7 @@ def picture(scene, transfer, energy, tmp_path_factory):
     path = tmp_path_factory.mktemp("preview") / "preview.png"
     with pytest.MonkeyPatch.context() as changed:
         changed.setattr(rendering, "SAMPLES", 2)
-        render_preview(path, scene, transfer, energy, "clear sky (upper bound)")
+        draw_results(path.parent, scene, transfer, energy, "clear sky (upper bound)", pictures=["preview"])
     image = bpy.data.images.load(str(path))
     image.colorspace_settings.name = "Non-Color"
     pixels = np.empty(len(image.pixels), dtype=np.float32)

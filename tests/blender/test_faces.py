@@ -18,7 +18,7 @@ from citypv.operators.attributes import (
     write_results,
 )
 from citypv.operators.city.build_meshes import build_meshes, read_vertices
-from citypv.operators.picture.draw_results import write_blend
+from citypv.operators.picture.draw_results import draw_results
 
 CONTRACT = {
     "kind": "INT",
@@ -85,7 +85,7 @@ def test_faces_carry_the_arrays(shown, scene, transfer, energy):
 
 def test_saving_and_opening_keeps_every_bit(scene, transfer, energy, tmp_path):
     path = tmp_path / "city.blend"
-    write_blend(path, scene, transfer, energy, "clear sky (upper bound)")
+    draw_results(tmp_path, scene, transfer, energy, "clear sky (upper bound)", pictures=["blend"])
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     assert not bpy.data.objects
     bpy.ops.wm.open_mainfile(filepath=str(path))
@@ -111,7 +111,7 @@ def test_the_manual_names_every_attribute_and_code():
 
 def test_writing_says_nothing_of_its_own(scene, transfer, energy, tmp_path, capfd):
     print("before")
-    write_blend(tmp_path / "city.blend", scene, transfer, energy)
+    draw_results(tmp_path, scene, transfer, energy, "", pictures=["blend"])
     print("after")
     assert capfd.readouterr().out == "before\nafter\n"
 

@@ -14,7 +14,7 @@ from citypv.operators.run_step import Step
 from citypv.operators.session import find_city, find_session
 from citypv.operators.solar_city import TOLD, SolarCity, settings_of_look
 
-BODIES = ("refine", "finish", "name_kept", "_show_next", "_show_buildings", "_show_kinds", "_show_look", "_show_light")
+BODIES = ("refine", "finish", "name_kept", "_show_next", "_show_light")
 
 
 def stand_in(found):

@@ -4,17 +4,18 @@ import bpy
 import numpy as np
 import pytest
 
+from citypv.core.city.join_contents import join_contents
 from citypv.core.errors import InputError
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.trees.crowns import volume_of_crowns
 from citypv.operators.attributes import read_face_attribute
-from citypv.operators.edits.take_meshes import join_meshes, read_meshes
+from citypv.operators.edits.take_meshes import read_meshes
 from citypv.operators.result.keep_report import find_row, read_rows
 from citypv.operators.session import find_city, find_session
 
 
 def take(items):
-    return join_meshes(read_meshes("Boxes", items, bpy.context))
+    return join_contents([read_meshes("Boxes", items, bpy.context)], orient="auto")
 
 
 def add_box(name, location, collection=None):

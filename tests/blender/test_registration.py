@@ -73,12 +73,12 @@ def test_a_step_waits_for_the_one_before(addon, step):
 
 
 def test_the_command_is_the_command_line(addon, monkeypatch):
-    from citypv.citypv_addon import command
     from citypv.core.commands import command_line
+    from citypv.operators.picture.draw_results import run_command
 
     arguments = []
     monkeypatch.setattr(command_line, "main", lambda given, draw: arguments.append(given) or 2)
-    assert command.run_command(["simulate", "nowhere.gml"]) == 2
+    assert run_command(["simulate", "nowhere.gml"]) == 2
     assert arguments == [["simulate", "nowhere.gml"]]
 
 

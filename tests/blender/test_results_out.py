@@ -14,7 +14,7 @@ from citypv.core.study import compute_energy
 from citypv.core.transfer.take_rows import take_rows
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.result.compute_energy import read_best
-from citypv.operators.result.export_results import FORMATS, NAMES
+from citypv.operators.result.export_results import FILES, FORMATS
 from citypv.operators.result.probe_faces import read_charts
 from citypv.operators.result.select_faces import read_selection
 from citypv.operators.session import find_city, find_session
@@ -30,7 +30,7 @@ def city(addon, city_file):
 
 def test_exports_best_buildings_and_charts_agree(city, tmp_path, monkeypatch):
     for name, _, _ in FORMATS:
-        path = tmp_path / NAMES[name]
+        path = tmp_path / FILES[name][0]
         assert bpy.ops.citypv.export(format=name, filepath=str(path)) == {"FINISHED"}
         assert path.stat().st_size > 200, name
     faces, buildings = pd.read_csv(tmp_path / "faces.csv"), pd.read_csv(tmp_path / "buildings.csv")

@@ -1,8 +1,13 @@
-"""Tables of results: totals, what was probed with bars of the months, the best buildings."""
+"""Tables of the panel: totals, what was probed, the best buildings, presets with prices, effects with decisions."""
 
+from math import isfinite
+
+from ..operators.city.declare_settings import name_switch
+from ..operators.light.plan_trace import ITEMS, describe_price, find_preset, read_plan, read_prices
 from ..operators.result.compute_energy import read_best
 from ..operators.result.probe_faces import MONTHS, PROBE, read_charts
 from ..operators.session import find_city
+from .draw_steps import draw_numbers, draw_sentence
 
 
 def draw_table(layout, context, key, head):
@@ -42,11 +47,7 @@ def draw_best(layout, context):
             line.operator("citypv.show_building", text=name).building = name
         else:
             line.label(text="Building")
-        cells = line.split(factor=0.4)
-        for cell in numbers:
-            place = cells.row()
-            place.alignment = "RIGHT"
-            place.label(text=cell)
+        draw_numbers(line.split(factor=0.4), numbers)
 
 
 def draw_cells(layout, rows):
@@ -59,3 +60,35 @@ def draw_cells(layout, rows):
             line = grid.row()
             line.alignment = "RIGHT" if place else "LEFT"
             line.label(text=cell)
+
+
+def draw_presets(layout, context):
+    """Show a button for each preset and, once predicted, its seconds and error; bars show the error."""
+    prices, active = read_prices(find_city(context.scene)[0]), find_preset(context.scene.citypv)
+    row = layout.row(align=True)
+    for name, title, _ in ITEMS:
+        row.operator("citypv.use_preset", text=title, depress=name == active).preset = name
+    largest = max((error for _, error in prices.values() if isfinite(error)), default=0.0)
+    for name, title, _ in ITEMS if prices else ():
+        line = layout.split(factor=0.3)
+        line.label(text=title)
+        error = prices[name][1]
+        line.progress(factor=error / largest if largest and isfinite(error) else 0.0, text=describe_price(prices[name]))
+    layout.operator("citypv.predict", icon="TIME")
+
+
+def draw_effects(layout, context, keys):
+    """Show a switch for each of these effects and, once planned, what was decided; its button tells why."""
+    settings, plan = context.scene.citypv, read_plan(find_city(context.scene)[0])
+    for key in keys:
+        column = layout.column(align=True)
+        line = column.split(factor=0.42)
+        line.label(text=settings.bl_rna.properties[name_switch(key)].name)
+        cells = line.row(align=True)
+        cells.use_property_split = False
+        cells.prop(settings, name_switch(key), expand=True)
+        if key in plan:
+            cells.operator("citypv.explain_effect", text="", icon="INFO").effect = key
+            below = column.column(align=True)
+            below.enabled = False
+            draw_sentence(below, plan[key][0])
