@@ -30,7 +30,7 @@ from ..operators.session import close_sessions
 from ..operators.solar_city import BerlinExample, CityHandler, DropWeather, SolarCity, WeatherHandler
 from .menus import CityMenu, draw_city_menu, draw_import_menu
 from .panels import PANELS, MaterialPanel
-from .properties import Preferences, Seeing, Settings, build_material_property
+from .properties import REFLECTION, Preferences, Seeing, Settings
 
 STEPS = (SolarCity, ChooseCity, ImportCity, TakeMeshes, ClassifyCity, TraceCity, WeighEnergy, ColourCity, RenderCity)
 OTHERS = (
@@ -51,7 +51,7 @@ def register():
         bpy.utils.register_class(item)
     bpy.types.Scene.citypv = bpy.props.PointerProperty(type=Settings)
     bpy.types.Scene.citypv_seeing = bpy.props.PointerProperty(type=Seeing)
-    bpy.types.Material.citypv_material = build_material_property()
+    bpy.types.Material.citypv_material = REFLECTION
     bpy.types.TOPBAR_MT_file_import.append(draw_import_menu)
     bpy.types.VIEW3D_MT_editor_menus.append(draw_city_menu)
     use_cache_folder(find_preferences())

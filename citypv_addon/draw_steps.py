@@ -33,15 +33,16 @@ def draw_cities(layout, context):
         layout.operator("citypv.switch_city", text=f"{city.name}: {text}", icon=icon).name = city.name
 
 
-def draw_setting(column, settings, name):
-    """Show a setting; one that may be left to the program, as a switch and, where it is off, the number."""
-    switch, properties = AUTO + name, settings.bl_rna.properties
-    if switch not in properties:
-        column.prop(settings, name)
-        return
-    column.row(heading=properties[name].name).prop(settings, switch)
-    if not getattr(settings, switch):
-        column.prop(settings, name, text=" ")
+def draw_settings(column, settings, *names):
+    """Show settings; one that may be left to the program, as a switch and, where it is off, the number."""
+    properties = settings.bl_rna.properties
+    for name, switch in ((name, AUTO + name) for name in names):
+        if switch not in properties:
+            column.prop(settings, name)
+            continue
+        column.row(heading=properties[name].name).prop(settings, switch)
+        if not getattr(settings, switch):
+            column.prop(settings, name, text=" ")
 
 
 def draw_step(layout, column, operator, icon):
@@ -106,14 +107,22 @@ def draw_rows(layout, context, headings):
         head, body = layout.panel(f"citypv_{heading}", default_closed=heading in CLOSED)
         head.label(text=TITLES[heading])
         for row in rows if body else ():
-            (draw_finding if heading in FOUND else draw_row)(body.column(align=True), row)
+            draw_row(body.column(align=True), row)
 
 
 def draw_row(column, row):
-    """Show a group: its button, and what it counts."""
-    line = column.split(factor=0.42)
-    line.operator("citypv.select_group", text=row["name"]).group = row["key"]
-    draw_numbers(line.split(factor=0.38), (row["count"], row["area"]))
+    """Show a group with what it counts, or a finding with its ids; what was left out has no faces to select."""
+    found = row["heading"] in FOUND
+    line = column.row(align=True) if found else column.split(factor=0.42)
+    if found and not len(row["surfaces"]):
+        line.label(text=row["name"])
+    else:
+        line.operator("citypv.select_group", text=row["name"]).group = row["key"]
+    if found:
+        line.operator("citypv.copy_group", text="", icon="COPYDOWN").group = row["key"]
+        column.label(text=describe_row(row))
+    else:
+        draw_numbers(line.split(factor=0.38), (row["count"], row["area"]))
 
 
 def draw_numbers(cells, numbers):
@@ -122,17 +131,6 @@ def draw_numbers(cells, numbers):
         place = cells.row()
         place.alignment = "RIGHT"
         place.label(text=text)
-
-
-def draw_finding(column, row):
-    """Show a finding; elements that were left out have no faces to select."""
-    line = column.row(align=True)
-    if len(row["surfaces"]):
-        line.operator("citypv.select_group", text=row["name"]).group = row["key"]
-    else:
-        line.label(text=row["name"])
-    line.operator("citypv.copy_group", text="", icon="COPYDOWN").group = row["key"]
-    column.label(text=describe_row(row))
 
 
 def draw_failures(layout):

@@ -21,7 +21,7 @@ from .draw_steps import (
     draw_rows,
     draw_running,
     draw_sentence,
-    draw_setting,
+    draw_settings,
     draw_step,
 )
 from .draw_tables import draw_best, draw_effects, draw_presets, draw_probed, draw_table
@@ -87,8 +87,7 @@ class ImportPanel(_Step, bpy.types.Panel):
     def draw(self, context):
         """Show the settings of the step."""
         column, settings = self.start(context)
-        for name in ("lod", *settings_of_panel("import")):
-            column.prop(settings, name)
+        draw_settings(column, settings, "lod", *settings_of_panel("import"))
         draw_step(self.layout, column, "citypv.import_city", "IMPORT")
         head, meshes = column.panel("citypv_meshes", default_closed=True)
         head.label(text="Meshes of this scene")
@@ -106,18 +105,11 @@ class ClassifyPanel(_Step, bpy.types.Panel):
     def draw(self, context):
         """Show the settings of the step."""
         column, settings = self.start(context)
-        column.prop(settings, "own_place")
-        if settings.own_place:
-            column.prop(settings, "latitude")
-            column.prop(settings, "longitude")
-        column.prop(settings, "ground")
-        if settings.ground == "terrain":
-            column.prop(settings, "terrain")
-        for name in settings_of_panel("classify"):
-            column.prop(settings, name)
-        column.prop(settings, "split")
-        if settings.split:
-            column.prop(settings, "grid_size")
+        place = ("latitude", "longitude") if settings.own_place else ()
+        terrain = ("terrain",) if settings.ground == "terrain" else ()
+        cells = ("grid_size",) if settings.split else ()
+        names = "own_place", *place, "ground", *terrain, *settings_of_panel("classify"), "split", *cells
+        draw_settings(column, settings, *names)
         draw_step(self.layout, column, "citypv.classify", "MOD_BUILD")
         draw_rows(self.layout, context, ("kind", "orientation", "eligible"))
 
@@ -132,18 +124,14 @@ class TracePanel(_Step, bpy.types.Panel):
         column, settings = self.start(context)
         draw_presets(column, context)
         draw_running(self.layout, "Predict time and error")
-        column.prop(settings, "suns")
-        if settings.suns != "hourly":
-            column.prop(settings, settings.suns.replace("-", "_"))
-        for name in (*settings_of_panel("trace"), "albedo_source"):
-            draw_setting(column, settings, name)
-        if settings.albedo_source == "file":
-            column.prop(settings, "albedo_file")
-        column.prop(settings, "horizon")
+        number = () if settings.suns == "hourly" else (settings.suns.replace("-", "_"),)
+        file = ("albedo_file",) if settings.albedo_source == "file" else ()
+        names = "suns", *number, *settings_of_panel("trace"), "albedo_source", *file, "horizon"
+        draw_settings(column, settings, *names)
         head, sampling = column.panel("citypv_sampling", default_closed=True)
         head.label(text="Sampling")
-        for name in (*settings_of_panel("sampling"), "threads") if sampling else ():
-            sampling.prop(settings, name)
+        if sampling:
+            draw_settings(sampling, settings, *settings_of_panel("sampling"), "threads")
         head, effects = column.panel("citypv_effects", default_closed=True)
         head.label(text="Effects")
         if effects:
@@ -151,8 +139,7 @@ class TracePanel(_Step, bpy.types.Panel):
             effects.operator("citypv.plan_effects", icon="PRESET")
         draw_running(self.layout, "Plan effects")
         seeing = context.scene.citypv_seeing
-        for name in ("refine", "target_error", "time_budget") if seeing.refine else ("refine",):
-            column.prop(seeing, name)
+        draw_settings(column, seeing, "refine", *(("target_error", "time_budget") if seeing.refine else ()))
         draw_step(self.layout, column, "citypv.trace", "LIGHT_SUN")
         draw_table(self.layout, context, "citypv_albedos", ("Material", "Albedo", "Surfaces"))
         draw_lines(self.layout, context, "citypv_unread")
@@ -166,11 +153,9 @@ class EnergyPanel(_Step, bpy.types.Panel):
     def draw(self, context):
         """Show the settings of the step."""
         column, settings = self.start(context)
-        column.prop(settings, "weather")
-        for name in ("weather_file", "weather_point", "weather_place") if settings.weather == "file" else ("year",):
-            column.prop(settings, name)
-        for name in (*settings_of_panel("weather"), *settings_of_panel("energy")):
-            draw_setting(column, settings, name)
+        year = ("weather_file", "weather_point", "weather_place") if settings.weather == "file" else ("year",)
+        names = "weather", *year, *settings_of_panel("weather"), *settings_of_panel("energy")
+        draw_settings(column, settings, *names)
         column.operator("citypv.find_module", icon="VIEWZOOM")
         head, effects = column.panel("citypv_electric_effects", default_closed=True)
         head.label(text="Effects of the modules")
@@ -217,8 +202,7 @@ class ColourPanel(_Step, bpy.types.Panel):
         """Show the settings of the step."""
         column, settings = self.start(context)
         ends = () if settings.auto_range else ("low", "high")
-        for name in ("show_colours", "attribute", "colour_map", "auto_range", *ends, "show_legend"):
-            column.prop(settings, name)
+        draw_settings(column, settings, "show_colours", "attribute", "colour_map", "auto_range", *ends, "show_legend")
         city, _ = find_city(context.scene)
         if city is not None and not has_result(city, settings.attribute):
             column.label(text="Not computed yet: run the steps above", icon="INFO")

@@ -57,14 +57,12 @@ ATTRIBUTES = [(name, title, f"Face attribute citypv_{name}") for name, title in 
 SHOWN = [(one.name, one.title, one.meaning) for one in VIEWS if one.name in TIMED]
 
 
-def build_material_property():
-    """Property of a material that sets its reflection."""
-    return StringProperty(
-        name="Reflects as",
-        description="A known material, mirror or glossy:ROUGHNESS; empty: from its name, else from its shader",
-        search=lambda self, context, text: [word for word in MATERIALS if text.lower() in word],
-        search_options={"SUGGESTION"},
-    )
+REFLECTION = StringProperty(  # of a material
+    name="Reflects as",
+    description="A known material, mirror or glossy:ROUGHNESS; empty: from its name, else from its shader",
+    search=lambda self, context, text: [word for word in MATERIALS if text.lower() in word],
+    search_options={"SUGGESTION"},
+)
 
 
 class Settings(bpy.types.PropertyGroup):

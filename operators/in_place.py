@@ -69,13 +69,6 @@ def write_sources(city, surface_id):
     write_face_attribute(city.data, FACE, own[:, 1])
 
 
-def has_own_faces(item, evaluated):
-    """Whether the faces of an object are those of its mesh: one user, and no modifier that adds or removes faces."""
-    mesh = item.data
-    same = is_single(mesh) and len(mesh.polygons) == len(evaluated.polygons) and len(mesh.loops) == len(evaluated.loops)
-    return same and bool((read_corners(mesh) == read_corners(evaluated)).all())
-
-
 def is_single(mesh):
     """Whether one object only uses a mesh."""
     return mesh.users - mesh.use_fake_user == 1

@@ -60,6 +60,8 @@ class Action:
     returns the message for the user, or None.
     """
 
+    bl_options = {"REGISTER", "UNDO"}
+
     def execute(self, context):
         """Act, and redraw panels and views."""
         try:
@@ -85,6 +87,7 @@ class Step:
     Work ends at its next report, which may be far in a large city; where nothing is kept, the window does not wait.
     """
 
+    bl_options = {"REGISTER", "UNDO"}
     current = None  # the running job; the panels show it below the button with its title
     _ending = None  # a cancelled job that the window did not wait for
     _drawn = 0.0, None  # when progress was drawn last, and whether it was cancelled then
@@ -203,8 +206,7 @@ class Step:
 class CancelStep(bpy.types.Operator):
     """Cancel the running step, keeping the suns traced so far; press again to discard them"""
 
-    bl_idname = "citypv.cancel"
-    bl_label = "Cancel"
+    bl_idname, bl_label = "citypv.cancel", "Cancel"
 
     @classmethod
     def poll(cls, context):

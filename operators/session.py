@@ -4,6 +4,8 @@ import uuid
 from dataclasses import dataclass
 from typing import Any
 
+from bpy.app.handlers import persistent
+
 from ..core.errors import InputError
 from .attributes import PREFIX
 from .in_place import is_seen
@@ -56,8 +58,9 @@ def part_sessions(cities):
             seen.add(city.get(key))
 
 
-def close_sessions():
-    """Discard all sessions (when the add-on is disabled)."""
+@persistent
+def close_sessions(*_):
+    """Discard all sessions: when the add-on is disabled, or another file opened, which may have the same keys."""
     _sessions.clear()
 
 

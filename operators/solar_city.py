@@ -32,9 +32,7 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
     Each result is shown as soon as it is there: the buildings, their kinds, a first look at full load hours by few
     rays, then those of all rays"""
 
-    bl_idname = "citypv.solar_city"
-    bl_label = "Solar city"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.solar_city", "Solar city"
 
     whole = True
 
@@ -157,8 +155,7 @@ def take_look(session, request, progress):
 class BerlinExample(bpy.types.Operator):
     """Run Solar city on the bundled square kilometre of Berlin with its weather of 2017 (ERA5)"""
 
-    bl_idname = "citypv.berlin_example"
-    bl_label = "Berlin example"
+    bl_idname, bl_label = "citypv.berlin_example", "Berlin example"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -178,8 +175,7 @@ class BerlinExample(bpy.types.Operator):
 class DropWeather(bpy.types.Operator):
     """Use a weather file, and compute the energy anew if the city is traced"""
 
-    bl_idname = "citypv.drop_weather"
-    bl_label = "Use weather"
+    bl_idname, bl_label = "citypv.drop_weather", "Use weather"
     bl_options = {"REGISTER", "UNDO"}
 
     filepath: bpy.props.StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})

@@ -24,9 +24,7 @@ CLASSIFYING = "classifying"  # name of the stage
 class ClassifyCity(OfCity, Step, bpy.types.Operator):
     """Classify surfaces as facades, roofs and others by tilt and orientation, and put the city on its ground"""
 
-    bl_idname = "citypv.classify"
-    bl_label = "Classify surfaces"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.classify", "Classify surfaces"
     needs = "city"
     lacking = "Import a city or take meshes first (a city of an opened file must be imported again)"
     stages = {CLASSIFYING: 2, COMPILING: 1, "finding interior surfaces": 1}

@@ -53,7 +53,7 @@ def build_switch(name, details):
     """Property that leaves a setting to the program: on while its number is UNSET."""
     return BoolProperty(
         name="Automatic",
-        description=capitalise(details.words),
+        description=details.words[0].upper() + details.words[1:],
         get=lambda settings: getattr(settings, name) == UNSET,
         set=lambda settings, left: setattr(settings, name, UNSET if left else START),
     )
@@ -71,8 +71,9 @@ def build_property(default, details):
     -------
     bpy.props._PropertyDeferred
     """
+    words = details.words[0].upper() + details.words[1:]
     unit = f" [{details.unit}]" if details.unit and details.subtype == "NONE" else ""
-    named = {"name": details.title, "description": capitalise(details.words) + unit}
+    named = {"name": details.title, "description": words + unit}
     if details.kind == "choice":
         # Units and axes stay as they are.
         items = [
@@ -111,11 +112,6 @@ def name_switch(key):
     return f"effect_{key.replace('-', '_')}"
 
 
-def capitalise(words):
-    """Words as a sentence begins; `str.capitalize` would write ERA5 in small letters."""
-    return words[0].upper() + words[1:]
-
-
 def suggest_modules(settings, context, text):
     """Names of modules that have all words of a text, those of the Sandia library first: list of str."""
     from ...core.energy.pick_module import CEC, SANDIA
@@ -129,9 +125,7 @@ def suggest_modules(settings, context, text):
 class FindModule(Action, bpy.types.Operator):
     """Use the module whose name has these words, in pvlib's Sandia or CEC library"""
 
-    bl_idname = "citypv.find_module"
-    bl_label = "Find module"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.find_module", "Find module"
 
     text: bpy.props.StringProperty(
         name="Name", description="Name or a part of it", search=suggest_modules, search_options={"SUGGESTION"}

@@ -59,9 +59,7 @@ class ImportCity(CityFiles, Step, bpy.types.Operator):
 
     The same files again take the place of their earlier import; other cities are kept, hidden"""
 
-    bl_idname = "citypv.import_city"
-    bl_label = "Import city"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.import_city", "Import city"
 
     stages = {"reading files": 3, "joining polygons": 1, "triangulating": 1}
 
@@ -84,8 +82,7 @@ class ImportCity(CityFiles, Step, bpy.types.Operator):
 class ChooseCity(bpy.types.Operator):
     """Choose building files and import them"""
 
-    bl_idname = "citypv.choose_city"
-    bl_label = "Import city"
+    bl_idname, bl_label = "citypv.choose_city", "Import city"
 
     whole: bpy.props.BoolProperty(
         name="Solar city", description="Run all steps, not only the import", options={"SKIP_SAVE"}

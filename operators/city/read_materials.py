@@ -140,17 +140,18 @@ def read_shader(material):
     """
     tree = material.node_tree
     if tree is None or (bpy.app.version < (5, 0) and not material.use_nodes):
-        return _rec709(material.diffuse_color), material.metallic, material.roughness, 0.0
-    output = tree.get_output_node("ALL")
-    links = output.inputs["Surface"].links if output is not None else ()
-    node = links[0].from_node if links else None
-    if node is None or node.type not in NODES:
-        return (None,) * 4
-    found = []
-    for part in NODES[node.type]:
-        socket = node.inputs[part] if isinstance(part, str) else None
-        found.append(part if socket is None else None if socket.is_linked else socket.default_value)
-    return None if found[0] is None else _rec709(found[0]), *found[1:]
+        found = [material.diffuse_color, material.metallic, material.roughness, 0.0]
+    else:
+        output = tree.get_output_node("ALL")
+        links = output.inputs["Surface"].links if output is not None else ()
+        node, found = links[0].from_node if links else None, []
+        for part in NODES.get(node.type, ()) if node is not None else ():
+            socket = node.inputs[part] if isinstance(part, str) else None
+            found.append(part if socket is None else None if socket.is_linked else socket.default_value)
+    colour, *rest = found or (None,) * 4
+    if colour is not None:
+        colour = tuple(Color(tuple(colour)[:3]).from_scene_linear_to_rec709_linear())
+    return colour, *rest
 
 
 def describe_material(material):
@@ -164,7 +165,3 @@ def describe_material(material):
         return f"{error.source}: {error.problem}"
     words = f"Reflects {describe_brdf(brdf)}" + ("" if finish.material in CLEAR else f", albedo {brdf.albedo:.3f}")
     return f"{finish.material}: {words}" if finish.material else words
-
-
-def _rec709(colour):
-    return tuple(Color(tuple(colour)[:3]).from_scene_linear_to_rec709_linear())

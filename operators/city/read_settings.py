@@ -35,6 +35,8 @@ def read_settings(settings):
     """Read the panel's settings, `scene.citypv`: core.request.Request."""
     from ...core.request import Request
 
+    preferences = find_preferences()
+    preferred = preferences.threads if preferences is not None else 0
     numbers = {"days": settings.days, "typical-days": settings.typical_days, "sky-grid": settings.sky_grid}
     place = {"latitude": settings.latitude, "longitude": settings.longitude} if settings.own_place else {}
     if settings.own_place and settings.latitude == settings.longitude == 0:
@@ -60,7 +62,7 @@ def read_settings(settings):
         horizon=bpy.path.abspath(settings.horizon) or None,
         weather_place=read_weather_place(settings) if settings.weather == "file" else None,
         albedo_file=albedo_file,
-        threads=read_threads(settings, find_preferences()) or threads_beside_window(not bpy.app.background),
+        threads=settings.threads or preferred or threads_beside_window(not bpy.app.background),
     )
 
 
@@ -99,11 +101,6 @@ def find_preferences():
     """Preferences of the add-on: bpy.types.AddonPreferences, or None where it was not enabled as an add-on."""
     addon = bpy.context.preferences.addons.get(ADDON)
     return addon.preferences if addon is not None else None
-
-
-def read_threads(settings, preferences):
-    """Number of threads of the scene, else of the preferences: int, or None for all processors."""
-    return settings.threads or (preferences.threads if preferences is not None else 0) or None
 
 
 def choose_weather(settings, preferences):

@@ -21,9 +21,7 @@ from ..session import find_city, list_cities
 class SwitchCity(OfCity, Action, bpy.types.Operator):
     """Show this city, and hide the others"""
 
-    bl_idname = "citypv.switch_city"
-    bl_label = "Show city"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.switch_city", "Show city"
 
     name: bpy.props.StringProperty(name="City", description="Name of the city's object")
 
@@ -65,8 +63,7 @@ def show_objects_of(city, *, visible):
 class Retrace(OfCity, bpy.types.Operator):
     """Import the files of this city again and run all steps; a city of meshes is taken from them again"""
 
-    bl_idname = "citypv.retrace"
-    bl_label = "Import and trace again"
+    bl_idname, bl_label = "citypv.retrace", "Import and trace again"
     bl_options = {"REGISTER", "UNDO"}
     needs = FILES
 

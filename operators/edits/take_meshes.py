@@ -12,7 +12,7 @@ from ..attributes import PREFIX, read_array, read_corners
 from ..city.import_city import show_import, triangulate_import
 from ..city.read_materials import name_face_materials
 from ..city.read_settings import read_settings
-from ..in_place import BUILDINGS, METRES, SEEN, TAKEN, has_own_faces, put_in_place, remember_shape, write_sources
+from ..in_place import BUILDINGS, METRES, SEEN, TAKEN, is_single, put_in_place, remember_shape, write_sources
 from ..run_step import Step, leave_edit_mode
 from ..session import find_city
 
@@ -24,9 +24,7 @@ OTHER_SHAPES = ("CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOL
 class TakeMeshes(Step, bpy.types.Operator):
     """Use the meshes of the chosen collection, else the selected ones, as buildings"""
 
-    bl_idname = "citypv.take_meshes"
-    bl_label = "Take meshes"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.take_meshes", "Take meshes"
 
     @classmethod
     def poll(cls, context):
@@ -123,8 +121,11 @@ def read_meshes(name, items, context, taken=None):
         if names[building] > 1:
             building += f"~{names[building]}"
         _add_building(content, building, instance.object, np.array(instance.matrix_world), metres)
-        single = not instance.is_instance and has_own_faces(item, instance.object.data)
-        own[owner] = building if single and owner not in own else ""
+        # Its faces are those of its mesh where that has no other user, and no modifier adds or removes faces.
+        same = not instance.is_instance and is_single(item.data)
+        same = same and len(item.data.polygons) == len(instance.object.data.polygons)
+        same = same and np.array_equal(read_corners(item.data), read_corners(instance.object.data))
+        own[owner] = building if same and owner not in own else ""
     for item in sorted(chosen - drawn, key=lambda item: item.name):
         if item.type == "MESH":
             content.skip("mesh without faces" if item in met else "hidden in the viewport", item.name)

@@ -38,25 +38,12 @@ def follow_edits(scene, graph):
             redraw_panels(bpy.context, views=True)
 
 
-@persistent
-def follow_save(path, *_):
-    """Keep the traced light beside the file."""
-    if path:
-        keep_transfers(path)
-
-
-@persistent
-def follow_load(*_):
-    """Forget the cities of the file before: those of the new one may have the same keys and other results."""
-    close_sessions()
-
-
 HANDLERS = (
     ("undo_post", follow_undo),
     ("redo_post", follow_undo),
     ("depsgraph_update_post", follow_edits),
-    ("save_pre", follow_save),
-    ("load_pre", follow_load),
+    ("save_pre", keep_transfers),
+    ("load_pre", close_sessions),
     ("frame_change_post", follow_frame),
 )
 

@@ -4,6 +4,7 @@ import shutil
 from pathlib import Path
 
 import bpy
+from bpy.app.handlers import persistent
 
 from ...core.errors import InputError
 from ..attributes import PREFIX
@@ -14,7 +15,8 @@ HOME, PROBLEM = PREFIX + "transfer_folder", PREFIX + "transfer_problem"
 SUFFIX = ".citypv.nc"
 
 
-def keep_transfers(path):
+@persistent
+def keep_transfers(path, *_):
     """Write the traced light of all cities beside a .blend that is about to be saved.
 
     Each object remembers its file, relative to the .blend. Light that is still in an earlier file only (of a .blend
@@ -23,11 +25,11 @@ def keep_transfers(path):
     Parameters
     ----------
     path : str
-        The .blend file.
+        The .blend file; "" where none is written.
     """
     from ...core.results.write_transfer import write_transfer
 
-    for city in {item for scene in bpy.data.scenes for item in list_cities(scene)}:
+    for city in {item for scene in bpy.data.scenes if path for item in list_cities(scene)}:
         name = f"{Path(path).stem}.{bpy.path.clean_name(city.name)}{SUFFIX}"
         target, session, kept = Path(path).with_name(name), find_session(city), find_kept(city)
         try:

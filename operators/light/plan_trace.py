@@ -32,9 +32,7 @@ class OfScene(OfCity):
 class PlanEffects(OfScene, Step, bpy.types.Operator):
     """Decide which effects this city calls for, each with its reason, what it leaves out at most, and its seconds"""
 
-    bl_idname = "citypv.plan_effects"
-    bl_label = "Plan effects"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.plan_effects", "Plan effects"
 
     @staticmethod
     def work(task, progress):
@@ -60,8 +58,7 @@ class PlanEffects(OfScene, Step, bpy.types.Operator):
 class ExplainEffect(OfCity, Action, bpy.types.Operator):
     """Why an effect is on or off"""
 
-    bl_idname = "citypv.explain_effect"
-    bl_label = "Explain effect"
+    bl_idname, bl_label = "citypv.explain_effect", "Explain effect"
     bl_options = {"REGISTER", "INTERNAL"}
     needs, lacking = PLAN, "Plan the effects first"
 
@@ -76,7 +73,7 @@ class ExplainEffect(OfCity, Action, bpy.types.Operator):
         """Tell the decision."""
         plan = read_plan(city)
         if self.effect not in plan:
-            raise InputError(repr(self.effect), "is no effect", f"give one of {', '.join(plan)}")
+            raise InputError("Effect", f"{self.effect!r} is no effect", f"give one of {', '.join(plan)}")
         return f"{self.effect}: {plan[self.effect][1]}"
 
 
@@ -91,8 +88,16 @@ def keep_plan(city, decisions):
     """
     rows = []
     for one in decisions:
-        state = f"{'on' if one['on'] else 'off'}: {one['extent']}"
-        rows.append("|".join(text.replace("|", "/") for text in (one["key"], state, describe_decision(one))))
+        bound = "no bound on its error is known" if one["on"] else "how much light this changes is not known"
+        if one["bound"] is not None:
+            bound = f"leaves out at most {100 * one['bound']:.2g} % of full load hours"
+        parts = [f"{one['extent']}: {one['reason']}", bound]
+        if one["share"] is not None:
+            parts.append(f"makes {100 * one['share']:+.1f} % of them")
+        if one["seconds"] is not None:
+            parts.append(f"takes about {one['seconds']:.2g} s")
+        row = one["key"], f"{'on' if one['on'] else 'off'}: {one['extent']}", "; ".join(parts)
+        rows.append("|".join(text.replace("|", "/") for text in row))
     city[PLAN] = rows
 
 
@@ -102,25 +107,10 @@ def read_plan(city):
     return {key: (state, sentence) for key, state, sentence in (row.split("|") for row in rows)}
 
 
-def describe_decision(decision):
-    """Reason, bound, share and seconds of a decision in one sentence."""
-    bound = "no bound on its error is known" if decision["on"] else "how much light this changes is not known"
-    if decision["bound"] is not None:
-        bound = f"leaves out at most {100 * decision['bound']:.2g} % of full load hours"
-    parts = [f"{decision['extent']}: {decision['reason']}", bound]
-    if decision["share"] is not None:
-        parts.append(f"makes {100 * decision['share']:+.1f} % of them")
-    if decision["seconds"] is not None:
-        parts.append(f"takes about {decision['seconds']:.2g} s")
-    return "; ".join(parts)
-
-
 class UsePreset(Action, bpy.types.Operator):
     """Set rays, suns and patches for a purpose"""
 
-    bl_idname = "citypv.use_preset"
-    bl_label = "Use preset"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.use_preset", "Use preset"
 
     preset: bpy.props.EnumProperty(name="Preset", description="Settings of Trace", items=ITEMS, default="standard")
 
@@ -139,9 +129,7 @@ class UsePreset(Action, bpy.types.Operator):
 class PredictPrices(OfScene, Step, bpy.types.Operator):
     """Predict the seconds and the error of each preset on this city, from a pilot of some seconds"""
 
-    bl_idname = "citypv.predict"
-    bl_label = "Predict time and error"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.predict", "Predict time and error"
 
     @staticmethod
     def work(task, progress):
@@ -178,10 +166,9 @@ def properties_of_preset(preset):
 
 def find_preset(settings):
     """Preset that the panel's settings are those of: str, "" if of none."""
-    for name in PRESETS:
-        if all(getattr(settings, key) == value for key, value in properties_of_preset(name).items()):
-            return name
-    return ""
+    wanted = {name: properties_of_preset(name) for name in PRESETS}
+    same = [name for name in PRESETS if all(getattr(settings, key) == value for key, value in wanted[name].items())]
+    return same[0] if same else ""
 
 
 def read_prices(city):

@@ -12,7 +12,7 @@ from ..city.read_settings import read_settings, remember_step
 from ..job import COMPILING, compile_loops
 from ..picture.show_result import show_result
 from ..result.keep_report import keep_report
-from ..result.summarise import OF_ENERGY, summarise_albedo, summarise_interruption
+from ..result.summarise import INTERRUPTED, OF_ENERGY, summarise_albedo
 from ..run_step import Step, leave_edit_mode
 from ..session import find_city, find_own_city, find_session
 from .plan_trace import OfScene, keep_plan
@@ -23,9 +23,7 @@ SUNS_PER_DAY = 12
 class TraceCity(OfScene, Step, bpy.types.Operator):
     """Trace light from sky and sun, with reflections, to every surface"""
 
-    bl_idname = "citypv.trace"
-    bl_label = "Trace light"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.trace", "Trace light"
 
     def prepare(self, context):
         """Take the scene and the settings."""
@@ -111,7 +109,9 @@ def keep_light(context, session, weather, transfer, findings, albedos):  # noqa:
     keep_plan(city, transfer.record.effects if transfer.record else ())
     remember_step(city, "trace", context.scene.citypv)
     session.weather, session.transfer, session.energy = weather, transfer, None
-    return summarise_interruption(city, transfer.record.interrupted)
+    interrupted = transfer.record.interrupted
+    city[INTERRUPTED] = "Interrupted: kept {suns_traced} of {of} suns".format(**interrupted) if interrupted else ""
+    return city[INTERRUPTED]
 
 
 def read_goal(seeing, request):
@@ -166,6 +166,6 @@ def show_round(context, session):
     if find_session(city) is not session:
         return  # the user switched to another city
     write_results(city, ground, transfer, energy)
-    summarise_interruption(city, None)
+    city[INTERRUPTED] = ""
     chosen = context.scene.citypv.attribute
     show_result(context, city, ground, chosen if chosen in RESULTS else "full_load_hours")

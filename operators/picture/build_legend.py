@@ -63,17 +63,6 @@ def note_of(city, attribute):
     return city.get(NOTES[owner], "") if owner in NOTES else ""
 
 
-def load_font():
-    """Load Blender's own interface font, packed into the file; None (Blender's text font) where it ships without."""
-    path = Path(bpy.utils.system_resource("DATAFILES", path="fonts") or "", FONT)
-    if not path.is_file():
-        return None
-    font = bpy.data.fonts.load(str(path), check_existing=True)
-    if font.packed_file is None:
-        font.pack()
-    return font
-
-
 class _Page:
     """The plane in front of the camera; positions and sizes in fractions of the picture's height."""
 
@@ -88,7 +77,11 @@ class _Page:
         self.scale, self.middle = float(high[1] - low[1]), (low + high) / 2
         self.camera, self.collection = camera, collection
         self.ink = build_plain_material("CityPV ink", INK)
-        self.font = load_font()
+        # Blender's own interface font, packed into the file; its text font where it ships without.
+        path = Path(bpy.utils.system_resource("DATAFILES", path="fonts") or "", FONT)
+        self.font = bpy.data.fonts.load(str(path), check_existing=True) if path.is_file() else None
+        if self.font is not None and self.font.packed_file is None:
+            self.font.pack()
 
     def write(self, text, x, y, size, align="LEFT"):
         """Write a line of text whose baseline starts (or is centred, or ends) at x, y."""

@@ -141,7 +141,16 @@ def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="vi
     if values is None:
         problem = f"its faces have no {TITLES[attribute].lower()} yet"
         raise InputError(city.name, problem, "run the step that computes it")
-    scale = build_scale(attribute, *_range_of(city, values, attribute, low, high), colour_map)
+    if low is None and high is None and RANGE + attribute in city:
+        low, high = city[RANGE + attribute]
+    elif attribute not in CODES and (low is None or high is None):
+        areas = read_array(city.data.polygons, "area")
+        if attribute.startswith(CHANGE):  # zero is in the middle
+            found = choose_range(np.concatenate([values, -values]), np.tile(areas, 2))
+        else:
+            found = choose_range(values, areas)
+        low, high = (chosen if given is None else given for given, chosen in zip((low, high), found, strict=True))
+    scale = build_scale(attribute, low, high, colour_map)
     paint_mesh(city.data, values, scale)
     for key in ("attribute", "low", "high"):
         city[f"{PREFIX}colour_{key}"] = getattr(scale, key)
@@ -235,18 +244,6 @@ def _start_emission(name):
     links.new(emission.outputs["Emission"], output.inputs["Surface"])
     output.location = (220, 0)
     return nodes, links, emission.inputs["Color"]
-
-
-def _range_of(city, values, attribute, low, high):
-    if attribute in CODES or (low is not None and high is not None):
-        return low, high
-    if RANGE + attribute in city and low is None and high is None:
-        return tuple(city[RANGE + attribute])
-    areas = read_array(city.data.polygons, "area")
-    found = choose_range(values, areas)
-    if attribute.startswith(CHANGE):  # zero is in the middle
-        found = choose_range(np.concatenate([values, -values]), np.tile(areas, 2))
-    return tuple(chosen if given is None else given for given, chosen in zip((low, high), found, strict=True))
 
 
 def _set_materials(mesh, *materials, of_face=None):

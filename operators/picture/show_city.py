@@ -160,23 +160,21 @@ def give_back_shading(context):
     context.scene.view_settings.view_transform = context.scene[TRANSFORM]
 
 
-def _size_of_view(area):
-    # Width and height [pixels]; the shares of the width that toolbar and sidebar lie over, of the height the headers.
-    regions, space = {region.type: region for region in area.regions}, area.spaces.active
-    view, tools, sidebar = (regions[name] for name in ("WINDOW", "TOOLS", "UI"))
-    if min(view.width, view.height) <= 1:
-        return 16, 9, 0.0, 0.0, 0.0
-    shown = {"HEADER": space.show_region_header, "TOOL_HEADER": space.show_region_tool_header}
-    above = max((view.y + view.height - regions[name].y for name in shown if shown[name]), default=0)
-    left = tools.x + tools.width - view.x if space.show_region_toolbar else 0
-    right = view.x + view.width - sidebar.x if space.show_region_ui else 0
-    left, right = (min(max(pixels / view.width, 0.0), 0.4) for pixels in (left, right))
-    return view.width, view.height, left, right, min(max(above / view.height, 0.0), 0.2)
-
-
 def look_at(area, points):
     """Turn a 3D view so that all points, (n, 3) float [m], are in what toolbar and sidebar leave free."""
-    space, (width, height, on_left, on_right, above) = area.spaces.active, _size_of_view(area)
+    regions, space = {region.type: region for region in area.regions}, area.spaces.active
+    view, tools, sidebar = (regions[name] for name in ("WINDOW", "TOOLS", "UI"))
+    width, height, on_left, on_right, above = view.width, view.height, 0.0, 0.0, 0.0
+    if min(width, height) <= 1:
+        width, height = 16, 9
+    else:
+        # Shares of the width that toolbar and sidebar lie over, and of the height that the headers do.
+        shown = {"HEADER": space.show_region_header, "TOOL_HEADER": space.show_region_tool_header}
+        above = max((view.y + height - regions[name].y for name in shown if shown[name]), default=0) / height
+        left = tools.x + tools.width - view.x if space.show_region_toolbar else 0
+        right = view.x + width - sidebar.x if space.show_region_ui else 0
+        on_left, on_right = (min(max(pixels / width, 0.0), 0.4) for pixels in (left, right))
+        above = min(max(above, 0.0), 0.2)
     low, high = points.min(axis=0), points.max(axis=0)
     size = float(np.linalg.norm(high - low))
     # A closer near plane reduces the depth resolution of distant surfaces.

@@ -107,9 +107,7 @@ def has_result(city, attribute):
 class ColourCity(OfCity, Action, bpy.types.Operator):
     """Colour the faces by the chosen result"""
 
-    bl_idname = "citypv.colour"
-    bl_label = "Colour faces"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.colour", "Colour faces"
     needs, lacking = PREFIX + "kind", "Classify the city first"
 
     def act(self, context, city, ground):

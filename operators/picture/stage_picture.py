@@ -54,12 +54,17 @@ def stage_picture(context, view="overview"):
             shown = item.copy()
             shown[PREFIX + "part"], shown.hide_render = "picture", False
         stage.collection.objects.link(shown)
-    space, region = find_view(context) if view == "viewport" else (None, None)
+    views = list_views(context)
+    if view == "viewport" and not views:
+        raise InputError("3D view", "none is open", "open a 3D view, or choose another view")
+    area = context.area if context.area in views else max(views, key=lambda one: one.width * one.height, default=None)
+    space = area.spaces.active if view == "viewport" else None
     if view == "overview":
         camera = place_camera(stage, read_vertices(city))
     elif space is None or space.region_3d.view_perspective == "CAMERA":
         camera = copy_camera(stage, context.scene)
     else:
+        region = next(region for region in area.regions if region.type == "WINDOW")
         camera = copy_view(stage, space.region_3d, region.width, region.height, 10 * space.clip_end)
     scale = read_scale(city)
     build_legend(stage, camera, scale, note_of(city, scale.attribute))
@@ -117,21 +122,10 @@ def copy_camera(stage, scene):
     return camera
 
 
-def find_view(context):
-    """The 3D view that is clicked in, else the largest one: its space and the region that shows the city."""
-    views = list_views(context)
-    if not views:
-        raise InputError("3D view", "none is open", "open a 3D view, or choose another view")
-    area = context.area if context.area in views else max(views, key=lambda area: area.width * area.height)
-    return area.spaces.active, next(region for region in area.regions if region.type == "WINDOW")
-
-
 class RenderCity(OfCity, Action, bpy.types.Operator):
     """Render a picture of the coloured city with its legend, in the scene "CityPV picture"; yours is not changed"""
 
-    bl_idname = "citypv.render"
-    bl_label = "Render picture"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.render", "Render picture"
     needs, lacking = PREFIX + "colour_attribute", "Colour the faces first"
 
     view: bpy.props.EnumProperty(name="View", description="Where the picture is taken from", items=VIEWS)

@@ -7,13 +7,7 @@ import bpy
 from bpy.app.handlers import persistent
 from mathutils import Vector
 
-from ..attributes import (
-    PREFIX,
-    read_face_attribute,
-    remove_face_attributes,
-    write_results,
-    write_surface_values,
-)
+from ..attributes import PREFIX, read_face_attribute, remove_face_attributes, write_results, write_surface_values
 from ..city.build_meshes import remove_objects, show_objects
 from ..light.keep_transfer import OfTransfer, read_kept
 from ..run_step import Action, Step
@@ -35,9 +29,7 @@ ANGLE = 0.0093  # of the sun's disc [rad]
 class StartTimeline(OfTransfer, Step, bpy.types.Operator):
     """Let the frames run through the hours of the twelve months: direct light on the faces, sun and sky to match"""
 
-    bl_idname = "citypv.timeline"
-    bl_label = "Timeline"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.timeline", "Timeline"
 
     stages = {"reading weather": 1, "electricity": 2, "hours of the months": 2}
 
@@ -45,6 +37,7 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
     def work(task, progress):
         """Compute light and yield of all frames, and the energy where it is not known."""
         from ...core.energy.pv_system import build_system
+        from ...core.results.colour_map import choose_range
         from ...core.study import check_settings, compute_energy, read_year
         from ...core.timeline.timeline import build_timeline
 
@@ -59,18 +52,23 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
         progress("hours of the months", 0, 1, "months")
         system = build_system(session.request or request)
         timeline = build_timeline(session.transfer, weather, energy, system)
-        return session, weather, energy, (timeline, find_ranges(timeline, session.transfer.surfaces.area))
+        # The scales of all moments together end where the brightest hour's and the best month's do.
+        light = timeline.relative * timeline.dni[:, None].astype("float32")
+        best = timeline.hours_by_month[:, timeline.energy_by_month.argmax()]
+        area = session.transfer.surfaces.area
+        ends = [choose_range(values, area)[1] for values in (light[light.mean(axis=1).argmax()], best)]
+        return session, weather, energy, (timeline, ends)
 
     def finish(self, context, result):
         """Set the range of frames, keeping the user's frames and world, and show the first moment."""
-        session, weather, energy, (timeline, ranges) = result
+        session, weather, energy, (timeline, ends) = result
         city, ground = find_own_city(context.scene, session)
         if session.energy is None:
             session.weather, session.energy = weather, energy
             write_results(city, ground, session.transfer, energy)
         session.timeline = energy, timeline
-        for name, ends in ranges.items():
-            city[RANGE + name] = ends
+        for name, end in zip(TIMED, ends, strict=True):
+            city[RANGE + name] = 0.0, end
         stage, seeing = context.scene, context.scene.citypv_seeing
         if not seeing.timeline:
             seeing.frames_before = stage.frame_start, stage.frame_end, stage.frame_current
@@ -87,9 +85,7 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
 class StopTimeline(Action, bpy.types.Operator):
     """Give back the range of frames, the world and the colours that were there before the timeline"""
 
-    bl_idname = "citypv.stop_timeline"
-    bl_label = "End timeline"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.stop_timeline", "End timeline"
 
     @classmethod
     def poll(cls, context):
@@ -110,16 +106,6 @@ class StopTimeline(Action, bpy.types.Operator):
             if stage.citypv.attribute in TIMED:
                 show_result(context, city, ground, "full_load_hours" if has_result(city, "full_load_hours") else "kind")
             remove_face_attributes(city, ground, *TIMED)
-
-
-def find_ranges(timeline, area):
-    """Ends of the scales of all moments together, from 0, by attribute: dict of (low, high)."""
-    from ...core.results.colour_map import choose_range
-
-    light = timeline.relative * timeline.dni[:, None].astype("float32")
-    brightest = light[light.mean(axis=1).argmax()]
-    best = timeline.hours_by_month[:, timeline.energy_by_month.argmax()]
-    return dict(zip(TIMED, ((0.0, choose_range(values, area)[1]) for values in (brightest, best)), strict=True))
 
 
 def timeline_of(city):
@@ -194,7 +180,11 @@ def light_scene(stage, direction, dni, dhi):
     dni, dhi : float [Wm⁻²]
     """
     up = direction[2] > 0
-    lamp = bpy.data.objects.get(SUN) or _add_lamp(stage)
+    lamp = bpy.data.objects.get(SUN)
+    if lamp is None:
+        lamp = bpy.data.objects.new(SUN, bpy.data.lights.new(SUN, "SUN"))
+        lamp.data.angle, lamp[PREFIX + "part"] = ANGLE, "sun"
+        show_objects(stage, lamp)
     lamp.rotation_euler = Vector(direction).to_track_quat("Z", "Y").to_euler()
     lamp.data.energy = STRENGTH * dni if up else 0.0
     world = bpy.data.worlds.get(SKY) or _add_sky()
@@ -203,13 +193,6 @@ def light_scene(stage, direction, dni, dhi):
     background.inputs["Strength"].default_value = BRIGHTNESS * dhi if up else 0.0
     if stage.world != world:
         stage.world = world
-
-
-def _add_lamp(stage):
-    lamp = bpy.data.objects.new(SUN, bpy.data.lights.new(SUN, "SUN"))
-    lamp.data.angle, lamp[PREFIX + "part"] = ANGLE, "sun"
-    show_objects(stage, lamp)
-    return lamp
 
 
 def _add_sky():

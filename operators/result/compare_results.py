@@ -65,9 +65,7 @@ def write_energy(value):
 class KeepBefore(OfCity, Action, bpy.types.Operator):
     """Keep the present result as "before": every later result is shown as the difference from it"""
 
-    bl_idname = "citypv.keep_before"
-    bl_label = "Keep as before"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.keep_before", "Keep as before"
     needs, lacking = PREFIX + "full_load_hours", "Compute the energy first"
 
     def act(self, context, city, ground):
@@ -90,9 +88,7 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
 class CompareBefore(Action, bpy.types.Operator):
     """Show the present result less the one kept as before"""
 
-    bl_idname = "citypv.compare"
-    bl_label = "Show difference"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.compare", "Show difference"
 
     @classmethod
     def poll(cls, context):
@@ -112,9 +108,7 @@ class CompareBefore(Action, bpy.types.Operator):
 class ForgetBefore(Action, bpy.types.Operator):
     """Remove the result kept as before, and the differences from it"""
 
-    bl_idname = "citypv.forget_before"
-    bl_label = "Forget before"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.forget_before", "Forget before"
 
     @classmethod
     def poll(cls, context):

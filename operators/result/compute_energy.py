@@ -24,9 +24,7 @@ MOST = 20
 class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
     """Compute irradiation and full load hours of every surface from the traced light and a year of weather"""
 
-    bl_idname = "citypv.energy"
-    bl_label = "Compute energy"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.energy", "Compute energy"
 
     stages = {"reading weather": 1, "electricity": 4}
 
@@ -66,14 +64,14 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
 class ShowBuilding(OfCity, Action, bpy.types.Operator):
     """Select a building, and move the 3D view to it"""
 
-    bl_idname = "citypv.show_building"
-    bl_label = "Show building"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.show_building", "Show building"
 
     building: bpy.props.StringProperty(
         name="Building",
         description="Its id; empty: the one with the most energy",
-        search=lambda self, context, text: suggest_buildings(context, text),
+        search=lambda self, context, text: [
+            name for name in (find_city(context.scene)[0] or {}).get(BUILDINGS, ()) if text.lower() in name.lower()
+        ],
     )
 
     def act(self, context, city, ground):
@@ -92,13 +90,6 @@ class ShowBuilding(OfCity, Action, bpy.types.Operator):
             region.view_distance = 2.0 * float(np.linalg.norm(high - low))
         told = next((f": {mwh} MWh per year, {kwp} kWp" for one, kwp, mwh in best if one == name), "")
         return f"{name}{told}"
-
-
-def suggest_buildings(context, text):
-    """Ids of the buildings of the scene's city that have this text: list of str."""
-    city, _ = find_city(context.scene)
-    names = city.get(BUILDINGS, ()) if city is not None else ()
-    return [name for name in names if text.lower() in name.lower()]
 
 
 def rank_buildings(surfaces, energy, request):

@@ -27,8 +27,7 @@ SHAPES = ("cityjson", "gltf", "geopackage")  # need the geometry of this session
 class ExportResults(OfCity, Step, bpy.types.Operator):
     """Write the results of the city to a file"""
 
-    bl_idname = "citypv.export"
-    bl_label = "Export"
+    bl_idname, bl_label = "citypv.export", "Export"
     bl_options = {"REGISTER"}
     needs, lacking = "energy", "Compute the energy first"
 
@@ -88,7 +87,7 @@ def suggest_path(name):
 
 
 def write_results(session, name, path, progress=silent):
-    """Write the results of a session in one format.
+    """Write the results of a session in one format; the report is that of `citypv plot`.
 
     Parameters
     ----------
@@ -105,46 +104,27 @@ def write_results(session, name, path, progress=silent):
     InputError
     """
     from ...core.commands.simulate import draw_city, write_exports
-    from ...core.energy.pv_system import build_system
-    from ...core.results.write_buildings import write_buildings
-    from ...core.results.write_faces import write_faces
-    from ...core.results.write_groups import write_groups
-
-    transfer, energy, request = session.transfer, session.energy, session.request
-    if name == "faces":
-        write_faces(path, transfer, energy, monthly=request.monthly)
-    elif name == "groups":
-        write_groups(path, energy)
-    elif name == "buildings":
-        write_buildings(path, transfer, energy, build_system(request), monthly=request.monthly)
-    elif name == "report":
-        write_page(session, path, progress)
-    else:
-        with tempfile.TemporaryDirectory() as folder:
-            city = draw_city(session.city, session.scene, request)
-            results = city, session.scene, transfer, energy, session.weather
-            write_exports(Path(folder), results, request, [name], progress)
-            path.write_bytes(Path(folder, FILES[name][0]).read_bytes())
-
-
-def write_page(session, path, progress):
-    """Write the report of `citypv plot` as one page; without pictures where matplotlib is missing."""
-    from ...core.commands.simulate import draw_city
-    from ...core.plots.read_results import read_results
-    from ...core.plots.write_report import write_report
-    from ...core.results.write_summary import summarise, write_summary
     from ...core.results.write_tables import write_tables
-    from ...core.results.write_transfer import write_transfer
-    from ...core.scene.outline_surfaces import outline_surfaces
 
-    transfer, energy, weather, request = session.transfer, session.energy, session.weather, session.request
-    if session.city is not None and session.scene is not None:
-        city = draw_city(session.city, session.scene, request)
-        transfer = replace(transfer, outlines=outline_surfaces(city, session.scene.surfaces, session.scene.site))
+    scene, transfer, energy, request = session.scene, session.transfer, session.energy, session.request
+    there = session.city is not None and scene is not None
+    city = draw_city(session.city, scene, request) if there else None
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder, path.stem)
         work.mkdir()
-        write_tables(work, transfer, energy, weather, request, progress=progress)
-        write_transfer(work / "transfer.nc", transfer, progress)
-        write_summary(work / "summary.json", summarise(transfer, energy, weather, request, scene=session.scene))
-        path.write_bytes(write_report(work, read_results(work)).read_bytes())
+        if name in SHAPES:
+            write_exports(work, (city, scene, transfer, energy, session.weather), request, [name], progress)
+        else:
+            write_tables(work, transfer, energy, session.weather, request, progress=progress)
+        if name == "report":  # without pictures where matplotlib is missing
+            from ...core.plots.read_results import read_results
+            from ...core.plots.write_report import write_report
+            from ...core.results.write_summary import summarise, write_summary
+            from ...core.results.write_transfer import write_transfer
+            from ...core.scene.outline_surfaces import outline_surfaces
+
+            outlines = outline_surfaces(city, scene.surfaces, scene.site) if there else transfer.outlines
+            write_transfer(work / "transfer.nc", replace(transfer, outlines=outlines), progress)
+            write_summary(work / "summary.json", summarise(transfer, energy, session.weather, request, scene=scene))
+            write_report(work, read_results(work))
+        path.write_bytes((work / FILES[name][0]).read_bytes())

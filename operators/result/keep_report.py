@@ -114,12 +114,11 @@ def find_row(item, key):
     InputError
         There is none; the message names some that are there.
     """
-    rows = read_rows(item)
-    for row in rows:
-        if row["key"] == key:
-            return row
-    known = ", ".join(row["key"] for row in rows[:NAMES_SHOWN])
-    raise InputError(item.name, f"its report has no group {key!r}", f"give for example {known}")
+    rows = {row["key"]: row for row in read_rows(item)}
+    if key not in rows:
+        known = ", ".join(list(rows)[:NAMES_SHOWN])
+        raise InputError(item.name, f"its report has no group {key!r}", f"give for example {known}")
+    return rows[key]
 
 
 def find_faces(item, key):
@@ -172,45 +171,30 @@ def write_out(item):
 class ShowReport(OfCity, Action, bpy.types.Operator):
     """Write the complete report with hours, weather, albedos and all ids to the text "CityPV report", and open it"""
 
-    bl_idname = "citypv.show_report"
-    bl_label = "Report as text"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.show_report", "Report as text"
 
     def act(self, context, city, ground):
-        """Write the text and show it."""
+        """Write the text and show it: in the open text editors, else in one in a window of its own."""
         text = bpy.data.texts.get(TEXT) or bpy.data.texts.new(TEXT)
         text.from_string(write_out(city))
-        editors = find_editors(context)
-        for editor in editors:
+        windows = list(context.window_manager.windows)
+        areas = [area for window in windows for area in window.screen.areas if area.type == "TEXT_EDITOR"]
+        if not areas and not bpy.app.background:
+            bpy.ops.wm.window_new()
+            for window in set(context.window_manager.windows) - set(windows):
+                areas.append(max(window.screen.areas, key=lambda area: area.width * area.height))
+                areas[-1].type = "TEXT_EDITOR"
+        for editor in (area.spaces.active for area in areas):
             editor.text, editor.top = text, 0
-        where = "shown in the text editor" if editors else "open it in a text editor"
+        where = "shown in the text editor" if areas else "open it in a text editor"
         return f'{len(text.lines)} lines in the text "{TEXT}": {where}'
-
-
-def find_editors(context):
-    """Text editors that are open, else one in a window of its own: list of bpy.types.SpaceTextEditor.
-
-    There is none where Blender runs without windows.
-    """
-    areas = [area for window in context.window_manager.windows for area in window.screen.areas]
-    found = [area.spaces.active for area in areas if area.type == "TEXT_EDITOR"]
-    if found or bpy.app.background:
-        return found
-    windows = list(context.window_manager.windows)
-    bpy.ops.wm.window_new()
-    for window in context.window_manager.windows:
-        if window not in windows:
-            area = max(window.screen.areas, key=lambda area: area.width * area.height)
-            area.type = "TEXT_EDITOR"
-            found.append(area.spaces.active)
-    return found
 
 
 class CopyGroup(OfCity, Action, bpy.types.Operator):
     """Copy the ids of a group of the report to the clipboard"""
 
-    bl_idname = "citypv.copy_group"
-    bl_label = "Copy ids"
+    bl_idname, bl_label = "citypv.copy_group", "Copy ids"
+    bl_options = set()
 
     group: bpy.props.StringProperty(name="Group", description="Heading/name as in the report")
 

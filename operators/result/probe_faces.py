@@ -27,9 +27,7 @@ MOST = 1000  # surfaces whose hours are computed for the day curve
 class ProbeFaces(OfCity, Action, bpy.types.Operator):
     """Click on a face to see what its surface yields; with Shift, its whole building. Esc ends"""
 
-    bl_idname = "citypv.probe"
-    bl_label = "Probe"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.probe", "Probe"
     needs, lacking = "energy", "Compute the energy first"
 
     face: bpy.props.IntProperty(
@@ -178,42 +176,27 @@ def chart_surfaces(session, rows):
     """
     from ...core.energy.pick_module import area_of_kwp
     from ...core.energy.pv_system import build_system
-
-    energy, area = session.energy, session.transfer.surfaces.area
-    counted = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
-    kwp = energy.module_area[counted] / area_of_kwp(build_system(session.request).module)
-    kwp = kwp * area[counted] / energy.counted_area[counted]  # as in sum_potential
-    months = kwp @ energy.full_load_hours_by_month[counted] / 1000
-    hours = curve_of_day(session, counted, kwp) if 0 < len(counted) <= MOST else np.zeros((len(CURVES), 24))
-    return np.concatenate([months, hours.ravel()])
-
-
-def curve_of_day(session, rows, kwp):
-    """Mean power at each hour of local mean solar time, in the months of each of `CURVES`: (3, 24) float64 [kW].
-
-    Parameters
-    ----------
-    session : Session
-    rows : (k,) int
-    kwp : (k,) float64
-        Nominal power of each surface [kWp].
-    """
     from ...core.study import compute_energy
     from ...core.sun.solar_days import local_middle
     from ...core.transfer.take_rows import take_rows
 
-    transfer = take_rows(session.transfer, rows)
-    request = replace(session.request, series=tuple(transfer.surfaces.surface_id))
-    energy = compute_energy(transfer, session.weather, request)
-    power = energy.series.capacity_factor @ kwp
-    middle = local_middle(energy.times, energy.interval, energy.longitude)
-    hour, month = middle.hour.to_numpy(), middle.month.to_numpy()
-    curves = np.zeros((len(CURVES), 24))
-    for row, months in enumerate(CURVES.values()):
-        inside = np.isin(month, months)
-        count = np.bincount(hour[inside], minlength=24)
-        curves[row] = np.bincount(hour[inside], power[inside], 24) / np.maximum(count, 1)
-    return curves
+    energy, area, curves = session.energy, session.transfer.surfaces.area, np.zeros((len(CURVES), 24))
+    counted = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
+    kwp = energy.module_area[counted] / area_of_kwp(build_system(session.request).module)
+    kwp = kwp * area[counted] / energy.counted_area[counted]  # as in sum_potential
+    months = kwp @ energy.full_load_hours_by_month[counted] / 1000
+    if 0 < len(counted) <= MOST:
+        transfer = take_rows(session.transfer, counted)
+        request = replace(session.request, series=tuple(transfer.surfaces.surface_id))
+        energy = compute_energy(transfer, session.weather, request)
+        power = energy.series.capacity_factor @ kwp
+        middle = local_middle(energy.times, energy.interval, energy.longitude)
+        hour, month = middle.hour.to_numpy(), middle.month.to_numpy()
+        for row, chosen in enumerate(CURVES.values()):
+            inside = np.isin(month, chosen)
+            count = np.bincount(hour[inside], minlength=24)
+            curves[row] = np.bincount(hour[inside], power[inside], 24) / np.maximum(count, 1)
+    return np.concatenate([months, curves.ravel()])
 
 
 def read_charts(city):

@@ -87,9 +87,7 @@ def mark_faces(mesh, chosen):
 class SelectGroup(OfCity, Action, bpy.types.Operator):
     """Select and highlight the faces of a group of the report"""
 
-    bl_idname = "citypv.select_group"
-    bl_label = "Select group"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.select_group", "Select group"
 
     group: bpy.props.StringProperty(
         name="Group",
@@ -120,9 +118,7 @@ class SelectGroup(OfCity, Action, bpy.types.Operator):
 class DeselectFaces(OfCity, Action, bpy.types.Operator):
     """Deselect all faces of the city, and end the highlight"""
 
-    bl_idname = "citypv.deselect"
-    bl_label = "Deselect"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.deselect", "Deselect"
 
     def act(self, context, city, ground):
         """Deselect."""
@@ -134,9 +130,7 @@ class DeselectFaces(OfCity, Action, bpy.types.Operator):
 class SelectBuildings(OfCity, Action, bpy.types.Operator):
     """Extend the face selection to whole buildings, and report which they are"""
 
-    bl_idname = "citypv.select_buildings"
-    bl_label = "Whole buildings"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.select_buildings", "Whole buildings"
 
     def act(self, context, city, ground):
         """Select, and name the buildings."""

@@ -72,16 +72,3 @@ def summarise_albedo(item, rows, unread):
         told.append(f"{name}|{law}|{row.get('surfaces', '')}")
     item[ALBEDOS] = told
     item[UNREAD] = f"Materials without a known albedo: {', '.join(unread)}" if unread else ""
-
-
-def summarise_interruption(item, interrupted):
-    """Store which part of the suns was traced on the object, "" for all; return it.
-
-    Parameters
-    ----------
-    item : bpy.types.Object
-    interrupted : dict or None
-        Of a TraceRecord.
-    """
-    item[INTERRUPTED] = "Interrupted: kept {suns_traced} of {of} suns".format(**interrupted) if interrupted else ""
-    return item[INTERRUPTED]

@@ -126,10 +126,9 @@ def test_preferences_are_what_a_new_scene_begins_with(addon, monkeypatch, tmp_pa
     addon.weather = "climate"
     read_settings_module.choose_weather(addon, preferences)
     assert addon.weather == "climate"
-    assert read_settings_module.read_threads(addon, preferences) == 3
+    assert read_settings(addon).threads == 3
     addon.threads = 1
-    assert read_settings_module.read_threads(addon, preferences) == 1
-    assert read_settings_module.read_threads(SimpleNamespace(threads=0), None) is None
+    assert read_settings(addon).threads == 1
     monkeypatch.delitem(read_settings_module.sys.modules, "numba", raising=False)
     monkeypatch.setenv("NUMBA_CACHE_DIR", "")
     read_settings_module.use_cache_folder(preferences)
