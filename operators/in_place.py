@@ -86,7 +86,7 @@ def describe_shape(city):
         # A mesh of the city itself may be moved, but not turned: that is another city for the sun.
         digest.update(np.array(item.matrix_world if taken else item.matrix_world.to_3x3()).tobytes())
         if item.type == "MESH":
-            digest.update(read_array(item.data.vertices, "co").tobytes())
+            digest.update(read_array(item.data.vertices, "co", 3).tobytes())
             digest.update(read_corners(item.data).tobytes())
         for modifier in item.modifiers if taken else ():
             plain = [p.identifier for p in modifier.bl_rna.properties if p.type in PLAIN and not p.is_readonly]

@@ -7,8 +7,6 @@ from citypv.core.city.join_contents import JOINING
 from citypv.core.files.read_city import READING
 from citypv.core.progress import CancelledError
 from citypv.operators import run_step
-from citypv.operators.city.import_city import ImportCity
-from citypv.operators.run_step import Job
 from citypv.operators.session import find_city, find_session
 
 
@@ -46,34 +44,3 @@ def test_nothing_is_left_of_a_cancelled_import(addon, city_file, earlier, monkey
     monkeypatch.undo()
     assert bpy.ops.citypv.import_city() == {"FINISHED"}
     assert len(find_session(find_city(bpy.context.scene)[0]).city) == 21
-
-
-def test_escape_ends_reading_and_the_panel_tells_how_far_it_is(addon, city_file):
-    """The job beside the window: its text while it reads, and a cancellation instead of a city."""
-    addon.city_path, texts = str(city_file), []
-
-    class Told(Job):
-        def progress(self, stage, done, total, unit):
-            super().progress(stage, done, total, unit)
-            texts.append((self.text, self.share))
-            if done:
-                self.cancel()
-
-    job = Told("Import city", lambda progress: ImportCity.work(ImportCity.prepare(STAND, bpy.context), progress))
-    job.start()
-    job._thread.join(60)
-    assert not job.running
-    assert isinstance(job.error, CancelledError)
-    assert job.result is None
-    assert texts[0][0].startswith(f"{READING}: 0 %")
-    assert 0 < texts[-1][1] <= 1
-    assert "B/s" in texts[-1][0]
-
-
-class Stand:
-    """The operator's fields, as from a script."""
-
-    filepath, files, directory = "", (), ""
-
-
-STAND = Stand()

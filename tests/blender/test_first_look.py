@@ -117,11 +117,3 @@ def test_a_look_is_taken_where_the_trace_is_much_longer():
     assert settings_of_look(Request(samples=64, shadow_samples=4, suns="days:12")) is None
     look = settings_of_look(Request(target_error=1.0, time_budget=60.0))
     assert (look.target_error, look.time_budget) == (None, None)
-
-
-def test_a_script_takes_no_look(addon, city_file):
-    addon.city_path = str(city_file)
-    told = []
-    SolarCity.work(([str(city_file)], read_settings(addon), None, SimpleQueue()), lambda stage, *_: told.append(stage))
-    assert told
-    assert "first look" not in told

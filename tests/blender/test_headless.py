@@ -25,9 +25,3 @@ def test_the_example_writes_what_it_says(city_file, tmp_path):
     assert (tmp_path / "city.City.citypv.nc").is_file()
     assert "All: " in done.stdout
     assert " MWh per year" in done.stdout
-
-
-def test_without_arguments_it_says_how_it_is_used():
-    done = subprocess.run([sys.executable, str(EXAMPLE)], capture_output=True, text=True, check=False, timeout=120)
-    assert done.returncode == 1
-    assert "blender --background --python examples/headless.py" in done.stderr

@@ -168,15 +168,6 @@ def test_a_moved_vertex_or_object_marks_the_results_stale(addon, town):
     assert states() == ["stale"] * 2
 
 
-def test_an_edited_city_of_a_file_is_stale_too(addon, city_file):
-    addon.city_path = str(city_file)
-    city = run("import_city", "classify")
-    city.data.vertices[0].co.z += 1
-    city.data.update()
-    bpy.context.view_layer.update()
-    assert state_of_step(city, "classify", addon) == "stale"
-
-
 def test_a_city_of_a_file_may_be_moved_but_not_turned(addon, city_file):
     addon.city_path = str(city_file)
     city = run("import_city", "classify")

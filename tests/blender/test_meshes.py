@@ -10,7 +10,6 @@ from citypv.core.scene.build_scene import build_scene
 from citypv.core.trees.crowns import volume_of_crowns
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.edits.take_meshes import read_meshes
-from citypv.operators.result.keep_report import find_row, read_rows
 from citypv.operators.session import find_city, find_session
 
 
@@ -154,16 +153,6 @@ def test_what_cannot_be_used_of_meshes_is_reported(addon):
     }
     assert not city.report.repaired
     assert sorted(set(city.building_id)) == ["box", "spoilt"]
-
-
-def test_a_box_turned_inside_out_is_mended_as_in_a_file(addon):
-    box = add_box("box", (0, 0, 3))
-    box.data.flip_normals()
-    assert bpy.ops.citypv.take_meshes() == {"FINISHED"}
-    item, _ = find_city(bpy.context.scene)
-    assert find_row(item, "repaired/flipped: faced inwards in a watertight shell")["count"] == "6"
-    assert not read_rows(item, "skipped")
-    assert find_row(item, "kind/flat")["area"] == "80.0 m²"
 
 
 def test_meshes_are_taken_from_edit_mode_as_they_are_edited(addon):

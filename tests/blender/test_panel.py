@@ -16,7 +16,7 @@ from citypv.operators.edits.watch_edits import follow_undo
 from citypv.operators.picture.stage_picture import copy_view, stage_picture
 from citypv.operators.result.select_faces import read_selection
 from citypv.operators.run_step import redraw_panels
-from citypv.operators.session import close_sessions, find_city, find_session, list_cities
+from citypv.operators.session import close_sessions, find_city, list_cities
 
 WEATHER = Path(__file__).parents[1] / "data" / "weather"
 
@@ -74,16 +74,6 @@ def test_show_acts_at_once_and_says_what_is_shown(addon, city_file, capfd):
         bpy.ops.citypv.colour()
     addon.attribute = "sky_view_factor"  # hours are no range for a share
     assert 0 <= addon.low < addon.high <= 1
-
-
-def test_a_place_that_is_unknown_is_refused_before_anything_is_built(addon):
-    bpy.ops.mesh.primitive_cube_add(size=10)
-    assert bpy.ops.citypv.take_meshes() == {"FINISHED"}
-    before = find_city(bpy.context.scene)
-    with pytest.raises(RuntimeError, match="City: its location on Earth is unknown; enable Own location"):
-        bpy.ops.citypv.classify()
-    assert find_city(bpy.context.scene) == before
-    assert find_session(before[0]).scene is None
 
 
 def test_importing_without_a_file_opens_the_file_browser(addon, monkeypatch):
@@ -189,15 +179,6 @@ def test_a_second_city_is_kept_beside_the_first(addon, city_file, row_file):
     assert "citypv_full_load_hours" not in second.data.attributes
     with pytest.raises(RuntimeError, match="Metropolis: there is no such city"):
         bpy.ops.citypv.switch_city(name="Metropolis")
-
-
-def test_selecting_counts_surfaces_and_stays_in_object_mode(addon, city_file, capfd):
-    city, _ = run_steps(addon, city_file, "import_city", "classify")
-    capfd.readouterr()
-    assert bpy.ops.citypv.select_group(group="kind/facade") == {"FINISHED"}
-    assert "12 surfaces selected: facade" in capfd.readouterr().out
-    assert read_selection(city.data).sum() > 12  # triangles
-    assert bpy.context.mode == "OBJECT"
 
 
 def test_the_highlight_lies_on_the_selected_faces(addon, city_file):

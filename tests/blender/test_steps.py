@@ -1,6 +1,5 @@
 """The steps as a user takes them, from a file to coloured full load hours, in a script without a window."""
 
-import threading
 import time
 
 import bpy
@@ -13,7 +12,7 @@ from citypv.operators.attributes import QUANTITIES, read_face_attribute
 from citypv.operators.city.build_meshes import read_vertices
 from citypv.operators.city.read_settings import read_settings
 from citypv.operators.result.keep_report import read_rows
-from citypv.operators.run_step import CancelledError, Job
+from citypv.operators.run_step import Job
 from citypv.operators.session import find_city, find_own_city, find_session
 
 
@@ -146,11 +145,6 @@ def test_a_file_that_cannot_be_used_is_an_error_in_one_line(addon, tmp_path, con
     assert not bpy.data.objects
 
 
-def test_import_without_a_file_says_what_to_do(addon):
-    with pytest.raises(RuntimeError, match="City: no file is chosen; choose a file"):
-        bpy.ops.citypv.import_city()
-
-
 def test_no_download_without_online_access(addon, city_file):
     addon.weather = "pvgis"
     if bpy.app.online_access:
@@ -158,13 +152,6 @@ def test_no_download_without_online_access(addon, city_file):
     else:
         with pytest.raises(InputError, match="online access"):
             read_settings(addon)
-
-
-def test_weather_without_a_file_says_what_to_do(addon, city_file):
-    run_steps(addon, city_file, "import_city", "classify")
-    addon.weather = "file"
-    with pytest.raises(RuntimeError, match="Weather: no file is chosen"):
-        bpy.ops.citypv.trace()
 
 
 def test_an_own_location_that_was_not_filled_in_is_refused(addon, city_file):
@@ -208,39 +195,6 @@ def wait_for(job):
     while job.running and time.monotonic() < end:
         time.sleep(0.01)
     assert not job.running
-
-
-def test_a_job_reports_and_brings_its_result():
-    seen = threading.Event()
-
-    def work(progress):
-        progress("tracing", 30, 120, "rays")
-        seen.wait(5)
-        return 42
-
-    job = Job("Trace light", work)
-    job.start()
-    while job.share == 0:
-        time.sleep(0.01)
-    assert job.share == 0.25
-    assert job.text.startswith("tracing: 25 %")
-    seen.set()
-    wait_for(job)
-    assert (job.result, job.error) == (42, None)
-
-
-def test_a_job_ends_at_its_next_report_when_cancelled():
-    def work(progress):
-        while True:
-            progress("tracing", 1, 2, "rays")
-            time.sleep(0.01)
-
-    job = Job("Trace light", work)
-    job.start()
-    job.cancel()
-    wait_for(job)
-    assert isinstance(job.error, CancelledError)
-    assert job.result is None
 
 
 def test_a_job_keeps_the_error_of_its_work():

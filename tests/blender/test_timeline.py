@@ -9,7 +9,7 @@ import pvlib
 import pytest
 
 from citypv.operators.attributes import read_face_attribute
-from citypv.operators.picture.timeline import SKY, SUN, follow_frame, timeline_of
+from citypv.operators.picture.timeline import SKY, SUN, timeline_of
 from citypv.operators.session import close_sessions, find_city, find_session
 
 NOON_IN_JUNE = 5 * 24 + 13  # frame of 12 to 13 h
@@ -117,17 +117,6 @@ def test_it_goes_on_in_a_reopened_file_and_after_other_weather(traced, tmp_path)
     assert timeline_of(city) is None
     stage.frame_set(NOON_IN_JUNE)
     assert read_face_attribute(city.data, "direct_irradiance").max() < before.max()
-
-
-def test_the_handler_comes_and_goes_with_the_add_on(addon):
-    import citypv
-
-    assert bpy.app.handlers.frame_change_post.count(follow_frame) == 1
-    citypv.unregister()
-    assert follow_frame not in bpy.app.handlers.frame_change_post
-    assert not hasattr(bpy.types.Scene, "citypv_seeing")
-    citypv.register()
-    assert bpy.app.handlers.frame_change_post.count(follow_frame) == 1
 
 
 def test_a_frame_takes_little_time(traced):

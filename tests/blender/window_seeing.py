@@ -1,4 +1,4 @@
-"""Timeline, before and after, and frames, in a Blender window."""
+"""Timeline and frames in a Blender window."""
 
 import time
 
@@ -9,10 +9,7 @@ LIGHT = (
     "a = bpy.data.objects['City'].data.attributes['citypv_direct_irradiance'].data\n"
     "answer = sum(one.value for one in a), bpy.context.scene.frame_current, bpy.data.objects['City']['citypv_moment']"
 )
-IS_LIT, IS_COMPARED = (
-    f"any('citypv_{name}' in mesh.attributes for mesh in bpy.data.meshes)"
-    for name in ("direct_irradiance", "change_of_full_load_hours")
-)
+IS_LIT = "any('citypv_direct_irradiance' in mesh.attributes for mesh in bpy.data.meshes)"
 
 
 def scrub_timeline(window):
@@ -33,31 +30,6 @@ def scrub_timeline(window):
     press(window, "citypv.stop_timeline", below=True)
     window.wait_for("bpy.context.scene.frame_end == 250")
     assert window.ask("answer = bpy.context.scene.world.name, bpy.data.objects.get('CityPV sun')") == [world, None]
-    assert "Traceback" not in window.read_log()
-
-
-def compare_albedos(window):
-    """Keep a result, compute one of brighter walls, look at both."""
-    press(window, "citypv.keep_before", below=True)
-    window.wait_for("'City before' in bpy.data.objects")
-    window.ask("bpy.context.scene.citypv.albedo = 0.6")
-    press(window, "citypv.solar_city")
-    window.wait_for(IS_COMPARED)
-    window.wait_for(f"{RUNNING} is None")
-    change = window.ask(
-        "c = bpy.data.objects['City']\n"
-        "a = [one.value for one in c.data.attributes['citypv_change_of_full_load_hours'].data]\n"
-        "answer = [v for v in a if v == v], list(c['citypv_changes'])"
-    )
-    assert max(change[0]) > 1
-    assert change[1][0].startswith("All|")
-    window.ask("bpy.context.scene.citypv_seeing.side_by_side = True")
-    time.sleep(1)
-    window.point("mousemove", 400, 400, "key", "Home")
-    time.sleep(2)
-    window.take_picture(window.pictures / "before_after.png")
-    window.ask("bpy.ops.citypv.forget_before(); bpy.context.scene.citypv.albedo = 0.2")
-    assert not window.ask("answer = 'City before' in bpy.data.objects")
     assert "Traceback" not in window.read_log()
 
 
