@@ -2,12 +2,13 @@
 
 import bpy
 import pytest
+from steps import here, run, session_here
 
 from citypv.core.city.join_contents import JOINING
 from citypv.core.files.read_city import READING
 from citypv.core.progress import CancelledError
 from citypv.operators import run_step
-from citypv.operators.session import find_city, find_session
+from citypv.operators.session import find_session
 
 
 def stand():
@@ -16,18 +17,10 @@ def stand():
     return {kind: sorted(one.name for one in getattr(bpy.data, kind)) for kind in kinds}
 
 
-@pytest.fixture(params=[False, True], ids=["empty", "after another"])
-def earlier(request, addon, row_file):
-    """The city that was imported before, or None."""
-    if request.param:
-        addon.city_path = str(row_file)
-        assert bpy.ops.citypv.import_city() == {"FINISHED"}
-    return find_city(bpy.context.scene)[0]
-
-
 @pytest.mark.parametrize("stage", [READING, JOINING, "triangulating"])
-def test_nothing_is_left_of_a_cancelled_import(addon, city_file, earlier, monkeypatch, stage):
+def test_nothing_is_left_of_a_cancelled_import(addon, city_file, row_file, monkeypatch, stage):
     """An earlier city stays as it was, with its session."""
+    earlier = run("import_city", city_path=str(row_file))
     seen, session = stand(), find_session(earlier)
 
     def cancel(now, done, total, unit):
@@ -39,8 +32,8 @@ def test_nothing_is_left_of_a_cancelled_import(addon, city_file, earlier, monkey
     with pytest.raises(RuntimeError, match="CancelledError"):
         bpy.ops.citypv.import_city()
     assert stand() == seen
-    assert find_city(bpy.context.scene)[0] == earlier
+    assert here() == earlier
     assert find_session(earlier) is session
     monkeypatch.undo()
-    assert bpy.ops.citypv.import_city() == {"FINISHED"}
-    assert len(find_session(find_city(bpy.context.scene)[0]).city) == 21
+    run("import_city")
+    assert len(session_here().city) == 21

@@ -4,6 +4,7 @@ import time
 
 import bpy
 import pytest
+from steps import run
 
 from citypv.core.city.join_contents import JOINING
 from citypv.core.files.read_city import READING
@@ -79,9 +80,7 @@ def test_compiling_is_a_stage_of_its_own(addon, city_file, monkeypatch):
     told = []
     monkeypatch.setattr(run_step, "silent", lambda stage, done, total, unit: told.append((stage, done, total)))
     monkeypatch.setattr(hemisphere_rays, "is_compiled", lambda: False)
-    addon.city_path = str(city_file)
-    for step in ("import_city", "classify"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    run("import_city", "classify", city_path=str(city_file))
     steps = [done / total for stage, done, total in told if stage == "compiling for this computer, only once"]
     assert steps == [0, 1 / 3, 2 / 3, 1]
     inside = [done / total for stage, done, total in told if stage == "finding interior surfaces"]

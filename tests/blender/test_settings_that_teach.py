@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
+from steps import run
 
 from citypv.citypv_addon import CLASSES
 from citypv.citypv_addon.menus import GROUPS
@@ -18,7 +19,6 @@ from citypv.operators.city.declare_settings import suggest_modules
 from citypv.operators.city.read_settings import read_settings, state_of_step
 from citypv.operators.light.plan_trace import find_preset, read_plan, read_prices
 from citypv.operators.run_step import in_panel_words
-from citypv.operators.session import find_city
 
 INNER = {"cancel", "copy_group", "drop_weather", "explain_effect", "switch_city"}  # need a row or a running step
 
@@ -80,10 +80,7 @@ def test_every_setting_has_words_and_its_unit(addon):
 def test_plan_and_predictions_of_a_city(addon, city_file):
     with pytest.raises(RuntimeError, match="Classify the city first"):
         bpy.ops.citypv.plan_effects()
-    addon.city_path, addon.effect_far_ground = str(city_file), "off"
-    for step in ("import_city", "classify", "plan_effects", "predict"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = run("import_city", "classify", "plan_effects", "predict", city_path=str(city_file), effect_far_ground="off")
     plan = read_plan(city)
     assert set(plan) == set(TABLE)
     assert plan["far-ground"][0].startswith("off")
@@ -100,9 +97,7 @@ def test_plan_and_predictions_of_a_city(addon, city_file):
 
 
 def test_a_switched_effect_makes_its_step_stale(addon, city_file):
-    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 2, 1
-    assert bpy.ops.citypv.solar_city() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = run("solar_city", city_path=str(city_file), samples=16, shadow_samples=2, days=1)
     assert set(read_plan(city)) == set(TABLE)
     addon.effect_temperature = "off"
     assert [state_of_step(city, step, addon) for step in ("trace", "energy")] == ["done", "stale"]
@@ -155,17 +150,9 @@ def test_distant_terrain_is_given_in_the_panel(addon, city_file, tmp_path):
     """Terrain 30° high all around hides the low sun: roofs, which lie flat, lose some of their hours."""
     path = tmp_path / "horizon.csv"
     path.write_text("azimuth,elevation\n0,30\n120,30\n240,30\n")
-    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 2, 1
-    addon.effect_terrain_horizon = "on"
-    with pytest.raises(RuntimeError, match="terrain-horizon needs a horizon; give a file as Horizon"):
-        bpy.ops.citypv.solar_city()
-    addon.effect_terrain_horizon = "auto"
-    assert bpy.ops.citypv.solar_city() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = run("solar_city", city_path=str(city_file), samples=16, shadow_samples=2, days=1)
     level = [row.split("|")[3] for row in city["citypv_totals"]]
-    addon.horizon = str(path)
-    assert [state_of_step(city, step, addon) for step in ("classify", "trace")] == ["done", "stale"]
-    assert bpy.ops.citypv.trace() == bpy.ops.citypv.energy() == {"FINISHED"}
+    run("trace", "energy", horizon=str(path))
     hidden = [row.split("|")[3] for row in city["citypv_totals"]]
     assert all(0 < float(after) < float(before) for before, after in zip(level, hidden, strict=True))
 
