@@ -33,7 +33,10 @@ class ExportResults(OfCity, Step, bpy.types.Operator):
 
     format: bpy.props.EnumProperty(name="Format", description="What is written", items=FORMATS)
     filepath: bpy.props.StringProperty(
-        name="File", description="File; empty: beside the .blend file", subtype="FILE_PATH", options={"SKIP_SAVE"}
+        name="File",
+        description="File to write; empty: beside the .blend file",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
     )
     check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
     filter_glob: bpy.props.StringProperty(options={"HIDDEN", "SKIP_SAVE"})
