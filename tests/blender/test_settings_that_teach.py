@@ -175,7 +175,6 @@ def test_weather_without_a_place_is_given_one(addon, tmp_path):
         ("trace --suns sky-grid:N, or --allow-distance 9560", "trace with Suns: Sky grid, or Within [km] 9560"),
         ("give --weather-place LATITUDE LONGITUDE", "give Measured at (latitude and longitude)"),
         ("give its location with --latitude D --longitude D", "give its location with Own location"),
-        ("choose one of these with --lod", "choose one of these with LoD"),
         ("citypv simulate CITY --out DIR", "citypv simulate CITY --out DIR"),
     ],
 )
