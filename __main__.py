@@ -45,8 +45,8 @@ def main(arguments=None):
 
 
 def draw_results(*results, **options):
-    """Blender's part, see `operators.draw_results`; imported when pictures are asked for."""
-    from .operators.draw_results import draw_results as draw
+    """Blender's part, see `operators.picture.draw_results`; imported when pictures are asked for."""
+    from .operators.picture.draw_results import draw_results as draw
 
     draw(*results, **options)
 

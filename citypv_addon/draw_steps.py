@@ -1,11 +1,27 @@
-"""Parts that the panels of all steps have: buttons with progress, settings, sentences."""
+"""Parts that the panels of all steps have: buttons with progress, settings, sentences, the report, failures."""
 
-from ..operators.build_properties import AUTO
-from ..operators.keep_transfer import describe_missing
+import textwrap
+
+from ..operators.check_libraries import FAILURES
+from ..operators.city.declare_settings import AUTO
+from ..operators.result.keep_report import REPORT, describe_row, read_rows
 from ..operators.run_step import Step
 from ..operators.session import find_city, list_cities
-from ..operators.show_result import has_result
-from .report import draw_sentence
+
+TITLES = {
+    "kind": "Kinds",
+    "orientation": "Orientations",
+    "eligible": "Eligible for photovoltaics",
+    "class": "Classes of the file",
+    "material": "Materials",
+    "repaired": "Repaired",
+    "skipped": "Left out",
+    "inside": "Inside or covered",
+    "sheet": "Without thickness",
+}
+CLOSED = ("orientation", "eligible", "class", "material")
+FOUND = ("repaired", "skipped", "inside", "sheet")
+WIDTH, ICON = 40, 4  # characters per line in the panel, and those that an icon takes
 
 
 def draw_cities(layout, context):
@@ -17,32 +33,16 @@ def draw_cities(layout, context):
         layout.operator("citypv.switch_city", text=f"{city.name}: {text}", icon=icon).name = city.name
 
 
-def draw_missing(layout, context):
-    """Say why the choice *Show* is not what the view shows."""
-    settings, (city, _) = context.scene.citypv, find_city(context.scene)
-    if city is not None and not has_result(city, settings.attribute):
-        layout.label(text="Not computed yet: run the steps above", icon="INFO")
-    elif not settings.auto_range and not settings.low < settings.high:
-        layout.label(text="Low must be below High", icon="ERROR")
-
-
-def draw_missing_light(layout, context):
-    """Say which file with traced light is missing, if one is."""
-    missing = describe_missing(find_city(context.scene)[0])
-    if missing:
-        draw_sentence(layout.box().column(align=True), missing, "ERROR")
-        layout.operator("citypv.retrace", icon="FILE_REFRESH")
-
-
-def draw_setting(column, settings, name):
-    """Show a setting; one that may be left to the program, as a switch and, where it is off, the number."""
-    switch, properties = AUTO + name, settings.bl_rna.properties
-    if switch not in properties:
-        column.prop(settings, name)
-        return
-    column.row(heading=properties[name].name).prop(settings, switch)
-    if not getattr(settings, switch):
-        column.prop(settings, name, text=" ")
+def draw_settings(column, settings, *names):
+    """Show settings; one that may be left to the program, as a switch and, where it is off, the number."""
+    properties = settings.bl_rna.properties
+    for name, switch in ((name, AUTO + name) for name in names):
+        if switch not in properties:
+            column.prop(settings, name)
+            continue
+        column.row(heading=properties[name].name).prop(settings, switch)
+        if not getattr(settings, switch):
+            column.prop(settings, name, text=" ")
 
 
 def draw_step(layout, column, operator, icon):
@@ -72,3 +72,68 @@ def draw_lines(layout, context, key, icon="NONE"):
     city, _ = find_city(context.scene)
     if city is not None and city.get(key):
         draw_sentence(layout.box().column(align=True), city[key], icon)
+
+
+def draw_report(layout, context):
+    """Show the import report, and its buttons."""
+    city, _ = find_city(context.scene)
+    if city is None or REPORT not in city:
+        return
+    box = layout.box().column(align=True)
+    for sentence in city[REPORT]:
+        draw_sentence(box, sentence)
+    row = layout.row(align=True)
+    row.operator("citypv.show_report", icon="TEXT")
+    row = layout.row(align=True)
+    row.operator("citypv.select_buildings", icon="HOME")
+    row.operator("citypv.deselect", text="", icon="X")
+    draw_rows(layout, context, ("class", "material", *FOUND))
+
+
+def draw_sentence(column, sentence, icon="NONE"):
+    """Show a sentence, wrapped to the width of the sidebar."""
+    width = WIDTH if icon == "NONE" else WIDTH - ICON
+    for number, line in enumerate(textwrap.wrap(sentence, width, subsequent_indent="   ")):
+        column.label(text=line, icon="NONE" if number else icon)
+
+
+def draw_rows(layout, context, headings):
+    """Show the rows of headings, each in a collapsible subpanel."""
+    city, _ = find_city(context.scene)
+    for heading in headings:
+        rows = read_rows(city, heading)
+        if not rows:
+            continue
+        head, body = layout.panel(f"citypv_{heading}", default_closed=heading in CLOSED)
+        head.label(text=TITLES[heading])
+        for row in rows if body else ():
+            draw_row(body.column(align=True), row)
+
+
+def draw_row(column, row):
+    """Show a group with what it counts, or a finding with its ids; what was left out has no faces to select."""
+    found = row["heading"] in FOUND
+    line = column.row(align=True) if found else column.split(factor=0.42)
+    if found and not len(row["surfaces"]):
+        line.label(text=row["name"])
+    else:
+        line.operator("citypv.select_group", text=row["name"]).group = row["key"]
+    if found:
+        line.operator("citypv.copy_group", text="", icon="COPYDOWN").group = row["key"]
+        column.label(text=describe_row(row))
+    else:
+        draw_numbers(line.split(factor=0.38), (row["count"], row["area"]))
+
+
+def draw_numbers(cells, numbers):
+    """Show texts in cells, to the right."""
+    for text in numbers:
+        place = cells.row()
+        place.alignment = "RIGHT"
+        place.label(text=text)
+
+
+def draw_failures(layout):
+    """Show each failure with its cure; nothing where all is well."""
+    for sentence in FAILURES:
+        draw_sentence(layout.box().column(align=True), sentence, icon="ERROR")

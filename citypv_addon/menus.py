@@ -17,23 +17,18 @@ class CityMenu(bpy.types.Menu):
     bl_idname, bl_label = "VIEW3D_MT_citypv", "CityPV"
 
     def draw(self, context):
-        """List them."""
+        """List them; one with a choice that the user has to make, as a submenu of it."""
         self.layout.operator_context = "INVOKE_DEFAULT"
         for number, names in enumerate(GROUPS):
             if number:
                 self.layout.separator()
             for name in names:
-                draw_operator(self.layout, f"citypv.{name}")
-
-
-def draw_operator(layout, name):
-    """Show an operator; one with a choice that the user has to make, as a submenu of it."""
-    properties = getattr(bpy.ops.citypv, name.partition(".")[2]).get_rna_type().properties
-    choices = [p.identifier for p in properties if p.type == "ENUM" and p.identifier != "rna_type"]
-    if choices:
-        layout.operator_menu_enum(name, choices[0])
-    else:
-        layout.operator(name)
+                properties = getattr(bpy.ops.citypv, name).get_rna_type().properties
+                choices = [p.identifier for p in properties if p.type == "ENUM" and p.identifier != "rna_type"]
+                if choices:
+                    self.layout.operator_menu_enum(f"citypv.{name}", choices[0])
+                else:
+                    self.layout.operator(f"citypv.{name}")
 
 
 def draw_city_menu(menu, context):

@@ -2,26 +2,29 @@
 
 import bpy
 
-from ..operators.build_properties import settings_of_panel
-from ..operators.read_materials import describe_material
+from ..operators.city.declare_settings import ELECTRIC, OF_LIGHT, settings_of_panel
+from ..operators.city.read_materials import describe_material
+from ..operators.city.read_settings import STEPS, state_of_step
+from ..operators.light.keep_transfer import describe_missing
+from ..operators.picture.build_legend import MOMENT
+from ..operators.picture.show_result import find_before, has_result
+from ..operators.picture.timeline import FRAMES
+from ..operators.result.compare_results import CHANGES, FOUND
 from ..operators.run_step import Step
 from ..operators.session import find_city
-from ..operators.step_state import STEPS, state_of_step
-from .draw_light import draw_effects, draw_electric_effects, draw_presets
-from .draw_refine import draw_refine
-from .draw_results import draw_best, draw_probed, draw_table
 from .draw_steps import (
     draw_bar,
     draw_cities,
+    draw_failures,
     draw_lines,
-    draw_missing,
-    draw_missing_light,
+    draw_report,
+    draw_rows,
     draw_running,
-    draw_setting,
+    draw_sentence,
+    draw_settings,
     draw_step,
 )
-from .failures import draw_failures
-from .report import draw_report, draw_rows
+from .draw_tables import draw_best, draw_effects, draw_presets, draw_probed, draw_table
 
 STATES = {"done": "CHECKMARK", "stale": "FILE_REFRESH", "next": "FORWARD"}  # icons
 
@@ -58,7 +61,10 @@ class MainPanel(_Panel, bpy.types.Panel):
             column.operator("citypv.berlin_example", icon="WORLD")
         draw_table(self.layout, context, "citypv_totals", ("Per year", "kWp", "MWh", "h"))
         draw_lines(self.layout, context, "citypv_interrupted", icon="INFO")
-        draw_missing_light(self.layout, context)
+        missing = describe_missing(find_city(context.scene)[0])
+        if missing:
+            draw_sentence(self.layout.box().column(align=True), missing, "ERROR")
+            self.layout.operator("citypv.retrace", icon="FILE_REFRESH")
         draw_cities(self.layout, context)
 
 
@@ -81,8 +87,7 @@ class ImportPanel(_Step, bpy.types.Panel):
     def draw(self, context):
         """Show the settings of the step."""
         column, settings = self.start(context)
-        for name in ("lod", *settings_of_panel("import")):
-            column.prop(settings, name)
+        draw_settings(column, settings, "lod", *settings_of_panel("import"))
         draw_step(self.layout, column, "citypv.import_city", "IMPORT")
         head, meshes = column.panel("citypv_meshes", default_closed=True)
         head.label(text="Meshes of this scene")
@@ -100,18 +105,11 @@ class ClassifyPanel(_Step, bpy.types.Panel):
     def draw(self, context):
         """Show the settings of the step."""
         column, settings = self.start(context)
-        column.prop(settings, "own_place")
-        if settings.own_place:
-            column.prop(settings, "latitude")
-            column.prop(settings, "longitude")
-        column.prop(settings, "ground")
-        if settings.ground == "terrain":
-            column.prop(settings, "terrain")
-        for name in settings_of_panel("classify"):
-            column.prop(settings, name)
-        column.prop(settings, "split")
-        if settings.split:
-            column.prop(settings, "grid_size")
+        place = ("latitude", "longitude") if settings.own_place else ()
+        terrain = ("terrain",) if settings.ground == "terrain" else ()
+        cells = ("grid_size",) if settings.split else ()
+        names = "own_place", *place, "ground", *terrain, *settings_of_panel("classify"), "split", *cells
+        draw_settings(column, settings, *names)
         draw_step(self.layout, column, "citypv.classify", "MOD_BUILD")
         draw_rows(self.layout, context, ("kind", "orientation", "eligible"))
 
@@ -126,28 +124,22 @@ class TracePanel(_Step, bpy.types.Panel):
         column, settings = self.start(context)
         draw_presets(column, context)
         draw_running(self.layout, "Predict time and error")
-        column.prop(settings, "suns")
-        if settings.suns == "days":
-            column.prop(settings, "days")
-        if settings.suns == "typical-days":
-            column.prop(settings, "typical_days")
-        if settings.suns == "sky-grid":
-            column.prop(settings, "sky_grid")
-        for name in (*settings_of_panel("trace"), "albedo_source"):
-            draw_setting(column, settings, name)
-        if settings.albedo_source == "file":
-            column.prop(settings, "albedo_file")
-        column.prop(settings, "horizon")
+        number = () if settings.suns == "hourly" else (settings.suns.replace("-", "_"),)
+        file = ("albedo_file",) if settings.albedo_source == "file" else ()
+        names = "suns", *number, *settings_of_panel("trace"), "albedo_source", *file, "horizon"
+        draw_settings(column, settings, *names)
         head, sampling = column.panel("citypv_sampling", default_closed=True)
         head.label(text="Sampling")
-        for name in (*settings_of_panel("sampling"), "threads") if sampling else ():
-            sampling.prop(settings, name)
+        if sampling:
+            draw_settings(sampling, settings, *settings_of_panel("sampling"), "threads")
         head, effects = column.panel("citypv_effects", default_closed=True)
         head.label(text="Effects")
         if effects:
-            draw_effects(effects, context)
+            draw_effects(effects, context, OF_LIGHT)
+            effects.operator("citypv.plan_effects", icon="PRESET")
         draw_running(self.layout, "Plan effects")
-        draw_refine(column, context)
+        seeing = context.scene.citypv_seeing
+        draw_settings(column, seeing, "refine", *(("target_error", "time_budget") if seeing.refine else ()))
         draw_step(self.layout, column, "citypv.trace", "LIGHT_SUN")
         draw_table(self.layout, context, "citypv_albedos", ("Material", "Albedo", "Surfaces"))
         draw_lines(self.layout, context, "citypv_unread")
@@ -161,20 +153,14 @@ class EnergyPanel(_Step, bpy.types.Panel):
     def draw(self, context):
         """Show the settings of the step."""
         column, settings = self.start(context)
-        column.prop(settings, "weather")
-        if settings.weather == "file":
-            column.prop(settings, "weather_file")
-            column.prop(settings, "weather_point")
-            column.prop(settings, "weather_place")
-        else:
-            column.prop(settings, "year")
-        for name in (*settings_of_panel("weather"), *settings_of_panel("energy")):
-            draw_setting(column, settings, name)
+        year = ("weather_file", "weather_point", "weather_place") if settings.weather == "file" else ("year",)
+        names = "weather", *year, *settings_of_panel("weather"), *settings_of_panel("energy")
+        draw_settings(column, settings, *names)
         column.operator("citypv.find_module", icon="VIEWZOOM")
         head, effects = column.panel("citypv_electric_effects", default_closed=True)
         head.label(text="Effects of the modules")
         if effects:
-            draw_electric_effects(effects, context)
+            draw_effects(effects, context, ELECTRIC)
         draw_step(self.layout, column, "citypv.energy", "OUTLINER_OB_LIGHTPROBE")
         draw_table(self.layout, context, "citypv_groups", ("Group", "Count", "Hours"))
         draw_lines(self.layout, context, "citypv_weather")
@@ -215,18 +201,55 @@ class ColourPanel(_Step, bpy.types.Panel):
     def draw(self, context):
         """Show the settings of the step."""
         column, settings = self.start(context)
-        column.prop(settings, "show_colours")
-        column.prop(settings, "attribute")
-        column.prop(settings, "colour_map")
-        column.prop(settings, "auto_range")
-        if not settings.auto_range:
-            column.prop(settings, "low")
-            column.prop(settings, "high")
-        column.prop(settings, "show_legend")
-        draw_missing(column, context)
+        ends = () if settings.auto_range else ("low", "high")
+        draw_settings(column, settings, "show_colours", "attribute", "colour_map", "auto_range", *ends, "show_legend")
+        city, _ = find_city(context.scene)
+        if city is not None and not has_result(city, settings.attribute):
+            column.label(text="Not computed yet: run the steps above", icon="INFO")
+        elif ends and not settings.low < settings.high:
+            column.label(text="Low must be below High", icon="ERROR")
         draw_lines(self.layout, context, "citypv_stand_ins")
         column.operator("citypv.colour", icon="COLOR")
         column.operator_menu_enum("citypv.render", "view", icon="RENDER_STILL")
+
+
+class TimelinePanel(_Panel, bpy.types.Panel):
+    """Timeline."""
+
+    bl_parent_id = "CITYPV_PT_main"
+    bl_idname, bl_label, bl_order = "CITYPV_PT_timeline", "Timeline", 7
+
+    def draw(self, context):
+        """Show the button, and the moment of the frame."""
+        column, _ = self.start(context)
+        seeing, (city, _) = context.scene.citypv_seeing, find_city(context.scene)
+        column.prop(seeing, "timeline_show")
+        draw_step(self.layout, column, "citypv.timeline", "TIME")
+        if not seeing.timeline:
+            return
+        column.prop(context.scene, "frame_current", text=f"Hour of {FRAMES}", slider=False)
+        if city is not None and city.get(MOMENT):
+            draw_sentence(column.box().column(align=True), city[MOMENT])
+        column.operator("citypv.stop_timeline", icon="X")
+
+
+class ComparePanel(_Panel, bpy.types.Panel):
+    """Before and after."""
+
+    bl_parent_id = "CITYPV_PT_main"
+    bl_idname, bl_label, bl_order = "CITYPV_PT_compare", "Before and after", 8
+
+    def draw(self, context):
+        """Show the buttons, and the totals of both results."""
+        column, _ = self.start(context)
+        column.operator("citypv.keep_before", icon="DUPLICATE")
+        if find_before(context.scene) is None:
+            return
+        column.operator("citypv.compare", icon="ARROW_LEFTRIGHT")
+        column.prop(context.scene.citypv_seeing, "side_by_side")
+        draw_table(self.layout, context, CHANGES, ("MWh per year", "before", "after", "change"))
+        draw_lines(self.layout, context, FOUND)
+        self.layout.operator("citypv.forget_before", icon="X")
 
 
 class MaterialPanel(bpy.types.Panel):
@@ -247,4 +270,7 @@ class MaterialPanel(bpy.types.Panel):
         self.layout.label(text=describe_material(context.material))
 
 
-PANELS = (MainPanel, ImportPanel, ClassifyPanel, TracePanel, EnergyPanel, ColourPanel, ProbePanel, ResultsPanel)
+PANELS = (
+    *(MainPanel, ImportPanel, ClassifyPanel, TracePanel, EnergyPanel, ColourPanel),
+    *(ProbePanel, ResultsPanel, TimelinePanel, ComparePanel),
+)

@@ -1,13 +1,22 @@
-"""Settings of the panel, stored with each Blender scene as `scene.citypv`."""
+"""The user's settings: of a scene, of timeline and comparison, of the add-on (preferences), of a material."""
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import (
+    BoolProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    IntVectorProperty,
+    PointerProperty,
+    StringProperty,
+)
 
-from ..operators.attributes import TITLES
-from ..operators.build_properties import build_properties
-from ..operators.effect_switches import build_switches
-from ..operators.read_materials import MATERIALS
-from ..operators.show_result import follow_choice, follow_switch
+from ..operators.attributes import TITLES, VIEWS
+from ..operators.city.declare_settings import build_properties
+from ..operators.city.read_materials import MATERIALS
+from ..operators.city.read_settings import ADDON, use_cache_folder
+from ..operators.picture.show_result import follow_choice, follow_side_by_side, follow_switch
+from ..operators.picture.timeline import TIMED, follow_timeline_show
 
 LODS = [
     ("BEST", "Best of 2.x", "The highest 2.x of each building, else 3, else 1"),
@@ -45,16 +54,15 @@ MAPS = [
     ("inferno", "Inferno", "Black to yellow"),
 ]
 ATTRIBUTES = [(name, title, f"Face attribute citypv_{name}") for name, title in TITLES.items()]
+SHOWN = [(one.name, one.title, one.meaning) for one in VIEWS if one.name in TIMED]
 
 
-def build_material_property():
-    """Property of a material that sets its reflection."""
-    return StringProperty(
-        name="Reflects as",
-        description="A known material, mirror or glossy:ROUGHNESS; empty: from its name, else from its shader",
-        search=lambda self, context, text: [word for word in MATERIALS if text.lower() in word],
-        search_options={"SUGGESTION"},
-    )
+REFLECTION = StringProperty(  # of a material
+    name="Reflects as",
+    description="A known material, mirror or glossy:ROUGHNESS; empty: from its name, else from its shader",
+    search=lambda self, context, text: [word for word in MATERIALS if text.lower() in word],
+    search_options={"SUGGESTION"},
+)
 
 
 class Settings(bpy.types.PropertyGroup):
@@ -148,4 +156,64 @@ class Settings(bpy.types.PropertyGroup):
     )
 
 
-Settings.__annotations__.update(build_properties() | build_switches())
+Settings.__annotations__.update(build_properties())
+
+
+class Seeing(bpy.types.PropertyGroup):
+    """State of timeline and comparison, stored with each Blender scene as `scene.citypv_seeing`."""
+
+    timeline: BoolProperty(name="Timeline", description="Frames are hours of the months")
+    timeline_show: EnumProperty(
+        name="Show", description="What the faces show in the timeline", items=SHOWN, update=follow_timeline_show
+    )
+    refine: BoolProperty(
+        name="Refine", description="Trace further rounds up to a target or a time; the view shows each of them"
+    )
+    target_error: FloatProperty(
+        name="Target error",
+        description="Error of full load hours on 95 % of the eligible area at which to stop [%]; 0: none",
+        default=2.0,
+        min=0,
+        subtype="PERCENTAGE",
+    )
+    time_budget: FloatProperty(
+        name="Time [s]", description="Time in which the last round has to end [s]; 0: no limit", default=60.0, min=0
+    )
+    frames_before: IntVectorProperty(name="Frames before", description="Start, end and current frame", size=3)
+    world_before: PointerProperty(name="World before", description="World of the scene", type=bpy.types.World)
+    side_by_side: BoolProperty(
+        name="Side by side",
+        description="Show the result kept as before to the west of the city",
+        update=follow_side_by_side,
+    )
+
+
+class Preferences(bpy.types.AddonPreferences):
+    """What new scenes begin with, and what holds for all."""
+
+    bl_idname = ADDON
+
+    weather: EnumProperty(name="Weather", description="Source of weather that new scenes begin with", items=WEATHERS)
+    weather_file: StringProperty(
+        name="File", description="ERA5 (NetCDF), EPW, TMY3, PVGIS, or CSV with time zones", subtype="FILE_PATH"
+    )
+    threads: IntProperty(
+        name="Threads", description="Number of threads where a scene gives none; 0: all processors", min=0
+    )
+    cache_folder: StringProperty(
+        name="Cache",
+        description="Folder that keeps the loops compiled for this computer; empty: beside the add-on. "
+        "A change has effect when Blender starts again",
+        subtype="DIR_PATH",
+        update=use_cache_folder,
+    )
+
+    def draw(self, context):
+        """Show them."""
+        self.layout.use_property_split = True
+        column = self.layout.column()
+        column.prop(self, "weather")
+        if self.weather == "file":
+            column.prop(self, "weather_file")
+        column.prop(self, "threads")
+        column.prop(self, "cache_folder")

@@ -11,30 +11,18 @@ NEEDED = (
     *("scipy", "shapely", "sklearn", "threadpoolctl", "tifffile", "tsam", "xarray"),
 )
 UNLOADABLE = re.compile(r"shared object|shared library|dlopen|image not found|DLL|find/load", re.IGNORECASE)
+PYTHON = f"{sys.version_info.major}.{sys.version_info.minor}"
 DEBIAN = "3.14"  # the Python of Debian's own Blender
 
-_failures = []  # what to say, each once
+FAILURES = []  # what to say in the panel, and what to do: sentences, each once
 
 
 def check_libraries():
     """Look for the libraries without importing them, and keep for the panel which are missing."""
-    _failures.clear()
-    missing = [name for name in NEEDED if not is_there(name)]
+    FAILURES.clear()
+    missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
-        _failures.append(f"Missing for Python {describe_python()}: {', '.join(missing)}. {describe_cure()}")
-
-
-def is_there(name):
-    """Whether a library can be found; it is not imported."""
-    try:
-        return importlib.util.find_spec(name) is not None
-    except (ImportError, ValueError):
-        return False
-
-
-def list_failures():
-    """What is missing or failed to load, and what to do: list of sentences."""
-    return list(_failures)
+        FAILURES.append(f"Missing for Python {PYTHON}: {', '.join(missing)}. {describe_cure()}")
 
 
 def note_failure(error):
@@ -47,8 +35,8 @@ def note_failure(error):
     if isinstance(error, ImportError):
         words = " ".join(str(error).split())
         sentence = f"A library could not be loaded: {words}. {describe_cure()}"
-        if sentence not in _failures:
-            _failures.append(sentence)
+        if sentence not in FAILURES:
+            FAILURES.append(sentence)
 
 
 @contextmanager
@@ -62,17 +50,11 @@ def name_libraries():
         raise ImportError(str(error)) from error
 
 
-def describe_python():
-    """Version of Blender's Python, such as 3.13."""
-    return f"{sys.version_info.major}.{sys.version_info.minor}"
-
-
 def describe_cure():
     """What to do where a library is missing or does not load: one sentence."""
-    version = describe_python()
-    ending = {"3.11": "blender_4.5", "3.13": "blender_5.2", DEBIAN: f"blender_5.2_python_{DEBIAN}"}.get(version)
+    ending = {"3.11": "blender_4.5", "3.13": "blender_5.2", DEBIAN: f"blender_5.2_python_{DEBIAN}"}.get(PYTHON)
     if ending is None:
-        return f"There is no zip of CityPV for Python {version}: use Blender 4.5 LTS or 5.2 LTS."
+        return f"There is no zip of CityPV for Python {PYTHON}: use Blender 4.5 LTS or 5.2 LTS."
     system = {"linux": "linux_x64", "win32": "windows_x64"}.get(sys.platform, f"macos_{platform.machine()}")
     name = f"citypv-…-{system.replace('x86_64', 'x64')}-{ending}.zip"
     return f"Remove CityPV in Preferences > Get Extensions, restart Blender, and install {name}."

@@ -1,19 +1,25 @@
-"""Cities whose meshes are the user's own: which objects were taken, and which face of them each triangle is of.
+"""The meshes that a city is made of: its own, or objects of the user, and whether they were edited since.
 
-The city's object carries the results and is hidden; the colours are shown on the user's objects (`wear_colours`).
+Where a city was taken from objects of the user, its own object carries the results and is hidden; the colours are shown
+on the user's objects (`picture.colour_user_meshes`).
 """
+
+import hashlib
 
 import numpy as np
 
 from ..core.scene.name_cells import whole_of_cell
-from .attributes import PREFIX
-from .write_attributes import read_face_attribute, write_face_attribute
+from .attributes import PREFIX, read_array, read_corners, read_face_attribute, write_face_attribute
 
 TAKEN = PREFIX + "taken"  # of the city: number -> object of the user
 BUILDINGS = PREFIX + "taken_buildings"  # name of the building that each is; "" if it shows no faces of its own
 SEEN = PREFIX + "seen"  # whether the city is the one to be seen
 STAND_IN = PREFIX + "stand_in"
 OBJECT, FACE = "source_object", "source_face"  # face attributes of the city
+METRES = PREFIX + "metres"  # of one unit of Blender's scene
+SHAPE, EDITED = PREFIX + "shape", PREFIX + "edited"  # properties of the city
+OF_CITY = (TAKEN, BUILDINGS, SEEN, METRES, SHAPE, EDITED)  # what a city has that replaces another one
+PLAIN = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")
 
 
 def is_in_place(city):
@@ -26,49 +32,21 @@ def is_seen(city):
     return bool(city.get(SEEN, True)) if is_in_place(city) else city.visible_get()
 
 
-def mark_taken(city, taken, site, metres):
-    """Store on a city the objects that it was taken from, put it where they are, and hide it.
-
-    Parameters
-    ----------
-    city : bpy.types.Object
-        In a view layer.
-    taken : list of (bpy.types.Object, str)
-        Each with the name of its building, "" where its faces are not those of its mesh.
-    site : core.scene.scene.Site
-    metres : float
-        Of one unit of Blender's scene.
-    """
-    city[TAKEN] = {str(place): item for place, (item, _) in enumerate(taken)}
-    city[BUILDINGS] = [name for _, name in taken]
-    city[SEEN] = True
-    city[PREFIX + "metres"] = metres
-    put_in_place(city, site)
-
-
 def put_in_place(city, site):
     """Move a city and its ground from the scene's origin to the objects it was taken from; hide the city."""
-    metres = city[PREFIX + "metres"]
     for item in filter(None, (city, city.get(PREFIX + "ground"))):
-        item.location = [value / metres for value in site.origin]
-        item.scale = (1 / metres,) * 3
+        item.location = [value / city[METRES] for value in site.origin]
+        item.scale = (1 / city[METRES],) * 3
     city.hide_set(True)
     city.hide_render = True
-
-
-def inherit_taken(city, earlier):
-    """Let a city stand for the same objects as the one that it replaces."""
-    for key in (TAKEN, BUILDINGS, SEEN, PREFIX + "metres"):
-        city[key] = earlier[key].to_dict() if key == TAKEN else earlier[key]
 
 
 def list_taken(city):
     """Objects that a city was taken from and that still exist: list of (number, object, building)."""
     if not is_in_place(city):
         return []
-    scene_objects = {item for scene in city.users_scene for item in scene.objects}
-    pairs = ((int(number), item) for number, item in city[TAKEN].items())
-    return [(number, item, city[BUILDINGS][number]) for number, item in pairs if item in scene_objects]
+    there = {item for scene in city.users_scene for item in scene.objects}
+    return [(int(number), item, city[BUILDINGS][int(number)]) for number, item in city[TAKEN].items() if item in there]
 
 
 def write_sources(city, surface_id):
@@ -91,14 +69,27 @@ def write_sources(city, surface_id):
     write_face_attribute(city.data, FACE, own[:, 1])
 
 
-def has_own_faces(item, evaluated):
-    """Whether the faces of an object are those of its mesh: one user, and no modifier that adds or removes faces."""
-    mesh = item.data
-    users = mesh.users - mesh.use_fake_user
-    same = users == 1 and len(mesh.polygons) == len(evaluated.polygons) and len(mesh.loops) == len(evaluated.loops)
-    if not same:
-        return False
-    before, after = (np.empty(len(mesh.loops), np.int32) for _ in range(2))
-    mesh.loops.foreach_get("vertex_index", before)
-    evaluated.loops.foreach_get("vertex_index", after)
-    return bool((before == after).all())
+def is_single(mesh):
+    """Whether one object only uses a mesh."""
+    return mesh.users - mesh.use_fake_user == 1
+
+
+def remember_shape(city):
+    """Store on a city the shape of the meshes that it is made of."""
+    city[SHAPE], city[EDITED] = describe_shape(city), False
+
+
+def describe_shape(city):
+    """Digest of vertices, faces, places and modifiers of a city's mesh, or of the objects that it was taken from."""
+    taken, digest = is_in_place(city), hashlib.sha256()
+    for item in [own for _, own, _ in list_taken(city)] if taken else [city]:
+        # A mesh of the city itself may be moved, but not turned: that is another city for the sun.
+        digest.update(np.array(item.matrix_world if taken else item.matrix_world.to_3x3()).tobytes())
+        if item.type == "MESH":
+            digest.update(read_array(item.data.vertices, "co", 3).tobytes())
+            digest.update(read_corners(item.data).tobytes())
+        for modifier in item.modifiers if taken else ():
+            plain = [p.identifier for p in modifier.bl_rna.properties if p.type in PLAIN and not p.is_readonly]
+            kept = [name for name in plain if name not in ("show_expanded", "is_active")]
+            digest.update(repr([str(getattr(modifier, name)) for name in kept]).encode())
+    return digest.hexdigest()

@@ -1,12 +1,14 @@
 """Work in a thread of its own, with its progress as the panel tells it."""
 
+import os
+import sys
 import threading
 import time
+from dataclasses import replace
 
 from ..core.progress import SUN_STAGE, CancelledError, with_prefix
+from ..core.threads import usable_threads
 from .check_libraries import name_libraries
-from .compile_loops import COMPILING
-from .give_way import give_way
 
 EARLIEST, FEWEST = 5.0, 0.1  # seconds and share before which a time left says nothing
 PATIENCE = 0.7  # [s] after which the window no longer waits for cancelled work of which nothing is kept
@@ -130,3 +132,63 @@ def describe_left(seconds, share):
         return ""
     left = seconds * (1 - share) / share
     return f"about {left:.0f} s left" if left < 90 else f"about {left / 60:.0f} min left"
+
+
+NICENESS = 10  # above the window's own: it gets nine tenths of a core that both want
+LARGEST = 19
+
+
+def give_way():
+    """Lower the priority of the calling thread, and of the threads that it will start.
+
+    On Linux, where threads have priorities of their own; elsewhere `threads_beside_window` leaves a core to the window.
+    """
+    if sys.platform == "linux":
+        own = threading.get_native_id()
+        os.setpriority(os.PRIO_PROCESS, own, min(os.getpriority(os.PRIO_PROCESS, own) + NICENESS, LARGEST))
+
+
+def threads_beside_window(windowed, platform=sys.platform):
+    """Number of threads of a run if the user gives none: int, or None for as many as there are processors.
+
+    Parameters
+    ----------
+    windowed : bool
+        Whether there is a window to draw.
+    platform : str, optional
+        As `sys.platform` names it.
+    """
+    return max(1, usable_threads() - 1) if windowed and platform != "linux" else None
+
+
+COMPILING = "compiling for this computer, only once"
+STEPS = 3
+
+
+def compile_loops(progress):
+    """Trace a small scene if the compiled loops are not kept on this computer yet; returns at once if they are.
+
+    Parameters
+    ----------
+    progress : callable
+        See `core.progress`.
+    """
+    from ..core.sampling.hemisphere_rays import is_compiled
+
+    if is_compiled():
+        return
+    from ..core.radiosity.measure_cover import measure_cover
+    from ..core.request import Request
+    from ..core.selfcheck.plain_scenes import box, join_parts
+    from ..core.study import read_year, trace_scene
+
+    progress(COMPILING, 0, STEPS, "steps")
+    scene = join_parts(box((0, 0, 0), (10, 10, 10)))
+    scene = replace(scene, site=replace(scene.site, latitude=0.0, longitude=0.0))
+    measure_cover(scene)
+    progress(COMPILING, 1, STEPS, "steps")
+    request = Request(weather="clear-sky", suns="days:2", samples=16, shadow_samples=2)
+    weather = read_year(scene.site, request)
+    progress(COMPILING, 2, STEPS, "steps")
+    trace_scene(scene, weather, request)
+    progress(COMPILING, STEPS, STEPS, "steps")

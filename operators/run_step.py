@@ -1,6 +1,10 @@
-"""Run a step: blocking in a script, in a background thread when a button is pressed."""
+"""Run what a button does: at once, or as a step that works in a background thread while the window stays alive.
+
+Errors are told in one line, in the words of the panel.
+"""
 
 import functools
+import re
 import time
 from contextlib import nullcontext
 
@@ -8,17 +12,74 @@ import bpy
 
 from ..core.errors import InputError
 from ..core.progress import CancelledError, silent
+from ..core.request import declared_settings, option_of
 from .check_libraries import name_libraries, note_failure
 from .job import Job
-from .panel_words import in_panel_words
-from .select_faces import leave_edit_mode
+from .session import find_city, find_session
 
 TICK = 0.1  # polling interval [s]
 REDRAW = 0.5  # between two pictures of the progress [s]: drawing them takes time from the work
+PHRASES = {  # of the command line -> of properties that have another type in the panel; the longer ones first
+    "--latitude D --longitude D": "Own location",
+    "--weather-place LATITUDE LONGITUDE": "Measured at (latitude and longitude)",
+    "--suns sky-grid:N": "with Suns: Sky grid",
+    "--weather climate": "Weather: Climate",
+    "--horizon FILE": "a file as Horizon",
+    "--weather-place": "Measured at",
+    "--albedo-file": "Albedo from: File",
+    "--terrain": "Ground: Terrain",
+    "--latitude": "Latitude",
+    "--longitude": "Longitude",
+    "--horizon": "Horizon",
+    "--suns": "Suns",
+    "--lod": "LoD",
+}
+
+
+class OfCity:
+    """Base of operators that need a city."""
+
+    needs = ""  # beside the city itself: a field of its Session, or a property or face attribute of the city
+    lacking = "Import a city first"  # what to do where it is not there
+
+    @classmethod
+    def poll(cls, context):
+        """There is a city, with what is needed."""
+        cls.poll_message_set(cls.lacking)
+        city, _ = find_city(context.scene)
+        if city is None or not cls.needs:
+            return city is not None
+        found = getattr(find_session(city), cls.needs, None) is not None
+        return found or cls.needs in city or cls.needs in city.data.attributes
+
+
+class Action:
+    """Base of operators that act at once; errors are told in one line.
+
+    They have `act(context, city, ground)`, with the scene's city and its ground (None where there are none), which
+    returns the message for the user, or None.
+    """
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        """Act, and redraw panels and views."""
+        try:
+            told = self.act(context, *find_city(context.scene))
+        except InputError as error:
+            return refuse(self, error)
+        redraw_panels(context, views=True)
+        if told:
+            self.report({"INFO"}, told)
+        return {"FINISHED"}
 
 
 class Step:
-    """Base of the operators: `prepare` reads settings, `work` calls core in a thread, `finish` writes back.
+    """Base of the operators that take a while.
+
+    They have `prepare(context)`, which reads settings in Blender's thread and returns what the work needs;
+    `work(task, progress)`, static, which calls core and knows nothing of Blender; and `finish(context, result)`, which
+    writes back in Blender's thread and returns the message for the user.
 
     Called from a script (or without a window) a step blocks and returns when it is done. Called from a button it is
     modal: progress shows in the status bar and in the panel. Esc cancels: the step ends with what is done where that is
@@ -26,6 +87,7 @@ class Step:
     Work ends at its next report, which may be far in a large city; where nothing is kept, the window does not wait.
     """
 
+    bl_options = {"REGISTER", "UNDO"}
     current = None  # the running job; the panels show it below the button with its title
     _ending = None  # a cancelled job that the window did not wait for
     _drawn = 0.0, None  # when progress was drawn last, and whether it was cancelled then
@@ -33,22 +95,9 @@ class Step:
     watched = False  # whether there is a window to show what is found so far
     stages = None  # of `Job`
 
-    def prepare(self, context):
-        """Read settings in Blender's thread; return what `work` needs."""
-        raise NotImplementedError
-
-    @staticmethod
-    def work(task, progress):
-        """Call core; knows nothing of Blender."""
-        raise NotImplementedError
-
     def expect(self, task):
-        """Stages of this task, with the time that each takes relative to the others; None for those of the class."""
-        return None
-
-    def finish(self, context, result):
-        """Write back in Blender's thread; return the message for the user."""
-        raise NotImplementedError
+        """Stages of this task, with the time that each takes relative to the others; None if not known."""
+        return self.stages
 
     def refine(self, context):
         """Show what the work has found so far, in Blender's thread, while it goes on."""
@@ -65,24 +114,22 @@ class Step:
             leave_edit_mode(context)
             return self._tell(self.finish(context, result))
         except (InputError, ImportError) as error:
-            return self._refuse(error)
+            return refuse(self, error)
 
     def invoke(self, context, event):
         """Start the step in the background."""
         if bpy.app.background or context.window is None:
             return self.execute(context)
         if Step.current is not None:
-            return self._refuse(f"{Step.current.title} is still running: wait, or cancel it with Esc")
+            return refuse(self, f"{Step.current.title} is still running: wait, or cancel it with Esc")
         self.watched = True
         try:
             task = self.prepare(context)
         except (InputError, ImportError) as error:
-            return self._refuse(error)
-        stages = self.expect(task) or self.stages
-        work = functools.partial(self.work, task)
+            return refuse(self, error)
         self._scene = context.scene.session_uid
-        Step.current = self._job = Job(self.bl_label, work, stages, Step._ending)
-        Step._ending = None
+        self._job = Job(self.bl_label, functools.partial(self.work, task), self.expect(task), Step._ending)
+        Step.current, Step._ending = self._job, None
         self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
         self._job.start()
@@ -94,9 +141,7 @@ class Step:
             self._job.cancel()
             return {"RUNNING_MODAL"}
         if event.type == "TIMER":
-            self._tell_progress(context)
-            with in_scene(context, self._scene):
-                self._show_progress(context)
+            self._show_progress(context)
             if self._job.overdue:
                 Step._ending = self._job
                 self._leave(context)
@@ -105,23 +150,20 @@ class Step:
                 return self._end(context)
         return {"PASS_THROUGH"}
 
-    def _tell_progress(self, context):
+    def _show_progress(self, context):
         # At once when it was cancelled, else only so often.
         now, cancelled = time.monotonic(), (self._job.cancelled, self._job.dropped)
-        if now - self._drawn[0] < REDRAW and cancelled == self._drawn[1]:
-            return
-        self._drawn = now, cancelled
-        context.workspace.status_text_set(f"CityPV   {self._job.text}   (Esc cancels)")
-        redraw_panels(context)
-
-    def _show_progress(self, context):
-        # The user may have deleted what the step works on.
+        if now - self._drawn[0] >= REDRAW or cancelled != self._drawn[1]:
+            self._drawn = now, cancelled
+            context.workspace.status_text_set(f"CityPV   {self._job.text}   (Esc cancels)")
+            redraw_panels(context)
         try:
-            self.refine(context)
-        except InputError as problem:
+            with in_scene(context, self._scene):
+                self.refine(context)
+        except InputError as problem:  # the user may have deleted what the step works on
             self._job.cancel()
             self._job.cancel()
-            self.report({"ERROR"}, in_panel_words(problem))
+            refuse(self, problem)
 
     def cancel(self, context):
         """Cancel the work because Blender quits."""
@@ -133,17 +175,15 @@ class Step:
         error = self._job.error
         if isinstance(error, CancelledError) or (error is None and self._job.dropped):
             return self._tell_cancelled()
-        if isinstance(error, (InputError, ImportError)):
-            return self._refuse(error)
-        if error is not None:
-            raise error
-        leave_edit_mode(context)
         try:
+            if error is not None:
+                raise error
+            leave_edit_mode(context)
             with in_scene(context, self._scene):
                 told = self.finish(context, self._job.result)
             return self._tell(told, "WARNING" if self._job.cancelled else "INFO")
-        except InputError as problem:
-            return self._refuse(problem)
+        except (InputError, ImportError) as problem:
+            return refuse(self, problem)
         finally:
             redraw_panels(context, views=True)
 
@@ -162,12 +202,36 @@ class Step:
         self.report({level}, text)
         return {"FINISHED"}
 
-    def _refuse(self, error):
-        # A library that fails to load is not the user's fault: name it.
-        note_failure(error)
-        prefix = "A library could not be loaded: " if isinstance(error, ImportError) else ""
-        self.report({"ERROR"}, prefix + in_panel_words(error))
-        return {"CANCELLED"}
+
+class CancelStep(bpy.types.Operator):
+    """Cancel the running step, keeping the suns traced so far; press again to discard them"""
+
+    bl_idname, bl_label = "citypv.cancel", "Cancel"
+
+    @classmethod
+    def poll(cls, context):
+        """A step is running."""
+        return Step.current is not None
+
+    def execute(self, context):
+        """Request cancellation."""
+        Step.current.cancel()
+        return {"FINISHED"}
+
+
+def refuse(operator, error):
+    """Tell an error; a library that fails to load is not the user's fault, and is named."""
+    note_failure(error)
+    prefix = "A library could not be loaded: " if isinstance(error, ImportError) else ""
+    operator.report({"ERROR"}, prefix + in_panel_words(error))
+    return {"CANCELLED"}
+
+
+def in_panel_words(text):
+    """Text in which options of the command line are the titles of the panel, where it has them: str."""
+    titles = {option_of(name): details.title for name, _, details in declared_settings() if details.title}
+    words = re.sub("|".join(rf"{phrase}(?![a-z-])" for phrase in PHRASES), lambda found: PHRASES[found[0]], str(text))
+    return re.sub(r"--[a-z][a-z-]*", lambda found: titles.get(found[0], found[0]), words)
 
 
 def in_scene(context, uid):
@@ -185,11 +249,20 @@ def in_scene(context, uid):
     return context.temp_override(scene=begun, view_layer=begun.view_layers[0])
 
 
+def leave_edit_mode(context):
+    """Switch to object mode, in which meshes can be read and written."""
+    if context.mode != "OBJECT":
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def list_views(context):
+    """Areas of the 3D views that are to be seen, in all windows: list of bpy.types.Area."""
+    areas = [area for window in context.window_manager.windows for area in window.screen.areas]
+    return [area for area in areas if area.type == "VIEW_3D"]
+
+
 def redraw_panels(context, *, views=False):
     """Redraw the sidebars of all 3D views; the views themselves, with city and legend, only if asked for."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                for region in area.regions:
-                    if views or region.type == "UI":
-                        region.tag_redraw()
+    for region in (region for area in list_views(context) for region in area.regions):
+        if views or region.type == "UI":
+            region.tag_redraw()

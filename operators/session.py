@@ -4,11 +4,14 @@ import uuid
 from dataclasses import dataclass
 from typing import Any
 
+from bpy.app.handlers import persistent
+
 from ..core.errors import InputError
 from .attributes import PREFIX
 from .in_place import is_seen
 
 KEY = PREFIX + "session"
+KEPT = PREFIX + "transfer_file"  # with the traced light, relative to the .blend
 _sessions = {}  # key -> (session, session_uid of the object)
 
 
@@ -39,17 +42,15 @@ def find_session(item):
     return session if owner is not None and owner == item.session_uid else None
 
 
-def part_sessions(cities, kept):
-    """Give cities that were duplicated or appended a key of their own: results of one are not those of the other.
+def part_sessions(cities):
+    """Give cities that were duplicated or appended keys of their own: results of one are not those of the other.
 
     Parameters
     ----------
     cities : list of bpy.types.Object
-        In the order in which they came.
-    kept : str
-        Name of the property with the file of their traced light; two cities do not share one.
+        In the order in which they came; two do not share a file with traced light either.
     """
-    for key in (KEY, kept):
+    for key in (KEY, KEPT):
         seen = set()
         for city in cities:
             if city.get(key) and city[key] in seen:
@@ -57,8 +58,9 @@ def part_sessions(cities, kept):
             seen.add(city.get(key))
 
 
-def close_sessions():
-    """Discard all sessions (when the add-on is disabled)."""
+@persistent
+def close_sessions(*_):
+    """Discard all sessions: when the add-on is disabled, or another file opened, which may have the same keys."""
     _sessions.clear()
 
 

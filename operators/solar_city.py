@@ -1,21 +1,29 @@
-"""Solar city: from a file to full load hours, legend and totals with one button."""
+"""Solar city: from a file to full load hours, legend and totals with one button, with a first look by few rays."""
 
 from dataclasses import replace
+from pathlib import Path
 from queue import SimpleQueue
 
 import bpy
 
 from ..core.errors import InputError
-from ..core.progress import silent
-from .city_files import CityFiles
-from .classify_city import ClassifyCity, check_place, show_kinds
-from .compute_energy import WeighEnergy
-from .first_look import STAGE, settings_of_look, take_look, tell_look
-from .import_city import ImportCity, show_import
-from .refine_trace import read_goal, show_round
+from ..core.progress import CancelledError, silent
+from .city.classify_city import ClassifyCity, check_place, show_kinds
+from .city.import_city import CityFiles, ImportCity, show_import
+from .city.read_settings import forget_steps
+from .job import share_of_step
+from .light.trace_city import TraceCity, count_rays, keep_light, read_goal, show_round
+from .result.compute_energy import WeighEnergy
+from .result.summarise import INTERRUPTED
 from .run_step import Step
 from .session import Session, find_city, find_own_city, find_session
-from .trace_city import TraceCity, keep_light
+
+LOOK = {"samples": 16, "shadow_samples": 4, "suns": "days:4", "estimator": "gather"}
+WORTH = 8  # so many times its rays must a trace have for a look before it
+STAGE = "first look"
+TOLD = "First look, by 16 rays, 4 shadow points and 4 days. Trace light computes it as set in its step"
+FOLDER = Path(__file__).parents[1] / "examples" / "berlin"
+CITY, WEATHER = "berlin_3910_5817.gml", "era5_berlin_2017.nc"
 
 
 class SolarCity(CityFiles, Step, bpy.types.Operator):
@@ -24,9 +32,7 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
     Each result is shown as soon as it is there: the buildings, their kinds, a first look at full load hours by few
     rays, then those of all rays"""
 
-    bl_idname = "citypv.solar_city"
-    bl_label = "Solar city"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_idname, bl_label = "citypv.solar_city", "Solar city"
 
     whole = True
 
@@ -35,7 +41,7 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         if context.scene.citypv.albedo_source == "materials":
             cure = "choose another source of albedo in step Trace, or run the steps one by one"
             raise InputError("Albedo", "the faces have no materials before the city is imported", cure)
-        paths, request = ImportCity.prepare(self, context)
+        paths, request = CityFiles.prepare(self, context)
         read_goal(context.scene.citypv_seeing, request)
         self._found, self._shown = SimpleQueue(), []
         return paths, request, settings_of_look(request) if self.watched else None, self._found
@@ -62,7 +68,7 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         _, session.scene, findings = ClassifyCity.work((session, request), progress)
         found.put(("kinds", (session, findings)))
         if look:
-            found.put(("first look", take_look(session, look, progress)))
+            found.put((STAGE, take_look(session, look, progress)))
         traced = TraceCity.work((session, request, []), progress)
         # After a cancellation the suns that were traced are still weighed.
         telling = silent if traced[2].record.interrupted else progress
@@ -87,31 +93,89 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
 
     def _show_next(self, context):
         name, result = self._found.get()
-        show = {"buildings": self._show_buildings, "kinds": self._show_kinds, "first look": self._show_look}[name]
-        show(context, *result)
+        if name == "buildings":
+            show_import(context, *result)
+            self._session = find_session(find_city(context.scene)[0])
+        elif name == "kinds":
+            show_kinds(context, self._session, *result)
+        else:  # the light of a first look is still to be traced
+            self._show_light(context, *result)
+            city, _ = find_own_city(context.scene, result[0][0])
+            city[INTERRUPTED] = TOLD
+            forget_steps(city, "trace", "energy")
         self._shown.append(name)
-
-    def _show_buildings(self, context, *imported):
-        show_import(context, *imported)
-        self._session = find_session(find_city(context.scene)[0])
-
-    def _show_kinds(self, context, session, findings):
-        show_kinds(context, self._session, session, findings)
-
-    def _show_look(self, context, traced, weighed):
-        self._show_light(context, traced, weighed)
-        tell_look(find_own_city(context.scene, traced[0])[0])
 
     def _show_light(self, context, traced, weighed):
         keep_light(context, *traced)
         return WeighEnergy.finish(self, context, (traced[0], *weighed[1:]))
 
 
+def settings_of_look(request):
+    """Request of a look at a city, or None where tracing as asked for takes hardly longer."""
+    look = replace(request, **LOOK, target_error=None, time_budget=None)
+    worth = request.estimator == "forward" or sum(count_rays(request)) > WORTH * sum(count_rays(look))
+    return look if worth else None
+
+
+def take_look(session, request, progress):
+    """Trace and weigh a city with few rays, as one stage of a longer task.
+
+    Parameters
+    ----------
+    session : Session
+        With its scene.
+    request : core.request.Request
+        Of `settings_of_look`.
+    progress : callable
+        See `core.progress`.
+
+    Returns
+    -------
+    traced, weighed : tuple
+        Of `TraceCity.work` and `WeighEnergy.work`.
+
+    Raises
+    ------
+    CancelledError
+        At any report: nothing of it is kept.
+    """
+    stages, share = TraceCity.expect(None, (session, request, None)) | WeighEnergy.stages, 0.0
+
+    def report(stage, done, total, unit):
+        nonlocal share
+        share = share_of_step(stages, stage, done / total if total else 0.0, share)
+        progress(STAGE, share, 1.0, "")
+
+    traced = TraceCity.work((session, request, []), report)
+    if traced[2].record.interrupted:
+        raise CancelledError
+    return traced, WeighEnergy.work((replace(session, transfer=traced[2]), None, request), report)
+
+
+class BerlinExample(bpy.types.Operator):
+    """Run Solar city on the bundled square kilometre of Berlin with its weather of 2017 (ERA5)"""
+
+    bl_idname, bl_label = "citypv.berlin_example", "Berlin example"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        """The example is there."""
+        cls.poll_message_set("The example is not part of this installation: it is the folder examples/berlin")
+        return (FOLDER / CITY).is_file()
+
+    def execute(self, context):
+        """Choose its files, and run *Solar city*."""
+        settings = context.scene.citypv
+        settings.city_path, settings.own_place = str(FOLDER / CITY), False
+        settings.weather, settings.weather_file = "file", str(FOLDER / WEATHER)
+        return bpy.ops.citypv.solar_city("EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT")
+
+
 class DropWeather(bpy.types.Operator):
     """Use a weather file, and compute the energy anew if the city is traced"""
 
-    bl_idname = "citypv.drop_weather"
-    bl_label = "Use weather"
+    bl_idname, bl_label = "citypv.drop_weather", "Use weather"
     bl_options = {"REGISTER", "UNDO"}
 
     filepath: bpy.props.StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
@@ -125,25 +189,24 @@ class DropWeather(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class CityHandler(bpy.types.FileHandler):
+class OverView:
+    """Base of what a file may be dropped on: a 3D view."""
+
+    @classmethod
+    def poll_drop(cls, context):
+        """Over a 3D view."""
+        return context.area is not None and context.area.type == "VIEW_3D"
+
+
+class CityHandler(OverView, bpy.types.FileHandler):
     """Dropping a city on a 3D view runs *Solar city*."""
 
     bl_idname, bl_label = "CITYPV_FH_city", "Solar city (CityPV)"
     bl_import_operator, bl_file_extensions = "citypv.solar_city", ".gml;.citygml;.json;.jsonl;.obj"
 
-    @classmethod
-    def poll_drop(cls, context):
-        """Over a 3D view."""
-        return context.area is not None and context.area.type == "VIEW_3D"
 
-
-class WeatherHandler(bpy.types.FileHandler):
+class WeatherHandler(OverView, bpy.types.FileHandler):
     """Dropping a weather file on a 3D view uses it."""
 
     bl_idname, bl_label = "CITYPV_FH_weather", "Weather (CityPV)"
     bl_import_operator, bl_file_extensions = "citypv.drop_weather", ".epw;.nc"
-
-    @classmethod
-    def poll_drop(cls, context):
-        """Over a 3D view."""
-        return context.area is not None and context.area.type == "VIEW_3D"

@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 import pandas as pd
 import pytest
+from steps import run
 
 import citypv
 from citypv.core.energy.energy import Energy
@@ -21,6 +22,8 @@ from citypv.core.files.read_city import read_city
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.sun.suns import Suns
 from citypv.core.transfer.transfer import Transfer
+from citypv.operators.attributes import write_classes, write_results
+from citypv.operators.city.build_meshes import build_meshes, show_objects
 
 EAST, NORTH = 391500.0, 5817800.0  # Berlin, EPSG:25833
 POLYGON = (
@@ -60,14 +63,28 @@ def describe_house(name, x, y, size=(10.0, 8.0, 6.0), ridge=3.0):
     return f'<cityObjectMember><bldg:Building gml:id="{name}">{text}</bldg:Building></cityObjectMember>'
 
 
+def describe_street():
+    """Three houses."""
+    return [describe_house(f"house{i}", EAST + x, NORTH + y) for i, (x, y) in enumerate(((0, 0), (14, 0), (2, 22)))]
+
+
+def write_city(folder, name, houses):
+    path = folder / name
+    path.write_text(CITY.format(houses="".join(houses)), encoding="utf-8")
+    return path
+
+
 @pytest.fixture(scope="session")
 def city_file(tmp_path_factory):
     """A street with three houses as CityGML: 21 surfaces."""
-    places = (0.0, 0.0), (14.0, 0.0), (2.0, 22.0)
-    houses = [describe_house(f"house{i}", EAST + x, NORTH + y) for i, (x, y) in enumerate(places)]
-    path = tmp_path_factory.mktemp("city") / "street.gml"
-    path.write_text(CITY.format(houses="".join(houses)), encoding="utf-8")
-    return path
+    return write_city(tmp_path_factory.mktemp("city"), "street.gml", describe_street())
+
+
+@pytest.fixture(scope="session")
+def tower_file(tmp_path_factory):
+    """The street with a fourth house of its own ids, 40 m higher, to the south of the first."""
+    tower = describe_house("tower", EAST, NORTH - 12, (10.0, 8.0, 46.0))
+    return write_city(tmp_path_factory.mktemp("tower"), "street_with_tower.gml", [*describe_street(), tower])
 
 
 def turn_ring(found):
@@ -86,9 +103,7 @@ def row_file(tmp_path_factory):
     second = second.replace(line, line + flat.replace("b_GroundSurface_0", "b_line"))
     assert turned == 1
     assert "b_line" in second
-    path = tmp_path_factory.mktemp("row") / "row.gml"
-    path.write_text(CITY.format(houses=first + second), encoding="utf-8")
-    return path
+    return write_city(tmp_path_factory.mktemp("row"), "row.gml", [first, second])
 
 
 @pytest.fixture(scope="session")
@@ -151,6 +166,16 @@ def energy(scene):
     )
 
 
+@pytest.fixture
+def shown(scene, transfer, energy):
+    """The city and its ground in Blender's scene, with everything written on them."""
+    city, ground = build_meshes(scene)
+    show_objects(bpy.context.scene, city, ground)
+    write_classes(city, ground, scene.surfaces)
+    write_results(city, ground, transfer, energy)
+    return city, ground
+
+
 @pytest.fixture(autouse=True)
 def empty_blender():
     """Every test begins in an empty file."""
@@ -163,3 +188,9 @@ def addon():
     citypv.register()
     yield bpy.context.scene.citypv
     citypv.unregister()
+
+
+@pytest.fixture
+def city(addon, city_file):
+    """The street with its energy."""
+    return run("solar_city", city_path=str(city_file), samples=16, shadow_samples=2, days=2)

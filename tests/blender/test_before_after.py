@@ -1,26 +1,20 @@
 """Before and after: differences of two results by surface id, and what is shown of them."""
 
-import re
-
 import bpy
 import numpy as np
 import pytest
+from steps import colours_of, run
 
-from citypv.operators.colour_faces import read_scale
-from citypv.operators.colour_scale import colours_of_values
-from citypv.operators.compare_results import find_before
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.picture.colour_faces import colours_of_values, read_scale
+from citypv.operators.result.compare_results import find_before
 from citypv.operators.session import find_city, find_session, list_cities
-from citypv.operators.write_attributes import read_face_attribute
 
 HOURS, CHANGE = "full_load_hours", "change_of_full_load_hours"
 
 
-def compute(settings, path, **changes):
-    settings.city_path, settings.samples, settings.shadow_samples, settings.days = str(path), 32, 4, 4
-    for name, value in changes.items():
-        setattr(settings, name, value)
-    assert bpy.ops.citypv.solar_city() == {"FINISHED"}
-    return find_city(bpy.context.scene)[0]
+def compute(path, **changes):
+    return run("solar_city", city_path=str(path), samples=32, shadow_samples=4, days=4, **changes)
 
 
 def by_id(city, name):
@@ -29,29 +23,11 @@ def by_id(city, name):
     return {ids[row]: value for row, value in zip(faces.tolist(), read_face_attribute(city.data, name), strict=True)}
 
 
-@pytest.fixture
-def tower_file(city_file, tmp_path):
-    """The street with a fourth house of its own ids, 40 m high, to the south of the first."""
-    text = city_file.read_text("utf-8")
-    house = re.search(r'<cityObjectMember><bldg:Building gml:id="house0">.*?</cityObjectMember>', text, re.DOTALL)[0]
-
-    def move(found):
-        points = np.array(found[1].split(), float).reshape(-1, 3)
-        points[:, 1] -= 12
-        points[:, 2] += np.where(points[:, 2] > 36, 40, 0)
-        return f"<gml:posList>{' '.join(f'{value:.3f}' for value in points.ravel())}</gml:posList>"
-
-    tower = re.sub("<gml:posList>(.*?)</gml:posList>", move, house.replace("house0", "tower"))
-    path = tmp_path / "street_with_tower.gml"
-    path.write_text(text.replace("</CityModel>", tower + "</CityModel>"), encoding="utf-8")
-    return path
-
-
 def test_the_difference_is_after_minus_before(addon, city_file):
-    city = compute(addon, city_file, albedo=0.2)
+    city = compute(city_file, albedo=0.2)
     before, energy = by_id(city, HOURS), dict(city["citypv_energy_totals"])
-    assert bpy.ops.citypv.keep_before() == {"FINISHED"}
-    city = compute(addon, city_file, albedo=0.6)
+    run("keep_before")
+    city = compute(city_file, albedo=0.6)
     after, change = by_id(city, HOURS), by_id(city, CHANGE)
     for name, value in change.items():
         assert np.isnan(value) == np.isnan(before[name])
@@ -69,10 +45,10 @@ def test_the_difference_is_after_minus_before(addon, city_file):
 
 
 def test_a_tower_takes_light_and_is_grey_itself(addon, city_file, tower_file):
-    city = compute(addon, city_file)
+    city = compute(city_file)
     before = by_id(city, HOURS)
     bpy.ops.citypv.keep_before()
-    city = compute(addon, tower_file)
+    city = compute(tower_file)
     change = by_id(city, CHANGE)
     assert all(np.isnan(value) for name, value in change.items() if name.startswith("tower"))
     south = next(name for name in before if name.startswith("house0_Roof") and change[name] < -0.1 * before[name])
@@ -84,12 +60,12 @@ def test_a_tower_takes_light_and_is_grey_itself(addon, city_file, tower_file):
     # And without it again: seven surfaces are gone.
     bpy.ops.citypv.forget_before()
     bpy.ops.citypv.keep_before()
-    city = compute(addon, city_file)
+    city = compute(city_file)
     assert city["citypv_matched"] == "21 surfaces matched by id; grey: 0 new; 7 are gone"
 
 
 def test_before_is_kept_in_the_file_and_shown_beside_the_city(addon, city_file, tmp_path):
-    compute(addon, city_file, albedo=0.2)
+    compute(city_file, albedo=0.2)
     bpy.ops.citypv.keep_before()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "street.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "street.blend"))
@@ -98,7 +74,7 @@ def test_before_is_kept_in_the_file_and_shown_beside_the_city(addon, city_file, 
     assert before.hide_viewport
     assert list_cities(stage) == [city]
     stage.citypv.weather = "clear-sky"
-    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    run("energy")
     now, then = read_face_attribute(city.data, HOURS), read_face_attribute(before.data, HOURS)
     assert np.nanmean(now - then) > 100
     np.testing.assert_allclose(read_face_attribute(city.data, CHANGE), now - then, atol=0.01)
@@ -109,23 +85,21 @@ def test_before_is_kept_in_the_file_and_shown_beside_the_city(addon, city_file, 
     assert "citypv_colour" in before.data.color_attributes
     # Both in one scale: equal values have equal colours.
     stage.citypv.attribute = HOURS
-    first = [np.empty(4 * len(item.data.loops), np.float32) for item in (before, city)]
-    for item, colours in zip((before, city), first, strict=True):
-        item.data.color_attributes["citypv_colour"].data.foreach_get("color_srgb", colours)
+    first = [colours_of(item.data) for item in (before, city)]
     expected = colours_of_values(read_scale(city), then)
-    np.testing.assert_allclose(first[0].reshape(-1, 3, 4)[:, 0, :3], expected, atol=0.01)
+    np.testing.assert_allclose(first[0][::3], expected, atol=0.01)
     assert not np.array_equal(*first)
     stage.citypv_seeing.side_by_side = False
     assert before.hide_viewport
 
 
 def test_forgetting_removes_all_of_it(addon, city_file):
-    city = compute(addon, city_file)
+    city = compute(city_file)
     objects = set(bpy.data.objects.keys())
     bpy.ops.citypv.keep_before()
-    assert bpy.ops.citypv.compare() == {"FINISHED"}
+    run("compare")
     assert set(by_id(city, CHANGE).values()) <= {0.0} or np.nanmax(np.abs(list(by_id(city, CHANGE).values()))) == 0
-    assert bpy.ops.citypv.forget_before() == {"FINISHED"}
+    run("forget_before")
     assert set(bpy.data.objects.keys()) == objects
     assert "citypv_" + CHANGE not in city.data.attributes
     assert city["citypv_colour_attribute"] == HOURS
@@ -133,9 +107,9 @@ def test_forgetting_removes_all_of_it(addon, city_file):
 
 
 def test_another_city_is_not_compared(addon, city_file, row_file):
-    compute(addon, city_file)
+    compute(city_file)
     bpy.ops.citypv.keep_before()
-    city = compute(addon, row_file)
+    city = compute(row_file)
     assert city["citypv_colour_attribute"] == HOURS
     assert "citypv_" + CHANGE not in city.data.attributes
     with pytest.raises(RuntimeError, match="of another city: no surface has the same id"):
@@ -143,7 +117,7 @@ def test_another_city_is_not_compared(addon, city_file, row_file):
 
 
 def test_seconds_to_halve_are_a_map_of_their_own(addon, city_file):
-    city = compute(addon, city_file)
+    city = compute(city_file)
     seconds = read_face_attribute(city.data, "seconds_to_halve")
     known = np.isfinite(read_face_attribute(city.data, HOURS))
     some = np.isfinite(seconds)

@@ -6,21 +6,16 @@ import time
 import bpy
 import numpy as np
 import pytest
+from steps import here, run
 
 from citypv.core.progress import CancelledError
 from citypv.core.radiosity import sun_blocks
 from citypv.operators import job as jobs
 from citypv.operators import run_step
+from citypv.operators.attributes import read_face_attribute
 from citypv.operators.job import Job
 from citypv.operators.run_step import Step
 from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
-
-
-def run_steps(settings, city_file, *steps):
-    settings.city_path, settings.samples = str(city_file), 64
-    for step in steps:
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
 
 
 def cancel_at(stage, share):
@@ -32,7 +27,7 @@ def cancel_at(stage, share):
 
 
 def trace_until(monkeypatch, addon, city_file, stage, share):
-    run_steps(addon, city_file, "import_city", "classify")
+    run("import_city", "classify", city_path=str(city_file), samples=64)
     monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 12)
     addon.suns, addon.typical_days = "typical-days", 6
     monkeypatch.setattr(run_step, "silent", cancel_at(stage, share))
@@ -40,8 +35,7 @@ def trace_until(monkeypatch, addon, city_file, stage, share):
 
 def test_what_was_traced_is_kept_and_told(addon, city_file, monkeypatch):
     trace_until(monkeypatch, addon, city_file, "suns", 0.5)
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = run("trace")
     transfer = find_session(city).transfer
     kept, count = transfer.record.interrupted["suns_traced"], transfer.record.interrupted["of"]
     assert 0 < kept < count
@@ -49,11 +43,11 @@ def test_what_was_traced_is_kept_and_told(addon, city_file, monkeypatch):
     assert city["citypv_interrupted"] == f"Interrupted: kept {kept} of {count} suns"
     # The next step takes it, and a whole trace takes the sentence away.
     monkeypatch.undo()
-    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    run("energy")
     part = read_face_attribute(city.data, "full_load_hours")
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    run("trace")
     assert city["citypv_interrupted"] == ""
-    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    run("energy")
     whole = read_face_attribute(city.data, "full_load_hours")
     assert np.nanmean(part) == pytest.approx(np.nanmean(whole), rel=0.05)
     assert not np.array_equal(part, whole, equal_nan=True)
@@ -63,7 +57,7 @@ def test_before_the_suns_nothing_changes(addon, city_file, monkeypatch):
     trace_until(monkeypatch, addon, city_file, "sky and reflections", 0)
     with pytest.raises(RuntimeError, match="CancelledError"):
         bpy.ops.citypv.trace()
-    city, _ = find_city(bpy.context.scene)
+    city = here()
     assert find_session(city).transfer is None
     assert "citypv_interrupted" not in city
 
@@ -106,20 +100,17 @@ def job_that_keeps(cancels):
     assert begun.wait(10)
     for _ in range(cancels):
         job.cancel()
-    end = time.monotonic() + 10
-    while job.running and time.monotonic() < end:
-        time.sleep(0.01)
-    assert not job.running
+    job.join()
     return job
 
 
 def test_a_step_ends_in_the_scene_that_it_was_started_in(addon, city_file):
     """The window may show another scene by then: the results are not lost."""
-    run_steps(addon, city_file, "import_city", "classify")
+    run("import_city", "classify", city_path=str(city_file), samples=64)
     begun, (city, _) = bpy.context.scene, find_city(bpy.context.scene)
     bpy.ops.scene.new(type="EMPTY")
     assert bpy.context.scene != begun
-    assert find_city(bpy.context.scene)[0] is None
+    assert here() is None
 
     class Stand(Step):
         bl_label, _job, _scene = "Trace light", Job("Trace light", None), begun.session_uid
@@ -203,14 +194,3 @@ def test_the_window_waits_for_suns_that_are_kept(monkeypatch):
     assert job.overdue
     go_on.set()
     job.join()
-
-
-def test_the_button_cancels_the_step_that_runs(addon, monkeypatch):
-    assert not bpy.ops.citypv.cancel.poll()
-    job = Job("Trace light", lambda progress: None)
-    monkeypatch.setattr(Step, "current", job)
-    assert bpy.ops.citypv.cancel() == {"FINISHED"}
-    assert job.cancelled
-    assert not job.dropped
-    bpy.ops.citypv.cancel()
-    assert job.dropped

@@ -3,10 +3,11 @@
 import bpy
 import numpy as np
 import pytest
+from steps import run, session_here
 from test_materials import build_material
 
+from citypv.operators.attributes import read_face_attribute
 from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
 
 
 def give(item, material, chosen):
@@ -24,16 +25,11 @@ def materials_of(session):
 
 
 def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(addon, city_file):
-    addon.city_path, addon.days, addon.samples = str(city_file), 1, 16
-    addon.albedo_source, addon.albedo = "materials", 0.2
-    assert bpy.ops.citypv.import_city() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = run("import_city", albedo_source="materials", albedo=0.2, city_path=str(city_file), days=1, samples=16)
     names = np.array(find_session(city).city.surface_id)[read_face_attribute(city.data, "surface")]
     city.data.materials.append(None)
     give(city, build_material("Slate"), np.char.find(names, "Roof") >= 0)
-    addon.split, addon.grid_size = True, 4.0
-    assert bpy.ops.citypv.classify() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = run("classify", split=True, grid_size=4.0)
     session = find_session(city)
     given = materials_of(session)
     assert {name for name, material in given.items() if material} == {name for name in given if "Roof" in name}
@@ -41,7 +37,7 @@ def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(add
     # The colours of the kinds stand on the faces now; one cell of a wall is painted over them.
     cell = list(given).index("house0_WallSurface_0#1")
     give(city, build_material("lime", (0.7, 0.7, 0.7)), read_face_attribute(city.data, "surface") == cell)
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    run("trace")
     assert materials_of(session) == given | {"house0_WallSurface_0#1": "lime"}
     rows = {row.split("|")[0]: row.split("|")[1:] for row in city["citypv_albedos"]}
     count = sum("Roof" in name for name in given)
@@ -50,31 +46,27 @@ def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(add
     assert rows["one value"] == ["0.200", str(len(given) - count - 1)]
     assert rows["ground"] == ["0.250", ""]
     # What was given is remembered, with the whole wall, when the city is classified anew.
-    addon.split = False
-    assert bpy.ops.citypv.classify() == {"FINISHED"}
-    session = find_session(find_city(bpy.context.scene)[0])
+    run("classify", split=False)
+    session = session_here()
     assert materials_of(session)["house0_WallSurface_0"] == "lime"
     assert sorted(set(materials_of(session).values())) == ["", "Slate", "lime"]
 
 
 def test_the_generated_ground_has_one_material(addon, city_file):
-    addon.city_path, addon.days, addon.samples = str(city_file), 1, 64
-    for step in ("import_city", "classify"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    run("import_city", "classify", city_path=str(city_file), days=1, samples=64)
     city, ground = find_city(bpy.context.scene)
     addon.albedo_source = "materials"
     light = {}
     for name in ("black paint", "Snow"):
         faces = np.ones(len(ground.data.polygons), bool)
         give(ground, build_material(name), faces)
-        assert bpy.ops.citypv.trace() == {"FINISHED"}
+        run("trace")
         session = find_session(city)
         light[name] = session.transfer.diffuse_relative[session.scene.surfaces.kind == "facade"].mean()
     assert light["Snow"] > light["black paint"] + 0.05
     assert list(city["citypv_albedos"]) == ["one value|0.250|21", "Snow|0.675|"]
     # It is remembered when the city is classified and traced anew; two at once are refused.
-    for step in ("classify", "trace"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    run("classify", "trace")
     city, ground = find_city(bpy.context.scene)
     assert list(city["citypv_albedos"])[-1] == "Snow|0.675|"
     faces[1:] = False

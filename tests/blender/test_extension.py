@@ -12,21 +12,8 @@ import pytest
 ROOT = Path(__file__).parents[2]
 HERE = {"linux": "linux-x64", "darwin": "macos-arm64", "win32": "windows-x64"}[sys.platform]
 PYTHON = f"{sys.version_info.major}.{sys.version_info.minor}"
-HEAVY = [
-    "embreex",
-    "h5py",
-    "lxml",
-    "numba",
-    "pandas",
-    "pvlib",
-    "scipy",
-    "shapely",
-    "pyproj",
-    "sklearn",
-    "tifffile",
-    "tsam",
-    "xarray",
-]
+HEAVY = ["embreex", "h5py", "lxml", "numba", "pandas", "pvlib", "scipy", "shapely", "pyproj", "sklearn"]
+HEAVY += ["tifffile", "tsam", "xarray"]
 BLENDERS_OWN = ["bpy", "numpy*", "requests", "urllib3", "certifi", "idna", "charset_normalizer", "zstandard"]
 BLENDERS_OWN += ["attr", "attrs", "cattr", "cattrs", "typing_extensions.py"]
 

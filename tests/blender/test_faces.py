@@ -1,5 +1,6 @@
 """What stands on the faces equals the arrays of core, bit for bit, also after saving."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -7,36 +8,21 @@ import numpy as np
 import pytest
 
 from citypv.core.errors import InputError
-from citypv.core.scene.scene import Scene
-from citypv.operators.attributes import KIND_CODES, ORIENTATION_CODES, QUANTITIES
-from citypv.operators.build_meshes import build_meshes, read_vertices
-from citypv.operators.write_attributes import (
+from citypv.operators.attributes import (
+    KIND_CODES,
+    ORIENTATION_CODES,
+    QUANTITIES,
     read_face_attribute,
     write_classes,
     write_face_attribute,
     write_results,
 )
-from citypv.operators.write_blend import write_blend
+from citypv.operators.city.build_meshes import build_meshes, read_vertices
+from citypv.operators.picture.draw_results import draw_results
 
-CONTRACT = {
-    "kind": "INT",
-    "orientation": "INT",
-    "sky_view_factor": "FLOAT",
-    "diffuse_relative": "FLOAT",
-    "direct_relative_annual": "FLOAT",
-    "poa_global_annual": "FLOAT",
-    "full_load_hours": "FLOAT",
-    "full_load_hours_standard_error": "FLOAT",
-}
-
-
-@pytest.fixture
-def shown(scene, transfer, energy):
-    """The city and its ground with everything written on them."""
-    city, ground = build_meshes(scene)
-    write_classes(city, ground, scene.surfaces)
-    write_results(city, ground, transfer, energy)
-    return city, ground
+SHARES = "sky_view_factor", "diffuse_relative", "direct_relative_annual"
+HOURS = "poa_global_annual", "full_load_hours", "full_load_hours_standard_error"
+CONTRACT = {"kind": "INT", "orientation": "INT"} | dict.fromkeys((*SHARES, *HOURS), "FLOAT")
 
 
 def faces_of_scene(scene, generated):
@@ -83,7 +69,7 @@ def test_faces_carry_the_arrays(shown, scene, transfer, energy):
 
 def test_saving_and_opening_keeps_every_bit(scene, transfer, energy, tmp_path):
     path = tmp_path / "city.blend"
-    write_blend(path, scene, transfer, energy, "clear sky (upper bound)")
+    draw_results(tmp_path, scene, transfer, energy, "clear sky (upper bound)", pictures=["blend"])
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     assert not bpy.data.objects
     bpy.ops.wm.open_mainfile(filepath=str(path))
@@ -109,7 +95,7 @@ def test_the_manual_names_every_attribute_and_code():
 
 def test_writing_says_nothing_of_its_own(scene, transfer, energy, tmp_path, capfd):
     print("before")
-    write_blend(tmp_path / "city.blend", scene, transfer, energy)
+    draw_results(tmp_path, scene, transfer, energy, "", pictures=["blend"])
     print("after")
     assert capfd.readouterr().out == "before\nafter\n"
 
@@ -140,15 +126,8 @@ def test_a_mesh_that_was_edited_is_refused(scene, transfer):
 
 def test_a_scene_without_generated_ground_has_no_ground_object(scene, transfer, energy):
     own = scene.triangle_surface >= 0
-    bare = Scene(
-        scene.vertices,
-        scene.triangles[own],
-        scene.triangle_surface[own],
-        scene.footprint[own],
-        scene.closure[own],
-        scene.surfaces,
-        scene.site,
-    )
+    own_rows = {name: getattr(scene, name)[own] for name in ("triangles", "triangle_surface", "footprint", "closure")}
+    bare = replace(scene, **own_rows)
     city, ground = build_meshes(bare)
     write_classes(city, ground, bare.surfaces)
     write_results(city, ground, transfer, energy)

@@ -5,18 +5,17 @@ from queue import SimpleQueue
 import bpy
 import numpy as np
 import pytest
+from steps import here, run
 
 from citypv.core.progress import CancelledError
 from citypv.core.request import Request
-from citypv.operators.first_look import TOLD, settings_of_look
-from citypv.operators.read_settings import read_settings
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.read_settings import STEPS, read_settings, state_of_step
 from citypv.operators.run_step import Step
-from citypv.operators.session import find_city, find_session
-from citypv.operators.solar_city import SolarCity
-from citypv.operators.step_state import STEPS, state_of_step
-from citypv.operators.write_attributes import read_face_attribute
+from citypv.operators.session import find_session
+from citypv.operators.solar_city import TOLD, SolarCity, settings_of_look
 
-BODIES = ("refine", "finish", "name_kept", "_show_next", "_show_buildings", "_show_kinds", "_show_look", "_show_light")
+BODIES = ("refine", "finish", "name_kept", "_show_next", "_show_light")
 
 
 def stand_in(found):
@@ -37,7 +36,7 @@ def watched(addon, city_file):
 
 
 def states(settings):
-    return [state_of_step(find_city(bpy.context.scene)[0], step, settings) for step in STEPS]
+    return [state_of_step(here(), step, settings) for step in STEPS]
 
 
 def test_results_are_shown_one_after_the_other_and_the_last_are_those_of_a_script(watched, addon):
@@ -47,7 +46,7 @@ def test_results_are_shown_one_after_the_other_and_the_last_are_those_of_a_scrip
     def progress(stage, done, total, unit):
         # As the timer of the window does.
         step.refine(bpy.context)
-        city, _ = find_city(bpy.context.scene)
+        city = here()
         if city is not None:
             seen[step._shown[-1]] = (city.get("citypv_colour_attribute"), city.get("citypv_interrupted"))
 
@@ -55,7 +54,7 @@ def test_results_are_shown_one_after_the_other_and_the_last_are_those_of_a_scrip
     assert list(seen) == ["buildings", "kinds", "first look"]
     assert seen["kinds"][0] == "kind"
     assert seen["first look"] == ("full_load_hours", TOLD)
-    city, _ = find_city(bpy.context.scene)
+    city = here()
     look = read_face_attribute(city.data, "full_load_hours")
     assert len(find_session(city).transfer.suns) < 60
     assert states(addon) == ["done", "done", "next", ""]
@@ -67,8 +66,8 @@ def test_results_are_shown_one_after_the_other_and_the_last_are_those_of_a_scrip
     counted = np.isfinite(hours)
     assert np.sqrt(np.mean((look - hours)[counted] ** 2)) < 0.05 * hours[counted].mean()
     assert not np.array_equal(look, hours, equal_nan=True)
-    assert bpy.ops.citypv.solar_city() == {"FINISHED"}
-    np.testing.assert_array_equal(read_face_attribute(find_city(bpy.context.scene)[0].data, "full_load_hours"), hours)
+    run("solar_city")
+    np.testing.assert_array_equal(read_face_attribute(here().data, "full_load_hours"), hours)
 
 
 @pytest.mark.parametrize(
@@ -87,14 +86,10 @@ def test_a_cancelled_step_keeps_what_is_shown(watched, addon, stage, kept):
     assert step.name_kept() == (kept or "buildings, kinds, first look")
     assert step._tell_cancelled() == {"FINISHED"}
     assert step.told == [({"WARNING"}, f"Solar city was cancelled; kept: {step.name_kept()}")]
-    city, _ = find_city(bpy.context.scene)
     if kept is None:  # its light can be weighed with other weather, and traced as the settings say
-        addon.weather = "clear-sky"
-        assert bpy.ops.citypv.energy() == {"FINISHED"}
-        assert bpy.ops.citypv.trace() == {"FINISHED"}
+        run("energy", "trace", weather="clear-sky")
     elif kept == "buildings":
-        assert bpy.ops.citypv.classify() == {"FINISHED"}
-    assert city is not None
+        run("classify")
 
 
 def test_rounds_are_shown_after_the_look(watched, addon):
@@ -103,7 +98,7 @@ def test_rounds_are_shown_after_the_look(watched, addon):
 
     def progress(stage, done, total, unit):
         step.refine(bpy.context)
-        city, _ = find_city(bpy.context.scene)
+        city = here()
         if city is not None and "citypv_full_load_hours" in city.data.attributes:
             seen.append((np.nanmean(read_face_attribute(city.data, "full_load_hours")), city["citypv_interrupted"]))
 
@@ -119,11 +114,3 @@ def test_a_look_is_taken_where_the_trace_is_much_longer():
     assert settings_of_look(Request(samples=64, shadow_samples=4, suns="days:12")) is None
     look = settings_of_look(Request(target_error=1.0, time_budget=60.0))
     assert (look.target_error, look.time_budget) == (None, None)
-
-
-def test_a_script_takes_no_look(addon, city_file):
-    addon.city_path = str(city_file)
-    told = []
-    SolarCity.work(([str(city_file)], read_settings(addon), None, SimpleQueue()), lambda stage, *_: told.append(stage))
-    assert told
-    assert "first look" not in told

@@ -3,13 +3,12 @@
 import os
 import sys
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
 from citypv.core.threads import usable_threads
-from citypv.operators.give_way import LARGEST, NICENESS, threads_beside_window
+from citypv.operators.job import LARGEST, NICENESS, threads_beside_window
 from citypv.operators.run_step import Job
 
 
@@ -24,9 +23,7 @@ def test_a_job_and_its_threads_run_at_a_lower_priority_than_the_window():
 
     before, job = niceness(), Job("Trace light", work)
     job.start()
-    end = time.monotonic() + 10
-    while job.running and time.monotonic() < end:
-        time.sleep(0.01)
+    job.join()
     assert job.error is None
     expected = min(before + NICENESS, LARGEST)
     assert job.result == (expected, expected)

@@ -9,7 +9,7 @@ import pytest
 EXAMPLE = Path(__file__).parents[2] / "examples" / "headless.py"
 # The example as a script, with two rays per pixel instead of sixteen.
 RUN = (
-    "import runpy, sys; from citypv.operators import render_preview; render_preview.SAMPLES = 2; "
+    "import runpy, sys; from citypv.operators.picture import draw_results; draw_results.SAMPLES = 2; "
     "sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name='__main__')"
 )
 
@@ -25,9 +25,3 @@ def test_the_example_writes_what_it_says(city_file, tmp_path):
     assert (tmp_path / "city.City.citypv.nc").is_file()
     assert "All: " in done.stdout
     assert " MWh per year" in done.stdout
-
-
-def test_without_arguments_it_says_how_it_is_used():
-    done = subprocess.run([sys.executable, str(EXAMPLE)], capture_output=True, text=True, check=False, timeout=120)
-    assert done.returncode == 1
-    assert "blender --background --python examples/headless.py" in done.stderr

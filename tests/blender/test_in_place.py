@@ -3,54 +3,34 @@
 import bpy
 import numpy as np
 import pytest
+from steps import add_box, colours_of, here, run
 
-from citypv.operators.build_meshes import read_vertices
-from citypv.operators.follow_file import follow_undo
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.build_meshes import read_vertices
+from citypv.operators.city.read_settings import state_of_step
+from citypv.operators.edits.watch_edits import follow_undo
 from citypv.operators.in_place import is_seen, list_taken
-from citypv.operators.probe_faces import hit_face
-from citypv.operators.session import find_city, find_session, list_cities
-from citypv.operators.step_state import state_of_step
-from citypv.operators.write_attributes import read_face_attribute
-
-
-def add_box(name, location, material=None):
-    bpy.ops.mesh.primitive_cube_add(size=2, location=location, scale=(5, 4, 3))
-    box = bpy.context.object
-    box.name = name
-    if material is not None:
-        box.data.materials.append(material)
-    return box
+from citypv.operators.result.probe_faces import hit_face
+from citypv.operators.session import find_session, list_cities
 
 
 @pytest.fixture
 def town(addon):
     """Five boxes: two alone, of which one moved and turned, two that share a mesh, one with a modifier."""
     brick, white = bpy.data.materials.new("Brick"), bpy.data.materials.new("White")
-    house, turned = add_box("House", (100, 0, 3), brick), add_box("Turned", (130, 10, 3), white)
+    house, turned, one = add_box("House", (100, 0, 3)), add_box("Turned", (130, 10, 3)), add_box("One", (100, 40, 3))
     turned.rotation_euler[2] = 0.5
-    one = add_box("One", (100, 40, 3), brick)
     two = one.copy()
     two.name, two.location.x = "Two", 140
     bpy.context.scene.collection.objects.link(two)
-    row = add_box("Row", (100, 80, 3), white)
+    row = add_box("Row", (100, 80, 3))
+    for item, material in ((house, brick), (turned, white), (one, brick), (row, white)):
+        item.data.materials.append(material)
     row.modifiers.new("Array", "ARRAY").count = 2
     bpy.ops.object.select_all(action="SELECT")
     addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
     addon.suns, addon.typical_days, addon.samples, addon.shadow_samples = "typical-days", 1, 16, 2
     return {item.name: item for item in (house, turned, one, two, row)}
-
-
-def run(*steps):
-    for step in steps:
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
-    return find_city(bpy.context.scene)[0]
-
-
-def colours_of(mesh):
-    attribute = mesh.color_attributes["citypv_colour"]
-    values = np.empty(4 * len(mesh.loops), np.float32)
-    attribute.data.foreach_get("color_srgb", values)
-    return values.reshape(-1, 4)[:, :3]
 
 
 def check_probe(city, session, town):
@@ -128,7 +108,7 @@ def test_undo_takes_the_colours_off_again(addon, town):
     bpy.ops.ed.undo_push(message="classified")
     assert "citypv_colour" in bpy.data.objects["House"].data.color_attributes
     assert bpy.ops.ed.undo() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = here()
     assert "citypv_colour" not in bpy.data.objects["House"].data.color_attributes
     assert bpy.data.objects["Row"].visible_get() and "citypv_stand_in" not in city
     assert find_session(city).scene is None
@@ -168,18 +148,8 @@ def test_a_moved_vertex_or_object_marks_the_results_stale(addon, town):
     assert states() == ["stale"] * 2
 
 
-def test_an_edited_city_of_a_file_is_stale_too(addon, city_file):
-    addon.city_path = str(city_file)
-    city = run("import_city", "classify")
-    city.data.vertices[0].co.z += 1
-    city.data.update()
-    bpy.context.view_layer.update()
-    assert state_of_step(city, "classify", addon) == "stale"
-
-
 def test_a_city_of_a_file_may_be_moved_but_not_turned(addon, city_file):
-    addon.city_path = str(city_file)
-    city = run("import_city", "classify")
+    city = run("import_city", "classify", city_path=str(city_file))
     for place, turn, state in ((100.0, 0.0, "done"), (100.0, 0.5, "stale"), (0.0, 0.0, "done")):
         city.location.x, city.rotation_euler.z = place, turn
         bpy.context.view_layer.update()
@@ -189,13 +159,12 @@ def test_a_city_of_a_file_may_be_moved_but_not_turned(addon, city_file):
 def test_another_city_leaves_the_objects_alone(addon, town, city_file):
     first = run("take_meshes", "classify")
     kinds = read_face_attribute(first.data, "kind")
-    addon.city_path, addon.own_place = str(city_file), False
-    second = run("import_city", "classify")
+    second = run("import_city", "classify", city_path=str(city_file), own_place=False)
     assert set(list_cities(bpy.context.scene)) == {first, second}
     assert all(item.visible_get() for item in town.values())
     assert "citypv_colour" not in town["House"].data.color_attributes
     assert bpy.ops.citypv.switch_city(name=first.name) == {"FINISHED"}
-    assert find_city(bpy.context.scene)[0] == first
+    assert here() == first
     assert "citypv_colour" in town["House"].data.color_attributes
     np.testing.assert_array_equal(read_face_attribute(first.data, "kind"), kinds)
 
@@ -216,7 +185,7 @@ def test_other_selected_objects_are_another_city_and_the_same_ones_replace_it(ad
 
 
 def test_a_picture_shows_the_city_that_is_hidden_itself(addon, town):
-    from citypv.operators.stage_picture import stage_picture
+    from citypv.operators.picture.stage_picture import stage_picture
 
     city = run("take_meshes", "classify")
     for _ in range(2):

@@ -7,7 +7,7 @@ import bpy
 import pytest
 
 import citypv
-from citypv.citypv_addon.failures import draw_failures
+from citypv.citypv_addon.draw_steps import draw_failures
 from citypv.operators import check_libraries
 
 ENDINGS = {(3, 11): "blender_4.5.zip", (3, 13): "blender_5.2.zip", (3, 14): "blender_5.2_python_3.14.zip"}
@@ -22,7 +22,7 @@ def said():
 
 
 def test_nothing_is_said_where_all_is_well(addon):
-    assert check_libraries.list_failures() == []
+    assert check_libraries.FAILURES == []
     assert said() == ""
 
 

@@ -2,12 +2,12 @@
 
 import bpy
 import pytest
+from steps import here, run, session_here
 
 from citypv.core.materials.materials import MaterialSpec
-from citypv.operators.colour_faces import build_plain_material
-from citypv.operators.keep_report import find_row
-from citypv.operators.read_materials import describe_material, name_face_materials, read_finish
-from citypv.operators.session import find_city, find_session
+from citypv.operators.city.read_materials import describe_material, name_face_materials, read_finish
+from citypv.operators.picture.colour_faces import build_plain_material
+from citypv.operators.result.keep_report import find_row
 
 RED = (0.5, 0.2, 0.1)
 SIDE = 2000.0  # [m] of a quarter of the ground
@@ -53,9 +53,8 @@ def trace(settings, **changes):
     settings.days, settings.samples, settings.albedo_source = 1, 1024, "materials"
     for key, value in changes.items():
         setattr(settings, key, value)
-    for step in ("take_meshes", "classify", "trace"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
-    return find_session(find_city(bpy.context.scene)[0])
+    run("take_meshes", "classify", "trace")
+    return session_here()
 
 
 def light_of_wall(session):
@@ -83,7 +82,7 @@ def test_a_wall_before_a_plain_of_that_material(addon, name, colour, albedo):
     assert abs(mean - 0.5 * (1 + albedo)) < 4 * error + 2e-3  # the plain ends before the horizon
     stated = session.transfer.record.request["materials"]
     assert list(stated) == [name]
-    item = find_city(bpy.context.scene)[0]
+    item = here()
     assert list(item["citypv_albedos"]) == ["one value|0.250|1", f"{name}|{albedo:.3f}|1"]
     assert item["citypv_unread"] == ""
     assert find_row(item, f"material/{name}")["count"] == "1"
@@ -95,12 +94,11 @@ def test_another_colour_counts_at_the_next_trace_and_one_value_leaves_materials_
     mean, error = light_of_wall(trace(addon))
     assert abs(mean - 0.6) < 4 * error + 2e-3
     find_shader(material).inputs["Base Color"].default_value = (0.8, 0.8, 0.8, 1)
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
-    session = find_session(find_city(bpy.context.scene)[0])
+    run("trace")
+    session = session_here()
     mean, error = light_of_wall(session)
     assert abs(mean - 0.9) < 4 * error + 2e-3
-    addon.albedo_source, addon.albedo = "one", 0.4
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    run("trace", albedo_source="one", albedo=0.4)
     mean, error = light_of_wall(session)
     assert abs(mean - 0.7) < 4 * error + 2e-3
     assert session.transfer.record.request["materials"] == {}
@@ -113,34 +111,10 @@ def test_a_material_that_tells_no_albedo_is_named_and_the_one_value_taken(addon)
     add_wall_and_ground(material)
     mean, error = light_of_wall(trace(addon, albedo=0.5))
     assert abs(mean - 0.75) < 4 * error + 2e-3
-    item = find_city(bpy.context.scene)[0]
+    item = here()
     assert list(item["citypv_albedos"]) == ["one value|0.500|2"]
     assert item["citypv_unread"] == "Materials without a known albedo: photograph"
     assert describe_material(material).startswith("One value: a texture")
-
-
-def test_an_albedo_file_from_the_panel(addon, tmp_path):
-    add_wall_and_ground()
-    path = tmp_path / "albedo.csv"
-    path.write_text("surface,albedo,material\nplain/0,,asphalt\n")
-    mean, error = light_of_wall(trace(addon, albedo_source="file", albedo_file=str(path)))
-    assert abs(mean - 0.5625) < 4 * error + 2e-3
-    addon.albedo_file = ""
-    with pytest.raises(RuntimeError, match="Albedo: no file is chosen; choose an albedo file"):
-        bpy.ops.citypv.trace()
-
-
-@pytest.mark.parametrize("estimator", ["gather", "forward"])
-def test_both_estimators_take_a_mirror(addon, estimator):
-    add_wall_and_ground(build_material("chrome", (0.5, 0.5, 0.5), Metallic=1.0, Roughness=0.0))
-    addon.estimator, addon.samples = estimator, 16
-    trace(addon)
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
-    item = find_city(bpy.context.scene)[0]
-    assert "chrome|as a mirror|1" in list(item["citypv_albedos"])
-    settings = find_session(item).transfer.record.as_dict()
-    assert settings["request"]["estimator"] == estimator
-    assert settings["request"]["materials"] == {"chrome": {"albedo": 0.5, "material": "mirror"}}
 
 
 def test_materials_that_are_not_there_are_told_in_one_line(addon):
@@ -252,7 +226,7 @@ def test_materials_that_modifiers_give_are_those_of_the_faces(addon):
     face = add_face("face", [(x + 9, y, z) for x, y, z in corners], clay)
     face.modifiers.new("Give", "NODES").node_group = tree
     bpy.context.view_layer.update()
-    assert bpy.ops.citypv.take_meshes() == {"FINISHED"}
-    city = find_session(find_city(bpy.context.scene)[0]).city
+    run("take_meshes")
+    city = session_here().city
     found = list(zip(city.building_id, city.material, strict=True))
     assert sorted(found) == [("face", "lime")] + [("slab", "clay")] * 2 + [("slab", "lime")] * 4

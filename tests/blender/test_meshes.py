@@ -3,28 +3,24 @@
 import bpy
 import numpy as np
 import pytest
+from steps import add_box, here, run, session_here
 
+from citypv.core.city.join_contents import join_contents
 from citypv.core.errors import InputError
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.trees.crowns import volume_of_crowns
-from citypv.operators.keep_report import find_row, read_rows
-from citypv.operators.read_mesh import join_meshes, read_meshes
-from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.edits.take_meshes import read_meshes
 
 
 def take(items):
-    return join_meshes(read_meshes("Boxes", items, bpy.context))
+    return join_contents([read_meshes("Boxes", items, bpy.context)], orient="auto")
 
 
-def add_box(name, location, collection=None):
-    bpy.ops.mesh.primitive_cube_add(size=2, location=location, scale=(5, 4, 3))
-    box = bpy.context.object
-    box.name = name
-    if collection is not None:
-        bpy.context.scene.collection.objects.unlink(box)
-        collection.objects.link(box)
-    return box
+def move(item, collection):
+    bpy.context.scene.collection.objects.unlink(item)
+    collection.objects.link(item)
+    return item
 
 
 def add_mesh(name, points, faces):
@@ -56,14 +52,10 @@ def test_a_mesh_of_the_user_becomes_a_city(addon):
 
 def test_a_mesh_of_the_user_goes_through_the_steps(addon):
     bpy.ops.mesh.primitive_cube_add(size=10, location=(0, 0, 5))
-    assert bpy.ops.citypv.take_meshes() == {"FINISHED"}
+    run("take_meshes")
     with pytest.raises(RuntimeError, match="its location on Earth is unknown; enable Own location"):
         bpy.ops.citypv.classify()
-    addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
-    addon.days, addon.samples = 2, 64
-    for step in ("classify", "trace", "energy"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = run("classify", "trace", "energy", days=2, samples=64, own_place=True, latitude=48.0, longitude=11.0)
     assert len(np.unique(read_face_attribute(city.data, "full_load_hours"))) >= 4
 
 
@@ -84,28 +76,23 @@ def test_a_collection_gives_its_meshes_those_below_it_and_its_instances(addon):
     town, quarter, model = (bpy.data.collections.new(name) for name in ("Town", "Quarter", "Model"))
     bpy.context.scene.collection.children.link(town)
     town.children.link(quarter)
-    add_box("house", (0, 0, 3), town)
-    add_box("barn", (40, 0, 3), quarter)
-    shed = add_box("shed", (0, 0, 0), model)  # the model itself is not in the scene
+    move(add_box("house", (0, 0, 3)), town)
+    move(add_box("barn", (40, 0, 3)), quarter)
+    move(add_box("shed", (0, 0, 0)), model)  # the model itself is not in the scene
     for place in ((0, 50, 3), (40, 50, 3)):
         row = bpy.data.objects.new("row", None)
         row.instance_type, row.instance_collection, row.location = "COLLECTION", model, place
         quarter.objects.link(row)
     add_box("elsewhere", (500, 0, 3))
-    addon.collection = town
-    assert bpy.ops.citypv.take_meshes() == {"FINISHED"}
-    city = find_session(find_city(bpy.context.scene)[0]).city
+    run("take_meshes", collection=town)
+    city = session_here().city
     names = sorted(set(city.building_id))
     assert names == ["barn", "house", "row.001/shed", "row/shed"]
     assert len(city) == 24
     points = {name: city.points[city.ring_start[:-1]][np.array(city.building_id) == name] for name in names}
     np.testing.assert_allclose(points["row.001/shed"].min(axis=0), [35, 46, 0], atol=1e-5)
     np.testing.assert_allclose(points["row/shed"].max(axis=0), [5, 54, 6], atol=1e-5)
-    assert shed.name == "shed"
-    addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
-    assert bpy.ops.citypv.classify() == {"FINISHED"}
-    item, _ = find_city(bpy.context.scene)
-    assert list(item["citypv_report"])[:2] == ["Collection Town", "4 buildings, 0 parts, 24 surfaces"]
+    assert list(here()["citypv_report"])[:2] == ["Collection Town", "4 buildings, 0 parts, 24 surfaces"]
 
 
 def test_instances_of_geometry_nodes_are_buildings(addon):
@@ -155,23 +142,13 @@ def test_what_cannot_be_used_of_meshes_is_reported(addon):
     assert sorted(set(city.building_id)) == ["box", "spoilt"]
 
 
-def test_a_box_turned_inside_out_is_mended_as_in_a_file(addon):
-    box = add_box("box", (0, 0, 3))
-    box.data.flip_normals()
-    assert bpy.ops.citypv.take_meshes() == {"FINISHED"}
-    item, _ = find_city(bpy.context.scene)
-    assert find_row(item, "repaired/flipped: faced inwards in a watertight shell")["count"] == "6"
-    assert not read_rows(item, "skipped")
-    assert find_row(item, "kind/flat")["area"] == "80.0 m²"
-
-
 def test_meshes_are_taken_from_edit_mode_as_they_are_edited(addon):
     add_box("box", (0, 0, 3))
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.mesh.select_all(action="SELECT")
     bpy.ops.transform.resize(value=(1, 1, 2))
-    assert bpy.ops.citypv.take_meshes() == {"FINISHED"}
-    city = find_session(find_city(bpy.context.scene)[0]).city
+    run("take_meshes")
+    city = session_here().city
     assert np.ptp(city.points[:, 2]) == pytest.approx(12)
 
 
@@ -189,9 +166,9 @@ def test_marked_meshes_are_trees(addon):
         bpy.context.scene.collection.children.link(group)
     house, lime = add_box("House", (0, 0, 3)), add_box("Lime", (20, 0, 3))
     lime["tree"], lime["evergreen"] = True, True
-    ash, kiosk = add_box("Ash", (40, 0, 3), trees), add_box("Kiosk", (60, 0, 3), trees)
+    ash, kiosk = move(add_box("Ash", (40, 0, 3)), trees), move(add_box("Kiosk", (60, 0, 3)), trees)
     kiosk["tree"] = False
-    hedge = add_box("Hedge", (80, 0, 3), hedges)
+    hedge = move(add_box("Hedge", (80, 0, 3)), hedges)
     bpy.context.view_layer.update()
     city = take([house, lime, ash, kiosk, hedge])
     assert sorted(tree.name for tree in city.trees) == ["Ash", "Hedge", "Lime"]

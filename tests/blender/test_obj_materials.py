@@ -2,13 +2,14 @@
 
 import bpy
 import pytest
+from steps import run
 
 from citypv.core.files.read_city import read_city
 from citypv.core.materials.materials import MaterialSpec
 from citypv.core.materials.shader_material import named_material
-from citypv.operators.keep_report import find_row
-from citypv.operators.read_materials import read_finish
-from citypv.operators.session import find_city, find_session
+from citypv.operators.city.read_materials import read_finish
+from citypv.operators.result.keep_report import find_row
+from citypv.operators.session import find_session
 
 CUBE = "\n".join(f"v {x} {y} {z}" for z in (0, 5) for y in (0, 10) for x in (0, 10))
 FACES = ["f 1 3 4 2", "f 1 2 6 5", "f 2 4 8 6", "f 4 3 7 8", "f 3 1 5 7", "f 5 6 8 7"]
@@ -45,10 +46,7 @@ def test_names_and_colours_mean_what_they_mean_to_blender(addon, obj_file):
 
 def test_they_count_when_asked_for_and_those_of_blender_before(addon, obj_file):
     addon.city_path, addon.own_place, addon.latitude, addon.longitude = str(obj_file), True, 50, 10
-    addon.typical_days, addon.samples, addon.albedo_source = 1, 16, "materials"
-    for step in ("import_city", "classify", "trace"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
-    city = find_city(bpy.context.scene)[0]
+    city = run("import_city", "classify", "trace", typical_days=1, samples=16, albedo_source="materials")
     rows = {row.split("|")[0]: row.split("|")[1:] for row in city["citypv_albedos"]}
     expected = {"one value": ["0.250", "4"], "Ziegel rot": ["0.257", "1"], "White_Paint": ["0.700", "1"]}
     assert rows == expected | {"ground": ["0.250", ""]}
@@ -56,7 +54,7 @@ def test_they_count_when_asked_for_and_those_of_blender_before(addon, obj_file):
     assert find_row(city, "material/Bild")["count"] == "1"
     material = bpy.data.materials.new("bare")
     material.citypv_material = "slate"
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    run("trace")
     assert "bare|0.100|1" in list(city["citypv_albedos"])
     transfer = find_session(city).transfer
     assert sorted(transfer.material) == ["", "", "", "White_Paint", "Ziegel rot", "bare"]

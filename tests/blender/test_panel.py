@@ -7,38 +7,23 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from steps import here, run
 
-from citypv.operators import city_files
-from citypv.operators.follow_file import follow_undo
-from citypv.operators.import_city import ImportCity
-from citypv.operators.run_step import redraw_panels
-from citypv.operators.select_faces import read_selection
-from citypv.operators.session import close_sessions, find_city, find_session, list_cities
-from citypv.operators.stage_picture import copy_view, stage_picture
-from citypv.operators.step_state import STEPS, state_of_step
-from citypv.operators.write_attributes import read_face_attribute
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.read_settings import STEPS, state_of_step
+from citypv.operators.picture.stage_picture import copy_view, stage_picture
+from citypv.operators.result.select_faces import read_selection
+from citypv.operators.session import close_sessions, list_cities
 
 WEATHER = Path(__file__).parents[1] / "data" / "weather"
 
 
-def run_steps(settings, path, *steps):
-    settings.city_path, settings.samples, settings.shadow_samples = str(path), 16, 2
-    settings.suns, settings.typical_days = "typical-days", 1
-    for step in steps:
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
-    return find_city(bpy.context.scene)
-
-
-def test_classify_never_takes_meshes_that_were_not_given(addon, city_file):
-    bpy.ops.mesh.primitive_cube_add(size=2)
-    assert bpy.context.selected_objects
-    with pytest.raises(RuntimeError, match="Import a city or take meshes first"):
-        bpy.ops.citypv.classify()
-    assert find_city(bpy.context.scene) == (None, None)
+def run_steps(path, *steps):
+    return run(*steps, city_path=str(path), samples=16, shadow_samples=2, suns="typical-days", typical_days=1)
 
 
 def test_a_saved_city_is_not_swapped_for_a_cube(addon, city_file, tmp_path):
-    run_steps(addon, city_file, "import_city", "classify")
+    run_steps(city_file, "import_city", "classify")
     path = str(tmp_path / "city.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
@@ -48,20 +33,20 @@ def test_a_saved_city_is_not_swapped_for_a_cube(addon, city_file, tmp_path):
     bpy.ops.mesh.primitive_cube_add(size=2)
     with pytest.raises(RuntimeError, match="must be imported again"):
         bpy.ops.citypv.classify()
-    assert len(np.unique(read_face_attribute(find_city(bpy.context.scene)[0].data, "surface"))) == 21
+    assert len(np.unique(read_face_attribute(here().data, "surface"))) == 21
 
 
 def test_show_acts_at_once_and_says_what_is_shown(addon, city_file, capfd):
-    city, _ = run_steps(addon, city_file, "import_city", "classify")
+    city = run_steps(city_file, "import_city", "classify")
     assert (addon.attribute, city["citypv_colour_attribute"]) == ("kind", "kind")
     addon.attribute = "orientation"
     assert city["citypv_colour_attribute"] == "orientation"
     addon.attribute = "full_load_hours"  # not computed yet: the view stays
     assert city["citypv_colour_attribute"] == "orientation"
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    run("trace")
     assert (addon.attribute, city["citypv_colour_attribute"]) == ("diffuse_relative", "diffuse_relative")
     assert "shown: diffuse irradiance per DHI" in capfd.readouterr().out
-    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    run("energy")
     assert (addon.attribute, city["citypv_colour_attribute"]) == ("full_load_hours", "full_load_hours")
     addon.colour_map = "cividis"
     assert city["citypv_colour_map"] == "cividis"
@@ -76,41 +61,6 @@ def test_show_acts_at_once_and_says_what_is_shown(addon, city_file, capfd):
     assert 0 <= addon.low < addon.high <= 1
 
 
-def test_a_place_that_is_unknown_is_refused_before_anything_is_built(addon):
-    bpy.ops.mesh.primitive_cube_add(size=10)
-    assert bpy.ops.citypv.take_meshes() == {"FINISHED"}
-    before = find_city(bpy.context.scene)
-    with pytest.raises(RuntimeError, match="City: its location on Earth is unknown; enable Own location"):
-        bpy.ops.citypv.classify()
-    assert find_city(bpy.context.scene) == before
-    assert find_session(before[0]).scene is None
-
-
-def test_importing_without_a_file_opens_the_file_browser(addon, monkeypatch):
-    opened = []
-    ops = SimpleNamespace(citypv=SimpleNamespace(choose_city=lambda how, whole: opened.append((how, whole))))
-    monkeypatch.setattr(city_files, "bpy", SimpleNamespace(app=SimpleNamespace(background=False), ops=ops))
-    button = SimpleNamespace(filepath="", files=[], whole=False)
-    assert ImportCity.invoke(button, bpy.context, None) == {"CANCELLED"}
-    assert opened == [("INVOKE_DEFAULT", False)]
-
-
-def regions_redrawn(**how):
-    tagged = []
-    regions = [
-        SimpleNamespace(type=kind, tag_redraw=lambda kind=kind: tagged.append(kind)) for kind in ("UI", "WINDOW")
-    ]
-    area = SimpleNamespace(type="VIEW_3D", regions=regions)
-    window = SimpleNamespace(screen=SimpleNamespace(areas=[area]))
-    redraw_panels(SimpleNamespace(window_manager=SimpleNamespace(windows=[window])), **how)
-    return tagged
-
-
-def test_a_running_step_redraws_the_sidebar_only():
-    assert regions_redrawn() == ["UI"]
-    assert regions_redrawn(views=True) == ["UI", "WINDOW"]
-
-
 def views_of(screen):
     return [area.spaces.active for area in screen.areas if area.type == "VIEW_3D"]
 
@@ -121,13 +71,13 @@ def test_other_workspaces_keep_their_shading(addon, city_file):
     others = [screen for screen in bpy.data.screens if screen not in seen and views_of(screen)]
     before = {screen.name: [(v.shading.type, v.shading.light) for v in views_of(screen)] for screen in others}
     assert before
-    run_steps(bpy.context.scene.citypv, city_file, "import_city", "classify")
+    run_steps(city_file, "import_city", "classify")
     assert {s.name: [(v.shading.type, v.shading.light) for v in views_of(s)] for s in others} == before
     assert {v.shading.light for screen in seen for v in views_of(screen)} <= {"FLAT"}
 
 
 def test_a_picture_leaves_the_users_scene_alone(addon, city_file):
-    run_steps(addon, city_file, "import_city", "classify")
+    run_steps(city_file, "import_city", "classify")
     scene = bpy.context.scene
     bpy.ops.object.camera_add(location=(7, 8, 9))
     scene.camera, scene.world = bpy.context.object, bpy.data.worlds.new("mine")
@@ -169,41 +119,31 @@ def test_a_picture_is_what_the_view_shows(addon, city_file):
 
 
 def test_a_second_city_is_kept_beside_the_first(addon, city_file, row_file):
-    first, _ = run_steps(addon, city_file, "import_city", "classify", "trace", "energy")
+    first = run_steps(city_file, "import_city", "classify", "trace", "energy")
     hours = read_face_attribute(first.data, "full_load_hours")
-    second, _ = run_steps(addon, row_file, "import_city", "classify")
+    second = run_steps(row_file, "import_city", "classify")
     assert list_cities(bpy.context.scene) == [first, second] or list_cities(bpy.context.scene) == [second, first]
-    assert find_city(bpy.context.scene)[0] == second
+    assert here() == second
     assert not first.visible_get()
     assert not first["citypv_ground"].visible_get()
     assert bpy.ops.citypv.switch_city(name=first.name) == {"FINISHED"}
-    assert find_city(bpy.context.scene)[0] == first
+    assert here() == first
     assert first.visible_get()
     assert not second.visible_get()
     assert addon.city_path == str(city_file)
     assert [state_of_step(first, step, addon) for step in STEPS] == ["done"] * 4
     np.testing.assert_array_equal(read_face_attribute(first.data, "full_load_hours"), hours)
-    addon.weather = "clear-sky"
-    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    run("energy", weather="clear-sky")
     assert np.nanmean(read_face_attribute(first.data, "full_load_hours")) > np.nanmean(hours)
     assert "citypv_full_load_hours" not in second.data.attributes
     with pytest.raises(RuntimeError, match="Metropolis: there is no such city"):
         bpy.ops.citypv.switch_city(name="Metropolis")
 
 
-def test_selecting_counts_surfaces_and_stays_in_object_mode(addon, city_file, capfd):
-    city, _ = run_steps(addon, city_file, "import_city", "classify")
-    capfd.readouterr()
-    assert bpy.ops.citypv.select_group(group="kind/facade") == {"FINISHED"}
-    assert "12 surfaces selected: facade" in capfd.readouterr().out
-    assert read_selection(city.data).sum() > 12  # triangles
-    assert bpy.context.mode == "OBJECT"
-
-
 def test_the_highlight_lies_on_the_selected_faces(addon, city_file):
-    from citypv.operators.draw_highlight import lift_faces
+    from citypv.operators.picture.draw_view import lift_faces
 
-    city, _ = run_steps(addon, city_file, "import_city", "classify")
+    city = run_steps(city_file, "import_city", "classify")
     bpy.ops.citypv.select_group(group="orientation/south")
     points = lift_faces(city.data).reshape(-1, 3, 3)
     assert len(points) == read_selection(city.data).sum()
@@ -211,19 +151,9 @@ def test_the_highlight_lies_on_the_selected_faces(addon, city_file):
     assert (normals[:, 1] < 0).all()  # towards the south
 
 
-def test_undoing_shows_the_shape_again(addon, city_file):
-    city, _ = run_steps(addon, city_file, "import_city", "classify")
-    views = [view for window in bpy.context.window_manager.windows for view in views_of(window.screen)]
-    assert {view.shading.light for view in views} <= {"FLAT"}
-    city.data.color_attributes.remove(city.data.color_attributes["citypv_colour"])  # as before Classify
-    assert follow_undo in bpy.app.handlers.undo_post
-    follow_undo(bpy.context.scene)
-    assert {view.shading.light for view in views} <= {"STUDIO"}
-
-
 def test_the_report_as_text_has_hours_weather_and_albedo(addon, city_file):
-    city, _ = run_steps(addon, city_file, "import_city", "classify", "trace", "energy")
-    assert bpy.ops.citypv.show_report() == {"FINISHED"}
+    city = run_steps(city_file, "import_city", "classify", "trace", "energy")
+    run("show_report")
     text = bpy.data.texts["CityPV report"].as_string()
     assert f"Weather: {city['citypv_weather']}" in text
     for row in city["citypv_groups"]:
@@ -233,15 +163,13 @@ def test_the_report_as_text_has_hours_weather_and_albedo(addon, city_file):
 
 def test_weather_from_far_away_is_refused_and_flagged(addon, city_file):
     """From Berlin to the station in New York's Central Park it is 6,386 km (`tests/core/test_weather_place.py`)."""
-    city, _ = run_steps(addon, city_file, "import_city", "classify", "trace")
+    city = run_steps(city_file, "import_city", "classify", "trace")
     addon.weather = "file"
     addon.weather_file = str(WEATHER / "USA_NY_New.York-CentralPark_TMY3.epw.gz")
     with pytest.raises(RuntimeError, match=r"from the latitude 52\.50° that was traced; .* or Within \[km\] 1310"):
         bpy.ops.citypv.energy()
-    addon.allow_distance = 1400
-    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    run("energy", allow_distance=1400)
     away = re.fullmatch(r"from a place (.*) km away, whose sun is used", city["citypv_weather_place"])
     assert float(away[1].replace(",", "")) == pytest.approx(6386, rel=0.01)
-    addon.weather = "climate"
-    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    run("energy", weather="climate")
     assert city["citypv_weather_place"] == ""

@@ -4,12 +4,12 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
+from steps import here, run
 
 from citypv.citypv_addon.menus import CityMenu, draw_city_menu
 from citypv.citypv_addon.panels import PANELS
 from citypv.operators import check_libraries
 from citypv.operators.run_step import Job, Step
-from citypv.operators.session import find_city
 
 ICONS = set(bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items.keys())
 
@@ -76,18 +76,16 @@ def start(layout, context):
 
 def test_panels_draw_at_every_step(addon, city_file, row_file):
     assert "Choose a city, or drop its file here" in draw_all()
-    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 2, 1
     for step in ("import_city", "classify", "trace", "energy"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+        run(step, city_path=str(city_file), samples=16, shadow_samples=2, days=1)
         assert "done" in draw_all()
     texts = draw_all()
-    city, _ = find_city(bpy.context.scene)
+    city = here()
     assert next(row.split("|")[1] for row in city["citypv_totals"]) in texts
     addon.attribute, addon.auto_range = "kind", False
     addon.low, addon.high = 2, 1
     assert "Low must be below High" in draw_all()
-    addon.city_path = str(row_file)
-    assert bpy.ops.citypv.import_city() == {"FINISHED"}
+    run("import_city", city_path=str(row_file))
     assert "Not computed yet: run the steps above" in draw_all()
 
 
@@ -101,6 +99,8 @@ def test_the_running_step_is_drawn_without_long_lines(addon, monkeypatch, title)
     assert {"25 %", "sky and reflections", job.rate} <= set(texts)
     assert (f"{title} 25 %" in texts) == (title != "Solar city")  # whose own bar is at the top
     assert max(len(text) for text in texts) <= 44
+    run("cancel")
+    assert job.cancelled and not job.dropped
 
 
 def test_a_library_that_failed_stands_in_the_panel(addon):

@@ -3,18 +3,11 @@
 import bpy
 import numpy as np
 import pytest
+from steps import run
 
-from citypv.operators.probe_faces import MONTHS, hit_face
-from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
-
-
-@pytest.fixture
-def city(addon, city_file):
-    """The street with its energy."""
-    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 2, 2
-    assert bpy.ops.citypv.solar_city() == {"FINISHED"}
-    return find_city(bpy.context.scene)[0]
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.result.probe_faces import MONTHS, hit_face
+from citypv.operators.session import find_session
 
 
 def told(city):
@@ -56,7 +49,7 @@ def test_a_building_is_the_sum_of_its_surfaces(city):
         power += number(told(city)["Power"])
     assert number(whole["Power"]) == pytest.approx(power, abs=0.4)
     bpy.ops.citypv.select_group(group="building/house0")
-    assert bpy.ops.citypv.probe() == {"FINISHED"}
+    run("probe")
     assert told(city) == whole
 
 
@@ -73,6 +66,6 @@ def test_nothing_to_probe_says_what_to_do(city):
         bpy.ops.citypv.probe()
     with pytest.raises(RuntimeError, match="City: it has no face 100000; give 0 to"):
         bpy.ops.citypv.probe(face=100000)
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    run("trace")
     with pytest.raises(RuntimeError, match="Compute the energy first"):
         bpy.ops.citypv.probe()

@@ -4,18 +4,19 @@ import time
 
 import bpy
 import pytest
+from steps import run
 
 from citypv.core.city.join_contents import JOINING
 from citypv.core.files.read_city import READING
 from citypv.core.progress import SUN_STAGE
 from citypv.core.sampling import hemisphere_rays
-from citypv.operators import classify_city, run_step
-from citypv.operators.classify_city import ClassifyCity
-from citypv.operators.compile_loops import COMPILING
-from citypv.operators.compute_energy import WeighEnergy
-from citypv.operators.import_city import ImportCity
-from citypv.operators.job import Job, describe_left, share_of_step
-from citypv.operators.trace_city import TraceCity
+from citypv.operators import run_step
+from citypv.operators.city import classify_city
+from citypv.operators.city.classify_city import ClassifyCity
+from citypv.operators.city.import_city import ImportCity
+from citypv.operators.job import COMPILING, Job, describe_left, share_of_step
+from citypv.operators.light.trace_city import TraceCity
+from citypv.operators.result.compute_energy import WeighEnergy
 
 STAGES = {"sky": 3.0, "suns": 1.0}
 
@@ -79,9 +80,7 @@ def test_compiling_is_a_stage_of_its_own(addon, city_file, monkeypatch):
     told = []
     monkeypatch.setattr(run_step, "silent", lambda stage, done, total, unit: told.append((stage, done, total)))
     monkeypatch.setattr(hemisphere_rays, "is_compiled", lambda: False)
-    addon.city_path = str(city_file)
-    for step in ("import_city", "classify"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    run("import_city", "classify", city_path=str(city_file))
     steps = [done / total for stage, done, total in told if stage == "compiling for this computer, only once"]
     assert steps == [0, 1 / 3, 2 / 3, 1]
     inside = [done / total for stage, done, total in told if stage == "finding interior surfaces"]

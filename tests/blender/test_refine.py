@@ -3,23 +3,23 @@
 import bpy
 import numpy as np
 import pytest
+from steps import here, run, session_here
 
 from citypv.core.commands.simulate import simulate
 from citypv.core.progress import CancelledError
 from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
-from citypv.operators import refine_trace, run_step
-from citypv.operators.refine_trace import show_round
-from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
+from citypv.operators import run_step
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.light import trace_city
+from citypv.operators.light.trace_city import show_round
+from citypv.operators.session import find_session
 
 
 @pytest.fixture
 def goal(addon, city_file):
     """The street, classified, with a target that takes some rounds."""
-    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 4, 4
-    assert bpy.ops.citypv.import_city() == {"FINISHED"}
-    assert bpy.ops.citypv.classify() == {"FINISHED"}
+    run("import_city", "classify", city_path=str(city_file), samples=16, shadow_samples=4, days=4)
     seeing = bpy.context.scene.citypv_seeing
     seeing.refine, seeing.target_error, seeing.time_budget = True, 1.5, 0.0
     return seeing
@@ -27,7 +27,7 @@ def goal(addon, city_file):
 
 def watch(monkeypatch, seen):
     """Show every round at once, as the window does between two redraws; keep what the faces have."""
-    before = refine_trace.replace
+    before = trace_city.replace
 
     def keep(transfer, **changes):
         found = before(transfer, **changes)
@@ -35,14 +35,14 @@ def watch(monkeypatch, seen):
         seen.append((rounds, transfer.diffuse_relative.copy()))
         return found
 
-    monkeypatch.setattr(refine_trace, "replace", keep)
+    monkeypatch.setattr(trace_city, "replace", keep)
 
 
 def test_the_last_round_has_the_numbers_of_the_command_line(goal, city_file, tmp_path, monkeypatch):
     seen = []
     watch(monkeypatch, seen)
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
-    transfer = find_session(find_city(bpy.context.scene)[0]).transfer
+    run("trace")
+    transfer = session_here().transfer
     rounds = [count for count, _ in seen]
     assert rounds == sorted(rounds)
     assert rounds[0] == 1
@@ -57,7 +57,7 @@ def test_the_last_round_has_the_numbers_of_the_command_line(goal, city_file, tmp
 
 
 def test_every_round_is_written_on_the_faces(goal, monkeypatch):
-    city, _ = find_city(bpy.context.scene)
+    city = here()
     session, shown = find_session(city), []
 
     def progress(stage, done, total, unit):
@@ -72,14 +72,14 @@ def test_every_round_is_written_on_the_faces(goal, monkeypatch):
             assert session.round is None
 
     monkeypatch.setattr(run_step, "silent", progress)
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    run("trace")
     assert len(shown) >= 2
     assert {name for name, _ in shown} == {"full_load_hours"}
     assert len({mean for _, mean in shown}) == len(shown)
 
 
 def test_escape_among_the_rounds_keeps_those_that_are_finished(goal, monkeypatch):
-    city, _ = find_city(bpy.context.scene)
+    city = here()
     session, rounds = find_session(city), []
 
     def progress(stage, done, total, unit):
@@ -91,14 +91,8 @@ def test_escape_among_the_rounds_keeps_those_that_are_finished(goal, monkeypatch
 
     goal.target_error = 0.01
     monkeypatch.setattr(run_step, "silent", progress)
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    run("trace")
     assert session.transfer.record.rounds == rounds[-1]
     assert not session.transfer.record.interrupted
     monkeypatch.undo()
-    assert bpy.ops.citypv.energy() == {"FINISHED"}
-
-
-def test_without_refine_one_round_is_traced(goal):
-    goal.refine = False
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
-    assert find_session(find_city(bpy.context.scene)[0]).transfer.record.rounds == 1
+    run("energy")

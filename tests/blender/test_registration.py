@@ -25,43 +25,14 @@ def test_enabling_loads_nothing_heavy():
     assert done.stdout.strip().splitlines()[-1] == "[]"
 
 
-def test_everything_registered_is_taken_back():
-    citypv.register()
-    assert hasattr(bpy.types.Scene, "citypv")
-    assert all(item.is_registered for item in CLASSES)
-    citypv.unregister()
-    assert not hasattr(bpy.types.Scene, "citypv")
-    assert not any(item.is_registered for item in CLASSES)
-    citypv.register()
-    citypv.unregister()
-    citypv.unregister()
-
-
-def test_every_setting_is_described(addon):
-    own = [item for item in addon.bl_rna.properties if item.identifier not in ("rna_type", "name")]
-    assert len(own) > 30
-    for item in own:
-        assert item.name, item.identifier
-        assert item.description, item.identifier
-
-
 def test_every_step_has_an_operator_and_a_panel(addon):
     for step in STEPS:
         operator = getattr(bpy.ops.citypv, step).get_rna_type()
         assert operator.description, step
     panels = [item for item in CLASSES if issubclass(item, bpy.types.Panel) and item.bl_space_type == "VIEW_3D"]
     assert {panel.bl_category for panel in panels} == {"CityPV"}
-    assert [panel.bl_label for panel in panels[1:]] == [
-        "1  Import",
-        "2  Classify",
-        "3  Trace",
-        "4  Energy",
-        "5  Colour",
-        "Probe",
-        "Results",
-        "Timeline",
-        "Before and after",
-    ]
+    steps = ["1  Import", "2  Classify", "3  Trace", "4  Energy", "5  Colour"]
+    assert [panel.bl_label for panel in panels[1:]] == [*steps, "Probe", "Results", "Timeline", "Before and after"]
 
 
 @pytest.mark.parametrize("step", ["classify", "trace", "energy", "colour", "render"])
@@ -73,12 +44,12 @@ def test_a_step_waits_for_the_one_before(addon, step):
 
 
 def test_the_command_is_the_command_line(addon, monkeypatch):
-    from citypv.citypv_addon import command
     from citypv.core.commands import command_line
+    from citypv.operators.picture.draw_results import run_command
 
     arguments = []
     monkeypatch.setattr(command_line, "main", lambda given, draw: arguments.append(given) or 2)
-    assert command.run_command(["simulate", "nowhere.gml"]) == 2
+    assert run_command(["simulate", "nowhere.gml"]) == 2
     assert arguments == [["simulate", "nowhere.gml"]]
 
 
@@ -109,4 +80,5 @@ def test_disabling_leaves_nothing_in_blender():
     assert {owner for owner, _ in during["properties"] - before["properties"]} >= {"Scene", "Material"}
     assert during["handlers"] > before["handlers"] and during["menus"] > before["menus"]
     citypv.unregister()
+    citypv.unregister()  # a second time does nothing
     assert list_traces() == before

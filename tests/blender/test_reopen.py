@@ -5,29 +5,28 @@ import shutil
 import bpy
 import numpy as np
 import pytest
+from steps import here, run
 
-from citypv.operators.keep_transfer import describe_missing, find_kept
-from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.light.keep_transfer import describe_missing, find_kept
+from citypv.operators.session import find_session
 
 
 @pytest.fixture
 def saved(addon, city_file, tmp_path):
     """A city with results that was saved: its file and its full load hours."""
     addon.city_path, addon.samples, addon.shadow_samples = str(city_file), 16, 2
-    addon.suns, addon.typical_days = "typical-days", 1
-    for step in ("import_city", "classify", "trace", "energy"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+    run("import_city", "classify", "trace", "energy", suns="typical-days", typical_days=1)
     path = tmp_path / "plan" / "city.blend"
     path.parent.mkdir()
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
-    return path, read_face_attribute(find_city(bpy.context.scene)[0].data, "full_load_hours")
+    return path, read_face_attribute(here().data, "full_load_hours")
 
 
 def reopen(path):
     """Open a file as another Blender does."""
     bpy.ops.wm.open_mainfile(filepath=str(path))
-    city, _ = find_city(bpy.context.scene)
+    city = here()
     assert find_session(city) is None
     return city, bpy.context.scene.citypv
 
@@ -36,10 +35,9 @@ def test_another_weather_and_module_after_reopening(saved):
     path, hours = saved
     city, settings = reopen(path)
     assert find_kept(city).name == "city.City.citypv.nc"
-    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    run("energy")
     np.testing.assert_array_equal(read_face_attribute(city.data, "full_load_hours"), hours)
-    settings.weather = "clear-sky"
-    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    run("energy", weather="clear-sky")
     assert np.nanmean(read_face_attribute(city.data, "full_load_hours")) > 1.2 * np.nanmean(hours)
     settings.attribute = "diffuse_relative"
     assert city["citypv_colour_attribute"] == "diffuse_relative"
@@ -53,7 +51,7 @@ def test_a_file_that_is_saved_elsewhere_takes_its_light_along(saved, tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=str(other))
     shutil.rmtree(path.parent)
     city, _ = reopen(other)
-    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    run("energy")
     np.testing.assert_array_equal(read_face_attribute(city.data, "full_load_hours"), hours)
 
 
@@ -84,7 +82,7 @@ def test_a_folder_that_cannot_be_written_still_saves_the_file(saved, monkeypatch
     monkeypatch.setattr(write_transfer, "write_transfer", refuse)
     path, _ = saved
     assert bpy.ops.wm.save_as_mainfile(filepath=str(path)) == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = here()
     assert "No space left on device" in describe_missing(city)
 
 
@@ -98,7 +96,7 @@ def append_city(path):
 
 def test_a_city_that_is_appended_has_its_own_light(saved, tmp_path):
     path, hours = saved
-    first, _ = find_city(bpy.context.scene)
+    first = here()
     own = find_session(first)
     other = path.with_name("other.blend")
     shutil.copyfile(path, other)
@@ -109,15 +107,15 @@ def test_a_city_that_is_appended_has_its_own_light(saved, tmp_path):
     alone = append_city(other)
     assert find_kept(alone).is_file()
     np.testing.assert_array_equal(read_face_attribute(alone.data, "full_load_hours"), hours)
-    assert bpy.ops.citypv.energy() == {"FINISHED"}
+    run("energy")
     np.testing.assert_array_equal(read_face_attribute(alone.data, "full_load_hours"), hours)
 
 
 def test_a_copy_keeps_its_results_and_says_that_it_has_no_light(saved):
-    city, _ = find_city(bpy.context.scene)
+    city = here()
     city.select_set(True)
     bpy.ops.object.duplicate()
-    copy, _ = find_city(bpy.context.scene)
+    copy = here()
     assert copy != city
     assert find_session(copy) is None
     assert "no traced light of its own" in describe_missing(copy)
@@ -126,7 +124,7 @@ def test_a_copy_keeps_its_results_and_says_that_it_has_no_light(saved):
     # A copy of the whole scene has a city of its own, too.
     bpy.ops.scene.new(type="FULL_COPY")
     bpy.context.view_layer.update()
-    other, _ = find_city(bpy.context.scene)
+    other = here()
     assert other != city
     assert find_session(other) is None
     assert find_session(city).transfer is not None
@@ -136,7 +134,6 @@ def test_a_city_whose_light_is_missing_is_traced_again_by_a_button(saved):
     path, hours = saved
     (path.parent / "city.City.citypv.nc").unlink()
     reopen(path)
-    assert bpy.ops.citypv.retrace() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = run("retrace")
     np.testing.assert_array_equal(read_face_attribute(city.data, "full_load_hours"), hours)
     assert describe_missing(city) == ""

@@ -5,13 +5,14 @@ import re
 import bpy
 import numpy as np
 import pytest
+from steps import run
 
 from citypv.core.files.read_city import READERS
-from citypv.operators.import_city import SUFFIXES
-from citypv.operators.keep_report import describe_row, find_row, read_rows
-from citypv.operators.select_faces import leave_edit_mode, read_selection
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.import_city import SUFFIXES
+from citypv.operators.result.keep_report import describe_row, find_row, read_rows
+from citypv.operators.result.select_faces import read_selection
 from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
 
 TURNED = "repaired/flipped: faced inwards in a watertight shell"
 
@@ -19,10 +20,7 @@ TURNED = "repaired/flipped: faced inwards in a watertight shell"
 @pytest.fixture
 def city(addon, row_file):
     """The row of houses, imported and classified."""
-    addon.city_path = str(row_file)
-    assert bpy.ops.citypv.import_city() == {"FINISHED"}
-    assert bpy.ops.citypv.classify() == {"FINISHED"}
-    return find_city(bpy.context.scene)[0]
+    return run("import_city", "classify", city_path=str(row_file))
 
 
 def selected_surfaces(city):
@@ -36,22 +34,13 @@ def selected_surfaces(city):
 
 
 def test_import_says_what_was_read(addon, row_file):
-    addon.city_path = str(row_file)
-    assert bpy.ops.citypv.import_city() == {"FINISHED"}
+    run("import_city", city_path=str(row_file))
     city, ground = find_city(bpy.context.scene)
     assert ground is None
     lines = list(city["citypv_report"])
-    assert (
-        lines[:5]
-        == [
-            "row.gml",
-            "2 buildings, 0 parts, 14 surfaces",
-            "Detail met: LoD 2: 15",
-            "Detail taken: LoD 2: 14",
-            "Reference system: EPSG:25833",
-        ]
-        or lines[3] == "Detail taken: LoD 2: 15"
-    )
+    assert lines[:3] == ["row.gml", "2 buildings, 0 parts, 14 surfaces", "Detail met: LoD 2: 15"]
+    assert lines[3].startswith("Detail taken: LoD 2: 1")
+    assert lines[4] == "Reference system: EPSG:25833"
     # From pyproj's own grid of Berlin: 52.4996° N, 13.4019° E; the convergence there is -1.27°.
     assert re.fullmatch(r"52\.499\d\d° N, 13\.40\d\d\d° E, altitude 35\.0\xa0m", lines[5])
     assert re.fullmatch(r"Grid north: -1\.2[67]\d\d° from true north", lines[6])
@@ -66,8 +55,7 @@ def test_the_report_follows_the_steps(addon, city):
     covered = inside[name]["ids"].split()
     assert sorted(covered) == ["a_WallSurface_1", "b_WallSurface_3"]
     assert inside[name]["area"] == "120 m²"
-    addon.days, addon.samples, addon.shadow_samples = 2, 64, 4
-    assert bpy.ops.citypv.trace() == {"FINISHED"}
+    run("trace", days=2, samples=64, shadow_samples=4)
     traced = {row["name"]: row for row in read_rows(city, "inside")}
     assert traced[name]["ids"].split() == covered
     assert read_rows(city, "repaired")
@@ -78,8 +66,6 @@ def test_the_report_follows_the_steps(addon, city):
     [
         (TURNED, {"b_RoofSurface_0"}),
         ("kind/roof", {"a_RoofSurface_0", "a_RoofSurface_1", "b_RoofSurface_0", "b_RoofSurface_1"}),
-        ("class/GroundSurface", {"a_GroundSurface_0", "b_GroundSurface_0"}),
-        ("eligible/facade south", {"a_WallSurface_0", "b_WallSurface_0"}),
         ("orientation/east", {"a_WallSurface_1", "b_WallSurface_1"}),
         ("inside/lies under its building, on the ground", {"a_GroundSurface_0", "b_GroundSurface_0"}),
     ],
@@ -114,7 +100,7 @@ def test_a_building_and_what_belongs_to_a_face(city):
     assert len(whole) == 7
     assert all(name.startswith("b_") for name in whole)
     bpy.ops.citypv.select_group(group=TURNED)
-    assert bpy.ops.citypv.select_buildings() == {"FINISHED"}
+    run("select_buildings")
     assert selected_surfaces(city) == whole
 
 
@@ -140,7 +126,7 @@ def test_a_group_that_is_not_there_is_an_error_in_one_line(city, operator):
 
 def test_nothing_selected_or_hidden_is_told(city):
     bpy.ops.citypv.select_group(group="kind/roof")
-    assert bpy.ops.citypv.deselect() == {"FINISHED"}
+    run("deselect")
     assert "citypv_highlight" not in city
     with pytest.raises(RuntimeError, match="City: no faces are selected"):
         bpy.ops.citypv.select_buildings()
@@ -161,8 +147,7 @@ def test_the_steps_go_on_from_edit_mode(addon, city):
 
 
 def test_the_report_as_text_is_complete(city, row_file):
-    assert bpy.ops.citypv.show_report() == {"FINISHED"}
-    assert bpy.ops.citypv.show_report() == {"FINISHED"}
+    run("show_report", "show_report")
     assert [text.name for text in bpy.data.texts] == ["CityPV report"]
     lines = bpy.data.texts["CityPV report"].as_string().splitlines()
     assert lines[0] == str(row_file)
@@ -170,20 +155,6 @@ def test_the_report_as_text_is_complete(city, row_file):
     for row in read_rows(city):
         assert f"{row['heading']}: {row['name']}" in lines
         assert all(f"    {name}" in lines for name in row["ids"].split())
-
-
-def test_a_saved_file_keeps_the_report(city, tmp_path):
-    path = str(tmp_path / "city.blend")
-    expected = [dict(row) for row in read_rows(city)]
-    bpy.ops.wm.save_as_mainfile(filepath=path)
-    bpy.ops.wm.open_mainfile(filepath=path)
-    city, _ = find_city(bpy.context.scene)
-    kept = [dict(row) for row in read_rows(city)]
-    assert [row["key"] for row in kept] == [row["key"] for row in expected]
-    assert bpy.ops.citypv.select_group(group=TURNED) == {"FINISHED"}
-    leave_edit_mode(bpy.context)
-    surfaces = read_face_attribute(city.data, "surface")[read_selection(city.data)]
-    assert set(surfaces.tolist()) == set(np.array(find_row(city, TURNED)["surfaces"]).tolist())
 
 
 def test_the_file_browser_shows_every_format(addon):

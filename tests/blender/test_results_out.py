@@ -9,28 +9,21 @@ import bpy
 import numpy as np
 import pandas as pd
 import pytest
+from steps import run
 
 from citypv.core.study import compute_energy
 from citypv.core.transfer.take_rows import take_rows
-from citypv.operators.best_buildings import read_best
-from citypv.operators.export_results import FORMATS, NAMES
-from citypv.operators.probe_charts import read_charts
-from citypv.operators.select_faces import read_selection
-from citypv.operators.session import find_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
-
-
-@pytest.fixture
-def city(addon, city_file):
-    """The street with its energy."""
-    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 2, 2
-    assert bpy.ops.citypv.solar_city() == {"FINISHED"}
-    return find_city(bpy.context.scene)[0]
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.result.compute_energy import read_best
+from citypv.operators.result.export_results import FILES, FORMATS
+from citypv.operators.result.probe_faces import read_charts
+from citypv.operators.result.select_faces import read_selection
+from citypv.operators.session import find_session
 
 
 def test_exports_best_buildings_and_charts_agree(city, tmp_path, monkeypatch):
     for name, _, _ in FORMATS:
-        path = tmp_path / NAMES[name]
+        path = tmp_path / FILES[name][0]
         assert bpy.ops.citypv.export(format=name, filepath=str(path)) == {"FINISHED"}
         assert path.stat().st_size > 200, name
     faces, buildings = pd.read_csv(tmp_path / "faces.csv"), pd.read_csv(tmp_path / "buildings.csv")
@@ -50,7 +43,7 @@ def test_exports_best_buildings_and_charts_agree(city, tmp_path, monkeypatch):
     best, ranked = read_best(city), buildings.sort_values("mwh_per_year", ascending=False)
     assert [name for name, _, _ in best] == list(ranked["building_id"])
     assert [float(mwh) for _, _, mwh in best] == pytest.approx(list(ranked["mwh_per_year"]), abs=0.06)
-    assert bpy.ops.citypv.show_building() == {"FINISHED"}
+    run("show_building")
     shown = read_face_attribute(city.data, "building")[read_selection(city.data)]
     assert set(shown) == {list(city["citypv_buildings"]).index(best[0][0])}
     with pytest.raises(RuntimeError, match="no building 'Castle'"):

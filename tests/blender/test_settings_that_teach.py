@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
+from steps import run
 
 from citypv.citypv_addon import CLASSES
 from citypv.citypv_addon.menus import GROUPS
@@ -12,14 +13,12 @@ from citypv.core.effects.table import TABLE
 from citypv.core.energy.pv_system import ELECTRIC
 from citypv.core.errors import InputError
 from citypv.core.request import declared_settings
-from citypv.operators import effect_switches, read_preferences
-from citypv.operators.choose_preset import find_preset, read_prices
-from citypv.operators.find_module import suggest_modules
-from citypv.operators.panel_words import in_panel_words
-from citypv.operators.plan_effects import read_plan
-from citypv.operators.read_settings import read_settings
-from citypv.operators.session import find_city
-from citypv.operators.step_state import state_of_step
+from citypv.operators.city import declare_settings
+from citypv.operators.city import read_settings as read_settings_module
+from citypv.operators.city.declare_settings import suggest_modules
+from citypv.operators.city.read_settings import read_settings, state_of_step
+from citypv.operators.light.plan_trace import find_preset, read_plan, read_prices
+from citypv.operators.run_step import in_panel_words
 
 INNER = {"cancel", "copy_group", "drop_weather", "explain_effect", "switch_city"}  # need a row or a running step
 
@@ -42,9 +41,9 @@ def test_a_preset_is_that_of_the_command_line(addon, preset):
 
 
 def test_each_line_of_the_table_has_a_switch_with_words(addon):
-    assert effect_switches.ELECTRIC == ELECTRIC
+    assert declare_settings.ELECTRIC == ELECTRIC
     for key in TABLE:
-        switch = type(addon).bl_rna.properties[effect_switches.name_switch(key)]
+        switch = type(addon).bl_rna.properties[declare_settings.name_switch(key)]
         assert [item.identifier for item in switch.enum_items] == ["auto", "on", "off"]
         assert len(switch.description) > 20
     assert read_settings(addon).effects == {}
@@ -81,10 +80,7 @@ def test_every_setting_has_words_and_its_unit(addon):
 def test_plan_and_predictions_of_a_city(addon, city_file):
     with pytest.raises(RuntimeError, match="Classify the city first"):
         bpy.ops.citypv.plan_effects()
-    addon.city_path, addon.effect_far_ground = str(city_file), "off"
-    for step in ("import_city", "classify", "plan_effects", "predict"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = run("import_city", "classify", "plan_effects", "predict", city_path=str(city_file), effect_far_ground="off")
     plan = read_plan(city)
     assert set(plan) == set(TABLE)
     assert plan["far-ground"][0].startswith("off")
@@ -101,9 +97,7 @@ def test_plan_and_predictions_of_a_city(addon, city_file):
 
 
 def test_a_switched_effect_makes_its_step_stale(addon, city_file):
-    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 2, 1
-    assert bpy.ops.citypv.solar_city() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = run("solar_city", city_path=str(city_file), samples=16, shadow_samples=2, days=1)
     assert set(read_plan(city)) == set(TABLE)
     addon.effect_temperature = "off"
     assert [state_of_step(city, step, addon) for step in ("trace", "energy")] == ["done", "stale"]
@@ -121,20 +115,19 @@ def test_modules_are_found_by_words(addon):
 
 def test_preferences_are_what_a_new_scene_begins_with(addon, monkeypatch, tmp_path):
     preferences = SimpleNamespace(weather="clear-sky", weather_file="", threads=3, cache_folder=str(tmp_path))
-    monkeypatch.setattr(read_preferences, "find_preferences", lambda: preferences)
-    read_preferences.choose_weather(addon, preferences)
+    monkeypatch.setattr(read_settings_module, "find_preferences", lambda: preferences)
+    read_settings_module.choose_weather(addon, preferences)
     assert addon.weather == "clear-sky"
     addon.weather = "climate"
-    read_preferences.choose_weather(addon, preferences)
+    read_settings_module.choose_weather(addon, preferences)
     assert addon.weather == "climate"
-    assert read_preferences.read_threads(addon, preferences) == 3
+    assert read_settings(addon).threads == 3
     addon.threads = 1
-    assert read_preferences.read_threads(addon, preferences) == 1
-    assert read_preferences.read_threads(SimpleNamespace(threads=0), None) is None
-    monkeypatch.delitem(read_preferences.sys.modules, "numba", raising=False)
+    assert read_settings(addon).threads == 1
+    monkeypatch.delitem(read_settings_module.sys.modules, "numba", raising=False)
     monkeypatch.setenv("NUMBA_CACHE_DIR", "")
-    read_preferences.use_cache_folder(preferences)
-    assert read_preferences.os.environ["NUMBA_CACHE_DIR"] == str(tmp_path)
+    read_settings_module.use_cache_folder(preferences)
+    assert read_settings_module.os.environ["NUMBA_CACHE_DIR"] == str(tmp_path)
 
 
 def test_every_operator_is_in_the_menu_that_f3_searches(addon):
@@ -147,7 +140,7 @@ def test_every_operator_is_in_the_menu_that_f3_searches(addon):
 
 
 def test_the_berlin_example_is_there(addon):
-    from citypv.operators.berlin_example import CITY, FOLDER, WEATHER
+    from citypv.operators.solar_city import CITY, FOLDER, WEATHER
 
     assert bpy.ops.citypv.berlin_example.poll()
     assert (FOLDER / CITY).stat().st_size + (FOLDER / WEATHER).stat().st_size < 5e6
@@ -157,17 +150,9 @@ def test_distant_terrain_is_given_in_the_panel(addon, city_file, tmp_path):
     """Terrain 30° high all around hides the low sun: roofs, which lie flat, lose some of their hours."""
     path = tmp_path / "horizon.csv"
     path.write_text("azimuth,elevation\n0,30\n120,30\n240,30\n")
-    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 16, 2, 1
-    addon.effect_terrain_horizon = "on"
-    with pytest.raises(RuntimeError, match="terrain-horizon needs a horizon; give a file as Horizon"):
-        bpy.ops.citypv.solar_city()
-    addon.effect_terrain_horizon = "auto"
-    assert bpy.ops.citypv.solar_city() == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = run("solar_city", city_path=str(city_file), samples=16, shadow_samples=2, days=1)
     level = [row.split("|")[3] for row in city["citypv_totals"]]
-    addon.horizon = str(path)
-    assert [state_of_step(city, step, addon) for step in ("classify", "trace")] == ["done", "stale"]
-    assert bpy.ops.citypv.trace() == bpy.ops.citypv.energy() == {"FINISHED"}
+    run("trace", "energy", horizon=str(path))
     hidden = [row.split("|")[3] for row in city["citypv_totals"]]
     assert all(0 < float(after) < float(before) for before, after in zip(level, hidden, strict=True))
 
@@ -190,7 +175,6 @@ def test_weather_without_a_place_is_given_one(addon, tmp_path):
         ("trace --suns sky-grid:N, or --allow-distance 9560", "trace with Suns: Sky grid, or Within [km] 9560"),
         ("give --weather-place LATITUDE LONGITUDE", "give Measured at (latitude and longitude)"),
         ("give its location with --latitude D --longitude D", "give its location with Own location"),
-        ("choose one of these with --lod", "choose one of these with LoD"),
         ("citypv simulate CITY --out DIR", "citypv simulate CITY --out DIR"),
     ],
 )

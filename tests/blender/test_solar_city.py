@@ -5,13 +5,14 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
+from steps import here, run
 
 from citypv.core.progress import SUN_STAGE, CancelledError
 from citypv.core.radiosity import sun_blocks
 from citypv.operators import run_step
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.read_settings import STEPS, state_of_step
 from citypv.operators.session import find_city, find_session
-from citypv.operators.step_state import STEPS, state_of_step
-from citypv.operators.write_attributes import read_face_attribute
 
 WEATHER = Path(__file__).parents[1] / "data" / "weather"
 
@@ -24,7 +25,7 @@ def quick(addon):
 
 
 def states(settings):
-    return [state_of_step(find_city(bpy.context.scene)[0], step, settings) for step in STEPS]
+    return [state_of_step(here(), step, settings) for step in STEPS]
 
 
 def totals_of(city):
@@ -35,19 +36,18 @@ def totals_of(city):
 def test_one_button_does_what_the_steps_do(quick, city_file):
     assert states(quick) == ["next", "", "", ""]
     assert bpy.ops.citypv.solar_city(filepath=str(city_file)) == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = here()
     hours = read_face_attribute(city.data, "full_load_hours")
     assert states(quick) == ["done"] * 4
     assert (quick.attribute, city["citypv_colour_attribute"]) == ("full_load_hours", "full_load_hours")
     assert "climatology" in city["citypv_weather"]
-    for step in ("import_city", "classify", "trace", "energy"):
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
-    np.testing.assert_array_equal(read_face_attribute(find_city(bpy.context.scene)[0].data, "full_load_hours"), hours)
+    run("import_city", "classify", "trace", "energy")
+    np.testing.assert_array_equal(read_face_attribute(here().data, "full_load_hours"), hours)
 
 
 def test_totals_are_sums_of_roofs_and_facades(quick, city_file):
     bpy.ops.citypv.solar_city(filepath=str(city_file))
-    city, _ = find_city(bpy.context.scene)
+    city = here()
     totals, energy = totals_of(city), find_session(city).energy
     kwp, mwh, hours = totals["All"]
     assert kwp == pytest.approx(totals["Roofs"][0] + totals["Facades"][0], abs=1.01)  # of numbers without decimals
@@ -81,7 +81,7 @@ def test_a_cancelled_run_keeps_its_suns_and_weighs_them(quick, city_file, monkey
 
     monkeypatch.setattr(run_step, "silent", cancel)
     assert bpy.ops.citypv.solar_city(filepath=str(city_file)) == {"FINISHED"}
-    city, _ = find_city(bpy.context.scene)
+    city = here()
     assert city["citypv_interrupted"].startswith("Interrupted: kept ")
     assert np.isfinite(read_face_attribute(city.data, "full_load_hours")).any()
 
@@ -92,7 +92,7 @@ def test_a_dropped_weather_file_is_used_at_once(quick, city_file):
     path = str(WEATHER / "USA_NY_New.York-CentralPark_TMY3.epw.gz")
     assert bpy.ops.citypv.drop_weather(filepath=path) == {"FINISHED"}
     assert (quick.weather, quick.weather_file) == ("file", path)
-    assert "km away" in find_city(bpy.context.scene)[0]["citypv_weather_place"]
+    assert "km away" in here()["citypv_weather_place"]
 
 
 def test_files_can_be_dropped(addon):

@@ -1,33 +1,26 @@
 """The steps as a user takes them, from a file to coloured full load hours, in a script without a window."""
 
-import threading
-import time
-
 import bpy
 import numpy as np
 import pytest
+from steps import run
 
 from citypv.core.errors import InputError
 from citypv.core.request import Request
-from citypv.operators.attributes import QUANTITIES
-from citypv.operators.build_meshes import read_vertices
-from citypv.operators.keep_report import read_rows
-from citypv.operators.read_settings import read_settings
-from citypv.operators.run_step import CancelledError, Job
+from citypv.operators.attributes import QUANTITIES, read_face_attribute
+from citypv.operators.city.build_meshes import read_vertices
+from citypv.operators.city.read_settings import read_settings
+from citypv.operators.result.keep_report import read_rows
 from citypv.operators.session import find_city, find_own_city, find_session
-from citypv.operators.write_attributes import read_face_attribute
 
 
-def run_steps(settings, city_file, *steps):
-    settings.city_path = str(city_file)
-    settings.suns, settings.typical_days, settings.samples = "typical-days", 2, 64
-    for step in steps:
-        assert getattr(bpy.ops.citypv, step)() == {"FINISHED"}
+def run_steps(path, *steps):
+    run(*steps, city_path=str(path), suns="typical-days", typical_days=2, samples=64)
     return find_city(bpy.context.scene)
 
 
 def test_the_whole_chain_from_a_script(addon, city_file):
-    city, ground = run_steps(addon, city_file, "import_city", "classify", "trace", "energy", "colour")
+    city, ground = run_steps(city_file, "import_city", "classify", "trace", "energy", "colour")
     session = find_session(city)
     surfaces = read_face_attribute(city.data, "surface")
     assert len(np.unique(surfaces)) == len(session.scene.surfaces) == 21
@@ -47,15 +40,15 @@ def test_the_whole_chain_from_a_script(addon, city_file):
 
 
 def test_importing_again_takes_the_place_of_the_first(addon, city_file):
-    run_steps(addon, city_file, "import_city", "classify", "import_city")
+    run_steps(city_file, "import_city", "classify", "import_city")
     assert [item.name for item in bpy.context.scene.objects] == ["City"]
     assert [mesh.name for mesh in bpy.data.meshes] == ["City"]
     assert not bpy.ops.citypv.trace.poll()
 
 
 def test_tracing_anew_takes_back_the_energy(addon, city_file):
-    run_steps(addon, city_file, "import_city", "classify", "trace", "energy")
-    city, _ = run_steps(addon, city_file, "trace")
+    run_steps(city_file, "import_city", "classify", "trace", "energy")
+    city, _ = run_steps(city_file, "trace")
     assert "citypv_full_load_hours" not in city.data.attributes
     assert "citypv_groups" not in city
     addon.attribute = "full_load_hours"
@@ -63,23 +56,14 @@ def test_tracing_anew_takes_back_the_energy(addon, city_file):
         bpy.ops.citypv.colour()
 
 
-TERRAIN = """ncols 3
-nrows 3
-xllcorner 391440
-yllcorner 5817740
-cellsize 60
-nodata_value -9999
-37 37 37
-37 37 37
-37 37 37
-"""
+TERRAIN = "ncols 3\nnrows 3\nxllcorner 391440\nyllcorner 5817740\ncellsize 60\nnodata_value -9999\n" + 3 * "37 37 37\n"
 
 
 def test_the_city_stands_on_the_terrain_of_a_file(addon, city_file, tmp_path):
     path = tmp_path / "terrain.asc"
     path.write_text(TERRAIN)
     addon.ground, addon.terrain = "terrain", str(path)
-    city, ground = run_steps(addon, city_file, "import_city", "classify")
+    city, ground = run_steps(city_file, "import_city", "classify")
     heights = read_vertices(ground)[:, 2]
     # The walls begin at 35 m; the terrain, at 37 m, cuts them.
     assert heights.max() == pytest.approx(2.0, abs=1e-4)
@@ -106,22 +90,17 @@ def test_terrain_of_the_file_is_shown_and_stood_on(addon, city_file, tmp_path):
     triangles = "".join(TRIANGLE.format(" ".join(ring)) for ring in ((a, b, c, a), (a, c, d, a)))
     path = tmp_path / "street.gml"
     path.write_text(city_file.read_text("utf-8").replace("</CityModel>", RELIEF.format(triangles) + "</CityModel>"))
-    city, ground = run_steps(addon, path, "import_city")
+    city, ground = run_steps(path, "import_city")
     assert len(ground.data.polygons) == 2
     assert read_vertices(ground)[:, 2] == pytest.approx(2.0, abs=1e-4)
     assert len(read_face_attribute(city.data, "surface")) == len(city.data.polygons)
-    city, ground = run_steps(addon, path, "classify")
+    city, ground = run_steps(path, "classify")
     assert read_vertices(ground)[:, 2].max() == pytest.approx(2.0, abs=1e-4)
     assert "Ground: terrain of the file: 2 triangles." in find_session(city).scene.report.notes
-    addon.ground = "feet"
-    _, ground = run_steps(addon, path, "import_city")
-    assert ground is None
-    _, ground = run_steps(addon, path, "classify")
-    assert np.abs(read_vertices(ground)[:, 2]).max() < 0.01
 
 
 def test_terrain_that_cannot_be_used_is_an_error_in_one_line(addon, city_file, tmp_path):
-    run_steps(addon, city_file, "import_city")
+    run_steps(city_file, "import_city")
     addon.ground = "terrain"
     with pytest.raises(RuntimeError, match="Terrain: no file is chosen; choose a terrain file"):
         bpy.ops.citypv.classify()
@@ -147,11 +126,6 @@ def test_a_file_that_cannot_be_used_is_an_error_in_one_line(addon, tmp_path, con
     assert not bpy.data.objects
 
 
-def test_import_without_a_file_says_what_to_do(addon):
-    with pytest.raises(RuntimeError, match="City: no file is chosen; choose a file"):
-        bpy.ops.citypv.import_city()
-
-
 def test_no_download_without_online_access(addon, city_file):
     addon.weather = "pvgis"
     if bpy.app.online_access:
@@ -159,13 +133,6 @@ def test_no_download_without_online_access(addon, city_file):
     else:
         with pytest.raises(InputError, match="online access"):
             read_settings(addon)
-
-
-def test_weather_without_a_file_says_what_to_do(addon, city_file):
-    run_steps(addon, city_file, "import_city", "classify")
-    addon.weather = "file"
-    with pytest.raises(RuntimeError, match="Weather: no file is chosen"):
-        bpy.ops.citypv.trace()
 
 
 def test_an_own_location_that_was_not_filled_in_is_refused(addon, city_file):
@@ -196,59 +163,9 @@ def test_settings_become_a_request(addon, tmp_path):
 
 
 def test_a_city_that_is_gone_when_a_step_ends_is_an_error(addon, city_file):
-    city, _ = run_steps(addon, city_file, "import_city", "classify")
+    city, _ = run_steps(city_file, "import_city", "classify")
     session = find_session(city)
     assert find_own_city(bpy.context.scene, session)[0] == city
-    run_steps(addon, city_file, "import_city")
+    run_steps(city_file, "import_city")
     with pytest.raises(InputError, match="deleted or replaced while the step ran"):
         find_own_city(bpy.context.scene, session)
-
-
-def wait_for(job):
-    end = time.monotonic() + 10
-    while job.running and time.monotonic() < end:
-        time.sleep(0.01)
-    assert not job.running
-
-
-def test_a_job_reports_and_brings_its_result():
-    seen = threading.Event()
-
-    def work(progress):
-        progress("tracing", 30, 120, "rays")
-        seen.wait(5)
-        return 42
-
-    job = Job("Trace light", work)
-    job.start()
-    while job.share == 0:
-        time.sleep(0.01)
-    assert job.share == 0.25
-    assert job.text.startswith("tracing: 25 %")
-    seen.set()
-    wait_for(job)
-    assert (job.result, job.error) == (42, None)
-
-
-def test_a_job_ends_at_its_next_report_when_cancelled():
-    def work(progress):
-        while True:
-            progress("tracing", 1, 2, "rays")
-            time.sleep(0.01)
-
-    job = Job("Trace light", work)
-    job.start()
-    job.cancel()
-    wait_for(job)
-    assert isinstance(job.error, CancelledError)
-    assert job.result is None
-
-
-def test_a_job_keeps_the_error_of_its_work():
-    def work(progress):
-        raise InputError("year.epw", "is empty", "give another")
-
-    job = Job("Compute energy", work)
-    job.start()
-    wait_for(job)
-    assert str(job.error) == "year.epw: is empty; give another"

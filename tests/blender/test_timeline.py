@@ -1,31 +1,27 @@
 """The timeline: frames are hours, faces show the light of that sun, and the user's scene comes back."""
 
-import time
-
 import bpy
 import numpy as np
 import pandas as pd
 import pvlib
 import pytest
+from steps import colours_of, here, run
 
-from citypv.operators.follow_frame import follow_frame, timeline_of
-from citypv.operators.session import close_sessions, find_city, find_session
-from citypv.operators.sun_and_sky import SKY, SUN
-from citypv.operators.write_attributes import read_face_attribute
+from citypv.operators.attributes import read_face_attribute
+from citypv.operators.picture.timeline import SKY, SUN, timeline_of
+from citypv.operators.session import close_sessions, find_session
 
 NOON_IN_JUNE = 5 * 24 + 13  # frame of 12 to 13 h
 
 
 @pytest.fixture
 def traced(addon, city_file):
-    addon.city_path, addon.samples, addon.shadow_samples, addon.days = str(city_file), 32, 4, 4
-    addon.weather = "clear-sky"
-    assert bpy.ops.citypv.solar_city() == {"FINISHED"}
-    return find_city(bpy.context.scene)[0]
+    run("solar_city", weather="clear-sky", city_path=str(city_file), samples=32, shadow_samples=4, days=4)
+    return here()
 
 
 def test_a_frame_shows_the_direct_light_of_its_hour(traced):
-    assert bpy.ops.citypv.timeline() == {"FINISHED"}
+    run("timeline")
     stage = bpy.context.scene
     assert (stage.frame_start, stage.frame_end) == (1, 288)
     stage.frame_set(NOON_IN_JUNE)
@@ -62,9 +58,7 @@ def test_night_is_dark_and_the_scale_stays(traced):
     assert not read_face_attribute(traced.data, "direct_irradiance").any()
     assert bpy.data.objects[SUN].data.energy == 0
     assert traced["citypv_colour_high"] == before > 500
-    colours = np.empty(4 * len(traced.data.loops), np.float32)
-    traced.data.color_attributes["citypv_colour"].data.foreach_get("color_srgb", colours)
-    np.testing.assert_allclose(colours.reshape(-1, 4)[0, :3], np.array([0x44, 0x01, 0x54]) / 255, atol=0.01)
+    np.testing.assert_allclose(colours_of(traced.data)[0], np.array([0x44, 0x01, 0x54]) / 255, atol=0.01)
 
 
 def test_the_months_are_parts_of_the_year(traced):
@@ -87,7 +81,7 @@ def test_ending_it_gives_everything_back(traced):
     bpy.ops.citypv.timeline()
     assert stage.world != own
     bpy.ops.citypv.timeline()  # once more does not forget what was before
-    assert bpy.ops.citypv.stop_timeline() == {"FINISHED"}
+    run("stop_timeline")
     assert (stage.frame_start, stage.frame_end, stage.frame_current) == (3, 77, 5)
     assert stage.world == own
     assert set(bpy.data.objects.keys()) == before
@@ -107,7 +101,7 @@ def test_it_goes_on_in_a_reopened_file_and_after_other_weather(traced, tmp_path)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "street.blend"))
     close_sessions()
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "street.blend"))
-    stage, city = bpy.context.scene, find_city(bpy.context.scene)[0]
+    stage, city = bpy.context.scene, here()
     assert stage.citypv_seeing.timeline
     stage.frame_set(NOON_IN_JUNE - 2)
     assert timeline_of(city) is not None
@@ -118,24 +112,3 @@ def test_it_goes_on_in_a_reopened_file_and_after_other_weather(traced, tmp_path)
     assert timeline_of(city) is None
     stage.frame_set(NOON_IN_JUNE)
     assert read_face_attribute(city.data, "direct_irradiance").max() < before.max()
-
-
-def test_the_handler_comes_and_goes_with_the_add_on(addon):
-    import citypv
-
-    assert bpy.app.handlers.frame_change_post.count(follow_frame) == 1
-    citypv.unregister()
-    assert follow_frame not in bpy.app.handlers.frame_change_post
-    assert not hasattr(bpy.types.Scene, "citypv_seeing")
-    citypv.register()
-    assert bpy.app.handlers.frame_change_post.count(follow_frame) == 1
-
-
-def test_a_frame_takes_little_time(traced):
-    bpy.ops.citypv.timeline()
-    stage, spent = bpy.context.scene, []
-    for frame in range(NOON_IN_JUNE, NOON_IN_JUNE + 9):
-        started = time.process_time()
-        stage.frame_set(frame)
-        spent.append(time.process_time() - started)
-    assert np.median(spent) < 0.05

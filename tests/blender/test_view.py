@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mathutils import Quaternion, Vector
 
-from citypv.operators.show_city import _look_at
+from citypv.operators.picture.show_city import look_at
 
 LENS, SENSOR = 50.0, 36.0  # [mm]; a 3D view shows twice the sensor's width along its longer side
 
@@ -39,7 +39,7 @@ def project(area, points):
 def test_the_whole_city_is_seen_between_toolbar_sidebar_and_headers(size, extent):
     corners = np.array(list(product(*[(-side / 2, side / 2) for side in extent]))) + np.array([70.0, -20.0, 5.0])
     area = make_area(*size)
-    _look_at(area, corners)
+    look_at(area, corners)
     found, (left, right) = project(area, corners), (width if width > 1 else 0 for width in size[2:4])
     free = size[0] - left - right
     assert found[:, 0].min() >= left

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from window_files import drop_city, drop_weather, press_step, three_clicks, undo_to_import
-from window_seeing import compare_albedos, measure_frames, scrub_timeline
+from window_files import press_step, three_clicks, undo_to_import
 from window_steps import PREPARE, RUNNING, find_on_screen, keep_picture, press, read_reports
 
 from citypv.operators.attributes import KIND_CODES
@@ -118,14 +117,6 @@ def wait_for_kinds(window, kinds):
     return window.ask(SELECTED)[1]
 
 
-def test_the_timeline_is_scrubbed_by_keys_and_ends_cleanly(window):
-    scrub_timeline(window)
-
-
-def test_before_and_after_another_albedo(window):
-    compare_albedos(window)
-
-
 def test_a_button_of_the_report_highlights_its_faces_and_can_be_undone(window):
     press(window, 'citypv.select_group(group="kind/roof")')
     count = wait_for_kinds(window, [KIND_CODES["roof"]])
@@ -142,16 +133,6 @@ def test_a_button_of_the_report_highlights_its_faces_and_can_be_undone(window):
     assert "Traceback" not in window.read_log()
 
 
-def test_a_step_goes_on_from_edit_mode(window):
-    press(window, 'citypv.select_group(group="kind/roof")')
-    window.point("mousemove", 400, 400, "key", "Tab")
-    window.wait_for(f"{CITY}.mode == 'EDIT'")
-    press(window, "citypv.classify")
-    window.wait_for(f"{CITY}.mode == 'OBJECT' and 'citypv_full_load_hours' not in {CITY}.data.attributes")
-    assert window.ask("answer = [o.name for o in bpy.data.objects if o.get('citypv_part')]") == ["City", "Ground"]
-    assert "Traceback" not in window.read_log()
-
-
 def test_the_report_opens_as_text(window):
     press(window, "citypv.show_report")
     window.wait_for("'CityPV report' in bpy.data.texts")
@@ -165,16 +146,21 @@ def test_the_report_opens_as_text(window):
     window.ask(f"w = {editor}\nwith bpy.context.temp_override(window=w):\n    bpy.ops.wm.window_close()")
 
 
-def test_escape_cancels_a_step_and_leaves_everything_as_it_was(window):
-    before = window.ask("answer = list(bpy.data.objects['City'].data.attributes.keys())")
-    window.ask("s = bpy.context.scene.citypv; s.suns, s.samples, s.shadow_samples = 'hourly', 65536, 256")
-    press(window, "citypv.trace")
-    window.wait_for(f"{RUNNING} is not None", 20)
-    window.point("mousemove", 400, 400, "key", "Escape")
-    window.wait_for(f"{RUNNING} is None", 60)
-    assert window.ask("answer = list(bpy.data.objects['City'].data.attributes.keys())") == before
-    assert "Trace light was cancelled; nothing was changed" in read_reports(window)
-    assert "Traceback" not in window.read_log()
+def measure_frames(window, seconds):
+    """Longest and median time between two turns of Blender's main loop [ms], which has to draw and answer in each."""
+    window.ask(
+        "import time\n"
+        "space = bpy.app.driver_namespace\n"
+        "space['ticks'], space['measuring'] = [], True\n"
+        "def tick():\n"
+        "    space['ticks'].append(time.perf_counter())\n"
+        "    return 0.01 if space['measuring'] else None\n"
+        "bpy.app.timers.register(tick)"
+    )
+    time.sleep(seconds)
+    times = window.ask("s = bpy.app.driver_namespace; s['measuring'] = False; answer = s['ticks']")
+    frames = 1000 * np.diff(times)
+    return frames.max(), np.median(frames)
 
 
 def test_escape_among_the_suns_keeps_those_that_are_traced(window):
@@ -207,7 +193,6 @@ def test_bad_input_is_told_in_the_window_without_a_traceback(window):
         time.sleep(0.2)
     window.take_picture(window.pictures / "error.png")
     told = [line for line in read_reports(window).splitlines() if "nowhere.gml" in line]
-    assert told
     assert "/exchange/nowhere.gml: " in told[-1]
     assert "Traceback" not in window.read_log()
     assert window.ask("answer = 'City' in bpy.data.objects")
@@ -236,51 +221,4 @@ def test_the_probe_of_a_face(window):
     assert told["Kind"] == "roof south" and told["Tilt"] == "36.9°"
     keep_picture(window, "probe")
     window.point("key", "Escape")
-    assert "Traceback" not in window.read_log()
-
-
-def test_dropped_weather_is_used_at_once(window):
-    drop_weather(window, Path(ROOT) / load_tool().EXCHANGE)
-
-
-def test_a_dropped_city_is_another_one_and_undo_goes_back_to_the_first(window, row_file):
-    drop_city(window, row_file, Path(ROOT) / load_tool().EXCHANGE)
-
-
-def test_a_saved_city_is_reopened_with_its_light(window):
-    window.ask("bpy.ops.wm.save_as_mainfile(filepath='/exchange/city.blend')")
-    window.ask("bpy.ops.wm.open_mainfile(filepath='/exchange/city.blend')", 120)
-    window.wait_for("'City' in bpy.data.objects")
-    window.ask(PREPARE + "sidebar.active_panel_category = 'CityPV'; bpy.context.scene.citypv.weather = 'clear-sky'")
-    press(window, "citypv.energy")
-    window.wait_for(f"'clear' in {CITY}['citypv_weather'].lower()")
-    keep_picture(window, "reopened")
-    assert "Traceback" not in window.read_log()
-
-
-def test_taken_meshes_are_coloured_in_place_and_come_back(window):
-    window.ask(
-        "bpy.ops.wm.read_homefile(use_factory_startup=False)\n"
-        "for item in list(bpy.data.objects): bpy.data.objects.remove(item)\n"
-        "brick = bpy.data.materials.new('Brick'); brick.diffuse_color = (0.6, 0.1, 0.05, 1)\n"
-        "for place in (0, 18, 36):\n"
-        "    bpy.ops.mesh.primitive_cube_add(size=10, location=(place, 0, 5))\n"
-        "    bpy.context.view_layer.objects.active.data.materials.append(brick)\n"
-        "bpy.ops.object.select_all(action='SELECT')\n"
-        "s = bpy.context.scene.citypv; s.own_place, s.latitude, s.longitude = True, 52.5, 13.4"
-    )
-    window.ask(PREPARE + "area.spaces.active.show_region_ui = True")
-    time.sleep(1)
-    window.ask(PREPARE + "sidebar.active_panel_category = 'CityPV'; sidebar.tag_redraw()")
-    window.ask("bpy.ops.citypv.take_meshes()")
-    press(window, "citypv.classify")
-    window.wait_for("all('citypv_colour' in o.data.attributes for o in bpy.data.objects if o.name.startswith('Cube'))")
-    keep_picture(window, "in-place")
-    window.ask("bpy.context.scene.citypv.show_colours = False")
-    keep_picture(window, "in-place-off")
-    shading = PREPARE + "s = area.spaces.active.shading; answer = [s.light, s.color_type]"
-    assert window.ask(shading) == ["STUDIO", "MATERIAL"]
-    assert window.ask(
-        "answer = {m.name for o in bpy.data.objects if 'Cube' in o.name for m in o.data.materials} == {'Brick'}"
-    )
     assert "Traceback" not in window.read_log()

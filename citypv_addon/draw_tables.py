@@ -1,0 +1,94 @@
+"""Tables of the panel: totals, what was probed, the best buildings, presets with prices, effects with decisions."""
+
+from math import isfinite
+
+from ..operators.city.declare_settings import name_switch
+from ..operators.light.plan_trace import ITEMS, describe_price, find_preset, read_plan, read_prices
+from ..operators.result.compute_energy import read_best
+from ..operators.result.probe_faces import MONTHS, PROBE, read_charts
+from ..operators.session import find_city
+from .draw_steps import draw_numbers, draw_sentence
+
+
+def draw_table(layout, context, key, head):
+    """Show a table that a step stored on the city, with cells separated by bars."""
+    city, _ = find_city(context.scene)
+    if city is None or key not in city:
+        return
+    draw_cells(layout, [head, *(line.split("|") for line in city[key])])
+
+
+def draw_probed(layout, context):
+    """Show what was probed, the months as bars."""
+    city, _ = find_city(context.scene)
+    rows = [line.split("|") for line in city.get(PROBE, ())] if city is not None else []
+    draw_cells(layout, [("Probed", "")] + [row for row in rows if row[0] not in MONTHS] if rows else [])
+    charts = read_charts(city)
+    if not rows or charts is None:
+        return
+    largest = max(charts[0].max(), 1e-9)
+    bars, told = layout.box().column(align=True), dict(rows)
+    for month, value in zip(MONTHS, charts[0].tolist(), strict=True):
+        line = bars.split(factor=0.16)
+        line.label(text=month)
+        line.progress(factor=min(max(value / largest, 0.0), 1.0), text=told.get(month, ""))
+
+
+def draw_best(layout, context):
+    """Show the buildings with the most energy; their buttons select them and move the view to them."""
+    best = read_best(find_city(context.scene)[0])
+    if not best:
+        return
+    head, body = layout.panel("citypv_best", default_closed=True)
+    head.label(text="Best buildings")
+    for name, *numbers in [("", "kWp", "MWh per year"), *best] if body else ():
+        line = body.split(factor=0.45)
+        if name:
+            line.operator("citypv.show_building", text=name).building = name
+        else:
+            line.label(text="Building")
+        draw_numbers(line.split(factor=0.4), numbers)
+
+
+def draw_cells(layout, rows):
+    """Show rows of cells, the first of each to the left, the others to the right."""
+    if not rows:
+        return
+    grid = layout.box().grid_flow(row_major=True, columns=len(rows[0]), even_columns=False, align=True)
+    for row in rows:
+        for place, cell in enumerate(row):
+            line = grid.row()
+            line.alignment = "RIGHT" if place else "LEFT"
+            line.label(text=cell)
+
+
+def draw_presets(layout, context):
+    """Show a button for each preset and, once predicted, its seconds and error; bars show the error."""
+    prices, active = read_prices(find_city(context.scene)[0]), find_preset(context.scene.citypv)
+    row = layout.row(align=True)
+    for name, title, _ in ITEMS:
+        row.operator("citypv.use_preset", text=title, depress=name == active).preset = name
+    largest = max((error for _, error in prices.values() if isfinite(error)), default=0.0)
+    for name, title, _ in ITEMS if prices else ():
+        line = layout.split(factor=0.3)
+        line.label(text=title)
+        error = prices[name][1]
+        line.progress(factor=error / largest if largest and isfinite(error) else 0.0, text=describe_price(prices[name]))
+    layout.operator("citypv.predict", icon="TIME")
+
+
+def draw_effects(layout, context, keys):
+    """Show a switch for each of these effects and, once planned, what was decided; its button tells why."""
+    settings, plan = context.scene.citypv, read_plan(find_city(context.scene)[0])
+    for key in keys:
+        column = layout.column(align=True)
+        line = column.split(factor=0.42)
+        line.label(text=settings.bl_rna.properties[name_switch(key)].name)
+        cells = line.row(align=True)
+        cells.use_property_split = False
+        cells.prop(settings, name_switch(key), expand=True)
+        if key in plan:
+            cells.operator("citypv.explain_effect", text="", icon="INFO").effect = key
+            below = column.column(align=True)
+            below.enabled = False
+            draw_sentence(below, plan[key][0])

@@ -1,0 +1,83 @@
+"""Build two Blender objects from a Scene: the city and the generated ground."""
+
+import bpy
+import numpy as np
+
+from ...core.scene.add_backs import surface_of_triangles
+from ..attributes import PREFIX, read_array, write_face_attribute
+
+COLLECTION = "CityPV"
+BUILDINGS = PREFIX + "buildings"  # property of a city: names of its buildings, in file order
+
+
+def build_meshes(scene, name="City"):
+    """Build the objects of a scene, with the face attributes `citypv_surface` and, on the city, `citypv_building`.
+
+    Parameters
+    ----------
+    scene : core.scene.scene.Scene
+        Triangles with the surface each belongs to.
+    name : str
+        Name of the city's object; the ground is called "Ground".
+
+    Returns
+    -------
+    city : bpy.types.Object
+        The faces are the triangles of the surfaces, in their order.
+    ground : bpy.types.Object or None
+        The triangles that belong to no surface; None where there are none.
+    """
+    generated = surface_of_triangles(scene) < 0
+    own = scene.triangle_surface >= 0  # undersides and edges of racks have no results to show
+    city = _build_object(name, "city", scene, own)
+    # The names are stored on the object; the faces store their index into that list.
+    number = {name: place for place, name in enumerate(dict.fromkeys(scene.surfaces.building_id))}
+    numbers = np.array([number[name] for name in scene.surfaces.building_id], dtype=np.int32)
+    write_face_attribute(city.data, "building", numbers[scene.triangle_surface[own]])
+    city[BUILDINGS] = list(number)
+    if not generated.any():
+        return city, None
+    city[PREFIX + "ground"] = ground = _build_object("Ground", "ground", scene, generated)
+    return city, ground
+
+
+def _build_object(name, part, scene, chosen):
+    # Only vertices in use, in scene order; what is unknown of the place of the local axes is omitted.
+    used, corners = np.unique(scene.triangles[chosen], return_inverse=True)
+    corners = np.ascontiguousarray(corners.ravel(), dtype=np.int32)
+    mesh = bpy.data.meshes.new(name)
+    mesh.vertices.add(len(used))
+    mesh.vertices.foreach_set("co", np.ascontiguousarray(scene.vertices[used], dtype=np.float32).ravel())
+    mesh.loops.add(len(corners))
+    mesh.loops.foreach_set("vertex_index", corners)
+    mesh.polygons.add(len(corners) // 3)
+    mesh.polygons.foreach_set("loop_start", np.arange(0, len(corners), 3, dtype=np.int32))
+    mesh.update(calc_edges=True)
+    mesh.shade_flat()
+    write_face_attribute(mesh, "surface", scene.triangle_surface[chosen])
+    item, site = bpy.data.objects.new(name, mesh), scene.site
+    item[PREFIX + "part"], item[PREFIX + "origin"] = part, [float(value) for value in site.origin]
+    for key in ("latitude", "longitude", "altitude", "convergence", "crs"):
+        if getattr(site, key) is not None:
+            item[PREFIX + key] = getattr(site, key)
+    return item
+
+
+def show_objects(stage, *items):
+    """Link objects to the collection "CityPV" of a Blender scene, created if missing; None is skipped."""
+    target = bpy.data.collections.get(COLLECTION) or bpy.data.collections.new(COLLECTION)
+    if target.name not in stage.collection.children:
+        stage.collection.children.link(target)
+    for item in filter(None, items):
+        target.objects.link(item)
+
+
+def remove_objects(*items):
+    """Remove objects with their data; None is skipped."""
+    bpy.data.batch_remove([part for item in items if item is not None for part in (item, item.data)])
+
+
+def read_vertices(item):
+    """Read the vertices of an object in world coordinates: (v, 3) float64 [m]."""
+    matrix = np.array(item.matrix_world, dtype=np.float64)
+    return read_array(item.data.vertices, "co", 3) @ matrix[:3, :3].T + matrix[:3, 3]

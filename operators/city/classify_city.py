@@ -1,0 +1,111 @@
+"""Classify: build the Scene of a City on its ground, with kind and orientation on every face."""
+
+from functools import partial
+
+import bpy
+
+from ...core.errors import InputError
+from ...core.progress import report_polygons
+from ..attributes import write_classes
+from ..in_place import OF_CITY, TAKEN, is_in_place, put_in_place, remember_shape, write_sources
+from ..job import COMPILING, compile_loops
+from ..picture.colour_user_meshes import uncolour_user_meshes
+from ..picture.show_result import show_result
+from ..result.keep_report import keep_report
+from ..run_step import OfCity, Step, leave_edit_mode
+from ..session import Session, find_city, find_own_city, find_session, open_session
+from .build_meshes import build_meshes, remove_objects, show_objects
+from .read_materials import remember_materials
+from .read_settings import read_settings, remember_step
+
+CLASSIFYING = "classifying"  # name of the stage
+
+
+class ClassifyCity(OfCity, Step, bpy.types.Operator):
+    """Classify surfaces as facades, roofs and others by tilt and orientation, and put the city on its ground"""
+
+    bl_idname, bl_label = "citypv.classify", "Classify surfaces"
+    needs = "city"
+    lacking = "Import a city or take meshes first (a city of an opened file must be imported again)"
+    stages = {CLASSIFYING: 2, COMPILING: 1, "finding interior surfaces": 1}
+
+    def prepare(self, context):
+        """Take the city, once its place on Earth is known."""
+        city, ground = find_city(context.scene)
+        session, request = find_session(city), read_settings(context.scene.citypv)
+        check_place(session.city, request)
+        leave_edit_mode(context)
+        remember_materials(city, ground, session)
+        return session, request
+
+    @staticmethod
+    def work(task, progress):
+        """Put the city on its ground (local axes, triangles, kinds), and find covered surfaces."""
+        from ...core.results.list_findings import list_findings
+        from ...core.study import stand_city
+
+        session, request = task
+        city = session.city
+        scene = stand_city(city, request, partial(report_polygons, progress, CLASSIFYING, len(city)))
+        compile_loops(progress)
+        return session, scene, list_findings(scene, progress=progress)
+
+    def finish(self, context, result):
+        """Show the scene in place of the imported mesh, coloured by kind."""
+        before, scene, findings = result
+        show_kinds(context, before, Session(city=before.city, scene=scene), findings)
+        eligible = scene.surfaces.eligible.sum()
+        return f"{len(scene.surfaces)} surfaces, {eligible} of them eligible for photovoltaics"
+
+
+def show_kinds(context, before, session, findings):
+    """Show a scene in place of the city that it was made of, coloured by kind.
+
+    Parameters
+    ----------
+    context : bpy.types.Context
+    before : Session
+        Of the city that is replaced.
+    session : Session
+        With the scene; the new city gets it.
+    findings : list of core.list_findings.Finding
+    """
+    scene, (old, old_ground) = session.scene, find_own_city(context.scene, before)
+    item, ground = build_meshes(scene)
+    remember_step(item, "classify", context.scene.citypv, old)
+    uncolour_user_meshes(old)
+    for key in OF_CITY:
+        if key in old:
+            item[key] = old[key].to_dict() if key == TAKEN else old[key]
+    remove_objects(old, old_ground)
+    for new, name in ((item, "City"), (ground, "Ground")):
+        if new is not None:
+            new.name = new.data.name = name
+    write_classes(item, ground, scene.surfaces)
+    show_objects(context.scene, item, ground)
+    if is_in_place(item):
+        put_in_place(item, scene.site)
+        write_sources(item, scene.surfaces.surface_id)
+    else:
+        remember_shape(item)
+    session.ground_material = before.ground_material
+    open_session(item, session)
+    keep_report(item, scene, findings)
+    show_result(context, item, ground, "kind")
+
+
+def check_place(city, request):
+    """Raise an error if nothing tells where a city stands on Earth.
+
+    Parameters
+    ----------
+    city : core.city.city.City
+    request : core.request.Request
+
+    Raises
+    ------
+    InputError
+    """
+    if city.crs is None and (request.latitude is None or request.longitude is None):
+        cure = "enable Own location in step Classify, and give latitude and longitude"
+        raise InputError("City", "its location on Earth is unknown", cure)

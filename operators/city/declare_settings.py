@@ -1,0 +1,144 @@
+"""Properties of Blender's panel from the settings that `core.request.Request` declares, and switches of effects."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+
+from ...core.effects.table import TABLE
+from ...core.request import declared_settings
+from ..run_step import Action
+
+LARGEST = 2**31 - 1  # Blender keeps whole numbers in 32 bits
+AUTO = "auto_"  # + setting: switch of one that may be left to the program
+START = 3  # number that the user begins with
+UNSET = -1  # stands for None in whole numbers that may be left to the program, as Blender has no None
+MOST = 100  # suggestions
+STATES = (
+    ("auto", "Auto", "As the plan decides for the city"),
+    ("on", "On", "Always"),
+    ("off", "Off", "Never"),
+)
+ELECTRIC = ("aoi", "spectrum", "temperature")  # effects of the step Energy
+OF_LIGHT = tuple(key for key in TABLE if key not in ELECTRIC)  # of the step Trace
+
+
+def list_titled():
+    """Settings that the panel shows: list of (name, default, details)."""
+    return [(name, default, details) for name, default, details in declared_settings() if details.title]
+
+
+def settings_of_panel(panel):
+    """Names of the settings that a panel shows without changes: list of str."""
+    return [name for name, _, details in declared_settings() if details.panel == panel]
+
+
+def left_to_program(details):
+    """Whether a setting is a whole number or, with a word such as `auto`, None."""
+    return details.kind == "integer" and bool(details.none)
+
+
+def build_properties():
+    """Properties of all settings that have a title, by the names of the settings, and switches of effects: dict."""
+    found = {}
+    for name, default, details in list_titled():
+        found[name] = build_property(default, details)
+        if left_to_program(details):
+            found[AUTO + name] = build_switch(name, details)
+    return found | {
+        name_switch(key): EnumProperty(name=row.title, description=row.words, items=STATES)
+        for key, row in TABLE.items()
+    }
+
+
+def build_switch(name, details):
+    """Property that leaves a setting to the program: on while its number is UNSET."""
+    return BoolProperty(
+        name="Automatic",
+        description=details.words[0].upper() + details.words[1:],
+        get=lambda settings: getattr(settings, name) == UNSET,
+        set=lambda settings, left: setattr(settings, name, UNSET if left else START),
+    )
+
+
+def build_property(default, details):
+    """Property of one setting.
+
+    Parameters
+    ----------
+    default : object
+    details : core.settings.Setting
+
+    Returns
+    -------
+    bpy.props._PropertyDeferred
+    """
+    words = details.words[0].upper() + details.words[1:]
+    unit = f" [{details.unit}]" if details.unit and details.subtype == "NONE" else ""
+    named = {"name": details.title, "description": words + unit}
+    if details.kind == "choice":
+        # Units and axes stay as they are.
+        items = [
+            (value, value.replace("-", " ").capitalize() if len(value) > 2 else value, words)
+            for value, words in details.choices.items()
+        ]
+        return EnumProperty(**named, items=items, default=default)
+    if details.kind in ("switch", "flag"):
+        return BoolProperty(**named, default=default)
+    if details.kind == "text":
+        search = {"search": suggest_modules, "search_options": {"SUGGESTION"}} if details.title == "Module" else {}
+        return StringProperty(**named, default=default or "", **search)
+    limits = {"min": details.least, "max": details.most}
+    named |= {"default": default} | {key: limit for key, limit in limits.items() if limit is not None}
+    if left_to_program(details):
+        named |= {"default": UNSET if default is None else default, "min": UNSET}
+        named["description"] += f" ({UNSET}: {details.none})"
+    if details.kind == "integer":
+        return IntProperty(**{**named, "max": int(named.get("max", LARGEST)), "min": int(named.get("min", -LARGEST))})
+    lowest = {"min": details.above + 10**-3} if details.above is not None else {}
+    precision = 1 if details.unit in ("%", "km") else 3
+    return FloatProperty(**named, **lowest, subtype=details.subtype, precision=precision)
+
+
+def read_properties(settings):
+    """Values of these properties, by the names of the settings, with the effects that are switched on or off: dict."""
+    found = {name: getattr(settings, name) for name, _, _ in list_titled()}
+    unset = [name for name, _, details in list_titled() if left_to_program(details) and found[name] == UNSET]
+    states = {key: getattr(settings, name_switch(key)) for key in TABLE}
+    effects = {key: state == "on" for key, state in states.items() if state != "auto"}
+    return found | dict.fromkeys(unset) | {"effects": effects}
+
+
+def name_switch(key):
+    """Name of the property that switches an effect."""
+    return f"effect_{key.replace('-', '_')}"
+
+
+def suggest_modules(settings, context, text):
+    """Names of modules that have all words of a text, those of the Sandia library first: list of str."""
+    from ...core.energy.pick_module import CEC, SANDIA
+    from ...core.energy.search_library import join_letters, read_library, split_words
+
+    words = split_words(text)
+    names = dict.fromkeys(name for library in (SANDIA, CEC) for name in read_library(library))
+    return [name for name in names if all(word in join_letters(name) for word in words)][:MOST]
+
+
+class FindModule(Action, bpy.types.Operator):
+    """Use the module whose name has these words, in pvlib's Sandia or CEC library"""
+
+    bl_idname, bl_label = "citypv.find_module", "Find module"
+
+    text: bpy.props.StringProperty(
+        name="Name", description="Name or a part of it", search=suggest_modules, search_options={"SUGGESTION"}
+    )
+
+    def invoke(self, context, event):
+        """Ask for the name."""
+        return context.window_manager.invoke_props_dialog(self, width=420)
+
+    def act(self, context, city, ground):
+        """Set the module."""
+        from ...core.energy.pick_module import pick_module
+
+        module = pick_module(self.text)
+        context.scene.citypv.module = module.name
+        return f"{module.name}: {module.nominal_power:.0f} W, {module.area:.2f} m²"

@@ -1,0 +1,152 @@
+"""Import: read the buildings of files, typed, chosen in the file browser or dropped on a view, and show them."""
+
+import os
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import bpy
+
+from ...core.progress import report_polygons
+from ..attributes import PREFIX
+from ..edits.switch_city import show_objects_of
+from ..in_place import list_taken, remember_shape
+from ..picture.colour_user_meshes import uncolour_user_meshes
+from ..picture.show_city import show_city
+from ..result.keep_report import FILES, keep_report
+from ..run_step import Step
+from ..session import Session, list_cities, open_session
+from .build_meshes import build_meshes, remove_objects, show_objects
+from .read_settings import choose_weather, find_preferences, read_path, read_settings, remember_step
+
+SUFFIXES = (".gml", ".xml", ".citygml", ".json", ".jsonl", ".obj", ".gz")  # the file browser shows these
+
+
+class CityFiles:
+    """Mixin of operators that import a city; without a file they open the file browser."""
+
+    filepath: bpy.props.StringProperty(
+        name="File", description="File or folder; empty: as in the panel", subtype="FILE_PATH", options={"SKIP_SAVE"}
+    )
+    files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+
+    whole = False  # whether the file browser goes on to all steps
+
+    def invoke(self, context, event):
+        """Start in the background; without a file, open the file browser."""
+        if not (self.filepath or self.files or context.scene.citypv.city_path) and not bpy.app.background:
+            bpy.ops.citypv.choose_city("INVOKE_DEFAULT", whole=self.whole)
+            return {"CANCELLED"}
+        return super().invoke(context, event)
+
+    def prepare(self, context):
+        """Read the paths and options."""
+        settings = context.scene.citypv
+        choose_weather(settings, find_preferences())
+        if self.files and self.directory:
+            paths = [str(Path(self.directory, file.name)) for file in self.files if file.name]
+        elif self.filepath:
+            paths = [bpy.path.abspath(self.filepath)]
+        else:
+            paths = [read_path(settings, "city_path", "City", "a file or folder with buildings")]
+        settings.city_path = paths[0] if len(paths) == 1 else os.path.commonpath(paths)
+        return paths, read_settings(settings)
+
+
+class ImportCity(CityFiles, Step, bpy.types.Operator):
+    """Read the buildings of a file or folder (CityGML, CityJSON, OBJ) and show them.
+
+    The same files again take the place of their earlier import; other cities are kept, hidden"""
+
+    bl_idname, bl_label = "citypv.import_city", "Import city"
+
+    stages = {"reading files": 3, "joining polygons": 1, "triangulating": 1}
+
+    @staticmethod
+    def work(task, progress):
+        """Read the files, and triangulate them for display, without generated ground."""
+        from ...core.files.read_city import read_city
+
+        paths, request = task
+        city = read_city(
+            paths, lod=request.lod, unit=request.unit, up=request.up, orient=request.orient, progress=progress
+        )
+        return triangulate_import(city, request, progress)
+
+    def finish(self, context, result):
+        """Show the buildings."""
+        return show_import(context, *result)
+
+
+class ChooseCity(bpy.types.Operator):
+    """Choose building files and import them"""
+
+    bl_idname, bl_label = "citypv.choose_city", "Import city"
+
+    whole: bpy.props.BoolProperty(
+        name="Solar city", description="Run all steps, not only the import", options={"SKIP_SAVE"}
+    )
+    filter_glob: bpy.props.StringProperty(default=";".join("*" + suffix for suffix in SUFFIXES), options={"HIDDEN"})
+    files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+
+    def invoke(self, context, event):
+        """Open the file browser."""
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context):
+        """Import what was chosen."""
+        files = [{"name": file.name} for file in self.files]
+        run = bpy.ops.citypv.solar_city if self.whole else bpy.ops.citypv.import_city
+        run("INVOKE_DEFAULT", files=files, directory=self.directory)
+        return {"FINISHED"}
+
+
+def triangulate_import(city, request, progress):
+    """Return a city, its scene with terrain as read but no generated ground, and the findings of reading."""
+    from ...core.results.list_findings import list_findings
+    from ...core.scene.build_scene import build_scene
+    from ...core.scene.join_ground import show_terrain
+
+    place = {"latitude": request.latitude, "longitude": request.longitude}
+    report_share = partial(report_polygons, progress, "triangulating", len(city))
+    scene = build_scene(replace(city, terrain=None), **place, ground="none", patch_size=None, report_share=report_share)
+    if city.terrain is not None and request.ground == "auto" and request.terrain is None:
+        scene = show_terrain(scene, city.terrain)
+    # Covered surfaces can only be found once the city is on its ground.
+    return city, scene, list_findings(scene, covered_share=[0.0] * len(scene.surfaces))
+
+
+def show_import(context, city, scene, findings, taken=()):
+    """Show a city; the same files' earlier one is replaced, others are hidden. Return the message for the user.
+
+    Parameters
+    ----------
+    context : bpy.types.Context
+    city : core.city.city.City
+    scene : core.scene.scene.Scene
+    findings : list of core.list_findings.Finding
+    taken : list of bpy.types.Object, optional
+        The user's objects that are the city: then the same objects count, whatever the files are called, and the view
+        stays where it is.
+    """
+    files = [str(path) for path in scene.report.files]
+    for item in list_cities(context.scene):
+        same = {own for _, own, _ in list_taken(item)} == set(taken) and (taken or list(item.get(FILES, ())) == files)
+        if same:
+            uncolour_user_meshes(item)
+            remove_objects(item, item.get(PREFIX + "ground"))
+    kept = list_cities(context.scene)
+    for item in kept:
+        show_objects_of(item, visible=False)
+    item, ground = build_meshes(scene)
+    show_objects(context.scene, item, ground)
+    open_session(item, Session(city=city))
+    remember_step(item, "import", context.scene.citypv)
+    remember_shape(item)
+    if not taken:
+        show_city(context, scene.vertices, shaded=True)
+    told = keep_report(item, scene, findings)
+    return f"{told}; kept, hidden: {', '.join(one.name for one in kept)}" if kept else told

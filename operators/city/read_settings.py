@@ -1,0 +1,174 @@
+"""Read the settings of panel and preferences into a Request, and remember with which of them a step was run.
+
+A step is done, stale because a setting was changed since, or still to do.
+"""
+
+import os
+import sys
+from ast import literal_eval
+
+import bpy
+
+from ...core.errors import InputError
+from ..attributes import PREFIX
+from ..in_place import EDITED, is_in_place
+from ..job import threads_beside_window
+from .declare_settings import ELECTRIC, OF_LIGHT, name_switch, read_properties, settings_of_panel
+
+ADDON = __package__.rpartition(".operators")[0]  # its name in Blender
+ASKED = PREFIX + "asked_"  # + step: property of a city
+STEPS = {  # step -> settings of the panel that are not declared by core
+    "import": ("city_path", "lod"),
+    "classify": ("own_place", "latitude", "longitude", "ground", "terrain", "split", "grid_size"),
+    "trace": ("suns", "days", "typical_days", "sky_grid", "albedo_source", "albedo_file", "horizon"),
+    "energy": ("weather", "weather_file", "weather_place", "weather_point", "year"),
+}
+PANELS = {
+    "import": ("import",),
+    "classify": ("classify",),
+    "trace": ("trace", "sampling"),
+    "energy": ("weather", "energy"),
+}
+
+
+def read_settings(settings):
+    """Read the panel's settings, `scene.citypv`: core.request.Request."""
+    from ...core.request import Request
+
+    preferences = find_preferences()
+    preferred = preferences.threads if preferences is not None else 0
+    numbers = {"days": settings.days, "typical-days": settings.typical_days, "sky-grid": settings.sky_grid}
+    place = {"latitude": settings.latitude, "longitude": settings.longitude} if settings.own_place else {}
+    if settings.own_place and settings.latitude == settings.longitude == 0:
+        raise InputError("Own location", "0° N, 0° E lies in the sea", "give latitude and longitude in step Classify")
+    ground, terrain, weather, albedo_file = settings.ground, None, settings.weather, None
+    if ground == "terrain":
+        ground, terrain = "auto", read_path(settings, "terrain", "Terrain", "a terrain file, or another type of ground")
+    if weather == "pvgis" and not bpy.app.online_access:
+        raise InputError("Weather", "Blender may not use the network", "allow online access in Preferences > System")
+    if weather == "file":
+        weather = read_path(settings, "weather_file", "Weather", "a weather file, or the climate")
+    if settings.albedo_source == "file":
+        albedo_file = read_path(settings, "albedo_file", "Albedo", "an albedo file, or another source of albedo")
+    return Request(
+        **read_properties(settings),
+        lod=None if settings.lod == "BEST" else settings.lod,
+        **place,
+        grid_size=settings.grid_size if settings.split else None,
+        ground=ground,
+        terrain=terrain,
+        weather=weather,
+        suns=f"{settings.suns}:{numbers[settings.suns]}" if settings.suns in numbers else settings.suns,
+        horizon=bpy.path.abspath(settings.horizon) or None,
+        weather_place=read_weather_place(settings) if settings.weather == "file" else None,
+        albedo_file=albedo_file,
+        threads=settings.threads or preferred or threads_beside_window(not bpy.app.background),
+    )
+
+
+def read_path(settings, name, title, cure):
+    """Path of a file that the user chose; relative ones (//) start at the .blend file.
+
+    Parameters
+    ----------
+    settings : bpy.types.PropertyGroup
+    name : str
+        Of the setting.
+    title, cure : str
+        What the file is of, and what to choose; for the error where none is chosen.
+
+    Raises
+    ------
+    InputError
+    """
+    if not getattr(settings, name):
+        raise InputError(title, "no file is chosen", f"choose {cure}")
+    return bpy.path.abspath(getattr(settings, name))
+
+
+def read_weather_place(settings):
+    """Latitude and longitude [°] where the weather was measured: (2,) tuple, or None if its file says it."""
+    words = settings.weather_place.replace(",", " ").split()
+    try:
+        latitude, longitude = map(float, words) if words else (None, None)
+    except ValueError:
+        problem = f"{settings.weather_place!r} is not a latitude and a longitude"
+        raise InputError("Measured at", problem, "give two numbers in degrees, such as 52.38 13.06") from None
+    return (latitude, longitude) if words else None
+
+
+def find_preferences():
+    """Preferences of the add-on: bpy.types.AddonPreferences, or None where it was not enabled as an add-on."""
+    addon = bpy.context.preferences.addons.get(ADDON)
+    return addon.preferences if addon is not None else None
+
+
+def choose_weather(settings, preferences):
+    """Let a scene in which no weather was chosen yet begin with the preferred one."""
+    if preferences is not None and not settings.is_property_set("weather"):
+        settings.weather, settings.weather_file = preferences.weather, preferences.weather_file
+
+
+def use_cache_folder(preferences, context=None):
+    """Keep the compiled loops in the preferred folder. Has an effect before the first of them is called."""
+    folder = bpy.path.abspath(preferences.cache_folder) if preferences is not None else ""
+    if folder and "numba" not in sys.modules:
+        os.environ["NUMBA_CACHE_DIR"] = folder
+
+
+def remember_step(city, step, settings, earlier=None):
+    """Store on a city which settings a step was run with; those after it are to be done.
+
+    Parameters
+    ----------
+    city : bpy.types.Object
+    step : str
+        Of `STEPS`.
+    settings : bpy.types.PropertyGroup
+    earlier : bpy.types.Object, optional
+        A city that this one replaces: the steps before stay as they were.
+    """
+    order = list(STEPS)
+    for name in order[: order.index(step)]:
+        if earlier is not None and ASKED + name in earlier:
+            city[ASKED + name] = earlier[ASKED + name]
+    forget_steps(city, *order[order.index(step) + 1 :])
+    city[ASKED + step] = describe_settings(step, settings)
+
+
+def forget_steps(city, *steps):
+    """Take steps for not done, as with other settings than those of the panel."""
+    for step in steps:
+        city.pop(ASKED + step, None)
+
+
+def asked_path(city):
+    """What the panel had under *City* when a city was imported: a path, or "" if that is not known."""
+    kept = city.get(ASKED + "import")
+    return literal_eval(kept)[STEPS["import"].index("city_path")] if kept else ""
+
+
+def state_of_step(city, step, settings):
+    """ "done", "stale" or "next" for the first step that has to be run; "" for those after it.
+
+    A step is stale too if one before it is.
+    """
+    for name in STEPS:
+        kept = city.get(ASKED + name) if city is not None else None
+        state = "stale" if kept else "next"
+        # A city of the user's own meshes depends on them, not on the settings of a file.
+        same = kept == describe_settings(name, settings) or (name == "import" and kept and is_in_place(city))
+        if same and not (name == "import" and city.get(EDITED)):
+            state = "done"
+        if name == step:
+            return state
+        if state != "done":
+            return "stale" if city is not None and city.get(ASKED + step) else ""
+    raise InputError(step, "is no step", f"give {', '.join(STEPS)}")
+
+
+def describe_settings(step, settings):
+    """Settings of a step as text."""
+    names = [*STEPS[step], *(name for panel in PANELS[step] for name in settings_of_panel(panel))]
+    names += [name_switch(key) for key in {"trace": OF_LIGHT, "energy": ELECTRIC}.get(step, ())]
+    return repr([getattr(settings, name) for name in names])

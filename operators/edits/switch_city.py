@@ -1,0 +1,85 @@
+"""Switch between several cities of a file: one is to be seen, the others are hidden."""
+
+import os
+from pathlib import Path
+
+import bpy
+
+from ...core.errors import InputError
+from ..attributes import PREFIX
+from ..city.build_meshes import read_vertices
+from ..city.read_settings import asked_path
+from ..in_place import SEEN, is_in_place, list_taken
+from ..picture.colour_faces import read_scale
+from ..picture.colour_user_meshes import colour_user_meshes, uncolour_user_meshes
+from ..picture.show_city import match_view
+from ..result.keep_report import FILES
+from ..run_step import Action, OfCity, leave_edit_mode
+from ..session import find_city, list_cities
+
+
+class SwitchCity(OfCity, Action, bpy.types.Operator):
+    """Show this city, and hide the others"""
+
+    bl_idname, bl_label = "citypv.switch_city", "Show city"
+
+    name: bpy.props.StringProperty(name="City", description="Name of the city's object")
+
+    def act(self, context, city, ground):
+        """Show one, hide the others."""
+        cities = {item.name: item for item in list_cities(context.scene)}
+        if self.name not in cities:
+            raise InputError(self.name or "City", "there is no such city", f"give {' or '.join(cities)}")
+        leave_edit_mode(context)
+        chosen = cities[self.name]
+        for item in cities.values():
+            show_objects_of(item, visible=item == chosen)
+        taken = is_in_place(chosen)
+        if not taken and asked_path(chosen):
+            context.scene.citypv.city_path = asked_path(chosen)
+        match_view(context, None if taken else read_vertices(chosen))
+
+
+def show_objects_of(city, *, visible):
+    """Show or hide a city and its ground in viewport and pictures; what is hidden is not selected either.
+
+    The objects of the user that a city was taken from stay; only its colours on them come and go.
+    """
+    if is_in_place(city):
+        city[SEEN] = visible
+        wanted = visible and read_scale(city) is not None and bpy.context.scene.citypv.show_colours
+        (colour_user_meshes if wanted else uncolour_user_meshes)(city)
+        ground = city.get(PREFIX + "ground")
+        if ground is not None:
+            ground.hide_set(not visible)
+        return
+    for item in filter(None, (city, city.get(PREFIX + "ground"))):
+        if not visible:
+            item.select_set(False)
+        item.hide_set(not visible)
+        item.hide_render = not visible
+
+
+class Retrace(OfCity, bpy.types.Operator):
+    """Import the files of this city again and run all steps; a city of meshes is taken from them again"""
+
+    bl_idname, bl_label = "citypv.retrace", "Import and trace again"
+    bl_options = {"REGISTER", "UNDO"}
+    needs = FILES
+
+    def execute(self, context):
+        """Run the steps."""
+        city, _ = find_city(context.scene)
+        way = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
+        if is_in_place(city):
+            for item in context.selected_objects:
+                item.select_set(False)
+            for _, item, _ in list_taken(city):
+                item.hide_set(False)
+                item.select_set(True)
+            context.scene.citypv.collection = None
+            return bpy.ops.citypv.take_meshes(way)
+        paths = [Path(path) for path in city[FILES]]
+        folder = os.path.commonpath([path.parent for path in paths])
+        files = [{"name": str(path.relative_to(folder))} for path in paths]
+        return bpy.ops.citypv.solar_city(way, files=files, directory=folder)

@@ -1,0 +1,181 @@
+"""Take meshes: convert objects of the Blender scene into a City, and show its mesh."""
+
+from collections import Counter
+
+import bpy
+import numpy as np
+
+from ...core.city.polygon import FileContent, Polygon
+from ...core.city.tree import Tree
+from ...core.errors import InputError
+from ..attributes import PREFIX, read_array, read_corners
+from ..city.import_city import show_import, triangulate_import
+from ..city.read_materials import name_face_materials
+from ..city.read_settings import read_settings
+from ..in_place import BUILDINGS, METRES, SEEN, TAKEN, is_single, put_in_place, remember_shape, write_sources
+from ..run_step import Step, leave_edit_mode
+from ..session import find_city
+
+LARGEST_COORDINATE = 1e8  # [m] larger than any coordinate on Earth
+TREE_COLLECTIONS = ("tree", "trees", "vegetation")
+OTHER_SHAPES = ("CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME")
+
+
+class TakeMeshes(Step, bpy.types.Operator):
+    """Use the meshes of the chosen collection, else the selected ones, as buildings"""
+
+    bl_idname, bl_label = "citypv.take_meshes", "Take meshes"
+
+    @classmethod
+    def poll(cls, context):
+        """There are objects to use."""
+        cls.poll_message_set("Select meshes, or choose a collection")
+        return bool(find_items(context)[1])
+
+    def prepare(self, context):
+        """Read the meshes in Blender's thread."""
+        leave_edit_mode(context)
+        taken = []
+        content = read_meshes(*find_items(context), context, taken)
+        return content, taken, read_settings(context.scene.citypv)
+
+    @staticmethod
+    def work(task, progress):
+        """Repair them like files."""
+        from ...core.city.join_contents import join_contents
+
+        content, taken, request = task
+        return taken, triangulate_import(join_contents([content], orient=request.orient), request, progress)
+
+    def finish(self, context, result):
+        """Remember what was taken; the objects stay as they are."""
+        taken, (city, scene, findings) = result
+        text = show_import(context, city, scene, findings, taken=[item for item, _ in taken])
+        item, _ = find_city(context.scene)
+        item[TAKEN] = {str(place): own for place, (own, _) in enumerate(taken)}
+        item[BUILDINGS], item[SEEN] = [name for _, name in taken], True
+        item[METRES] = context.scene.unit_settings.scale_length
+        put_in_place(item, scene.site)
+        write_sources(item, scene.surfaces.surface_id)
+        remember_shape(item)
+        return text
+
+
+def find_items(context):
+    """Candidate objects: those of the chosen collection and its children, else the selected ones.
+
+    Returns
+    -------
+    name : str
+        What they are called together.
+    items : list of bpy.types.Object
+        Without those that CityPV made.
+    """
+    chosen = context.scene.citypv.collection
+    items = context.selected_objects if chosen is None else chosen.all_objects
+    name = "Selected objects" if chosen is None else f"Collection {chosen.name}"
+    return name, [item for item in items if not item.get(PREFIX + "part")]
+
+
+def read_meshes(name, items, context, taken=None):
+    """Read objects as buildings: a mesh (after its modifiers) is a building, a face of it a surface.
+
+    Instances that an object makes (of a collection, by geometry nodes) are buildings as well. World axes are taken as
+    x east, y north, z up, in the scene's unit; the place on Earth has to be given by hand.
+
+    Parameters
+    ----------
+    name : str
+        What the objects are called together.
+    items : list of bpy.types.Object
+    context : bpy.types.Context
+        For modifiers, instances and the scene's unit.
+    taken : list, optional
+        It gets what was read: (object, name of its building), the name "" where the faces are not those of its mesh.
+
+    Returns
+    -------
+    FileContent
+
+    Raises
+    ------
+    InputError
+        There is no face.
+    """
+    metres, chosen, met, drawn = context.scene.unit_settings.scale_length, set(items), set(), set()
+    content, names, own = FileContent(name), Counter(), {}
+    for instance in context.evaluated_depsgraph_get().object_instances:
+        item = instance.object.original
+        owner = instance.parent.original if instance.is_instance else item
+        if owner not in chosen or instance.object.type != "MESH":
+            continue
+        met.add(owner)
+        if not len(instance.object.data.polygons):
+            continue
+        drawn.add(owner)
+        if is_tree(item) or is_tree(owner):
+            _add_tree(content, item.name, instance.object, np.array(instance.matrix_world), metres)
+            continue
+        building = f"{owner.name}/{item.name}" if instance.is_instance else item.name
+        names[building] += 1
+        if names[building] > 1:
+            building += f"~{names[building]}"
+        _add_building(content, building, instance.object, np.array(instance.matrix_world), metres)
+        # Its faces are those of its mesh where that has no other user, and no modifier adds or removes faces.
+        same = not instance.is_instance and is_single(item.data)
+        same = same and len(item.data.polygons) == len(instance.object.data.polygons)
+        same = same and np.array_equal(read_corners(item.data), read_corners(instance.object.data))
+        own[owner] = building if same and owner not in own else ""
+    for item in sorted(chosen - drawn, key=lambda item: item.name):
+        if item.type == "MESH":
+            content.skip("mesh without faces" if item in met else "hidden in the viewport", item.name)
+        elif item.type in OTHER_SHAPES:
+            content.skip("no mesh: convert it to one", item.name)
+    if taken is not None:
+        taken += sorted(own.items(), key=lambda pair: pair[0].name)
+    if not content.polygons:
+        raise InputError(name, "they have no faces", "select meshes with faces, or a collection of such meshes")
+    return content
+
+
+def is_tree(item):
+    """Whether an object is marked as a tree: by a custom property `tree`, or a collection called Trees or Vegetation.
+
+    The property counts on the object itself, its mesh, or a collection that it is in.
+    """
+    for holder in (item, item.data, *item.users_collection):
+        if holder is not None and holder.get("tree") is not None:
+            return bool(holder["tree"])
+    return any(group.name.partition(".")[0].lower() in TREE_COLLECTIONS for group in item.users_collection)
+
+
+def _add_tree(content, name, item, matrix, metres):
+    tree = Tree(name, content.path, 0, evergreen=bool(item.original.get("evergreen", False)))
+    rings = _read_rings(item.data, matrix, metres)
+    if not (np.abs(np.concatenate(rings)) <= LARGEST_COORDINATE).all():  # also true for NaN
+        content.skip("tree with coordinates that are not finite or beyond the Earth", name)
+        return
+    tree.polygons += [Polygon("", 0, 0, "", "", "surface", [ring]) for ring in rings]
+    content.trees.append(tree)
+
+
+def _add_building(content, building, item, matrix, metres):
+    content.buildings.append(building)
+    rings, materials = _read_rings(item.data, matrix, metres), name_face_materials(item, item.data)
+    for face, (ring, material) in enumerate(zip(rings, materials, strict=True)):
+        # Repeat the first point: an open ring would count as repaired.
+        rings = [np.concatenate([ring, ring[:1]])]
+        if not (np.abs(ring) <= LARGEST_COORDINATE).all():  # also true for NaN
+            content.skip("coordinates that are not finite or beyond the Earth", f"{building}/{face}")
+            continue
+        name, number = f"{building}/{face}", len(content.buildings) - 1
+        content.polygons.append(Polygon(name, number, 0, "", "", "surface", rings, face, material=material))
+
+
+def _read_rings(mesh, matrix, metres):
+    """Corners of each face in world coordinates: list of (k, 3) float64 [m]; mirrored objects keep their outside."""
+    points, start = read_array(mesh.vertices, "co", 3), read_array(mesh.polygons, "loop_start", dtype=np.int32)
+    with np.errstate(invalid="ignore", over="ignore"):  # of points that are left out later
+        places = metres * (points.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3])
+    rings = np.split(places[read_corners(mesh)], start[1:])
+    return [ring[::-1] for ring in rings] if np.linalg.det(matrix[:3, :3]) < 0 else rings

@@ -1,0 +1,112 @@
+"""Keep traced light beside the .blend: written when the file is saved, found again when it is opened."""
+
+import shutil
+from pathlib import Path
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ...core.errors import InputError
+from ..attributes import PREFIX
+from ..city.read_settings import read_settings
+from ..session import KEPT, Session, find_city, find_session, list_cities, open_session
+
+HOME, PROBLEM = PREFIX + "transfer_folder", PREFIX + "transfer_problem"
+SUFFIX = ".citypv.nc"
+
+
+@persistent
+def keep_transfers(path, *_):
+    """Write the traced light of all cities beside a .blend that is about to be saved.
+
+    Each object remembers its file, relative to the .blend. Light that is still in an earlier file only (of a .blend
+    that was opened and is saved elsewhere) is copied.
+
+    Parameters
+    ----------
+    path : str
+        The .blend file; "" where none is written.
+    """
+    from ...core.results.write_transfer import write_transfer
+
+    for city in {item for scene in bpy.data.scenes if path for item in list_cities(scene)}:
+        name = f"{Path(path).stem}.{bpy.path.clean_name(city.name)}{SUFFIX}"
+        target, session, kept = Path(path).with_name(name), find_session(city), find_kept(city)
+        try:
+            if session is not None and session.transfer is not None:
+                write_transfer(target, session.transfer)
+            elif kept is None or not kept.is_file():
+                continue
+            elif kept.resolve() != target.resolve():
+                shutil.copyfile(kept, target)
+            city[KEPT], city[HOME], city[PROBLEM] = "//" + name, str(Path(path).absolute().parent), ""
+        except (InputError, OSError) as error:
+            # The .blend itself is saved; the panel shows what is missing.
+            city[PROBLEM] = f"The traced light could not be kept: {error}"
+
+
+def find_kept(city):
+    """File with the traced light of a city: Path, or None if none was kept. It may be missing by now.
+
+    It is beside this .blend, or beside the one that the city was appended from.
+    """
+    if city is None or not city.get(KEPT):
+        return None
+    beside, home = Path(bpy.path.abspath(city[KEPT])), Path(city.get(HOME, ""), city[KEPT].removeprefix("//"))
+    return home if not beside.is_file() and city.get(HOME) and home.is_file() else beside
+
+
+def read_kept(session, path):
+    """Bring the traced light of a file into a session that has none.
+
+    Raises
+    ------
+    InputError
+        The file is missing or damaged.
+    """
+    from ...core.results.read_transfer import read_transfer
+
+    if session.transfer is None:
+        session.transfer = read_transfer(path)
+
+
+def reopen_session(city):
+    """Session of a city, a new one if the file was opened since: Session."""
+    if find_session(city) is None:
+        open_session(city, Session())
+    return find_session(city)
+
+
+def has_transfer(city):
+    """Whether the light of a city is traced: in this session, or in a file that is there."""
+    session, kept = find_session(city), find_kept(city)
+    return (session is not None and session.transfer is not None) or (kept is not None and kept.is_file())
+
+
+def describe_missing(city):
+    """What the panel says of a city whose traced light was kept and is gone; "" for others."""
+    if city is None or city.get(PROBLEM):
+        return city[PROBLEM] if city is not None else ""
+    kept = find_kept(city)
+    if has_transfer(city) or (kept is None and PREFIX + "diffuse_relative" not in city.data.attributes):
+        return ""
+    if kept is None:
+        return "A copy keeps its results, but has no traced light of its own: for others select the city itself, or \
+import and trace again"
+    return f"{kept.name} with the traced light is not beside this file: put it there, or import and trace again"
+
+
+class OfTransfer:
+    """Base of steps that need a city with traced light."""
+
+    @classmethod
+    def poll(cls, context):
+        """The city has been traced, in this session or before the file was saved."""
+        city, _ = find_city(context.scene)
+        cls.poll_message_set(describe_missing(city) or "Trace the light first")
+        return city is not None and has_transfer(city)
+
+    def prepare(self, context):
+        """Take the transfer, or its file, and the settings."""
+        city, _ = find_city(context.scene)
+        return reopen_session(city), find_kept(city), read_settings(context.scene.citypv)

@@ -1,0 +1,184 @@
+"""What a trace will simulate and cost: the plan of effects with its reasons, and the prices of the presets."""
+
+from math import isfinite
+
+import bpy
+
+from ...core.errors import InputError
+from ...core.presets import PRESET_WORDS, PRESETS
+from ..attributes import PREFIX
+from ..city.declare_settings import UNSET
+from ..city.read_settings import read_settings
+from ..job import compile_loops
+from ..run_step import Action, OfCity, Step
+from ..session import find_city, find_own_city, find_session
+
+PLAN = PREFIX + "plan"  # property of the city
+PRICES = PREFIX + "prices"  # property of the city
+NUMBERS = {"days": "days", "typical-days": "typical_days", "sky-grid": "sky_grid"}  # way -> property with its number
+ITEMS = [(name, name.capitalize(), words) for name, words in PRESET_WORDS.items()]
+
+
+class OfScene(OfCity):
+    """Base of steps that need a classified city of this session."""
+
+    needs, lacking = "scene", "Classify the city first"
+
+    def prepare(self, context):
+        """Take the scene and the settings."""
+        return find_session(find_city(context.scene)[0]), read_settings(context.scene.citypv)
+
+
+class PlanEffects(OfScene, Step, bpy.types.Operator):
+    """Decide which effects this city calls for, each with its reason, what it leaves out at most, and its seconds"""
+
+    bl_idname, bl_label = "citypv.plan_effects", "Plan effects"
+
+    @staticmethod
+    def work(task, progress):
+        """Decide, with a pilot where a decision depends on it."""
+        from ...core.study import check_settings, prepare_study, read_year
+
+        session, request = task
+        check_settings(request)
+        compile_loops(progress)
+        progress("reading weather", 0, 1, "years")
+        weather = read_year(session.scene.site, request)
+        prepared = prepare_study(session.scene, weather, request, progress=progress)
+        return session, [effect.as_dict() for effect in prepared.plan.effects]
+
+    def finish(self, context, result):
+        """Store the decisions on the city."""
+        session, decisions = result
+        city, _ = find_own_city(context.scene, session)
+        keep_plan(city, decisions)
+        return f"{sum(one['on'] for one in decisions)} of {len(decisions)} effects are on"
+
+
+class ExplainEffect(OfCity, Action, bpy.types.Operator):
+    """Why an effect is on or off"""
+
+    bl_idname, bl_label = "citypv.explain_effect", "Explain effect"
+    bl_options = {"REGISTER", "INTERNAL"}
+    needs, lacking = PLAN, "Plan the effects first"
+
+    effect: bpy.props.StringProperty(name="Effect", description="Its key")
+
+    @classmethod
+    def description(cls, context, properties):
+        """Tooltip: the decision."""
+        return read_plan(find_city(context.scene)[0]).get(properties.effect, ("", cls.__doc__))[1]
+
+    def act(self, context, city, ground):
+        """Tell the decision."""
+        plan = read_plan(city)
+        if self.effect not in plan:
+            raise InputError("Effect", f"{self.effect!r} is no effect", f"give one of {', '.join(plan)}")
+        return f"{self.effect}: {plan[self.effect][1]}"
+
+
+def keep_plan(city, decisions):
+    """Store decisions on a city: for each effect its key, on or off with its extent, and a sentence.
+
+    Parameters
+    ----------
+    city : bpy.types.Object
+    decisions : list of dict
+        Of `core.effects.effect.Effect.as_dict`.
+    """
+    rows = []
+    for one in decisions:
+        bound = "no bound on its error is known" if one["on"] else "how much light this changes is not known"
+        if one["bound"] is not None:
+            bound = f"leaves out at most {100 * one['bound']:.2g} % of full load hours"
+        parts = [f"{one['extent']}: {one['reason']}", bound]
+        if one["share"] is not None:
+            parts.append(f"makes {100 * one['share']:+.1f} % of them")
+        if one["seconds"] is not None:
+            parts.append(f"takes about {one['seconds']:.2g} s")
+        row = one["key"], f"{'on' if one['on'] else 'off'}: {one['extent']}", "; ".join(parts)
+        rows.append("|".join(text.replace("|", "/") for text in row))
+    city[PLAN] = rows
+
+
+def read_plan(city):
+    """Decisions on the effects of a city: dict of key to (state, sentence); empty without a plan."""
+    rows = city.get(PLAN, ()) if city is not None else ()
+    return {key: (state, sentence) for key, state, sentence in (row.split("|") for row in rows)}
+
+
+class UsePreset(Action, bpy.types.Operator):
+    """Set rays, suns and patches for a purpose"""
+
+    bl_idname, bl_label = "citypv.use_preset", "Use preset"
+
+    preset: bpy.props.EnumProperty(name="Preset", description="Settings of Trace", items=ITEMS, default="standard")
+
+    @classmethod
+    def description(cls, context, properties):
+        """Tooltip: what the preset is for."""
+        return PRESET_WORDS[properties.preset]
+
+    def act(self, context, city, ground):
+        """Set them."""
+        for name, value in properties_of_preset(self.preset).items():
+            setattr(context.scene.citypv, name, value)
+        return f"{self.preset.capitalize()}: {PRESET_WORDS[self.preset]}"
+
+
+class PredictPrices(OfScene, Step, bpy.types.Operator):
+    """Predict the seconds and the error of each preset on this city, from a pilot of some seconds"""
+
+    bl_idname, bl_label = "citypv.predict", "Predict time and error"
+
+    @staticmethod
+    def work(task, progress):
+        """Trace the pilot."""
+        from ...core.accuracy.price_list import list_prices
+        from ...core.study import check_settings, read_year
+
+        session, request = task
+        check_settings(request)
+        compile_loops(progress)
+        progress("pilot", 0, 1, "pilots")
+        weather = read_year(session.scene.site, request)
+        listed = list_prices(session.scene, weather, request, progress=progress)
+        return session, [(one.name, one.seconds, one.error) for one in listed.prices if one.name in PRESETS]
+
+    def finish(self, context, result):
+        """Store the predictions on the city."""
+        session, prices = result
+        city, _ = find_own_city(context.scene, session)
+        city[PRICES] = [f"{name}|{seconds:.3g}|{error:.3g}" for name, seconds, error in prices]
+        return "; ".join(f"{name.capitalize()}: {describe_price(row)}" for name, row in read_prices(city).items())
+
+
+def properties_of_preset(preset):
+    """Values of the panel's properties of a preset: dict; what it does not name is the program's default."""
+    from ...core.request import Request
+
+    named = sorted({name for settings in PRESETS.values() for name in settings})
+    chosen = {name: PRESETS[preset].get(name, getattr(Request(), name)) for name in named}
+    way, _, number = chosen.pop("suns").partition(":")
+    found = {name: UNSET if value is None else value for name, value in chosen.items()}
+    return found | {"suns": way, NUMBERS[way]: int(number)}
+
+
+def find_preset(settings):
+    """Preset that the panel's settings are those of: str, "" if of none."""
+    wanted = {name: properties_of_preset(name) for name in PRESETS}
+    same = [name for name in PRESETS if all(getattr(settings, key) == value for key, value in wanted[name].items())]
+    return same[0] if same else ""
+
+
+def read_prices(city):
+    """Predictions stored on a city: dict of preset to (seconds, error [%]); empty without them."""
+    rows = city.get(PRICES, ()) if city is not None else ()
+    return {name: (float(seconds), float(error)) for name, seconds, error in (row.split("|") for row in rows)}
+
+
+def describe_price(price):
+    """Seconds and error in a few words."""
+    seconds, error = price
+    time = f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
+    return f"{time}, ± {error:.2g} %" if isfinite(error) else time  # NaN where nothing is eligible

@@ -1,0 +1,171 @@
+"""Trace: compute the Transfer of a Scene, in one round or, up to a target or a time, in further ones."""
+
+from dataclasses import replace
+
+import bpy
+
+from ...core.effects.table import PLANNING
+from ...core.progress import SUN_STAGE
+from ..attributes import RESULTS, write_results
+from ..city.read_materials import read_finishes, remember_materials
+from ..city.read_settings import read_settings, remember_step
+from ..job import COMPILING, compile_loops
+from ..picture.show_result import show_result
+from ..result.keep_report import keep_report
+from ..result.summarise import INTERRUPTED, OF_ENERGY, summarise_albedo
+from ..run_step import Step, leave_edit_mode
+from ..session import find_city, find_own_city, find_session
+from .plan_trace import OfScene, keep_plan
+
+SUNS_PER_DAY = 12
+
+
+class TraceCity(OfScene, Step, bpy.types.Operator):
+    """Trace light from sky and sun, with reflections, to every surface"""
+
+    bl_idname, bl_label = "citypv.trace", "Trace light"
+
+    def prepare(self, context):
+        """Take the scene and the settings."""
+        city, ground = find_city(context.scene)
+        session = find_session(city)
+        leave_edit_mode(context)
+        remember_materials(city, ground, session)
+        request, unread = read_settings(context.scene.citypv), []
+        read_goal(context.scene.citypv_seeing, request)
+        if context.scene.citypv.albedo_source == "materials":
+            request.ground_material = session.ground_material
+            names = [session.ground_material, *(session.scene.surfaces.material or [])]
+            request.materials, unread = read_finishes(names, session.scene.colours)
+        return session, request, unread
+
+    def expect(self, task):
+        """Rays of each stage; those of the sky also find what reflects to what, those of the suns have reflections."""
+        _, request, _ = task
+        if request.estimator == "forward" or wants_rounds(request):
+            return None
+        sky, sun = count_rays(request)
+        shares = {COMPILING: 0.01, "reading weather": 0.04, PLANNING: 0.08, "sky and reflections": 1.0}
+        shares |= {"reflections of the sky": 0.1, "horizon": 0.2}
+        return {stage: share * sky for stage, share in shares.items()} | {SUN_STAGE: sun}
+
+    @staticmethod
+    def work(task, progress):
+        """Trace; the weather only provides the hours."""
+        from ...core.materials.read_albedo import describe_albedo
+        from ...core.results.list_findings import list_findings
+        from ...core.study import check_tracing, read_year
+
+        session, request, unread = task
+        check_tracing(request)
+        albedos = describe_albedo(session.scene, request)
+        compile_loops(progress)
+        progress("reading weather", 0, 1, "years")
+        weather = read_year(session.scene.site, request)
+        transfer = trace_rounds(session, weather, request, progress)
+        findings = list_findings(session.scene, transfer.covered_share)
+        return session, weather, transfer, findings, (albedos, unread)
+
+    def refine(self, context):
+        """Show the last round."""
+        show_round(context, find_session(find_city(context.scene)[0]))
+
+    def finish(self, context, result):
+        """Keep the light, and show that of the sky."""
+        session, _, transfer, *_ = result
+        interrupted = keep_light(context, *result)
+        shown = show_result(context, *find_own_city(context.scene, session), "diffuse_relative")
+        traced = interrupted or f"Traced {len(transfer.surfaces)} surfaces and {len(transfer.suns)} suns"
+        return f"{traced}; shown: {shown.title[0].lower()}{shown.title[1:]}"
+
+
+def count_rays(request):
+    """Rays from each patch to the sky (with what they find of reflections) and to the suns, roughly: two float."""
+    way, _, number = request.suns.partition(":")
+    suns = int(number or 0) * SUNS_PER_DAY if "days" in way else int(number or SUNS_PER_DAY * 365)
+    return 2.0 * request.samples, float(suns * request.shadow_samples)
+
+
+def keep_light(context, session, weather, transfer, findings, albedos):  # noqa: PLR0917
+    """Write results that do not depend on weather, and remove those of an earlier weather.
+
+    Parameters
+    ----------
+    context : bpy.types.Context
+    session, weather, transfer, findings, albedos
+        Of `TraceCity.work`.
+
+    Returns
+    -------
+    str
+        Which suns were traced, if not all.
+    """
+    city, ground = find_own_city(context.scene, session)
+    write_results(city, ground, transfer)
+    for key in OF_ENERGY:
+        city.pop(key, None)
+    keep_report(city, session.scene, findings)
+    summarise_albedo(city, *albedos)
+    keep_plan(city, transfer.record.effects if transfer.record else ())
+    remember_step(city, "trace", context.scene.citypv)
+    session.weather, session.transfer, session.energy = weather, transfer, None
+    interrupted = transfer.record.interrupted
+    city[INTERRUPTED] = "Interrupted: kept {suns_traced} of {of} suns".format(**interrupted) if interrupted else ""
+    return city[INTERRUPTED]
+
+
+def read_goal(seeing, request):
+    """Set the target and the time of further rounds in a Request, as the panel has them."""
+    if seeing.refine:
+        request.target_error = seeing.target_error or None
+        request.time_budget = seeing.time_budget or None
+
+
+def wants_rounds(request):
+    """Whether a trace goes on after its first round."""
+    return request.target_error is not None or request.time_budget is not None
+
+
+def trace_rounds(session, weather, request, progress):
+    """Transfer of a session's scene: of one round, or of as many as target and time ask for.
+
+    Every round is left in `session.round`, with the energy that the Transfer of all rounds so far has. The numbers are
+    those of the command line with as many rounds. Cancelled among further rounds, those that are finished are kept.
+
+    """
+    from ...core.study import trace_scene
+
+    if not wants_rounds(request):
+        return trace_scene(session.scene, weather, request, progress)
+    from ...core.commands.run_log import RunLog
+    from ...core.commands.simulate import trace_until_interrupted
+    from ...core.study import choose_year, compute_energy
+    from ...core.transfer.prepare_scene import prepare_scene
+
+    class Log(RunLog):
+        def show(self, transfer):
+            # The matrices of the next rounds go into the same arrays: only means of surfaces are shown.
+            energy = compute_energy(transfer, weather, request)
+            session.round = replace(transfer, visible_share=None, direct_reflected=None), energy
+
+    log = Log(None)
+    log.progress = progress
+    suns = choose_year(weather, request)
+    prepared = prepare_scene(session.scene, request, weather=weather, suns=suns, progress=progress)
+    transfer = trace_until_interrupted(session.scene, weather, request, log, None, prepared=prepared)
+    session.round = None
+    return transfer
+
+
+def show_round(context, session):
+    """Show the last round of a session, if there is a new one: write its results, colour the chosen or the best one."""
+    if session is None or session.round is None:
+        return
+    (transfer, energy), session.round = session.round, None
+    city, ground = find_city(context.scene)
+    if find_session(city) is not session:
+        return  # the user switched to another city
+    write_results(city, ground, transfer, energy)
+    city[INTERRUPTED] = ""
+    chosen = context.scene.citypv.attribute
+    show_result(context, city, ground, chosen if chosen in RESULTS else "full_load_hours")

@@ -1,0 +1,267 @@
+"""Colours of the faces: the scale of an attribute with the ticks of its legend, and materials that show it exactly."""
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from ...core.errors import InputError
+from ...core.results.colour_map import (
+    DIVERGING,
+    GROUND,
+    MAPS,
+    MISSING,
+    choose_range,
+    linear_light,
+    mix_stops,
+    srgb_colour,
+    srgb_light,
+    tick_step,
+)
+from ..attributes import CHANGE, CODES, PREFIX, RESULTS, TITLES, read_array, read_face_attribute
+
+MATERIAL = "CityPV colours"
+COLOUR_ATTRIBUTE = PREFIX + "colour"
+RANGE = PREFIX + "range_"  # + attribute: property of a city with the ends of its scale, where they are not the values'
+# One colour per code, safe for colour-blind viewers: M. Okabe and K. Ito (2008).
+CLASS_COLOURS = {
+    "kind": {
+        "facade": "e69f00",
+        "roof": "0072b2",
+        "flat": "56b4e9",
+        "steep": "cc79a7",
+        "downward": "5a5a5a",
+        "ground": "b4b4b0",
+        "rack": "f0e442",
+    },
+    "orientation": {"none": "b4b4b0", "north": "0072b2", "east": "009e73", "south": "d55e00", "west": "cc79a7"},
+}
+
+
+@dataclass
+class ColourScale:
+    """Mapping from values of one attribute to colours."""
+
+    attribute: str  # name without prefix
+    title: str
+    unit: str  # "" if it has none
+    low: float
+    high: float
+    stops: np.ndarray  # (k, 3) sRGB in 0–1, equally spaced from low to high, or one per class
+    ticks: np.ndarray  # (j,) values labelled beside the bar; empty for classes
+    classes: list = field(default_factory=list)  # names of the codes 0, 1, …; empty for a continuous scale
+
+    def heading(self):
+        """Title with its unit."""
+        return f"{self.title} [{self.unit}]" if self.unit else self.title
+
+    def labels(self):
+        """What is written beside the bar, with its place as a share of the bar's length: list of (float, str)."""
+        if self.classes:
+            return [((code + 0.5) / len(self.classes), name) for code, name in enumerate(self.classes)]
+        shares = (self.ticks - self.low) / (self.high - self.low)
+        return [(share, format_tick(tick, self)) for share, tick in zip(shares.tolist(), self.ticks, strict=True)]
+
+
+def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
+    """Build the scale of an attribute.
+
+    Parameters
+    ----------
+    attribute : str
+        A name of `RESULTS`, or "kind" or "orientation", which have a colour for each code.
+    low, high : float
+        Values at the two ends, in the attribute's unit; not used for codes.
+    colour_map : str
+        A name of `MAPS`; differences have a map of their own.
+
+    Returns
+    -------
+    ColourScale
+    """
+    if attribute in CODES:
+        names = sorted(CODES[attribute], key=CODES[attribute].get)
+        stops = np.array([srgb_colour(CLASS_COLOURS[attribute][name]) for name in names])
+        return ColourScale(attribute, TITLES[attribute], "", -0.5, len(names) - 0.5, stops, np.empty(0), names)
+    chosen = DIVERGING if attribute.startswith(CHANGE) else MAPS[colour_map]
+    stops = np.array([srgb_colour(text) for text in chosen.split()])
+    step = tick_step(low, high)
+    # Ticks are the multiples of the step within the range.
+    ticks = np.arange(np.ceil(low / step - 1e-6), np.floor(high / step + 1e-6) + 1) * step
+    return ColourScale(attribute, TITLES[attribute], RESULTS[attribute].legend_unit, low, high, stops, ticks)
+
+
+def format_tick(value, scale):
+    """Label of a tick, with the number of decimals that the tick distance needs."""
+    step = tick_step(scale.low, scale.high)
+    decimals = max(0, int(-np.floor(np.log10(step) + 1e-9)))
+    return f"{value + 0.0:,.{decimals}f}".replace(",", " ")
+
+
+def colours_of_values(scale, values):
+    """Colours of values: (f,) → (f, 3) sRGB in 0–1; `MISSING` if a value is NaN."""
+    place = (np.asarray(values, dtype=float) - scale.low) / (scale.high - scale.low)
+    colours = np.tile(srgb_colour(MISSING), (len(place), 1))
+    known = np.isfinite(place)
+    place = np.clip(place[known], 0, 1)
+    if scale.classes:
+        colours[known] = scale.stops[np.minimum((place * len(scale.stops)).astype(int), len(scale.stops) - 1)]
+        return colours
+    colours[known] = srgb_light(mix_stops(scale.stops, place))
+    return colours
+
+
+def linear_colour(text):
+    """Colour written as six hexadecimal digits (sRGB) → (r, g, b, 1) in linear light, as Blender's nodes want it."""
+    return (*linear_light(srgb_colour(text)).tolist(), 1.0)
+
+
+def colour_faces(city, ground, attribute, *, low=None, high=None, colour_map="viridis"):
+    """Colour the city by a face attribute; faces without result and the generated ground stay grey.
+
+    The colours are those of the legend exactly: Attribute → Map Range → Color Ramp → Emission. The colour attribute
+    `citypv_colour` shows the same in the viewport's solid mode.
+
+    Parameters
+    ----------
+    city, ground : bpy.types.Object or None
+        Objects as `build_meshes` makes them; the ground may be None.
+    attribute : str
+        Name without prefix.
+    low, high : float, optional
+        Ends of the scale; where missing, they come from the values (`choose_range`).
+    colour_map : str
+        A name of `MAPS`.
+
+    Returns
+    -------
+    ColourScale
+    """
+    values = read_face_attribute(city.data, attribute)
+    if values is None:
+        problem = f"its faces have no {TITLES[attribute].lower()} yet"
+        raise InputError(city.name, problem, "run the step that computes it")
+    if low is None and high is None and RANGE + attribute in city:
+        low, high = city[RANGE + attribute]
+    elif attribute not in CODES and (low is None or high is None):
+        areas = read_array(city.data.polygons, "area")
+        if attribute.startswith(CHANGE):  # zero is in the middle
+            found = choose_range(np.concatenate([values, -values]), np.tile(areas, 2))
+        else:
+            found = choose_range(values, areas)
+        low, high = (chosen if given is None else given for given, chosen in zip((low, high), found, strict=True))
+    scale = build_scale(attribute, low, high, colour_map)
+    paint_mesh(city.data, values, scale)
+    for key in ("attribute", "low", "high"):
+        city[f"{PREFIX}colour_{key}"] = getattr(scale, key)
+    city[PREFIX + "colour_map"] = colour_map
+    if ground is not None:
+        _set_materials(ground.data, build_ground_material())
+        write_colours(ground.data, np.tile(srgb_colour(GROUND), (len(ground.data.polygons), 1)))
+    return scale
+
+
+def paint_mesh(mesh, values, scale, material=MATERIAL):
+    """Give the faces of a mesh the colours of their values, (f,), in a material of this name; grey without a value."""
+    materials = build_colour_material(scale, material), build_plain_material("CityPV missing", MISSING)
+    _set_materials(mesh, *materials, of_face=~np.isfinite(values.astype(np.float64)))
+    write_colours(mesh, colours_of_values(scale, values))
+    mesh.update()
+
+
+def read_scale(city):
+    """Read the scale that an object was coloured with, or None."""
+    attribute = city.get(PREFIX + "colour_attribute")
+    if attribute is None:
+        return None
+    low, high = city[PREFIX + "colour_low"], city[PREFIX + "colour_high"]
+    return build_scale(attribute, low, high, city[PREFIX + "colour_map"])
+
+
+def show_exact_colours(scene):
+    """Set the scene's view transform to Standard: all others distort the colour scale."""
+    scene.view_settings.view_transform = "Standard"
+    scene.view_settings.look = "None"
+    scene.view_settings.exposure = 0.0
+    scene.view_settings.gamma = 1.0
+
+
+def build_colour_material(scale, name=MATERIAL):
+    """Emission material that shows an attribute in the colours of its scale, independent of lighting."""
+    nodes, links, colour = _start_emission(name)
+    attribute = nodes.new("ShaderNodeAttribute")
+    attribute.attribute_type, attribute.attribute_name = "GEOMETRY", PREFIX + scale.attribute
+    map_range, ramp = nodes.new("ShaderNodeMapRange"), nodes.new("ShaderNodeValToRGB")
+    map_range.clamp = True
+    map_range.inputs["From Min"].default_value = scale.low
+    map_range.inputs["From Max"].default_value = scale.high
+    # A new ramp has two stops; a class starts at its stop, a continuous scale passes through it.
+    count, stops = len(scale.stops), ramp.color_ramp
+    positions = np.arange(count) / count if scale.classes else np.linspace(0, 1, count)
+    stops.interpolation = "CONSTANT" if scale.classes else "LINEAR"
+    while len(stops.elements) < count:
+        stops.elements.new(1.0)
+    for element, position, light in zip(stops.elements, positions.tolist(), linear_light(scale.stops), strict=True):
+        element.position, element.color = position, (*light.tolist(), 1.0)
+    links.new(attribute.outputs["Fac"], map_range.inputs["Value"])
+    links.new(map_range.outputs["Result"], ramp.inputs["Fac"])
+    links.new(ramp.outputs["Color"], colour)
+    for place, node in enumerate((attribute, map_range, ramp)):
+        node.location = (220 * (place - 3), 0)
+    return bpy.data.materials[name]
+
+
+def build_plain_material(name, colour):
+    """Emission material of one colour (six hexadecimal digits, sRGB)."""
+    _start_emission(name)[2].default_value = linear_colour(colour)
+    return bpy.data.materials[name]
+
+
+def build_ground_material(name="CityPV ground"):
+    """Neutral grey with ambient occlusion, so that narrow streets and courtyards appear darker."""
+    nodes, links, colour = _start_emission(name)
+    occlusion = nodes.new("ShaderNodeAmbientOcclusion")
+    occlusion.samples, occlusion.inputs["Distance"].default_value = 4, 25.0
+    occlusion.inputs["Color"].default_value = linear_colour(GROUND)
+    links.new(occlusion.outputs["Color"], colour)
+    return bpy.data.materials[name]
+
+
+def start_nodes(owner, output):
+    """Nodes of a material or a world, cleared but for an output of this type: nodes, links, the output."""
+    if owner.node_tree is None:
+        owner.use_nodes = True
+    nodes = owner.node_tree.nodes
+    nodes.clear()
+    return nodes, owner.node_tree.links, nodes.new(output)
+
+
+def _start_emission(name):
+    material = bpy.data.materials.get(name) or bpy.data.materials.new(name)
+    material[PREFIX + "part"] = "colours"  # not a building material
+    nodes, links, output = start_nodes(material, "ShaderNodeOutputMaterial")
+    emission = nodes.new("ShaderNodeEmission")
+    links.new(emission.outputs["Emission"], output.inputs["Surface"])
+    output.location = (220, 0)
+    return nodes, links, emission.inputs["Color"]
+
+
+def _set_materials(mesh, *materials, of_face=None):
+    mesh.materials.clear()
+    for material in materials:
+        mesh.materials.append(material)
+    chosen = np.zeros(len(mesh.polygons), np.int32) if of_face is None else of_face.astype(np.int32)
+    mesh.polygons.foreach_set("material_index", chosen)
+    mesh.update()
+
+
+def write_colours(mesh, colours):
+    """Write colours of faces, (f, 3) sRGB in 0–1, as one per corner: for solid view, and for other formats."""
+    attribute = mesh.color_attributes.get(COLOUR_ATTRIBUTE)
+    if attribute is None:
+        attribute = mesh.color_attributes.new(COLOUR_ATTRIBUTE, "BYTE_COLOR", "CORNER")
+    corners = read_array(mesh.polygons, "loop_total", dtype=np.int32)
+    rgba = np.ones((len(mesh.loops), 4), dtype=np.float32)
+    rgba[:, :3] = np.repeat(colours, corners, axis=0)
+    attribute.data.foreach_set("color_srgb", rgba.ravel())
+    mesh.color_attributes.active_color = attribute

@@ -1,0 +1,143 @@
+"""Show the colours of a city on the objects of the user that it was taken from, without changing their materials.
+
+Where the faces of an object are those of its mesh, the mesh gets the results as face attributes, and the colour
+attribute `citypv_colour`. Other objects (meshes that several objects share, modifiers that make faces, instances) have
+no place for results of each face: while colours are shown, they are hidden, and the city's faces stand in for them.
+"""
+
+import bmesh
+import bpy
+import numpy as np
+
+from ..attributes import PREFIX, read_array, read_face_attribute, write_face_attribute
+from ..city.build_meshes import remove_objects
+from ..in_place import FACE, OBJECT, STAND_IN, is_in_place, is_single, list_taken
+from .colour_faces import COLOUR_ATTRIBUTE, write_colours
+
+BEFORE = PREFIX + "active_colour"  # of a mesh: the colour attribute that the user had chosen
+HIDDEN = PREFIX + "hidden"  # of an object that a stand-in stands for
+WORN = PREFIX + "worn"  # of a city: its colours are shown
+STAND_INS = PREFIX + "stand_ins"  # of a city: what the panel says of objects that have no faces of their own
+FEW = 3  # names shown
+
+
+def colour_user_meshes(city):
+    """Show the colours of a city on the objects that it was taken from; the panel names those that a copy covers."""
+    number_of_face, own_face = read_face_attribute(city.data, OBJECT), read_face_attribute(city.data, FACE)
+    own = np.zeros(len(city.data.polygons), bool)
+    names = []
+    for number, item, building in list_taken(city):
+        triangles = np.flatnonzero(number_of_face == number)
+        faces, single = own_face[triangles], building and is_single(item.data)
+        if single and len(faces) and faces.max() < len(item.data.polygons):
+            write_on_mesh(city.data, item.data, triangles, faces)
+            own[triangles] = True
+        elif item.get("tree") is None:
+            names.append(item.name)
+            if not item.hide_get():
+                item[HIDDEN] = True
+                item.hide_set(True)
+    remove_stand_in(city)
+    if not own.all():
+        add_stand_in(city, own)
+    some = ", ".join(names[:FEW]) + (" …" if len(names) > FEW else "")
+    reason = "hidden behind a coloured copy, as instances, shared meshes or modifiers have no faces of their own"
+    city[WORN], city[STAND_INS] = True, f"{some}: {reason}" if names else ""
+
+
+def uncolour_user_meshes(city):
+    """Show the objects of the user as they were; the results stay on their faces."""
+    for _, item, _ in list_taken(city):
+        if item.get(HIDDEN):
+            del item[HIDDEN]
+            item.hide_set(False)
+        if item.type != "MESH":
+            continue
+        colours = item.data.color_attributes
+        if COLOUR_ATTRIBUTE in colours:
+            colours.remove(colours[COLOUR_ATTRIBUTE])
+        if BEFORE in item.data:
+            colours.active_color_name = item.data[BEFORE]
+            del item.data[BEFORE]
+        item.data.update()
+    remove_stand_in(city)
+    city[WORN], city[STAND_INS] = False, ""
+
+
+def user_meshes_coloured(city):
+    """Whether the colours of a city taken from meshes are shown."""
+    return is_in_place(city) and bool(city.get(WORN))
+
+
+def write_on_mesh(source, mesh, triangles, faces):
+    """Write the results of a city's triangles to the faces of a mesh, and their colours.
+
+    Faces of several surfaces (cells of a grid) get means by area; codes, the one of the largest triangle.
+
+    Parameters
+    ----------
+    source : bpy.types.Mesh
+        Of the city.
+    mesh : bpy.types.Mesh
+    triangles : (k,) int
+        Faces of the city.
+    faces : (k,) int
+        Faces of the mesh that they are parts of.
+    """
+    area, count = read_array(source.polygons, "area")[triangles], len(mesh.polygons)
+    largest = np.full(count, -1)
+    order = np.argsort(area, kind="stable")
+    largest[faces[order]] = triangles[order]
+    weight = np.maximum(area.astype(float), 1e-12)
+    total = np.bincount(faces, weight, count)
+    for attribute in list(source.attributes):
+        if not attribute.name.startswith(PREFIX) or attribute.domain != "FACE":
+            continue
+        name = attribute.name.removeprefix(PREFIX)
+        values = read_face_attribute(source, name)
+        if attribute.data_type == "INT":
+            write_face_attribute(mesh, name, np.where(largest < 0, -1, values[largest]))
+        else:
+            with np.errstate(invalid="ignore", divide="ignore"):
+                write_face_attribute(mesh, name, np.bincount(faces, weight * values[triangles], count) / total)
+    given = source.color_attributes.get(COLOUR_ATTRIBUTE)
+    if given is not None:
+        colour = read_array(given.data, "color_srgb", 4)[3 * triangles, :3]  # the city's faces are triangles
+        summed = np.column_stack([np.bincount(faces, weight * channel, count) for channel in colour.T])
+        if COLOUR_ATTRIBUTE not in mesh.color_attributes:
+            mesh[BEFORE] = mesh.color_attributes.active_color_name
+        known = total[:, None] > 0
+        write_colours(mesh, np.where(known, summed / np.maximum(total, 1e-12)[:, None], 0.6))
+    mesh.update()
+
+
+def remove_stand_in(city):
+    """Remove the object that stands in for those without faces of their own, if there is one."""
+    item = city.get(STAND_IN)
+    if item is not None:
+        del city[STAND_IN]
+        remove_objects(item)
+
+
+def add_stand_in(city, own):
+    """Show the faces of a city that are on no mesh of the user.
+
+    Parameters
+    ----------
+    city : bpy.types.Object
+    own : (f,) bool
+        Faces that are on one.
+    """
+    mesh, shape = city.data.copy(), bmesh.new()
+    shape.from_mesh(mesh)
+    shape.faces.ensure_lookup_table()
+    bmesh.ops.delete(shape, geom=[shape.faces[k] for k in np.flatnonzero(own).tolist()], context="FACES")
+    shape.to_mesh(mesh)
+    shape.free()
+    item = bpy.data.objects.new(f"{city.name} stand-in", mesh)
+    mesh.name = item.name
+    item[PREFIX + "part"] = "stand_in"
+    item.matrix_world = city.matrix_world
+    item.location, item.scale = city.location, city.scale
+    city.users_collection[0].objects.link(item)
+    city[STAND_IN] = item

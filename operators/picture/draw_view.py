@@ -1,0 +1,181 @@
+"""What CityPV draws over the 3D view: the legend of the coloured city, charts of what was probed, selected faces."""
+
+import blf
+import bpy
+import gpu
+import numpy as np
+from gpu_extras.batch import batch_for_shader
+
+from ..attributes import read_array, read_corners
+from ..in_place import is_in_place, is_seen
+from ..result.probe_faces import CURVES, read_charts
+from ..result.select_faces import HIGHLIGHT, read_selection
+from ..session import find_city
+from .build_legend import note_of
+from .colour_faces import read_scale
+from .colour_user_meshes import user_meshes_coloured
+
+PAPER = (0.95, 0.95, 0.94, 0.94)  # background; all colours here are sRGB with alpha
+BAR = (0.90, 0.62, 0.0, 1.0)  # colours that colour-blind viewers tell apart (Okabe and Ito)
+LINES = ((0.13, 0.15, 0.17, 1.0), (0.84, 0.37, 0.0, 1.0), (0.0, 0.45, 0.70, 1.0))
+WIDTH, HEIGHT, GAP = 250, 90, 52  # of a chart, and between them [pixels]
+LETTERS = "JFMAMJJASOND"
+SELECTED = (1.0, 0.35, 0.0, 0.75)
+LIFT = 2e-4  # of the city's size: in front of its faces for the depth buffer, see `show_city`
+
+_handlers = []
+_kept = {"key": None, "batch": None}
+
+
+def start_drawing():
+    """Start drawing legend, charts and highlight in all 3D views."""
+    if not bpy.app.background:
+        for draw, moment in ((draw_legend, "POST_PIXEL"), (draw_charts, "POST_PIXEL"), (draw_highlight, "POST_VIEW")):
+            _handlers.append(bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", moment))
+
+
+def stop_drawing():
+    """Stop drawing them."""
+    while _handlers:
+        bpy.types.SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
+
+
+def find_coloured(switch):
+    """The city if its colours are to be seen, on its own faces or on the objects it was taken from, else None.
+
+    Also None where this switch of the panel is off, or the 3D view shows no overlays.
+    """
+    context = bpy.context
+    if not getattr(getattr(context.scene, "citypv", None), switch, False):
+        return None
+    city, _ = find_city(context.scene)
+    if city is None or not context.space_data.overlay.show_overlays:
+        return None
+    return city if (user_meshes_coloured(city) if is_in_place(city) else city.visible_get()) else None
+
+
+def draw_legend():
+    """Draw the legend of the city in the current 3D view, if it has one and the panel enables it."""
+    city = find_coloured("show_legend")
+    scale = read_scale(city) if city is not None else None
+    if scale is None:
+        return
+    pixel = bpy.context.preferences.system.ui_scale
+    # Above Blender's box with the last operator.
+    left, bottom, width, height = 76 * pixel, 92 * pixel, 440 * pixel, 16 * pixel
+    draw_box((left - 26 * pixel, bottom - 46 * pixel, width + 52 * pixel, height + 80 * pixel), PAPER)
+    write_text(scale.heading(), left, bottom + height + 10 * pixel, 14 * pixel)
+    write_text(note_of(city, scale.attribute), left, bottom - 37 * pixel, 11 * pixel)
+    for share, text in scale.labels():
+        write_text(text, left + share * width, bottom - 18 * pixel, 12 * pixel, centred=True)
+    stops = [(*stop.tolist(), 1.0) for stop in scale.stops]
+    if scale.classes:
+        step = width / len(stops)
+        for place, stop in enumerate(stops):
+            draw_box((left + place * step, bottom, step, height), stop)
+        return
+    # The graphics card interpolates colours between two stops.
+    places = np.linspace(left, left + width, len(stops)).tolist()
+    points = [(x, y) for x in places for y in (bottom, bottom + height)]
+    shader, colours = gpu.shader.from_builtin("SMOOTH_COLOR"), [stop for stop in stops for _ in range(2)]
+    batch_for_shader(shader, "TRI_STRIP", {"pos": points, "color": colours}).draw(shader)
+
+
+def draw_box(box, colour):
+    """Fill a rectangle (left, bottom, width, height) [pixels] with a colour (sRGB with alpha)."""
+    x, y, width, height = box
+    points = [(x, y), (x + width, y), (x, y + height), (x + width, y + height)]
+    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
+    gpu.state.blend_set("ALPHA")
+    shader.uniform_float("color", colour)
+    batch_for_shader(shader, "TRI_STRIP", {"pos": points}).draw(shader)
+    gpu.state.blend_set("NONE")
+
+
+def write_text(text, x, y, size, centred=False):
+    """Write dark text [pixels]."""
+    blf.size(0, size)
+    blf.color(0, 0.13, 0.15, 0.17, 1.0)
+    blf.position(0, x - (blf.dimensions(0, text)[0] / 2 if centred else 0), y, 0)
+    blf.draw(0, text)
+
+
+def draw_charts():
+    """Draw the charts in the current 3D view, above the legend, if something was probed and the panel enables them."""
+    charts = read_charts(find_coloured("show_charts"))
+    if charts is None:
+        return
+    pixel, height = bpy.context.preferences.system.ui_scale, bpy.context.region.height
+    left, bottom = 64 * pixel, min(216 * pixel, max(height - (2 * HEIGHT + GAP + 90) * pixel, 190 * pixel))
+    draw_box((left - 14 * pixel, bottom - 24 * pixel, (WIDTH + 28) * pixel, (2 * HEIGHT + GAP + 54) * pixel), PAPER)
+    draw_curves(charts[1], left, bottom, pixel)
+    draw_months(charts[0], left, bottom + (HEIGHT + GAP) * pixel, pixel)
+
+
+def draw_months(months, left, bottom, pixel):
+    """Draw a bar for each month [MWh]."""
+    largest = max(float(months.max()), 1e-9)
+    step = WIDTH * pixel / 12
+    for number, value in enumerate(months.tolist()):
+        height = HEIGHT * pixel * max(value, 0.0) / largest
+        draw_box((left + number * step, bottom, 0.8 * step, height), BAR)
+        write_text(LETTERS[number], left + (number + 0.4) * step, bottom - 13 * pixel, 10 * pixel, centred=True)
+    title = f"Energy by month, at most {describe_amount(largest, 'MWh', 'kWh')}"
+    write_text(title, left, bottom + (HEIGHT + 8) * pixel, 11 * pixel)
+
+
+def draw_curves(curves, left, bottom, pixel):
+    """Draw the mean power by hour of solar time [kW]: year, June, December."""
+    largest = max(float(curves.max()), 1e-9)
+    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
+    for row, colour in reversed(list(enumerate(LINES))):
+        places = [left + (hour + 0.5) / 24 * WIDTH * pixel for hour in range(24)]
+        points = [(x, bottom + HEIGHT * pixel * y / largest) for x, y in zip(places, curves[row].tolist(), strict=True)]
+        gpu.state.line_width_set(2.0)
+        shader.uniform_float("color", colour)
+        batch_for_shader(shader, "LINE_STRIP", {"pos": points}).draw(shader)
+        name = list(CURVES)[row].capitalize()
+        write_text(name, left + 196 * pixel, bottom + (HEIGHT - 14 * row - 12) * pixel, 10 * pixel)
+        draw_box((left + 178 * pixel, bottom + (HEIGHT - 14 * row - 9) * pixel, 12 * pixel, 3 * pixel), colour)
+    gpu.state.line_width_set(1.0)
+    for hour in (0, 6, 12, 18, 24):
+        write_text(f"{hour}", left + hour / 24 * WIDTH * pixel, bottom - 13 * pixel, 10 * pixel, centred=True)
+    title = f"Power by hour, at most {describe_amount(largest, 'kW', 'W')}"
+    write_text(title, left, bottom + (HEIGHT + 8) * pixel, 11 * pixel)
+
+
+def describe_amount(value, unit, smaller):
+    """A number with its unit, in a thousandth of it where it is small."""
+    return f"{value:,.2g} {unit}" if value >= 1 else f"{1000 * value:,.3g} {smaller}"
+
+
+def draw_highlight():
+    """Draw the highlight of the city in the current 3D view, if it has one."""
+    scene = bpy.context.scene
+    city, _ = find_city(scene)
+    if city is None or not city.get(HIGHLIGHT) or city.mode != "OBJECT" or not is_seen(city):
+        return
+    points = lift_faces(city.data)
+    if not len(points):
+        return
+    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
+    key = city.session_uid, hash(points.tobytes())
+    if _kept["key"] != key:
+        _kept["key"], _kept["batch"] = key, batch_for_shader(shader, "TRIS", {"pos": points})
+    gpu.state.blend_set("ALPHA")
+    gpu.state.depth_test_set("LESS_EQUAL")
+    with gpu.matrix.push_pop():
+        gpu.matrix.multiply_matrix(city.matrix_world)
+        shader.uniform_float("color", SELECTED)
+        _kept["batch"].draw(shader)
+    gpu.state.depth_test_set("NONE")
+    gpu.state.blend_set("NONE")
+
+
+def lift_faces(mesh):
+    """Corners of the selected triangles of a mesh, lifted off them a little: (3 k, 3) float32 [m]."""
+    chosen, points = read_selection(mesh), read_array(mesh.vertices, "co", 3)
+    normals = read_array(mesh.polygons, "normal", 3)[chosen]
+    lift = LIFT * float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
+    triangles = points[read_corners(mesh).reshape(-1, 3)[chosen]]  # the city's faces are triangles
+    return np.ascontiguousarray((triangles + lift * normals[:, None]).reshape(-1, 3))

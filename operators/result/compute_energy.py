@@ -1,0 +1,122 @@
+"""Energy: combine Transfer and weather to full load hours on every face, and rank the buildings by their energy."""
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from ...core.errors import InputError
+from ..attributes import CHANGE, PREFIX, read_corners, write_results, write_surface_values
+from ..city.build_meshes import BUILDINGS, read_vertices
+from ..city.read_settings import remember_step
+from ..light.keep_transfer import OfTransfer, read_kept
+from ..picture.show_result import show_result
+from ..run_step import Action, OfCity, Step, list_views
+from ..session import find_city, find_own_city
+from .compare_results import compare_with_before
+from .keep_report import find_faces
+from .select_faces import select_faces
+from .summarise import sum_totals, summarise_energy
+
+BEST = PREFIX + "best"  # property of the city
+MOST = 20
+
+
+class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
+    """Compute irradiation and full load hours of every surface from the traced light and a year of weather"""
+
+    bl_idname, bl_label = "citypv.energy", "Compute energy"
+
+    stages = {"reading weather": 1, "electricity": 4}
+
+    @staticmethod
+    def work(task, progress):
+        """Read the weather and compute the energy."""
+        from ...core.accuracy.seconds_to_halve import seconds_to_halve
+        from ...core.study import check_settings, compute_energy, read_year
+        from ...core.sun.check_distance import describe_distance
+
+        session, kept, request = task
+        check_settings(request)
+        read_kept(session, kept)
+        progress("reading weather", 0, 1, "years")
+        weather = read_year(session.transfer.site, request, session.transfer.suns)
+        energy = compute_energy(session.transfer, weather, request, progress)
+        surfaces = session.transfer.surfaces
+        totals = sum_totals(surfaces, energy, request), rank_buildings(surfaces, energy, request)
+        seconds = seconds_to_halve(session.transfer, weather, energy)
+        return session, weather, energy, request, (describe_distance(weather, session.transfer.site), totals, seconds)
+
+    def finish(self, context, result):
+        """Write the results onto the faces and colour them by full load hours."""
+        session, weather, energy, request, (place, (totals, best), seconds) = result
+        city, ground = find_own_city(context.scene, session)
+        write_results(city, ground, session.transfer, energy)
+        session.weather, session.energy, session.request = weather, energy, request
+        write_surface_values(city, ground, "seconds_to_halve", np.where(np.isfinite(seconds), seconds, np.nan))
+        text = summarise_energy(city, weather, energy, place, totals)
+        city[BEST] = [f"{name.replace('|', '/')}|{kwp:,.1f}|{mwh:,.1f}" for name, kwp, mwh in best]
+        remember_step(city, "energy", context.scene.citypv)
+        changed = compare_with_before(context.scene, city, ground)
+        show_result(context, city, ground, CHANGE + "full_load_hours" if changed else "full_load_hours")
+        return text
+
+
+class ShowBuilding(OfCity, Action, bpy.types.Operator):
+    """Select a building, and move the 3D view to it"""
+
+    bl_idname, bl_label = "citypv.show_building", "Show building"
+
+    building: bpy.props.StringProperty(
+        name="Building",
+        description="Its id; empty: the one with the most energy",
+        search=lambda self, context, text: [
+            name for name in (find_city(context.scene)[0] or {}).get(BUILDINGS, ()) if text.lower() in name.lower()
+        ],
+    )
+
+    def act(self, context, city, ground):
+        """Select, and look."""
+        best = read_best(city)
+        name = self.building or (best[0][0] if best else "")
+        if not name:
+            raise InputError(city.name, "its buildings have no energy yet", "give an id, or compute the energy first")
+        chosen = find_faces(city, f"building/{name}")
+        select_faces(context, city, chosen)
+        triangles = np.flatnonzero(chosen)
+        points = read_vertices(city)[np.unique(read_corners(city.data).reshape(-1, 3)[triangles])]
+        low, high = points.min(axis=0), points.max(axis=0)
+        for region in (area.spaces.active.region_3d for area in list_views(context)):
+            region.view_location = Vector(((low + high) / 2).tolist())
+            region.view_distance = 2.0 * float(np.linalg.norm(high - low))
+        told = next((f": {mwh} MWh per year, {kwp} kWp" for one, kwp, mwh in best if one == name), "")
+        return f"{name}{told}"
+
+
+def rank_buildings(surfaces, energy, request):
+    """Buildings with the most energy per year, in their order: list of (id, kWp, MWh per year).
+
+    Parameters
+    ----------
+    surfaces : core.scene.scene.Surfaces
+    energy : core.energy.energy.Energy
+    request : core.request.Request
+    """
+    from ...core.energy.potential import sum_potential
+    from ...core.energy.pv_system import build_system
+
+    system, names = build_system(request), np.array(surfaces.building_id, dtype=object).astype(str)
+    rows = np.flatnonzero(energy.eligible & np.isfinite(energy.full_load_hours))
+    own, place = np.unique(names[rows], return_inverse=True)
+    # Energy is in proportion to module area times hours.
+    share = energy.module_area[rows] * energy.full_load_hours[rows] * surfaces.area[rows]
+    likely = np.argsort(-np.bincount(place, share / energy.counted_area[rows]), kind="stable")[:MOST]
+    found = []
+    for number in likely.tolist():
+        total = sum_potential(rows[place == number], np.asarray(surfaces.area, float), energy, system)
+        found.append((str(own[number]), total["kwp"], total["mwh_per_year"]))
+    return found
+
+
+def read_best(city):
+    """Best buildings of a city: list of (id, kWp, MWh per year) as text; empty before the energy."""
+    return [tuple(row.split("|")) for row in city.get(BEST, ())] if city is not None else []

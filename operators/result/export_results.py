@@ -1,0 +1,133 @@
+"""Export the results of a city: tables, a city model, a scene, a GeoPackage, or the report as a page."""
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import bpy
+
+from ...core.errors import InputError
+from ...core.progress import silent
+from ..run_step import OfCity, Step
+from ..session import find_city, find_session
+
+FILES = {  # identifier: the file's name, as on the command line; name and description in the menu
+    "faces": ("faces.csv", "Surfaces (CSV)", "A row for each surface, as faces.csv"),
+    "groups": ("groups.csv", "Groups (CSV)", "Full load hours by kind, orientation, month and hour, as groups.csv"),
+    "buildings": ("buildings.csv", "Buildings (CSV)", "A row for each building, as buildings.csv"),
+    "cityjson": ("city.city.json", "CityJSON", "The city as read with its results, as city.city.json"),
+    "gltf": ("city.glb", "glTF", "The city in colours for any viewer, as city.glb"),
+    "geopackage": ("city.gpkg", "GeoPackage", "Surfaces and buildings for GIS, as city.gpkg"),
+    "report": ("report.html", "Report", "Tables and pictures on one page, as report.html; opens in the browser"),
+}
+FORMATS = [(name, title, words) for name, (_, title, words) in FILES.items()]
+SHAPES = ("cityjson", "gltf", "geopackage")  # need the geometry of this session
+
+
+class ExportResults(OfCity, Step, bpy.types.Operator):
+    """Write the results of the city to a file"""
+
+    bl_idname, bl_label = "citypv.export", "Export"
+    bl_options = {"REGISTER"}
+    needs, lacking = "energy", "Compute the energy first"
+
+    format: bpy.props.EnumProperty(name="Format", description="What is written", items=FORMATS)
+    filepath: bpy.props.StringProperty(
+        name="File",
+        description="File to write; empty: beside the .blend file",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
+    )
+    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    filter_glob: bpy.props.StringProperty(options={"HIDDEN", "SKIP_SAVE"})
+
+    @classmethod
+    def description(cls, context, properties):
+        """Tooltip: what is written."""
+        return FILES[properties.format][2]
+
+    def invoke(self, context, event):
+        """Ask where to write; start once it is known."""
+        if self.filepath or bpy.app.background:
+            return super().invoke(context, event)
+        self.filepath, self.filter_glob = str(suggest_path(self.format)), f"*{Path(FILES[self.format][0]).suffix}"
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def prepare(self, context):
+        """Take the results and the path."""
+        session = find_session(find_city(context.scene)[0])
+        if self.format in SHAPES and (session.city is None or session.scene is None):
+            problem = "needs the geometry, which is not in this file"
+            raise InputError(FILES[self.format][0], problem, "import and trace again")
+        path = Path(bpy.path.abspath(self.filepath)) if self.filepath else suggest_path(self.format)
+        if not path.parent.is_dir():
+            raise InputError(path.parent, "there is no such folder", "choose another")
+        return session, self.format, path
+
+    @staticmethod
+    def work(task, progress):
+        """Write it."""
+        session, name, path = task
+        try:
+            write_results(session, name, path, progress)
+        except OSError as error:
+            raise InputError(path, f"cannot be written ({error.strerror})", "choose another place") from error
+        return name, path
+
+    def finish(self, context, result):
+        """Say where; open the page."""
+        name, path = result
+        if name == "report" and not bpy.app.background:
+            bpy.ops.wm.url_open(url=path.as_uri())
+        return f"Written: {path}"
+
+
+def suggest_path(name):
+    """Path for a format: beside the .blend file, else in the temporary folder."""
+    folder = Path(bpy.data.filepath).parent if bpy.data.filepath else Path(bpy.app.tempdir or tempfile.gettempdir())
+    return folder / FILES[name][0]
+
+
+def write_results(session, name, path, progress=silent):
+    """Write the results of a session in one format; the report is that of `citypv plot`.
+
+    Parameters
+    ----------
+    session : Session
+        With transfer, energy, weather and request.
+    name : str
+        Of `FORMATS`.
+    path : Path
+    progress : callable, optional
+        See `core.progress`.
+
+    Raises
+    ------
+    InputError
+    """
+    from ...core.commands.simulate import draw_city, write_exports
+    from ...core.results.write_tables import write_tables
+
+    scene, transfer, energy, request = session.scene, session.transfer, session.energy, session.request
+    there = session.city is not None and scene is not None
+    city = draw_city(session.city, scene, request) if there else None
+    with tempfile.TemporaryDirectory() as folder:
+        work = Path(folder, path.stem)
+        work.mkdir()
+        if name in SHAPES:
+            write_exports(work, (city, scene, transfer, energy, session.weather), request, [name], progress)
+        else:
+            write_tables(work, transfer, energy, session.weather, request, progress=progress)
+        if name == "report":  # without pictures where matplotlib is missing
+            from ...core.plots.read_results import read_results
+            from ...core.plots.write_report import write_report
+            from ...core.results.write_summary import summarise, write_summary
+            from ...core.results.write_transfer import write_transfer
+            from ...core.scene.outline_surfaces import outline_surfaces
+
+            outlines = outline_surfaces(city, scene.surfaces, scene.site) if there else transfer.outlines
+            write_transfer(work / "transfer.nc", replace(transfer, outlines=outlines), progress)
+            write_summary(work / "summary.json", summarise(transfer, energy, session.weather, request, scene=scene))
+            write_report(work, read_results(work))
+        path.write_bytes((work / FILES[name][0]).read_bytes())
