@@ -35,7 +35,7 @@ FACES = (
 )
 
 
-# Two houses, an oak and a horizon, see data/ATTRIBUTION.md. Hours and their errors as version 0.2.0 itself computed them,
+# Two houses, an oak and a horizon, see data/ATTRIBUTION.md. Hours and errors as version 0.2.0 itself computed them,
 # when it wrote the file, for the file's weather: its faces.csv under Perez's sky, read again under the isotropic one.
 KEPT = Path(__file__).parents[1] / "data" / "transfer_0.2.0.nc.gz"
 KEPT_HOURS = {
