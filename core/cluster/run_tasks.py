@@ -7,10 +7,13 @@ middle of a task is replaced, and the task given to another one.
 import importlib.util
 import logging
 import re
+import shutil
+import signal
 import socket
 import sys
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
@@ -175,7 +178,7 @@ def open_local(count, dashboard):
             processes=True,
             dashboard_address=dashboard,
             silence_logs=logging.CRITICAL,
-            preload=f"{__package__}.ignore_interrupts",
+            preload=__name__,
         ) as cluster,
         Client(cluster, timeout=PATIENCE) as client,
     ):
@@ -264,3 +267,44 @@ def run_plainly(function, *arguments):
     except InputError as error:
         plain = InputError(error.source, error.problem, error.cure)
     raise plain
+
+
+def kept_beside(folder):
+    """Folder in which finished tasks are kept for an output folder: Path."""
+    folder = Path(folder).absolute()
+    return folder.with_name(f"{folder.name}.tasks")
+
+
+def drop_kept(folder, cluster=True):
+    """Remove what was kept for an output folder, if it was written in tasks."""
+    if cluster:
+        shutil.rmtree(kept_beside(folder), ignore_errors=True)
+
+
+@contextmanager
+def keeping(folder, tell):
+    """Make a folder for finished tasks; if the block ends with an error, say where they are, or remove an empty one.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(folder, f"cannot be made ({error.strerror})", "choose another --out") from error
+    try:
+        yield
+    except BaseException:
+        count = len(list(folder.glob("*.json")))
+        if count:
+            tell(f"\n{count:,} finished tasks are kept in {folder}: the same command goes on from there")
+        else:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
+
+
+def dask_setup(worker):
+    """Ignore interrupts (Dask calls this in each worker)."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

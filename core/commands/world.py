@@ -4,8 +4,7 @@ import importlib.util
 from contextlib import ExitStack
 from dataclasses import dataclass
 
-from ..cluster.keep_results import drop_kept, kept_beside
-from ..cluster.run_tasks import check_cluster
+from ..cluster.run_tasks import check_cluster, drop_kept, kept_beside
 from ..energy.pv_system import build_system
 from ..errors import InputError
 from ..request import declared_settings, option_of

@@ -15,9 +15,9 @@ from small_city import HEAD, house
 from weathers import ERA5
 
 from citypv.__main__ import main
-from citypv.core.cluster import plan_tiles, run_tasks, trace_tiles
-from citypv.core.cluster.bound_halo import bound_hours
+from citypv.core.cluster import run_tasks, trace_tiles
 from citypv.core.cluster.tiles import assign_tiles, find_centres
+from citypv.core.cluster.trace_part import bound_hours
 from citypv.core.cluster.trace_tiles import ClusterSettings
 from citypv.core.commands.simulate_tiles import describe_bound
 from citypv.core.request import Request
@@ -149,17 +149,17 @@ def test_glass_has_no_bound_unless_nothing_is_left_out(city, inputs, tmp_path):
     assert told["bound"] == 0.0
     assert "changes at most 0.00 %" in describe_bound(told)
     _, weather, _ = inputs
-    shares = told["left_out"] | {"edges": 1e-6}
+    shares = told["left_out"] | {"reflected": 1e-6}
     assert bound_hours(shares, 1.0, weather, "isotropic", 100.0) is None
     assert 0 < bound_hours(shares, 0.9, weather, "isotropic", 100.0) < 0.01
     assert describe_bound(told | {"bound": None}).endswith("; no bound is known for what lies beyond")
 
 
 def test_a_large_city_is_planned_from_its_fullest_tile(inputs, serial, tmp_path, monkeypatch):
-    monkeypatch.setattr(plan_tiles, "LARGEST", 100)
+    monkeypatch.setattr(trace_tiles, "LARGEST", 100)
     prepared, weather, request = inputs
     said = []
-    planned = plan_tiles.plan_tiles(prepared.scene, weather, request, ClusterSettings("serial", 60.0), said.append)
+    planned = trace_tiles.plan_tiles(prepared.scene, weather, request, ClusterSettings("serial", 60.0), said.append)
     assert said == ["  (decided for tile 000_000, which has most surfaces)"]  # with two of the houses, as 001_000
     assert planned.patches is None
     transfer, _ = trace((planned, weather, request), tmp_path / "planned")
