@@ -124,9 +124,7 @@ def write_results(session, name, path, progress=silent):
     """
     from ..core.commands.simulate import draw_city, write_exports
     from ..core.energy.pv_system import build_system
-    from ..core.results.write_buildings import write_buildings
-    from ..core.results.write_faces import write_faces
-    from ..core.results.write_groups import write_groups
+    from ..core.results.write_tables import write_buildings, write_faces, write_groups
 
     transfer, energy, request = session.transfer, session.energy, session.request
     if name == "faces":
@@ -148,11 +146,11 @@ def write_results(session, name, path, progress=silent):
 def write_page(session, path, progress):
     """Write the report of `citypv plot` as one page; without pictures where matplotlib is missing."""
     from ..core.commands.simulate import draw_city
-    from ..core.plots.read_results import read_results
-    from ..core.plots.write_report import write_report
+    from ..core.results.read_results import read_results
+    from ..core.results.transfer_file import write_transfer
+    from ..core.results.write_report import write_report
     from ..core.results.write_summary import summarise, write_summary
     from ..core.results.write_tables import write_tables
-    from ..core.results.write_transfer import write_transfer
     from ..core.scene.outline_surfaces import outline_surfaces
 
     transfer, energy, weather, request = session.transfer, session.energy, session.weather, session.request

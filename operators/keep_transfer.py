@@ -88,14 +88,14 @@ def read_kept(session, path):
     InputError
         The file is missing or damaged.
     """
-    from ..core.results.read_transfer import read_transfer
+    from ..core.results.transfer_file import read_transfer
 
     if session.transfer is None:
         session.transfer = read_transfer(path)
 
 
 def _keep(city, target):
-    from ..core.results.write_transfer import write_transfer
+    from ..core.results.transfer_file import write_transfer
 
     session, kept = find_session(city), find_kept(city)
     if session is not None and session.transfer is not None:

@@ -147,23 +147,23 @@ def open_workers(word, dashboard=":0"):
     with dask.config.set(settings), quiet_loggers():
         opened = open_local(value, dashboard) if kind == "local" else open_remote(value)
         with opened as client:
-            yield Workers(client, describe_client(client), len(client.nthreads()))
+            count = len(client.nthreads())
+            page = f"; dashboard at {client.dashboard_link}" if client.dashboard_link else ""
+            yield Workers(client, f"{count} worker{'s' if count != 1 else ''}{page}", count)
 
 
 @contextmanager
 def quiet_loggers():
     """Lets Dask report nothing but errors: a worker that is replaced is told by our own lines."""
-    loggers = [
-        logging.getLogger(name) for name in ("distributed", "distributed.nanny", "distributed.worker", "tornado")
-    ]
-    before = [logger.level for logger in loggers]
-    for logger in loggers:
-        logger.setLevel(logging.CRITICAL)
+    names = ("distributed", "distributed.nanny", "distributed.worker", "tornado")
+    before = {name: logging.getLogger(name).level for name in names}
+    for name in names:
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         yield
     finally:
-        for logger, level in zip(loggers, before, strict=True):
-            logger.setLevel(level)
+        for name, level in before.items():
+            logging.getLogger(name).setLevel(level)
 
 
 @contextmanager
@@ -212,13 +212,6 @@ def open_remote(address):
 def version_of_worker():
     """Version of CityPV where this runs."""
     return __version__
-
-
-def describe_client(client):
-    """Workers and the address of the dashboard as one line of text."""
-    count = len(client.nthreads())
-    page = f"; dashboard at {client.dashboard_link}" if client.dashboard_link else ""
-    return f"{count} worker{'s' if count != 1 else ''}{page}"
 
 
 def run_tasks(workers, function, tasks):

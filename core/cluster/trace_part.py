@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from ..progress import silent
+from ..results.transfer_file import write_transfer
 from ..results.write_summary import finite, peak_memory
-from ..results.write_transfer import write_transfer
 from ..sampling.hemisphere_rays import rays_from_patches
 from ..sampling.sample_points import cosine_direction
 from ..scene.scene import FAR, OWN, Scene

@@ -22,7 +22,7 @@ from ..errors import InputError
 from ..materials.read_albedo import name_brdfs
 from ..progress import silent
 from ..request import option_of
-from ..results.read_transfer import read_transfer
+from ..results.transfer_file import read_transfer
 from ..study import prepare_study
 from ..transfer.prepare_scene import PreparedScene
 from ..version import __version__

@@ -15,7 +15,7 @@ import shapely
 
 from ..progress import silent
 from .columns import column_values, tabled_columns
-from .write_buildings import sum_buildings
+from .write_tables import sum_buildings
 
 STAGE = "writing city.gpkg"
 APPLICATION_ID, VERSION = 0x47504B47, 10300  # "GPKG", 1.3.0 (requirement 2)

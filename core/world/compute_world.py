@@ -19,9 +19,8 @@ from ..progress import silent
 from ..sun.sun_of_places import geocentric_sun
 from ..threads import map_in_order, usable_threads
 from .group_errors import carry_to_place
-from .match_hours import match_hours, match_shifted
-from .place_hours import HOURS, MONTHS, prepare_place, sum_periods
-from .places import Places
+from .place_hours import HOURS, MONTHS, match_hours, match_shifted, prepare_place, sum_periods
+from .sources import Places
 from .sum_groups import sum_groups
 
 PERIODS = 1 + MONTHS + 2 * HOURS  # annual, months, hours of the day by UTC and by local mean solar time

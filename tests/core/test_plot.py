@@ -13,16 +13,13 @@ import shapely
 from small_city import write_small_city
 
 from citypv.core.commands.command_line import main
-from citypv.core.plots import draw_plan as plan
-from citypv.core.plots.describe_errors import percent, summarise_errors
-from citypv.core.plots.draw_day import draw_day
-from citypv.core.plots.draw_histograms import draw_histograms
-from citypv.core.plots.draw_months import draw_months
-from citypv.core.plots.draw_sun_path import draw_sun_path
-from citypv.core.plots.html import table
-from citypv.core.plots.read_results import read_results
-from citypv.core.plots.tabulate import select_mounted, tabulate_groups, tabulate_histograms
-from citypv.core.results.read_transfer import read_transfer
+from citypv.core.results import draw_plan as plan
+from citypv.core.results.describe_run import percent, summarise_errors
+from citypv.core.results.draw_results import draw_day, draw_histograms, draw_months
+from citypv.core.results.draw_sun_path import draw_sun_path
+from citypv.core.results.read_results import read_results, select_mounted, tabulate_groups, tabulate_histograms
+from citypv.core.results.transfer_file import read_transfer
+from citypv.core.results.write_report import table
 
 FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
 FIGURES = {"plan-roof", "plan-facade", "months", "day", "sun-path", "histograms"}

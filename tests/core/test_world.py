@@ -12,8 +12,8 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
 from citypv.core.errors import InputError
 from citypv.core.request import Request
-from citypv.core.results.write_groups import place_periods
-from citypv.core.results.write_groups import sum_periods as sum_rows
+from citypv.core.results.write_tables import place_periods
+from citypv.core.results.write_tables import sum_periods as sum_rows
 from citypv.core.sun.match_sky_grid import match_sky_grid, match_triangles, triangulate_sky
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.sun.solar_position import solar_position
@@ -21,12 +21,19 @@ from citypv.core.sun.sun_of_places import geocentric_sun, sun_of_place
 from citypv.core.transfer.transfer import SourceLight
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
-from citypv.core.world.environment import build_environment
+from citypv.core.world.environment import build_environment, unshaded_transfer
+from citypv.core.world.group_errors import add_mix, parse_mix
 from citypv.core.world.merge_surfaces import merge_surfaces
-from citypv.core.world.mix import add_mix, parse_mix
-from citypv.core.world.places import Places, grid_places, regular_axes
-from citypv.core.world.sources import CLEAR, CLIMATE, NOTHING, model_source, station_source
-from citypv.core.world.unshaded import unshaded_transfer
+from citypv.core.world.sources import (
+    CLEAR,
+    CLIMATE,
+    NOTHING,
+    Places,
+    grid_places,
+    model_source,
+    regular_axes,
+    station_source,
+)
 
 from .transfers import Horizons
 from .weathers import BARROW, HOUR, PVGIS, year_of

@@ -52,8 +52,8 @@ def test_values_of_one_point_are_those_of_yield(tmp_path, expected):
     assert (expected["weather"] == 3).all()
     from citypv.core.energy.compute_energy import compute_energy
     from citypv.core.weather.read_weather import read_weather
+    from citypv.core.world.environment import unshaded_transfer
     from citypv.core.world.sources import look_up_altitude
-    from citypv.core.world.unshaded import unshaded_transfer
 
     place = float(expected.latitude[1]), float(expected.longitude[2])
     weather = read_weather(ERA5, *place, look_up_altitude(*place))
@@ -151,7 +151,7 @@ def test_a_grid_is_thinned_and_cut(tmp_path, expected):
 
 
 def test_a_region_across_the_date_line_is_cut_and_thinned():
-    from citypv.core.world.places import regular_axes, thin_axis
+    from citypv.core.world.sources import regular_axes, thin_axis
 
     axis = np.arange(-180.0, 180.0, 2.5)
     assert axis[thin_axis(axis, None, (175.0, -175.0))].tolist() == [-180, -177.5, -175, 175, 177.5]

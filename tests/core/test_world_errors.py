@@ -9,16 +9,15 @@ import xarray as xr
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
-from citypv.core.results.write_transfer import write_transfer
+from citypv.core.results.transfer_file import write_transfer
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.transfer.transfer import ErrorParts, SourceLight
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
-from citypv.core.world.environment import build_environment
+from citypv.core.world.environment import build_environment, unshaded_transfer
+from citypv.core.world.group_errors import add_mix
 from citypv.core.world.merge_surfaces import merge_surfaces
-from citypv.core.world.mix import add_mix
 from citypv.core.world.sources import station_source
-from citypv.core.world.unshaded import unshaded_transfer
 
 from .transfers import Horizons
 from .weathers import BARROW, PVGIS

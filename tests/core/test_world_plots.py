@@ -9,24 +9,23 @@ import xarray as xr
 
 from citypv.core.commands.command_line import main
 from citypv.core.energy.pv_system import default_system
-from citypv.core.plots.draw_world import PICTURES
-from citypv.core.plots.draw_world_gain import find_gain, mean_gain
-from citypv.core.plots.draw_world_map import draw_world_map
-from citypv.core.plots.draw_world_months import draw_world_months
-from citypv.core.plots.world_axes import (
+from citypv.core.weather.add_sun import add_sun
+from citypv.core.weather.record import Record
+from citypv.core.world.compute_world import compute_world
+from citypv.core.world.draw_world import PICTURES, draw_world_months
+from citypv.core.world.draw_world_maps import (
+    draw_world_map,
     edges,
+    find_gain,
     join_at_date_line,
+    mean_gain,
     nearest_place,
     read_coast,
     write_degrees,
     write_longitude,
 )
-from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.record import Record
-from citypv.core.world.compute_world import compute_world
-from citypv.core.world.environment import build_environment
+from citypv.core.world.environment import build_environment, unshaded_transfer
 from citypv.core.world.sources import station_source
-from citypv.core.world.unshaded import unshaded_transfer
 
 from .weathers import HOUR, PVGIS, year_of
 

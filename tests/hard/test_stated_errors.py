@@ -138,8 +138,7 @@ def test_light_that_seen_patches_pass_on_counts():
 
 def test_parts_of_errors_survive_their_file(tmp_path):
     """transfer.nc keeps what the errors of groups are made of."""
-    from citypv.core.results.read_transfer import read_transfer
-    from citypv.core.results.write_transfer import write_transfer
+    from citypv.core.results.transfer_file import read_transfer, write_transfer
 
     scene = boxes(SCENES["penthouse"])
     weather = read_year(scene.site, Request())

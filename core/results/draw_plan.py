@@ -5,9 +5,9 @@ from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
-from ..results.colour_map import choose_range
+from .colour_map import choose_range
 from .picture import colour_scale, make_figure
-from .tabulate import select_mounted
+from .read_results import select_mounted
 
 FROM_ABOVE = ("roof", "flat", "steep", "rack")
 PLAIN, EDGE = "#e4e4e0", "#a9a9a4"  # what has no colour of its own

@@ -9,7 +9,7 @@ import matplotlib
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from ..results.colour_map import MAPS
+from .colour_map import MAPS
 
 # By M. Okabe and K. Ito, to be told apart with any colour vision; marks and dashes tell the lines apart in print.
 LINES = {

@@ -1,5 +1,6 @@
-"""What a run read and what it assumed, as rows of a table."""
+"""What a run read, what it assumed and how sure it is, in words and as rows of a table."""
 
+import math
 from pathlib import PurePath
 
 from ..request import declared_settings
@@ -27,6 +28,9 @@ KINDS = {
     "rack": "Racks on flat roofs",
 }
 
+SPREAD = "standard error: the true value lies within it in 68 % of cases, within twice as much in 95 %"
+LIMITS = "Errors of the city model, the weather and the module model come on top, and are usually larger."
+
 
 def describe_input(summary):
     """What was read: list of (str, str).
@@ -44,7 +48,8 @@ def describe_input(summary):
     else:
         rows.append(("Files", ", ".join(PurePath(path).name for path in report["files"])))
         rows.append(("Buildings", f"{report['building_count']:,}, with {report['part_count']:,} parts"))
-        rows.append(("Level of detail", count_names(report["lods_chosen"])))
+        lods = [f"{name or 'none named'} ({count:,} surfaces)" for name, count in report["lods_chosen"].items()]
+        rows.append(("Level of detail", ", ".join(lods) or "none named"))
     if site.get("latitude") is not None:
         place = (
             f"latitude {site['latitude']:.4f}°, longitude {site['longitude']:.4f}°, altitude {site['altitude']:.0f} m"
@@ -59,11 +64,6 @@ def describe_input(summary):
         area = "" if one["area"] is None else f", {one['area']:,.0f} m²"
         rows.append((HEADINGS.get(one["heading"], one["heading"]), f"{one['count']:,} surfaces{area}: {one['reason']}"))
     return rows + [("Note", note) for note in (report or {}).get("notes", [])]
-
-
-def count_names(counts):
-    """Counts by name in words."""
-    return ", ".join(f"{name or 'none named'} ({count:,} surfaces)" for name, count in counts.items()) or "none named"
 
 
 def describe_assumptions(summary):
@@ -106,15 +106,9 @@ def describe_assumptions(summary):
     ]
     usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in (settings.get("usable") or {}).items())
     rows.append(("Area that windows and edges leave", usable or "all (not reduced)"))
-    return [*rows, ("Not considered", describe_missing(summary))]
-
-
-def describe_missing(summary):
-    """What no number includes, in words."""
-    effects = (summary.get("traced") or {}).get("effects") or []
-    trees = any(one["key"] == "trees" and one["on"] for one in effects)
-    dirt = "" if summary["settings"].get("losses") else " and dirt"
-    return f"{'light that leaves scatter' if trees else 'trees'}, street furniture, snow{dirt} on the modules"
+    trees = any(one["key"] == "trees" and one["on"] for one in (summary.get("traced") or {}).get("effects") or [])
+    plants, dirt = "light that leaves scatter" if trees else "trees", "" if settings.get("losses") else " and dirt"
+    return [*rows, ("Not considered", f"{plants}, street furniture, snow{dirt} on the modules")]
 
 
 def describe_losses(settings):
@@ -169,3 +163,64 @@ def show_value(value, unit=""):
         return ", ".join(map(str, value))
     text = PurePath(value).name if isinstance(value, str) and ("/" in value or "\\" in value) else str(value)
     return f"{text} {unit}".strip()
+
+
+def list_errors(budget):
+    """Each part of the error budget: what it is, and how much.
+
+    Parameters
+    ----------
+    budget : dict
+        `error_budget` of summary.json.
+
+    Returns
+    -------
+    list of (str, str)
+        Parts that are unknown say so.
+    """
+    suns = budget.get("sun_sampling") or {}
+    shift = "unknown" if suns.get("bias") is None else f"{suns['bias']:+.2f} %".replace("-", "−")
+    return [
+        ("Mean over all surfaces: standard error of sampling", percent(budget.get("sampling_total"), "± ")),
+        ("Single surface: standard error, typical (median by area)", percent(budget.get("sampling_median"), "± ")),
+        ("Single surface: standard error, exceeded on 5 % of the area only", percent(budget.get("sampling_95"), "± ")),
+        ("Choice of sun positions: shift of the mean, against every hour's sun", shift),
+        ("Choice of sun positions: effect on a single surface (rms)", percent(suns.get("rms"), "± ")),
+        ("Reflections beyond the last one computed would add at most", percent(budget.get("bounces"))),
+        ("Size of the patches that reflect light, in percent of the reflected light", percent(budget.get("patches"))),
+    ]
+
+
+def percent(value, sign=""):
+    """Two digits that count: 0.017 %, 2.4 %; "unknown" of None."""
+    if value is None:
+        return "unknown"
+    if not value > 0:
+        return f"{sign}0 %"
+    decimals = max(0, 1 - math.floor(math.log10(value)))
+    return f"{sign}{value:.{min(decimals, 4)}f} %"
+
+
+def summarise_errors(budget):
+    """The error budget in one sentence.
+
+    The error of the mean is √(chance² + shift of the suns²). That of a single surface holds what the suns do, but in
+    files that do not tell it by groups: there it is √(median² + rms of the suns²).
+    """
+    suns = budget.get("sun_sampling") or {}
+    whole = combine(budget.get("sampling_total"), suns.get("bias"))
+    single = combine(budget.get("sampling_median"), 0.0 if "groups" in suns else suns.get("rms"))
+    if whole is None or single is None:
+        return "This run does not tell all errors of ray tracing and of the choice of sun positions."
+    bounces = budget.get("bounces")
+    rest = f"; reflections that were left out would add at most {percent(bounces)}" if bounces else ""
+    return (
+        "As far as ray tracing and the choice of sun positions go, the mean over all surfaces is known to "
+        f"± {percent(whole)} and the hours of a single surface typically to ± {percent(single)} (one standard error)"
+        f"{rest}."
+    )
+
+
+def combine(*parts):
+    """Root of the sum of squares; None where a part is unknown."""
+    return None if any(part is None for part in parts) else math.hypot(*parts)
