@@ -22,7 +22,7 @@ BY_KEY = ("source_rays", "seconds", "processor_seconds")
 LARGEST = ("max_bounces", "brightest_albedo", "threads", "last_bounce_share_diffuse", "last_bounce_share_direct")
 
 
-def join_tiles(parts, prepared, request, folder=None):
+def join_tiles(parts, prepared, folder=None):
     """The Transfer of a city from those of its tiles.
 
     Parameters

@@ -135,7 +135,17 @@ def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent
             progress(STAGE, len(kept) + done, len(squares), STAGE)
     if kept:
         tell(f"{len(kept):,} of them were traced by an earlier run")
-    return gather_tiles(found, prepared, request, settings, folder)
+    figures, records = [json.loads(path.with_suffix(".json").read_text(encoding="utf-8")) for _, path in found], []
+
+    def read_parts():
+        for tile, path in found:
+            transfer = read_transfer(path)
+            records.append(transfer.record)
+            yield tile.rows, transfer
+
+    transfer = join_tiles(read_parts(), prepared, request, folder)
+    transfer = replace(transfer, record=join_records(records, prepared.plan, request, figures))
+    return transfer, describe_tiles([tile for tile, _ in found], figures, settings)
 
 
 def describe_squares(squares, size):
@@ -195,34 +205,6 @@ def settle(plan, request):
     effects = {key: on for key, on in request.effects.items() if key != "terrain-horizon"}
     effects |= {key: plan[key].on for key in SETTLED}
     return replace(request, threads=None, horizon=None, max_bounces=plan.max_bounces, effects=effects)
-
-
-def gather_tiles(found, prepared, request, settings, folder):
-    """Transfer of all tiles, and what they took.
-
-    Parameters
-    ----------
-    found : list of (Tile, Path)
-    prepared, request, settings, folder
-        As of `trace_tiles`.
-
-    Returns
-    -------
-    Transfer
-    dict
-    """
-    figures = [json.loads(path.with_suffix(".json").read_text(encoding="utf-8")) for _, path in found]
-    records = []
-
-    def read_parts():
-        for tile, path in found:
-            transfer = read_transfer(path)
-            records.append(transfer.record)
-            yield tile.rows, transfer
-
-    transfer = join_tiles(read_parts(), prepared, request, folder)
-    transfer = replace(transfer, record=join_records(records, prepared.plan, request, figures))
-    return transfer, describe_tiles([tile for tile, _ in found], figures, settings)
 
 
 def describe_tiles(tiles, figures, settings):

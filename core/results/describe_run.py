@@ -17,6 +17,7 @@ WAYS = {
     "typical-days": "{} typical days",
     "sky-grid": "a grid of {} directions",
 }
+NO_LOSSES = "none: hours and energy are those of direct current (DC)"
 HEADINGS = {"repaired": "Repaired", "skipped": "Left out", "inside": "Covered", "sheet": "Lit on both sides"}
 KINDS = {
     "facade": "Facades (upright within 1°)",
@@ -77,6 +78,9 @@ def describe_assumptions(summary):
     weather, settings = summary["weather"], summary["settings"]
     light = {**settings, **((summary.get("traced") or {}).get("request") or {})}
     years, away = weather.get("years") or 1, weather.get("distance_km") or 0
+    losses, inverter = settings.get("losses") or 0, settings.get("inverter")
+    behind = f"{losses:g} % of the energy, " + (f"inverter {inverter}" if inverter else "no inverter")
+    way, _, number = str(summary["suns"].get("way", "")).partition(":")
     rows = [
         ("Weather", f"{weather['label']}; {years:.3g} year{'s' if years > 1.01 else ''}"),
         ("Place of the weather", f"{away:,.0f} km away from the city" if away >= 1 else "at the city"),
@@ -88,7 +92,7 @@ def describe_assumptions(summary):
         ),
         ("Module", " ".join(settings["module"].replace("_", " ").split())),
         ("Mounting", MOUNTINGS.get(settings.get("mounting"), settings.get("mounting") or MOUNTINGS["open-rack"])),
-        ("Losses behind the modules", describe_losses(settings)),
+        ("Losses behind the modules", behind if losses or inverter else NO_LOSSES),
         (
             "Method",
             "as in Bredemeier et al., CityPV"
@@ -96,7 +100,7 @@ def describe_assumptions(summary):
             else "CityPV's own, with the settings below",
         ),
         ("Sky", SKIES.get(summary.get("sky", light.get("sky")), str(light.get("sky")))),
-        ("Sun positions", describe_suns(summary["suns"])),
+        ("Sun positions", f"{WAYS.get(way, way).format(number)}: {summary['suns'].get('count', 0):,} positions"),
         ("Reflections", f"{(summary.get('traced') or {}).get('max_bounces', light.get('max_bounces'))} in succession"),
         ("Albedo (share of light reflected)", describe_albedo(summary, light)),
         (
@@ -109,20 +113,6 @@ def describe_assumptions(summary):
     trees = any(one["key"] == "trees" and one["on"] for one in (summary.get("traced") or {}).get("effects") or [])
     plants, dirt = "light that leaves scatter" if trees else "trees", "" if settings.get("losses") else " and dirt"
     return [*rows, ("Not considered", f"{plants}, street furniture, snow{dirt} on the modules")]
-
-
-def describe_losses(settings):
-    """System losses and inverter in words."""
-    losses, inverter = settings.get("losses") or 0, settings.get("inverter")
-    if not losses and not inverter:
-        return "none: hours and energy are those of direct current (DC)"
-    return ", ".join([f"{losses:g} % of the energy", f"inverter {inverter}" if inverter else "no inverter"])
-
-
-def describe_suns(suns):
-    """Which suns were traced, in words."""
-    name, _, number = str(suns.get("way", "")).partition(":")
-    return f"{WAYS.get(name, name).format(number)}: {suns.get('count', 0):,} positions"
 
 
 def describe_albedo(summary, light):

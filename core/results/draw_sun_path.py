@@ -18,12 +18,6 @@ DAYS = {  # month and day: name and colour of its path
 CURVES, TRACED = "#b9c9dc", "#009E73"
 
 
-def sun_angles(directions):
-    """Azimuth and elevation of unit vectors (s, 3) with x east, y north, z up: two (s,) arrays [°]."""
-    x, y, z = np.asarray(directions, float).T
-    return np.degrees(np.arctan2(x, y)) % 360, np.degrees(np.arcsin(np.clip(z, -1, 1)))
-
-
 def hour_curves(times, interval, latitude, longitude):
     """Position of the sun at each hour of the day, over the year of a time axis.
 
@@ -98,7 +92,8 @@ def draw_sun_path(times, interval, latitude, longitude, suns=None):
         x, y = break_at_edge((azimuth - low) % 360 + low, elevation)
         axes.plot(x, y, color=colour, linewidth=1.6, label=name)
     if suns is not None:
-        azimuth, elevation = sun_angles(suns)
+        east, north, up = np.asarray(suns, float).T
+        azimuth, elevation = np.degrees(np.arctan2(east, north)), np.degrees(np.arcsin(np.clip(up, -1, 1)))
         x = (azimuth - low) % 360 + low
         axes.plot(x, elevation, "o", color=TRACED, markersize=3.2, label=f"traced: {len(suns):,} suns", zorder=3)
     ticks = np.arange(low, low + 361, 45)

@@ -1,4 +1,8 @@
-"""The fields of transfer.nc."""
+"""transfer.nc: the traced Transfer without weather, for reuse with other weather years.
+
+The names in the file do not change with names in the code: what version 0.2.0 wrote is read. A group `bare` holds the
+same variables for the months in which deciduous trees have no leaves.
+"""
 
 import json
 from dataclasses import replace
@@ -23,6 +27,11 @@ from .netcdf_file import netcdf_file, write_variables
 from .write_summary import finite
 
 FORMAT = "CityPV transfer 1"
+CURE = "give the transfer.nc of a run of citypv simulate"
+OTHER_CURE = "give the transfer.nc of a run of citypv simulate, or trace the city again if another version wrote it"
+STAGE = "writing transfer.nc"
+CHUNK = 1 << 20  # bytes that are packed together: whole rows
+
 BARE = "bare"  # group with the state of deciduous trees without leaves
 
 TEXTS = tuple(column.name for column in COLUMNS if column.stored and column.kind == "text")
@@ -83,8 +92,16 @@ OUTLINES = {  # name -> dimensions, attributes; files written before outlines we
 }
 
 
-STAGE = "writing transfer.nc"
-CHUNK = 1 << 20  # bytes that are packed together: whole rows
+DIMENSIONS = {
+    **dict.fromkeys((*TEXTS, *PER_SURFACE, *TRACED_AS), ("surface",)),
+    **{source.variable(field): ("surface",) for source in SOURCES.values() for field in SOURCE_LIGHT},
+    **dict.fromkeys(PER_SUN, ("sun",)),
+    **dict.fromkeys(PER_SURFACE_AND_SUN, ("surface", "sun")),
+    **{name: part[0] for name, part in (ERROR_PARTS | OUTLINES).items()},
+    "normal": ("surface", "axis"),
+    "direction": ("sun", "axis"),
+    TERRAIN: ("azimuth",),
+}
 
 
 def write_transfer(path, transfer, progress=silent):
@@ -98,25 +115,19 @@ def write_transfer(path, transfer, progress=silent):
         See `core.progress`; in bytes of the matrices, before they are packed.
     """
     states = {None: transfer} if transfer.bare is None else {None: transfer, BARE: transfer.bare}
-    total, done = 0, 0
-    for state in states.values():
-        total += sum(4 * getattr(state, name).size for name in PER_SURFACE_AND_SUN)
+    total = sum(4 * getattr(state, name).size for state in states.values() for name in PER_SURFACE_AND_SUN)
+    leafy, done = {"leaf_months": json.dumps(transfer.leaf_months)}, 0
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         progress(STAGE, 0, total, "B")
         for group, state in states.items():
             place = file.create_group(group) if group else file
-            write_state(place, state)
+            variables, attributes = describe_state(state)
+            place.attrs.update(attributes if group or transfer.bare is None else attributes | leafy)
+            write_variables(place, variables)
             for name in PER_SURFACE_AND_SUN:
                 for size in append_matrix(place, name, getattr(state, name)):
                     done += size
                     progress(STAGE, done, total, "B")
-
-
-def write_state(file, state):
-    """Write all of a Transfer but the matrices of surfaces × suns to a file or a group of it."""
-    variables, attributes = describe_state(state)
-    file.attrs.update(attributes)
-    write_variables(file, variables)
 
 
 def describe_state(transfer):
@@ -151,33 +162,20 @@ def describe_state(transfer):
         variables[MATERIAL] = ("surface", np.array(transfer.material, dtype=object), TRACED_AS[MATERIAL])
         attributes["albedos"] = json.dumps(finite(transfer.albedos), ensure_ascii=False)
     if transfer.error_parts is not None:
-        for name, (dimensions, long_name) in ERROR_PARTS.items():
-            attributes_of_part = {"units": "1", "long_name": long_name}
-            variables[name] = (dimensions, getattr(transfer.error_parts, name), attributes_of_part)
-    for name, light in transfer.sources.items():
-        variables |= variables_of_source(SOURCES[name], light)
+        for name, (dimensions, words) in ERROR_PARTS.items():
+            variables[name] = (dimensions, getattr(transfer.error_parts, name), {"units": "1", "long_name": words})
+    for source, light in ((SOURCES[name], light) for name, light in transfer.sources.items()):
+        for field, words in SOURCE_LIGHT.items():
+            named = words.format(name=source.name, title=source.title, unit=source.unit)
+            variables[source.variable(field)] = "surface", getattr(light, field), {"units": "1", "long_name": named}
     if transfer.outlines is not None:
         values = transfer.outlines.points, transfer.outlines.ring_start, transfer.outlines.surface_start
         for (name, (dimensions, details)), array in zip(OUTLINES.items(), values, strict=True):
             variables[name] = (dimensions, array, details, {"compression": "gzip", "shuffle": True})
-    if transfer.bare is not None:
-        attributes["leaf_months"] = json.dumps(transfer.leaf_months)
     if transfer.terrain is not None:
         variables[TERRAIN] = ("azimuth", transfer.terrain.elevation, TERRAIN_DETAILS)
         attributes["terrain_source"] = transfer.terrain.source
     return variables, attributes
-
-
-def variables_of_source(source, light):
-    """Variables of the light of a traced source: dict."""
-    return {
-        source.variable(field): (
-            "surface",
-            getattr(light, field),
-            {"units": "1", "long_name": words.format(name=source.name, title=source.title, unit=source.unit)},
-        )
-        for field, words in SOURCE_LIGHT.items()
-    }
 
 
 def append_matrix(file, name, matrix):
@@ -189,10 +187,6 @@ def append_matrix(file, name, matrix):
     for rows, values in row_blocks(matrix):
         variable[rows] = values
         yield values.nbytes
-
-
-CURE = "give the transfer.nc of a run of citypv simulate"
-OTHER_CURE = "give the transfer.nc of a run of citypv simulate, or trace the city again if another version wrote it"
 
 
 def read_transfer(path):
@@ -214,8 +208,12 @@ def read_transfer(path):
     if not Path(path).is_file():
         raise InputError(path, "there is no such file", CURE)
     try:
-        dataset = load_dataset(path)
-        bare = load_dataset(path, group=BARE) if "leaf_months" in dataset.attrs else None
+        with open_netcdf(path) as dataset:
+            dataset.load()
+        bare = None
+        if "leaf_months" in dataset.attrs:
+            with open_netcdf(path, group=BARE) as bare:
+                bare.load()
     except InputError:
         raise
     except (OSError, ValueError, RuntimeError) as error:
@@ -223,46 +221,39 @@ def read_transfer(path):
     if dataset.attrs.get("title") != FORMAT:
         raise InputError(path, f"its title is {dataset.attrs.get('title')!r}, not {FORMAT!r}", OTHER_CURE)
     try:
-        check_dimensions(path, dataset)
+        for state in (dataset, *([] if bare is None else [bare])):
+            for name in set(DIMENSIONS) & set(state):
+                if state[name].dims != DIMENSIONS[name]:
+                    raise InputError(path, f"{name} lies along {state[name].dims}, not {DIMENSIONS[name]}", CURE)
         transfer = transfer_of_dataset(dataset)
         if bare is None:
             return transfer
-        check_dimensions(path, bare)
         months = tuple(int(month) for month in json.loads(dataset.attrs["leaf_months"]))
         return replace(transfer, bare=transfer_of_dataset(bare), leaf_months=months)
     except (KeyError, TypeError, json.JSONDecodeError) as error:
         raise InputError(path, f"lacks or garbles {error}", CURE) from error
 
 
-def load_dataset(path, **options):
-    """Dataset of a file, or of a group in it, in memory."""
-    with open_netcdf(path, **options) as dataset:
-        return dataset.load()
-
-
-def check_dimensions(path, dataset):
-    """Raise an error if the dimensions of variables are not those of a Transfer."""
-    expected = dict.fromkeys((*TEXTS, *PER_SURFACE), ("surface",)) | dict.fromkeys(PER_SUN, ("sun",))
-    expected |= dict.fromkeys(PER_SURFACE_AND_SUN, ("surface", "sun"))
-    expected |= {"normal": ("surface", "axis"), "direction": ("sun", "axis")}
-    expected |= dict.fromkeys(TRACED_AS, ("surface",)) if ALBEDO in dataset else {}
-    expected |= {name: part[0] for name, part in ERROR_PARTS.items()} if "direct_points" in dataset else {}
-    names = [source.variable(field) for source in SOURCES.values() for field in SOURCE_LIGHT]
-    expected |= {name: ("surface",) for name in names if name in dataset}
-    expected |= {name: dimensions for name, (dimensions, _) in OUTLINES.items() if name in dataset}
-    expected |= {TERRAIN: ("azimuth",)} if TERRAIN in dataset else {}
-    for name, dimensions in expected.items():
-        if dataset[name].dims != dimensions:
-            raise InputError(path, f"{name} lies along {dataset[name].dims}, not {dimensions}", CURE)
-
-
 def transfer_of_dataset(dataset):
-    """Transfer from the variables and attributes of a dataset."""
+    """Transfer from the variables and attributes of a dataset; what only some runs have is None where it is missing."""
     values = {name: dataset[name].values for name in (*PER_SURFACE, *PER_SUN, *PER_SURFACE_AND_SUN)}
     texts = {name: [str(text) for text in dataset[name].values] for name in TEXTS}
     own = {name: values[name] for name, (owner, *_) in PER_SURFACE.items() if owner == "surfaces"}
     own["eligible"] = own["eligible"].astype(bool)
     site = json.loads(dataset.attrs["site"])
+    found = {}
+    if ALBEDO in dataset:
+        found["albedo"] = dataset[ALBEDO].values
+        found["material"] = [str(text) for text in dataset[MATERIAL].values]
+        found["albedos"] = json.loads(dataset.attrs["albedos"])
+    if "record" in dataset.attrs:
+        found["record"] = record_of_dict(json.loads(dataset.attrs["record"]))
+    if "direct_points" in dataset:
+        found["error_parts"] = ErrorParts(**{name: dataset[name].values for name in ERROR_PARTS})
+    if set(OUTLINES) <= set(dataset):
+        found["outlines"] = Outlines(*(dataset[name].values for name in OUTLINES))
+    if TERRAIN in dataset:
+        found["terrain"] = TerrainHorizon(dataset[TERRAIN].values, str(dataset.attrs["terrain_source"]))
     return Transfer(
         surfaces=Surfaces(
             **{name: texts[name] for name in ("surface_id", "building_id", "thematic")},
@@ -273,49 +264,12 @@ def transfer_of_dataset(dataset):
         site=Site(**{**site, "origin": tuple(site["origin"])}),
         suns=Suns(dataset.attrs["way"], dataset["direction"].values, *(values[name] for name in PER_SUN)),
         ground_albedo=float(dataset.attrs["ground_albedo"]),
-        record=record_of_dict(json.loads(dataset.attrs["record"])) if "record" in dataset.attrs else None,
         **{name: values[name] for name, (owner, *_) in PER_SURFACE.items() if owner == "transfer"},
         **{name: values[name] for name in PER_SURFACE_AND_SUN},
-        **(materials_of_dataset(dataset) if ALBEDO in dataset else {}),
-        error_parts=error_parts_of_dataset(dataset),
-        sources=sources_of_dataset(dataset),
-        outlines=outlines_of_dataset(dataset),
-        terrain=terrain_of_dataset(dataset),
+        sources={
+            name: SourceLight(**{field: dataset[source.variable(field)].values for field in SOURCE_LIGHT})
+            for name, source in SOURCES.items()
+            if source.variable("relative") in dataset
+        },
+        **found,
     )
-
-
-def terrain_of_dataset(dataset):
-    """Horizon of distant terrain, None where the file has none."""
-    if TERRAIN not in dataset:
-        return None
-    return TerrainHorizon(dataset[TERRAIN].values, str(dataset.attrs["terrain_source"]))
-
-
-def error_parts_of_dataset(dataset):
-    """Parts of the standard errors, None where the file does not tell."""
-    if "direct_points" not in dataset:
-        return None
-    return ErrorParts(**{name: dataset[name].values for name in ERROR_PARTS})
-
-
-def sources_of_dataset(dataset):
-    """Light of the traced sources: dict of SourceLight, empty in files that were traced for isotropic skies only."""
-    return {
-        name: SourceLight(**{field: dataset[source.variable(field)].values for field in SOURCE_LIGHT})
-        for name, source in SOURCES.items()
-        if source.variable("relative") in dataset
-    }
-
-
-def outlines_of_dataset(dataset):
-    """Shapes of the surfaces; None in files written before they were kept."""
-    return Outlines(*(dataset[name].values for name in OUTLINES)) if set(OUTLINES) <= set(dataset) else None
-
-
-def materials_of_dataset(dataset):
-    """Albedos and materials of the surfaces; files of older versions do not have them."""
-    return {
-        "albedo": dataset[ALBEDO].values,
-        "material": [str(text) for text in dataset[MATERIAL].values],
-        "albedos": json.loads(dataset.attrs["albedos"]),
-    }

@@ -1,4 +1,4 @@
-"""faces.csv: a row for each surface of the city."""
+"""The tables of a run: faces.csv, groups.csv, buildings.csv, series.csv and timeseries.nc (by the CF conventions)."""
 
 from functools import partial
 
@@ -15,6 +15,17 @@ from .columns import column_values, tabled_columns
 from .netcdf_file import netcdf_file, write_variables
 
 WRITTEN = 0.7  # share of the time for formatting the numbers
+
+HOUR = pd.Timedelta(hours=1)
+GROUP_COLUMNS = ("kind", "orientation", "period", "index", "full_load_hours", "count", "area")
+GROUP_COLUMNS += ("full_load_hours_standard_error",)
+EPOCH = {"units": "seconds since 1970-01-01", "calendar": "proleptic_gregorian"}
+PACKED = {"compression": "gzip", "fillvalue": np.float32(np.nan)}
+FACTORS = {  # variable of timeseries.nc -> what it is
+    "capacity_factor": "DC power per nominal power, mean over the area of the group that counts",
+    "capacity_factor_ac": "AC power per nominal DC power, after system losses and inverter",
+}
+MEAN = {"units": "1", "cell_methods": "time: mean"}
 
 
 def write_faces(path, transfer, energy, report_share=ignore_share, *, monthly=False):
@@ -50,11 +61,6 @@ def name_months(by_month):
     return {f"full_load_hours_{month + 1:02d}": by_month[:, month] for month in range(12)}
 
 
-HOUR = pd.Timedelta(hours=1)
-COLUMNS = ["kind", "orientation", "period", "index", "full_load_hours", "count", "area"]
-COLUMNS.append("full_load_hours_standard_error")
-
-
 def write_groups(path, energy):
     """Write full load hours of the groups of eligible surfaces, means over their counted area, and their errors.
 
@@ -73,7 +79,7 @@ def write_groups(path, energy):
             error = energy.group_standard_error[group] if period == "annual" else np.nan
             counted = energy.group_count[group], energy.group_area[group], error
             rows.append((*names, period, index, values[0], *counted, *values[1:]))
-    columns = COLUMNS + ([] if ac is None else ["specific_yield"])
+    columns = (*GROUP_COLUMNS, *(() if ac is None else ("specific_yield",)))
     pd.DataFrame(rows, columns=columns).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
 
 
@@ -221,10 +227,6 @@ def write_series(path, transfer, energy):
     pd.DataFrame(columns).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
 
 
-EPOCH = {"units": "seconds since 1970-01-01", "calendar": "proleptic_gregorian"}
-MEAN = {"units": "1", "cell_methods": "time: mean"}
-
-
 def write_timeseries(path, energy, weather):
     """Write `capacity_factor(time, group)`.
 
@@ -249,38 +251,25 @@ def write_timeseries(path, energy, weather):
 
 def describe_series(energy):
     """Variables of timeseries.nc, as of `write_variables`."""
-    start = seconds_since_1970(energy.times)
-    bounds = np.stack([start, seconds_since_1970(energy.times + energy.interval)], axis=1)
+    ends = energy.times.append(energy.times + energy.interval) - pd.Timestamp(0, tz="UTC")
+    bounds = (ends // pd.Timedelta(seconds=1)).to_numpy().reshape(2, -1).T
     names = np.array(["_".join(group) for group in energy.groups], dtype=object)
     found = {
         "time": (
             "time",
-            start,
+            bounds[:, 0],
             {"standard_name": "time", "long_name": "start of the interval (UTC)", "bounds": "time_bounds", **EPOCH},
         ),
         "group": ("group", names, {"long_name": "kind and orientation of the surfaces"}),
         "time_bounds": (("time", "bounds"), bounds),
-        "capacity_factor": describe_factor(
-            energy.capacity_factor, "DC power per nominal power, mean over the area of the group that counts"
-        ),
         "area": ("group", energy.group_area, {"units": "m2", "long_name": "area that counts of eligible surfaces"}),
         "surface_count": ("group", energy.group_count, {"units": "1", "long_name": "number of eligible surfaces"}),
     }
-    if energy.capacity_factor_ac is not None:
-        words = "AC power per nominal DC power, after system losses and inverter"
-        found["capacity_factor_ac"] = describe_factor(energy.capacity_factor_ac, words)
+    for name, words in FACTORS.items():
+        if getattr(energy, name) is not None:
+            values = getattr(energy, name).astype(np.float32)
+            found[name] = ("time", "group"), values, {**MEAN, "long_name": words}, dict(PACKED)
     return found
-
-
-def describe_factor(values, words):
-    """Capacity factors (time, group) as a variable, with the words that say what they are."""
-    how = {"compression": "gzip", "fillvalue": np.float32(np.nan)}
-    return ("time", "group"), values.astype(np.float32), {**MEAN, "long_name": words}, how
-
-
-def seconds_since_1970(times):
-    """Times (t,) tz-aware in seconds: (t,) int64."""
-    return (times - pd.Timestamp(0, tz="UTC")) // pd.Timedelta(seconds=1)
 
 
 def write_tables(folder, transfer, energy, weather, request, *, progress):

@@ -75,22 +75,15 @@ def draw_world_months(dataset, environment=None):
         figure.colorbar(mesh, ax=own, shrink=0.8, pad=0.02).set_label(f"{kind.capitalize()}s: hours in the month [h]")
     panels[0].set_ylabel("Latitude")
     east = write_longitude(round(float(values["longitude"]), 2))
-    clear = values["latitude"].to_numpy()[(values["weather"] == CLEAR).to_numpy()]
-    hatched = 0 < len(clear) < values.sizes["latitude"]
-    for axes in panels if hatched else ():
-        hatch_rows(axes, values["latitude"].to_numpy(), clear)
+    hatched = 0 < int((values["weather"] == CLEAR).sum()) < values.sizes["latitude"]
+    bounds = edges(values["latitude"].to_numpy())
+    rows = np.flatnonzero((values["weather"] == CLEAR).to_numpy()) if hatched else []
+    for axes, row in ((axes, row) for axes in panels for row in rows):
+        axes.axhspan(*bounds[row : row + 2], facecolor="none", edgecolor="#ffffff90", hatch="///", linewidth=0)
     note = " Hatched: clear sky." if hatched else ""
     source = describe_source(dataset, width)
     figure.supxlabel(f"{environment}, along {east}.{note} {source}", fontsize=8)
     return figure
-
-
-def hatch_rows(axes, latitude, chosen):
-    """Hatch some rows of a panel."""
-    bounds = edges(latitude)
-    for low, high, place in zip(bounds[:-1], bounds[1:], latitude, strict=True):
-        if place in chosen:
-            axes.axhspan(low, high, facecolor="none", edgecolor="#ffffff90", hatch="///", linewidth=0)
 
 
 def draw_panel(axes, values, top):

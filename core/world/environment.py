@@ -1,4 +1,4 @@
-"""An environment: the eligible surfaces of a traced city, ready to be placed anywhere on Earth."""
+"""Environments: the eligible surfaces of traced cities, or unshaded planes, ready to be placed anywhere on Earth."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,6 +22,11 @@ from ..transfer.transfer import SourceLight, Transfer
 from .group_errors import GroupErrors, find_group_errors
 
 SINGLE = np.float32
+ROOF_TILT = 35.0  # [°]; the paper's roofs have mean tilts of 28 to 42°
+SIDES = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
+FEWEST = 16  # directions of the sky grid: the visible share is 1 in all of them
+UNSHADED = "unshaded"
+CURE = "give NAME=transfer.nc, a result folder, or unshaded"
 
 
 @dataclass
@@ -63,7 +68,6 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
         If the Transfer was traced for other suns, was interrupted, has no eligible surfaces, or holds at its own place
         only.
     """
-    check_sky_grid(source, transfer)
     check_portable(source, transfer)
     check_transfer(transfer)
     sources = sources_of(sky_model)
@@ -102,42 +106,28 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     return replace(found, errors=find_group_errors(transfer, found, rows, traced))
 
 
-def check_sky_grid(source, transfer):
-    """Refuse a Transfer that was not traced for the whole sky."""
-    way = transfer.suns.way
-    if not way.startswith("sky-grid"):
-        raise InputError(
-            source,
-            f"was traced with --suns {way}, which holds for one latitude only",
-            "trace it again: citypv simulate CITY --suns sky-grid:673 --out DIR",
-        )
-    if way != f"sky-grid:{len(transfer.suns)}":
-        raise InputError(
-            source,
-            f"holds {len(transfer.suns)} directions of {way}: its run was interrupted",
-            "trace it again to the end",
-        )
-
-
 def check_portable(source, transfer):
-    """Refuse a Transfer with what belongs to one place: distant terrain, or months in leaf."""
-    if transfer.terrain is not None:
-        raise InputError(
-            source,
-            "was traced with --horizon: distant terrain belongs to one place",
-            "trace it again without --horizon",
-        )
-    if transfer.bare is not None:
-        raise InputError(
-            source,
-            "has trees that are in leaf in some months only, which differ from place to place",
-            "trace it again with --leaf-months all, or none",
-        )
+    """Refuse a Transfer that was not traced for the whole sky, or with what belongs to one place.
 
-
-ROOF_TILT = 35.0  # [°]; the paper's roofs have mean tilts of 28 to 42°
-SIDES = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
-FEWEST = 16  # directions of the sky grid: the visible share is 1 in all of them
+    Raises
+    ------
+    InputError
+    """
+    way, count = transfer.suns.way, len(transfer.suns)
+    problem = cure = None
+    if not way.startswith("sky-grid"):
+        problem = f"was traced with --suns {way}, which holds for one latitude only"
+        cure = "trace it again: citypv simulate CITY --suns sky-grid:673 --out DIR"
+    elif way != f"sky-grid:{count}":
+        problem, cure = f"holds {count} directions of {way}: its run was interrupted", "trace it again to the end"
+    elif transfer.terrain is not None:
+        problem = "was traced with --horizon: distant terrain belongs to one place"
+        cure = "trace it again without --horizon"
+    elif transfer.bare is not None:
+        problem = "has trees that are in leaf in some months only, which differ from place to place"
+        cure = "trace it again with --leaf-months all, or none"
+    if problem:
+        raise InputError(source, problem, cure)
 
 
 def unshaded_transfer(ground_albedo=0.25):
@@ -161,6 +151,7 @@ def unshaded_transfer(ground_albedo=0.25):
     suns, count = sky_grid_suns(FEWEST), len(tilt)
     sky, ground = sky_view_of_tilt(normal), ground_view_of_tilt(normal)
     zero = np.zeros(count)
+    views = {name: source.unshaded(normal) for name, source in SOURCES.items()}
     return Transfer(
         surfaces=Surfaces(
             names, names, [""] * count, kind, orientation, np.ones(count, bool), zero + 10.0, tilt, azimuth, normal
@@ -176,18 +167,8 @@ def unshaded_transfer(ground_albedo=0.25):
         visible_share=np.ones((count, len(suns)), np.float32),
         direct_reflected=np.zeros((count, len(suns)), np.float32),
         direct_annual_standard_error=zero,
-        sources={name: unshaded_light(source, normal) for name, source in SOURCES.items()},
+        sources={name: SourceLight(view, view, zero) for name, view in views.items()},  # beyond, the ground is dark
     )
-
-
-def unshaded_light(source, normal):
-    """SourceLight of unshaded surfaces by their normals, without reflections: beyond a source the ground is dark."""
-    light = source.unshaded(normal)
-    return SourceLight(light, light, np.zeros(len(normal)))
-
-
-UNSHADED = "unshaded"
-CURE = "give NAME=transfer.nc, a result folder, or unshaded"
 
 
 def read_environments(texts, system, sky="isotropic", ground_albedo=0.25):
@@ -220,7 +201,9 @@ def read_environments(texts, system, sky="isotropic", ground_albedo=0.25):
         if path == UNSHADED:
             transfers.append((name, "closed form", unshaded_transfer(ground_albedo)))
         else:
-            file = find_transfer(Path(path))
+            file = Path(path) / "transfer.nc" if Path(path).is_dir() else Path(path)
+            if not file.exists():
+                raise InputError(file, "there is no such file", CURE)
             transfers.append((name, str(file), read_transfer(file)))
     if sky == "auto":
         sky = model_traced(set.intersection(*(set(one.sources) for *_, one in transfers)))
@@ -244,12 +227,3 @@ def split_name(text):
     path = Path(text)
     named = path.absolute() if path.is_dir() else path.absolute().parent if path.name == "transfer.nc" else path
     return (named.stem if named.suffix == ".nc" else named.name), text
-
-
-def find_transfer(path):
-    """The transfer.nc of a path."""
-    if path.is_dir():
-        path = path / "transfer.nc"
-    if not path.exists():
-        raise InputError(path, "there is no such file", CURE)
-    return path

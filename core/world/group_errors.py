@@ -1,4 +1,4 @@
-"""Standard errors of the groups' full load hours at any place, from what a Transfer knows of its own.
+"""Standard errors of the groups' full load hours at any place, from what a Transfer knows of its own; mixes of cities.
 
 The arithmetic is that of `energy.standard_errors`, with one difference: full load hours per irradiance are those of the
 group, not of each surface, so that a place costs a few products of groups, for the year and each of its months. Noise
@@ -17,6 +17,9 @@ from ..transfer.noise import no_parts, own_diffuse, own_direct, variance_of_mean
 from .place_hours import MONTHS
 
 KILO = 1000.0
+OPTION = "--mix"
+NAME = "mix"
+EXACT = 1e-6
 BRIGHTEST = 0.9  # of what rays meet that miss the sky, over the sky
 
 
@@ -51,11 +54,8 @@ def find_group_errors(transfer, environment, rows, traced=()):
     -------
     GroupErrors
     """
-    parts, first, weight = (
-        transfer.error_parts or no_parts(len(transfer.surfaces)),
-        environment.first,
-        environment.weight,
-    )
+    parts = transfer.error_parts or no_parts(len(transfer.surfaces))
+    first, weight = environment.first, environment.weight
     own = [own_direct(transfer)[rows], own_diffuse(transfer)[rows], parts.covariance[rows]]
     own += [light.standard_error[rows] ** 2 for light in traced]
     discretisation = parts.direct_discretisation[rows], parts.diffuse_discretisation[rows]
@@ -200,11 +200,6 @@ def sum_light(errors, hours, sunlight):
     light, ground = months[:, :-1], months[:, -1:]
     spread = np.maximum(suns.sum(axis=1) ** 2, 1e-12) / np.maximum((suns**2).sum(axis=1), 1e-12)
     return light, suns @ errors.direct + ground * errors.shared[-1] + light[:, 1:] @ errors.shared[:-1], spread
-
-
-OPTION = "--mix"
-NAME = "mix"
-EXACT = 1e-6
 
 
 def parse_mix(text, names):

@@ -13,7 +13,7 @@ from ..sky.sky_models import split_sky
 from ..sun.match_sky_grid import match_triangles
 from ..sun.solar_days import local_middle
 from ..sun.solar_position import is_sunny, sun_direction
-from ..sun.sun_of_places import sun_of_place
+from ..sun.sun_of_places import geocentric_sun, sun_of_place
 from .sum_groups import Sunlight
 
 MONTHS, HOURS = 12, 24
@@ -131,7 +131,7 @@ def match_hours(sky, hours):
     return Sunlight(index[:, None], weight[:, None], hours.direction[:, None].astype(SINGLE), level.astype(SINGLE))
 
 
-def match_shifted(sky, hours, sun, latitude, longitude):
+def match_shifted(sky, hours, weather):
     """Suns of Greenwich at the nearest whole degree of latitude, shifted in time (paper, section 2.4 and Fig. 3).
 
     What each surface gets relative to DNI is taken at Greenwich, longitude/15 hours later, from a parabola through the
@@ -141,21 +141,20 @@ def match_shifted(sky, hours, sun, latitude, longitude):
     ----------
     sky : SkyTriangles
     hours : PlaceHours
-    sun : GeocentricSun
-        Of the weather's whole time axis.
-    latitude, longitude : float
-        Place [°].
+    weather : Weather
+        Of the place.
 
     Returns
     -------
     Sunlight
         Of three suns.
     """
-    greenwich = sun_of_place(sun, float(np.round(latitude)), 0.0)
+    sun = geocentric_sun(weather.data.index, weather.interval)
+    greenwich = sun_of_place(sun, float(np.round(weather.latitude)), 0.0)
     direction = sun_direction(greenwich["apparent_zenith"], greenwich["solar_azimuth"])
     index, weight = match_some(sky, direction, is_sunny(greenwich["apparent_zenith"]))
     step = (sun.times[1] - sun.times[0]) / pd.Timedelta(hours=1)
-    later = longitude / DEGREES_PER_HOUR / step
+    later = weather.longitude / DEGREES_PER_HOUR / step
     middle = int(np.floor(later + 0.5))
     nodes = (hours.interval[:, None] + middle + np.array([-1, 0, 1])) % len(direction)  # (h, 3)
     share = parabola(later - middle)

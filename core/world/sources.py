@@ -1,4 +1,4 @@
-"""Places of a world: points of a grid, or stations."""
+"""Places of a world, points of a grid or stations, and the sources of their weather."""
 
 from dataclasses import dataclass
 
@@ -18,6 +18,12 @@ from ..weather.record import Record
 from .read_era5_grid import point_of_block, read_block
 
 SOUTH, NORTH, WEST, EAST = -60.0, 90.0, -180.0, 180.0  # the paper's band
+NOTHING, CLIMATE, CLEAR, FILES = 0, 1, 2, 3  # what the weather of a place is
+MEANINGS = {NOTHING: "none", CLIMATE: "built_in_climate", CLEAR: "clear_sky", FILES: "files"}
+STAMPS = "check latitudes and longitudes, and that times are UTC and end the interval of each sum, as in ERA5"
+AT_ONCE = 8  # places of a task
+MOST = 100e6  # [bytes] of a grid that are read at once, about
+CHECKED = 60.0  # [°] of latitude up to which a place stands for its files in the check against the sun, if there is one
 
 
 @dataclass
@@ -75,18 +81,11 @@ def regular_axes(step, latitudes=None, longitudes=None):
 
 def check_region(latitudes=None, longitudes=None):
     """Refuse a region that is empty or not on Earth; parameters as of `regular_axes`."""
-    if latitudes:
-        check_range("--latitudes", *latitudes, 90.0)
-    if longitudes:  # 170 to -170° is across the date line
-        check_range("--longitudes", min(longitudes), max(longitudes), 180.0)
-
-
-def check_range(option, first, last, most):
-    """Refuse a range that is empty or not on Earth."""
-    if not (-most <= first <= last <= most):
-        raise InputError(
-            option, f"{first:g} to {last:g} is no range", f"give two ascending numbers from -{most:g} to {most:g}"
-        )
+    ordered = longitudes and sorted(longitudes)  # 170 to -170° is across the date line
+    for option, limits, most in (("--latitudes", latitudes, 90.0), ("--longitudes", ordered, 180.0)):
+        if limits and not (-most <= limits[0] <= limits[1] <= most):
+            problem = f"{limits[0]:g} to {limits[1]:g} is no range"
+            raise InputError(option, problem, f"give two ascending numbers from -{most:g} to {most:g}")
 
 
 def multiples(first, last, step):
@@ -122,13 +121,6 @@ def thin_axis(axis, step, limits):
     return np.sort(np.roll(inside, -start)[::stride])
 
 
-NOTHING, CLIMATE, CLEAR, FILES = 0, 1, 2, 3  # what the weather of a place is
-MEANINGS = {NOTHING: "none", CLIMATE: "built_in_climate", CLEAR: "clear_sky", FILES: "files"}
-STAMPS = "check latitudes and longitudes, and that times are UTC and end the interval of each sum, as in ERA5"
-AT_ONCE = 8  # places of a task
-CHECKED = 60.0  # [°] of latitude up to which a place stands for its files in the check against the sun, if there is one
-
-
 @dataclass
 class Source:
     """Weather of places: `read(chunk)` gives their Weather and what it is."""
@@ -160,12 +152,12 @@ def model_source(places, name, request, off_land="blank"):
     sun = geocentric_sun(times, INTERVAL)
 
     def read(chunk):
-        suns = [sun_of_place(sun, places.latitude[one], places.longitude[one]) for one in chunk]
-        land = [name == "climate" and has_climate(places, one) for one in chunk]
+        at = [(places.latitude[one], places.longitude[one]) for one in chunk]
+        land = [name == "climate" and look_up_normals(*place) is not None for place in at]
+        suns = [sun_of_place(sun, *place) for place in at]
         records = climate_records(places, chunk, land, suns, request)
         found = []
-        for one, own, known in zip(chunk, suns, records, strict=True):
-            latitude, longitude = places.latitude[one], places.longitude[one]
+        for (latitude, longitude), own, known in zip(at, suns, records, strict=True):
             if known is not None:
                 found.append((add_sun(known, INTERVAL, request.horizon_cut, own), CLIMATE))
             elif name == "climate" and off_land == "blank":
@@ -179,11 +171,6 @@ def model_source(places, name, request, off_land="blank"):
     if name == "climate" and off_land == "clear-sky":
         label += f"; where there is no land, clear sky {request.year} (upper bound)"
     return Source(places, label, cut(len(places), AT_ONCE), read, [])
-
-
-def has_climate(places, one):
-    """Whether the built-in climate knows a place."""
-    return look_up_normals(places.latitude[one], places.longitude[one]) is not None
 
 
 def climate_records(places, chunk, land, suns, request):
@@ -249,7 +236,8 @@ def grid_source(grid, places, picked, request, years=None):
             found.append((add_sun(record, interval, request.horizon_cut, own), FILES))
         return found
 
-    chunks = [row * width + part for row in range(len(rows)) for part in cut(width, block_width(grid))]
+    together = int(max(1, min(360, MOST // (4 * 6 * len(grid.times)))))
+    chunks = [row * width + part for row in range(len(rows)) for part in cut(width, together)]
     label = f"ERA5 {grid.source}" + (f", years {', '.join(map(str, years))}" if years else "")
     return Source(places, label, chunks, read, [])
 
@@ -261,11 +249,6 @@ def check_grid_years(record, interval, position):
     except InputError as error:
         cure = STAMPS if "--" in error.cure else error.cure
         raise InputError(error.source, error.problem, cure) from error
-
-
-def block_width(grid, most=100e6):
-    """Points that are read at once: some 100 MB."""
-    return int(max(1, min(360, most // (4 * 6 * len(grid.times)))))
 
 
 def keep_years(data, years):
