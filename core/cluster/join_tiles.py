@@ -31,7 +31,6 @@ def join_tiles(parts, prepared, folder=None):
         Rows that a tile reports, and its Transfer of these; each row once. Read one after the other.
     prepared : PreparedScene
         Of the whole.
-    request : Request
     folder : path-like, optional
         As of `keep_matrix`.
 

@@ -143,7 +143,7 @@ def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent
             records.append(transfer.record)
             yield tile.rows, transfer
 
-    transfer = join_tiles(read_parts(), prepared, request, folder)
+    transfer = join_tiles(read_parts(), prepared, folder)
     transfer = replace(transfer, record=join_records(records, prepared.plan, request, figures))
     return transfer, describe_tiles([tile for tile, _ in found], figures, settings)
 
