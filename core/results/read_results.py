@@ -42,7 +42,6 @@ MOST_BINS = 40
 BIN_WIDTHS = (1, 2, 5, 10, 20, 25, 50, 100, 200, 250, 500)  # [h]
 HALF = 0.5  # of a flat roof: covered by more than this, no modules lie on it
 SMALLEST = 6.25  # [m²] of a flat roof that modules lie on
-ERROR = "full_load_hours_standard_error"
 
 
 @dataclass
@@ -232,16 +231,13 @@ def in_order(names, order):
     return [name for name in order if name in found] + sorted(found - set(order))
 
 
-def tabulate_groups(groups, faces):
+def tabulate_groups(groups):
     """The groups with their annual full load hours and the standard error of those.
-
-    The error stands in groups.csv or, in files without it, is that of a mean over surfaces whose errors are
-    independent: √(Σ (A·σ)²) / Σ A.
 
     Parameters
     ----------
     groups : pandas.DataFrame
-    faces : pandas.DataFrame
+        groups.csv.
 
     Returns
     -------
@@ -250,21 +246,9 @@ def tabulate_groups(groups, faces):
         specific_yield [kWh/kWp].
     """
     table = groups[groups["period"] == "annual"].copy()
-    if ERROR in table:
-        table["error"] = table[ERROR]
-    else:
-        table["error"] = [
-            error_of_mean(faces, kind, orientation, area)
-            for kind, orientation, area in zip(table["kind"], table["orientation"], table["area"], strict=True)
-        ]
+    table["error"] = table.get("full_load_hours_standard_error", np.nan)
     columns = ["kind", "orientation", "count", "area", "full_load_hours", "error"]
     return table[columns + [name for name in ("specific_yield",) if name in table]].reset_index(drop=True)
-
-
-def error_of_mean(faces, kind, orientation, area):
-    """Standard error [h] of a group's mean over an area [m²] that counts."""
-    own = faces[(faces["eligible"] == "true") & (faces["kind"] == kind) & (faces["orientation"] == orientation)]
-    return float(np.sqrt(((own["area"] * own[ERROR]) ** 2).sum(skipna=False)) / area) if area > 0 else np.nan
 
 
 def select_mounted(faces):

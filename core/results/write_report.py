@@ -218,7 +218,7 @@ def row_of_potential(total):
 
 def compose_groups(results):
     """The groups with their hours and errors, year by year where there are several."""
-    groups = tabulate_groups(results.groups, results.faces)
+    groups = tabulate_groups(results.groups)
     after_losses = "specific_yield" in groups
     head = ["Surfaces", "facing", "Number", "Area [m²]", "Full load hours [h]", "± [h]"]
     head += ["After losses [kWh/kWp]"] if after_losses else []

@@ -30,6 +30,11 @@ def exported(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="module")
+def document(exported):
+    return json.loads((exported / "out" / "city.city.json").read_text(encoding="utf-8"))
+
+
 def surfaces_of(document):
     """Semantic surface and rings of every polygon, as they stand in the file."""
     for item in document["CityObjects"].values():
@@ -39,8 +44,7 @@ def surfaces_of(document):
                 yield semantics["surfaces"][value], rings
 
 
-def test_cityjson_has_the_rows_of_faces_csv(exported):
-    document = json.loads((exported / "out" / "city.city.json").read_text(encoding="utf-8"))
+def test_cityjson_has_the_rows_of_faces_csv(exported, document):
     table = pd.read_csv(exported / "out" / "faces.csv").set_index("surface_id")
     found = {surface["id"]: surface for surface, _ in surfaces_of(document)}
     assert set(found) == set(table.index)
@@ -56,8 +60,7 @@ def test_cityjson_has_the_rows_of_faces_csv(exported):
             assert sum(months) == pytest.approx(row["full_load_hours"], rel=1e-4)
 
 
-def test_cityjson_has_the_shapes_of_the_input(exported):
-    document = json.loads((exported / "out" / "city.city.json").read_text(encoding="utf-8"))
+def test_cityjson_has_the_shapes_of_the_input(exported, document):
     vertices = np.array(document["vertices"]) * document["transform"]["scale"] + document["transform"]["translate"]
     assert len(np.unique(vertices, axis=0)) == len(vertices)
     before = read_city(exported / "city.gml")
@@ -78,8 +81,7 @@ def test_cityjson_can_be_read_and_traced_again(exported):
     assert areas[1] == pytest.approx(areas[0], rel=1e-6)
 
 
-def test_cityjson_sums_up_each_building(exported):
-    document = json.loads((exported / "out" / "city.city.json").read_text(encoding="utf-8"))
+def test_cityjson_sums_up_each_building(exported, document):
     table = pd.read_csv(exported / "out" / "faces.csv")
     summary = json.loads((exported / "out" / "summary.json").read_text(encoding="utf-8"))
     kwp = energy = 0.0
@@ -93,17 +95,6 @@ def test_cityjson_sums_up_each_building(exported):
         kwp, energy = kwp + attributes["citypv_kwp"], energy + attributes["citypv_mwh_per_year"]
     assert kwp == pytest.approx(summary["totals"]["kwp"], rel=1e-4)
     assert energy == pytest.approx(summary["totals"]["mwh_per_year"], rel=1e-4)
-
-
-def test_exports_replace_those_of_an_earlier_run_and_go_with_them(exported, tmp_path):
-    city, out = str(exported / "city.gml"), tmp_path / "out"
-    for options in (["--cityjson", "--gltf"], ["--cityjson", "--overwrite"], ["--overwrite"]):
-        assert main(["simulate", city, "--out", str(out), *options, *FAST]) == 0
-        names = {path.name for path in out.iterdir()}
-        assert ("city.city.json" in names) == ("--cityjson" in options)
-        assert ("city.glb" in names) == ("--gltf" in options)
-        assert "summary.json" in names
-    assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
 def test_cells_are_exported_as_they_were_counted(exported, tmp_path):

@@ -40,14 +40,6 @@ def folder(tmp_path_factory):
     return out
 
 
-def test_all_pictures_are_drawn(folder):
-    for name in ("world_map", "world_gain", "world_months", "world_day"):
-        content = (folder / f"{name}.png").read_bytes()
-        assert content.startswith(b"\x89PNG")
-        assert len(content) > 20_000
-    assert (folder / "summary.json").exists()
-
-
 def test_plot_draws_them_anew(folder, tmp_path, capfd):
     """From world.nc alone, the same bytes; what is no grid, or no world, ends in one line."""
     shutil.copy(folder / "world.nc", tmp_path / "world.nc")
@@ -55,6 +47,7 @@ def test_plot_draws_them_anew(folder, tmp_path, capfd):
     assert capfd.readouterr().err.count(".png") == len(PICTURES)
     for name in PICTURES:
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+        assert (tmp_path / name).stat().st_size > 20_000
     station = tmp_path / "station"
     assert main(["world", "unshaded", "--weather", str(PVGIS), "--quiet", "--out", str(station)]) == 0
     (tmp_path / "bad").mkdir()
