@@ -1,11 +1,10 @@
-"""What effects of the modules make of the full load hours: computed with each of them switched off."""
+"""What effects of the modules, and Perez's sky, make of the full load hours: computed with each of them switched."""
 
 from dataclasses import replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..effects.judge_effects import judge
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC
 from ..sky.light_sources import sources_of
@@ -14,6 +13,11 @@ from ..transfer.take_rows import take_rows
 from ..transfer.transfer import SourceLight, Transfer
 
 MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
+
+SWITCHED_ON = {"extent": "simulated", "reason": "switched on", "bound": 0.0}
+SWITCHED_OFF = {"extent": "left out", "reason": "switched off", "bound": None}
+KEY = "perez"
+ISOTROPIC = "isotropic"
 
 
 def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic"):
@@ -51,10 +55,6 @@ def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic
         on, off = (as_set, other) if getattr(system, key) else (other, as_set)
         found[key] = (on - off) / on if on > 0 else 0.0
     return found
-
-
-SWITCHED_ON = {"extent": "simulated", "reason": "switched on", "bound": 0.0}
-SWITCHED_OFF = {"extent": "left out", "reason": "switched off", "bound": None}
 
 
 def state_outcome(summary, shares, request):
@@ -133,10 +133,6 @@ def unshaded_transfer(scene, suns, ground_albedo):
     return replace(few, visible_share=visible, direct_reflected=np.zeros_like(visible))
 
 
-KEY = "perez"
-ISOTROPIC = "isotropic"
-
-
 def state_sky(summary, transfer, weather, system, *, sky, threads=None):
     """Write share and outcome of `perez` into the effects of a summary; without a plan there are none.
 
@@ -161,7 +157,8 @@ def state_sky(summary, transfer, weather, system, *, sky, threads=None):
         effect["extent"] = "dome, circumsolar light and horizon" if on else "isotropic sky"
     effect["share"] = share
     if not on or not effect.get("outcome"):
-        effect["outcome"] = judge(0.0 if on else largest, effect["bound"])
+        left_out, bound = 0.0 if on else largest, effect["bound"]
+        effect["outcome"] = {"left_out": left_out, "holds": None if bound is None else bool(left_out <= bound)}
 
 
 def share_of_sky(transfer, weather, system, threads=None):
@@ -181,14 +178,10 @@ def share_of_sky(transfer, weather, system, threads=None):
     of_sky = [compute_energy(few, weather, system, threads, sky=sky).full_load_hours for sky in (KEY, ISOTROPIC)]
     names = np.char.add(np.asarray(few.surfaces.kind, str), np.asarray(few.surfaces.orientation, str))
     groups = [np.where(names == name, weight, 0) for name in np.unique(names)]
-    share, *of_groups = (change(*np.nan_to_num(of_sky), one) for one in (weight, *groups))
+    perez, isotropic = np.nan_to_num(of_sky)
+    sums = ((one @ perez, one @ (perez - isotropic)) for one in (weight, *groups))
+    share, *of_groups = (float(change / whole) if whole > 0 else 0.0 for whole, change in sums)
     return share, max(map(abs, of_groups))
-
-
-def change(perez, isotropic, weight):
-    """Relative difference of weighted sums; 0 where there is nothing."""
-    whole = float(weight @ perez)
-    return float(weight @ (perez - isotropic)) / whole if whole > 0 else 0.0
 
 
 def with_sources(transfer):
