@@ -45,7 +45,10 @@ def write_cityjson(path, city, transfer, energy, *, system, label, progress=sile
     progress : callable, optional
         See `core.progress`.
     """
-    whole, scale, translate = whole_numbers(city.points)
+    translate = np.floor(city.points.min(axis=0))
+    local = city.points - translate  # [m]
+    decimals = int(np.clip(np.floor(np.log10(LARGEST / max(local.max(), 1.0))), COARSEST, FINEST))
+    whole, scale = np.round(local * 10**decimals).astype(np.int64), round(10.0**-decimals, decimals)
     vertices, index = np.unique(whole, axis=0, return_inverse=True)
     index = index.reshape(-1).tolist()
     members = {}
@@ -101,14 +104,6 @@ def name_system(crs):
     parts = [system, *(system.sub_crs_list if system.is_compound else [])]
     number = next((code for part in parts if (code := part.to_epsg(100)) is not None), None)
     return None if number is None else f"https://www.opengis.net/def/crs/EPSG/0/{number}"
-
-
-def whole_numbers(points):
-    """Vertices as integers, with scale and translate [m]."""
-    translate = np.floor(points.min(axis=0))
-    local = points - translate
-    decimals = int(np.clip(np.floor(np.log10(LARGEST / max(local.max(), 1.0))), COARSEST, FINEST))
-    return np.round(local * 10**decimals).astype(np.int64), round(10.0**-decimals, decimals), translate
 
 
 def level_of(city, polygon):

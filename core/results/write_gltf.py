@@ -61,7 +61,6 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
     )
     progress(STAGE, 1, 3, "steps")
     document = describe_scene(parts, np.bincount(node, minlength=len(names)), names)
-    site = scene.site
     document["asset"]["extras"] = {
         "shows": "full load hours",
         "unit": "h per year",
@@ -69,12 +68,9 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
         "colour_map": COLOUR_MAP,
         "low": low,
         "high": high,
-        "crs": site.crs,
-        "origin": [float(value) for value in site.origin],
+        "origin": [float(value) for value in scene.site.origin],
         "north": "true north is -z",
-        "convergence": site.convergence,
-        "latitude": site.latitude,
-        "longitude": site.longitude,
+        **{name: getattr(scene.site, name) for name in ("crs", "convergence", "latitude", "longitude")},
     }
     progress(STAGE, 2, 3, "steps")
     text = json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode("utf-8")

@@ -236,21 +236,6 @@ def write_timeseries(path, energy, weather):
     energy : Energy
     weather : Weather
     """
-    hours = energy.interval / pd.Timedelta(hours=1)
-    with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
-        file.attrs.update(
-            {
-                "Conventions": "CF-1.11",
-                "title": "Capacity factors of roofs and facades",
-                "source": "CityPV: ray-traced irradiance, module models of pvlib",
-                "comment": f"weather: {weather.label}; full load hours are the sum times {hours:g} h",
-            }
-        )
-        write_variables(file, describe_series(energy))
-
-
-def describe_series(energy):
-    """Variables of timeseries.nc, as of `write_variables`."""
     ends = energy.times.append(energy.times + energy.interval) - pd.Timestamp(0, tz="UTC")
     bounds = (ends // pd.Timedelta(seconds=1)).to_numpy().reshape(2, -1).T
     names = np.array(["_".join(group) for group in energy.groups], dtype=object)
@@ -269,7 +254,17 @@ def describe_series(energy):
         if getattr(energy, name) is not None:
             values = getattr(energy, name).astype(np.float32)
             found[name] = ("time", "group"), values, {**MEAN, "long_name": words}, dict(PACKED)
-    return found
+    hours = energy.interval / pd.Timedelta(hours=1)
+    with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
+        file.attrs.update(
+            {
+                "Conventions": "CF-1.11",
+                "title": "Capacity factors of roofs and facades",
+                "source": "CityPV: ray-traced irradiance, module models of pvlib",
+                "comment": f"weather: {weather.label}; full load hours are the sum times {hours:g} h",
+            }
+        )
+        write_variables(file, found)
 
 
 def write_tables(folder, transfer, energy, weather, request, *, progress):

@@ -245,7 +245,18 @@ def draw_world_gain(dataset):
     width = 12 * (1 + share) / 3.6  # [inch]
     figure = make_figure(width, 4.1)
     profile, axes = figure.subplots(1, 2, width_ratios=(1, share))
-    draw_profiles(profile, mean_gain(dataset))
+    gain = mean_gain(dataset)
+    groups = [group for group in GAIN_GROUPS if group in gain["group"].to_numpy()]
+    for number, name in enumerate(gain["environment"].to_numpy()):
+        for group, style in zip(groups, STYLES, strict=False):
+            line, look = gain.sel(environment=name, group=group), COLOURS[number % len(COLOURS)]
+            label = f"{name}, {title_of_group(group).split()[0].lower()}"
+            profile.plot(line, gain["latitude"], linestyle=style, color=look, label=label)
+    profile.set_xlabel("Gain, mean along the parallel [%]")
+    profile.yaxis.set_major_formatter(lambda value, _: write_degrees(value, "N", "S"))
+    profile.set_xlim(left=0)
+    profile.set_title("Facades")
+    profile.legend(fontsize=8, loc="best")
     environment = choose_environment(dataset, unshaded=True)
     group = choose_group(dataset, GAIN_GROUPS[0], environment)
     values = find_gain(dataset).sel(environment=environment, group=group)
@@ -256,18 +267,3 @@ def draw_world_gain(dataset):
     bar.set_label("Full load hours gained by reflected light [%]")
     figure.supxlabel(describe_source(dataset, width), fontsize=8)
     return figure
-
-
-def draw_profiles(axes, gain):
-    """Lines of the mean gain by latitude: a colour for each environment, dashes for east facades."""
-    groups = [group for group in GAIN_GROUPS if group in gain["group"].to_numpy()]
-    for number, environment in enumerate(gain["environment"].to_numpy()):
-        for group, style in zip(groups, STYLES, strict=False):
-            line = gain.sel(environment=environment, group=group)
-            label = f"{environment}, {title_of_group(group).split()[0].lower()}"
-            axes.plot(line, gain["latitude"], linestyle=style, color=COLOURS[number % len(COLOURS)], label=label)
-    axes.set_xlabel("Gain, mean along the parallel [%]")
-    axes.yaxis.set_major_formatter(lambda value, _: write_degrees(value, "N", "S"))
-    axes.set_xlim(left=0)
-    axes.set_title("Facades")
-    axes.legend(fontsize=8, loc="best")

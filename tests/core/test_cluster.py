@@ -136,10 +136,11 @@ def test_what_is_left_out_lies_within_its_bound(tmp_path):
     assert told["farthest"] < 900
 
 
-def test_glass_has_no_bound_unless_nothing_is_left_out(inputs, serial):
+def test_glass_has_no_bound_unless_nothing_is_left_out(inputs, tmp_path):
     """At grazing incidence glass reflects all light, so that no series of reflections has an end."""
     _, weather, _ = inputs
-    _, told = serial
+    _, told = trace_tiles.trace_tiles(*inputs, ClusterSettings("serial", 500.0), tmp_path, tell=[].append)
+    assert told["tiles"] == 1
     assert told["left_out"] == {"sky": 0.0, "reflected": 0.0}
     assert bound_hours(told["left_out"], 1.0, weather, "isotropic", 100.0) == 0.0
     assert "changes at most 0.00 %" in describe_bound(told | {"bound": 0.0})
