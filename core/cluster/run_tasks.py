@@ -34,7 +34,6 @@ class Workers:
 
     client: Any
     words: str  # for the user
-    count: int
 
 
 def parse_cluster(word):
@@ -134,7 +133,7 @@ def open_workers(word, dashboard=":0"):
     check_cluster(word)
     kind, value = parse_cluster(word)
     if kind == SERIAL:
-        yield Workers(None, "This process", 1)
+        yield Workers(None, "This process")
         return
     import dask
     import distributed  # noqa: F401  (brings its settings, which are to be here still when the block has ended)
@@ -149,7 +148,7 @@ def open_workers(word, dashboard=":0"):
         with opened as client:
             count = len(client.nthreads())
             page = f"; dashboard at {client.dashboard_link}" if client.dashboard_link else ""
-            yield Workers(client, f"{count} worker{'s' if count != 1 else ''}{page}", count)
+            yield Workers(client, f"{count} worker{'s' if count != 1 else ''}{page}")
 
 
 @contextmanager

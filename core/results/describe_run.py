@@ -17,6 +17,12 @@ WAYS = {
     "typical-days": "{} typical days",
     "sky-grid": "a grid of {} directions",
 }
+LIGHT = (
+    "{ghi_annual:,.0f} kWh/m² on level ground (GHI), {dhi_annual:,.0f} of it diffuse (DHI); {dni_annual:,.0f} kWh/m² "
+    "of direct light on a plane that tracks the sun (DNI)"
+)
+METHODS = ("CityPV's own, with the settings below", "as in Bredemeier et al., CityPV")
+HIDDEN = {"count": "counted with zero light"}
 NO_LOSSES = "none: hours and energy are those of direct current (DC)"
 HEADINGS = {"repaired": "Repaired", "skipped": "Left out", "inside": "Covered", "sheet": "Lit on both sides"}
 KINDS = {
@@ -52,10 +58,8 @@ def describe_input(summary):
         lods = [f"{name or 'none named'} ({count:,} surfaces)" for name, count in report["lods_chosen"].items()]
         rows.append(("Level of detail", ", ".join(lods) or "none named"))
     if site.get("latitude") is not None:
-        place = (
-            f"latitude {site['latitude']:.4f}°, longitude {site['longitude']:.4f}°, altitude {site['altitude']:.0f} m"
-        )
-        rows.append(("Place", place))
+        place = f"latitude {site['latitude']:.4f}°, longitude {site['longitude']:.4f}°"
+        rows.append(("Place", f"{place}, altitude {site['altitude']:.0f} m"))
     rows.append(("Coordinate reference system", site.get("crs") or "none named"))
     rows += [
         (KINDS.get(kind, kind), f"{one['count']:,}, {one['area']:,.0f} m²")
@@ -84,29 +88,16 @@ def describe_assumptions(summary):
     rows = [
         ("Weather", f"{weather['label']}; {years:.3g} year{'s' if years > 1.01 else ''}"),
         ("Place of the weather", f"{away:,.0f} km away from the city" if away >= 1 else "at the city"),
-        (
-            "Irradiation in a year",
-            f"{weather['ghi_annual']:,.0f} kWh/m² on level ground (GHI), "
-            f"{weather['dhi_annual']:,.0f} of it diffuse (DHI); "
-            f"{weather['dni_annual']:,.0f} kWh/m² of direct light on a plane that tracks the sun (DNI)",
-        ),
+        ("Irradiation in a year", LIGHT.format(**weather)),
         ("Module", " ".join(settings["module"].replace("_", " ").split())),
         ("Mounting", MOUNTINGS.get(settings.get("mounting"), settings.get("mounting") or MOUNTINGS["open-rack"])),
         ("Losses behind the modules", behind if losses or inverter else NO_LOSSES),
-        (
-            "Method",
-            "as in Bredemeier et al., CityPV"
-            if settings.get("method") == "paper"
-            else "CityPV's own, with the settings below",
-        ),
+        ("Method", METHODS[settings.get("method") == "paper"]),
         ("Sky", SKIES.get(summary.get("sky", light.get("sky")), str(light.get("sky")))),
         ("Sun positions", f"{WAYS.get(way, way).format(number)}: {summary['suns'].get('count', 0):,} positions"),
         ("Reflections", f"{(summary.get('traced') or {}).get('max_bounces', light.get('max_bounces'))} in succession"),
         ("Albedo (share of light reflected)", describe_albedo(summary, light)),
-        (
-            "Walls that a neighbour covers",
-            "left out" if settings.get("hidden_walls", "leave-out") == "leave-out" else "counted with zero light",
-        ),
+        ("Walls that a neighbour covers", HIDDEN.get(settings.get("hidden_walls"), "left out")),
     ]
     usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in (settings.get("usable") or {}).items())
     rows.append(("Area that windows and edges leave", usable or "all (not reduced)"))

@@ -239,17 +239,6 @@ def test_without_transfer_there_is_no_plan_and_that_is_said(folder, tmp_path):
     assert "no plan of the city" in page.text and "transfer.nc, which is missing" in page.text
 
 
-def test_cells_have_outlines_too(folder, tmp_path):
-    city = str(folder.parent / "city.gml")
-    assert main(["simulate", city, "--grid-size", "3", "--out", str(tmp_path / "out"), *FAST]) == 0
-    results = read_results(tmp_path / "out")
-    assert len(results.faces) > 100
-    for row in (0, 50, len(results.faces) - 1):
-        one = results.faces.loc[row]
-        seen = shapely.Polygon(results.outlines.rings(row)[0][:, :2]).area
-        assert seen == pytest.approx(abs(one["area"] * np.cos(np.radians(one["surface_tilt"]))), rel=1e-3, abs=0.05)
-
-
 def test_the_same_folder_gives_the_same_page_and_a_new_run_takes_it_away(folder, tmp_path):
     shutil.copytree(folder, tmp_path / folder.name)
     assert main(["plot", str(tmp_path / folder.name), "--quiet"]) == 0
