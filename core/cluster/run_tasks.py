@@ -1,7 +1,8 @@
 """Run tasks: in this process one after the other, or by the workers of a Dask cluster.
 
 Tasks read from disk and write to disk, so that only their names pass through the scheduler. A worker that ends in the
-middle of a task is replaced, and the task given to another one.
+middle of a task is replaced, and the task given to another one. What is finished is kept beside the output folder until
+all is done. Dask loads this file in each local worker first, see `dask_setup`.
 """
 
 import importlib.util
@@ -298,5 +299,5 @@ def keeping(folder, tell):
 
 
 def dask_setup(worker):
-    """Ignore interrupts (Dask calls this in each worker)."""
+    """Ignore interrupts in a worker: Ctrl-C is for the process that started it, which then ends its workers."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -7,7 +7,7 @@
 
 What is decided from the whole is the same in each tile: suns, number of reflections, effects, materials, terrain. All
 triangles keep the random numbers that they have in the whole, so that a tile's result depends neither on who traces it
-nor on how the rest is cut; it differs from that of the whole by what its surroundings leave out, see `bound_halo`.
+nor on how the rest is cut; it differs from that of the whole by what its surroundings leave out, see `trace_part`.
 """
 
 import hashlib

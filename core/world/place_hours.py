@@ -1,4 +1,6 @@
-"""The lit hours of one place: sun, weather and grid directions, as the loop over surfaces needs them."""
+"""The lit hours of one place, as the loop over surfaces needs them: sun, weather, and the directions of the sky grid
+that stand for the sun, exactly or as in the paper (section 2.4).
+"""
 
 from dataclasses import dataclass
 
@@ -17,6 +19,7 @@ from ..sun.sun_of_places import geocentric_sun, sun_of_place
 from .sum_groups import Sunlight
 
 MONTHS, HOURS = 12, 24
+DEGREES_PER_HOUR = 15.0
 SINGLE = np.float32
 
 
@@ -104,10 +107,6 @@ def sum_periods(capacity_factor, hours):
     for hour, part in hours.solar_hours:
         share[1 + MONTHS + HOURS + hour, rows] += part
     return hours.length * (share @ capacity_factor)
-
-
-WAYS = ("exact", "paper")
-DEGREES_PER_HOUR = 15.0
 
 
 def match_hours(sky, hours):
