@@ -63,6 +63,11 @@ def find_group_errors(transfer, environment, rows, traced=()):
     views, reflected = environment.sources[:-1].reshape(2, len(traced), len(rows))
     light = np.stack([block.diffuse, *(views + reflected), block.far_ground])
     sky, diffuse = transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]
+    direct = []
+    for start, stop in pairwise(first):
+        cosine = np.maximum(environment.sky.direction @ block.normal[:, start:stop], 0)
+        light_of_sun = block.visible_share[:, start:stop] * cosine + block.reflected[:, start:stop]
+        direct.append(light_of_sun @ weight[start:stop])
     return GroupErrors(
         own=mean_of_groups(np.stack(own) * weight, first, weight),
         split=sum_split(sky, diffuse, own, parts.direct_points[rows], (first, weight)),
@@ -70,7 +75,7 @@ def find_group_errors(transfer, environment, rows, traced=()):
         diffuse_passed_on=mean_of_groups(parts.diffuse_passed_on[rows].T, first, weight).T,
         discretisation=mean_of_groups(np.stack(discretisation), first, weight),
         sun_sampling=np.array([sun_sampling_share(transfer.record, name, "bias") for name in environment.groups]),
-        direct=mean_direct(block, environment.sky.direction, first, weight),
+        direct=np.stack(direct, axis=1),
         shared=mean_of_groups(light, first, weight),
     )
 
@@ -78,16 +83,6 @@ def find_group_errors(transfer, environment, rows, traced=()):
 def mean_of_groups(values, first, weight):
     """Weighted means of the last axis over each group: (…, g)."""
     return np.add.reduceat(values * weight, first[:-1], axis=-1)
-
-
-def mean_direct(block, direction, first, weight):
-    """Mean relative irradiance of groups by the sun in the grid's directions: (s, g)."""
-    found = []
-    for start, stop in pairwise(first):
-        cosine = np.maximum(direction @ block.normal[:, start:stop], 0)
-        light = block.visible_share[:, start:stop] * cosine + block.reflected[:, start:stop]
-        found.append(light @ weight[start:stop])
-    return np.stack(found, axis=1)
 
 
 def sum_split(sky, diffuse, own, points, groups):
