@@ -37,10 +37,10 @@ from tracer import SETTINGS, TOWN
 from citypv.core.accuracy.refine import add_round
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.plots.picture import DOTS, make_figure, make_logarithmic, plain_style
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
+from citypv.core.results.picture import DOTS, make_figure, make_logarithmic, plain_style
 from citypv.core.selfcheck.plain_scenes import join_parts
 from citypv.core.study import trace_round
 from citypv.core.sun.choose_suns import choose_suns

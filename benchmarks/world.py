@@ -23,12 +23,10 @@ from citypv.core.methods import settings_of_method
 from citypv.core.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.world.compute_world import compute_world
-from citypv.core.world.environment import build_environment
+from citypv.core.world.environment import build_environment, read_environments
 from citypv.core.world.merge_surfaces import merge_surfaces
-from citypv.core.world.places import Places, grid_places
-from citypv.core.world.read_environments import read_environments
 from citypv.core.world.read_era5_grid import open_era5_grid
-from citypv.core.world.sources import grid_source, model_source
+from citypv.core.world.sources import Places, grid_places, grid_source, model_source
 
 ERA5 = Path(__file__).parent.parent / "examples" / "berlin" / "era5_berlin_2017.nc"
 VARIABLES = ("ssrd", "fdir", "t2m", "u10", "v10", "sp")

@@ -25,7 +25,7 @@ CODES = {"kind": KIND_CODES, "orientation": ORIENTATION_CODES}
 
 
 def _view(name, owner, meaning, title, legend_unit):
-    return Column(name, owner, "number", "", meaning, title=title, legend_unit=legend_unit)
+    return Column(name, owner, meaning, "", title=title, legend_unit=legend_unit)
 
 
 QUANTITIES = tuple(column for column in COLUMNS if column.title)  # results stored as face attributes

@@ -1,4 +1,4 @@
-"""Make core/plots/coast_lines.npz, the world's coast lines for maps, from Natural Earth's land at 1:110,000,000.
+"""Make core/world/coast_lines.npz, the world's coast lines for maps, from Natural Earth's land at 1:110,000,000.
 
     .venv/bin/python tools/make_coast_lines.py land-110m.json
 
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-TARGET = Path(__file__).resolve().parent.parent / "core" / "plots" / "coast_lines.npz"
+TARGET = Path(__file__).resolve().parent.parent / "core" / "world" / "coast_lines.npz"
 STEP = 0.01  # [°]
 EDGE = 179.99  # [°] of longitude, and 89.9° S: edges of the map, not coasts
 POLE = -89.9

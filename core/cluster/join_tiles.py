@@ -1,10 +1,9 @@
 """Join the Transfers of tiles into that of the whole city, in the order of its surfaces."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 
-from ..effects.judge_effects import judge
 from ..materials.read_albedo import materials_of_surfaces
 from ..transfer.kept_matrix import keep_matrix
 from ..transfer.merge_transfers import MATRICES
@@ -23,7 +22,7 @@ BY_KEY = ("source_rays", "seconds", "processor_seconds")
 LARGEST = ("max_bounces", "brightest_albedo", "threads", "last_bounce_share_diffuse", "last_bounce_share_direct")
 
 
-def join_tiles(parts, prepared, request, folder=None):
+def join_tiles(parts, prepared, folder=None):
     """The Transfer of a city from those of its tiles.
 
     Parameters
@@ -32,7 +31,6 @@ def join_tiles(parts, prepared, request, folder=None):
         Rows that a tile reports, and its Transfer of these; each row once. Read one after the other.
     prepared : PreparedScene
         Of the whole.
-    request : Request
     folder : path-like, optional
         As of `keep_matrix`.
 
@@ -46,8 +44,10 @@ def join_tiles(parts, prepared, request, folder=None):
     for rows, part in parts:
         if whole is None:
             whole = empty_like(part, scene, count, folder)
-        if part.bare is not None and whole.bare is None:
-            whole = replace(whole, bare=copy_state(whole, folder), leaf_months=part.leaf_months)
+        if part.bare is not None and whole.bare is None:  # earlier tiles have no trees that lose their leaves
+            bare = empty_like(part.bare, scene, count, folder)
+            fill_rows(bare, slice(None), whole)
+            whole = replace(whole, bare=bare, leaf_months=part.leaf_months)
         fill_rows(whole, rows, part)
         if whole.bare is not None:
             fill_rows(whole.bare, rows, part.bare or part)
@@ -75,27 +75,7 @@ def empty_like(part, scene, count, folder):
 
 def room_for(columns, count):
     """Zeros for each array of a dataclass: dict."""
-    arrays = {one.name: getattr(columns, one.name) for one in fields(columns)}
-    return {name: np.zeros((count, *array.shape[1:]), array.dtype) for name, array in arrays.items()}
-
-
-def copy_state(whole, folder):
-    """The same with arrays of its own, for bare trees: earlier tiles have no trees that lose their leaves."""
-    copies = {name: keep_matrix(getattr(whole, name).shape, folder) for name in MATRICES}
-    for name, copy in copies.items():
-        copy[:] = getattr(whole, name)
-    return replace(
-        whole,
-        **copies,
-        **{name: getattr(whole, name).copy() for name in COLUMNS},
-        error_parts=whole.error_parts and copy_columns(whole.error_parts),
-        sources={name: copy_columns(light) for name, light in whole.sources.items()},
-    )
-
-
-def copy_columns(columns):
-    """A dataclass of arrays with arrays of its own."""
-    return replace(columns, **{one.name: getattr(columns, one.name).copy() for one in fields(columns)})
+    return {name: np.zeros((count, *array.shape[1:]), array.dtype) for name, array in vars(columns).items()}
 
 
 def fill_rows(whole, rows, part):
@@ -103,10 +83,9 @@ def fill_rows(whole, rows, part):
     for name in (*COLUMNS, *MATRICES):
         getattr(whole, name)[rows] = getattr(part, name)
     pairs = [(light, part.sources[name]) for name, light in whole.sources.items()]
-    pairs += [(whole.error_parts, part.error_parts)] if whole.error_parts is not None else []
-    for columns, own in pairs:
-        for one in fields(columns):
-            getattr(columns, one.name)[rows] = getattr(own, one.name)
+    for columns, own in [*pairs, (whole.error_parts, part.error_parts)]:
+        for name in vars(columns) if columns is not None else ():
+            getattr(columns, name)[rows] = getattr(own, name)
 
 
 def join_records(records, plan, request, figures):
@@ -129,36 +108,30 @@ def join_records(records, plan, request, figures):
         are averaged over the eligible area.
     """
     area = np.array([sum(one["areas"].values()) for one in figures])
-    found = {name: add_up([getattr(one, name) for one in records]) for name in SUMS}
-    found |= {name: add_dicts([getattr(one, name) for one in records]) for name in BY_KEY}
+    found = {name: sum_known([getattr(one, name) for one in records]) for name in (*SUMS, *BY_KEY)}
     found |= {name: max(getattr(one, name) for one in records) for name in LARGEST}
     return replace(
         records[0],
         **found,
         request=request.as_dict(),
         effects=join_effects(plan, [one.effects for one in records]),
-        discretisation_error=mean_dicts([one.discretisation_error for one in records], area),
+        discretisation_error=mean_by_key([one.discretisation_error for one in records], area),
         sun_sampling=join_sampling(figures),
-        standard_error_unknown=next(
-            (one.standard_error_unknown for one in records if one.standard_error_unknown), None
-        ),
+        standard_error_unknown=next(filter(None, (one.standard_error_unknown for one in records)), None),
     )
 
 
-def add_up(values):
-    """Sum of what is not None; None of nothing else."""
+def sum_known(values):
+    """Sum of numbers, or sums by key of dicts, that are not None; None of nothing else."""
     known = [value for value in values if value is not None]
-    return sum(known) if known else None
+    if not known:
+        return None
+    if not isinstance(known[0], dict):
+        return sum(known)
+    return {key: sum(one.get(key, 0.0) for one in known) for key in dict.fromkeys(key for one in known for key in one)}
 
 
-def add_dicts(dicts):
-    """Sums by key; None of None."""
-    known = [one for one in dicts if one is not None]
-    keys = dict.fromkeys(key for one in known for key in one)
-    return {key: sum(one.get(key, 0.0) for one in known) for key in keys} if known else None
-
-
-def mean_dicts(dicts, weight):
+def mean_by_key(dicts, weight):
     """Weighted means by key; None of None."""
     if any(one is None for one in dicts):
         return None
@@ -170,23 +143,19 @@ def join_effects(plan, effects):
     """Decisions for the whole, with the worst outcome of any tile: list of dict."""
     found = []
     for effect in plan.effects:
-        left = [
-            one["outcome"]["left_out"]
-            for tile in effects
-            for one in tile
-            if one["key"] == effect.key and one["outcome"]
-        ]
-        left = [value for value in left if value is not None]
-        found.append(effect.as_dict() | {"outcome": judge(max(left), effect.bound) if left else None})
+        outcomes = [one["outcome"] for tile in effects for one in tile if one["key"] == effect.key and one["outcome"]]
+        left = max((one["left_out"] for one in outcomes if one["left_out"] is not None), default=None)
+        holds = None if left is None or effect.bound is None else bool(left <= effect.bound)
+        found.append(effect.as_dict() | {"outcome": None if left is None else {"left_out": left, "holds": holds}})
     return found
 
 
 def join_sampling(figures):
     """Error of sun sampling from the tiles in which it was measured, weighted by eligible area: dict or None."""
-    measured = [(one["sun_sampling"], one["areas"]) for one in figures if one["sun_sampling"]]
-    measured = [(sampling, areas) for sampling, areas in measured if sampling["patches"]]
+    known = [(one["sun_sampling"], one["areas"]) for one in figures if one["sun_sampling"]]
+    measured = [(sampling, areas) for sampling, areas in known if sampling["patches"]]
     if not measured:
-        return next((one["sun_sampling"] for one in figures if one["sun_sampling"]), None)
+        return known[0][0] if known else None
     names = dict.fromkeys(name for sampling, _ in measured for name in sampling.get("groups", {}))
     groups = {
         name: average_sampling([(one["groups"][name], areas[name]) for one, areas in measured if name in one["groups"]])
@@ -196,18 +165,16 @@ def join_sampling(figures):
 
 
 def average_sampling(members):
-    """Weighted mean of biases, root mean square of deviations: dict."""
+    """Weighted mean of biases, root mean square of deviations, of pairs of a dict and its area: dict."""
     weight = np.array([area for _, area in members])
     share = weight / weight.sum()
     names = ("bias", "bias_standard_error", "rms", "rms_standard_error")
-    values = {name: np.array([one[name] for one, _ in members]) for name in names}
-    rms = np.sqrt(share @ values["rms"] ** 2)
+    bias, bias_error, rms, rms_error = (np.array([one[name] for one, _ in members]) for name in names)
+    whole = np.sqrt(share @ rms**2)
     return {
-        "bias": float(share @ values["bias"]),
-        "bias_standard_error": float(np.sqrt((share**2) @ values["bias_standard_error"] ** 2)),
-        "rms": float(rms),
-        "rms_standard_error": float(
-            np.linalg.norm(share * values["rms"] * values["rms_standard_error"]) / max(rms, 1e-9)
-        ),
+        "bias": float(share @ bias),
+        "bias_standard_error": float(np.linalg.norm(share * bias_error)),
+        "rms": float(whole),
+        "rms_standard_error": float(np.linalg.norm(share * rms * rms_error) / max(whole, 1e-9)),
         "patches": int(sum(one["patches"] for one, _ in members)),
     }

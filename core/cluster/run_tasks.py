@@ -1,16 +1,20 @@
 """Run tasks: in this process one after the other, or by the workers of a Dask cluster.
 
 Tasks read from disk and write to disk, so that only their names pass through the scheduler. A worker that ends in the
-middle of a task is replaced, and the task given to another one.
+middle of a task is replaced, and the task given to another one. What is finished is kept beside the output folder until
+all is done. Dask loads this file in each local worker first, see `dask_setup`.
 """
 
 import importlib.util
 import logging
 import re
+import shutil
+import signal
 import socket
 import sys
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
@@ -31,7 +35,6 @@ class Workers:
 
     client: Any
     words: str  # for the user
-    count: int
 
 
 def parse_cluster(word):
@@ -131,7 +134,7 @@ def open_workers(word, dashboard=":0"):
     check_cluster(word)
     kind, value = parse_cluster(word)
     if kind == SERIAL:
-        yield Workers(None, "This process", 1)
+        yield Workers(None, "This process")
         return
     import dask
     import distributed  # noqa: F401  (brings its settings, which are to be here still when the block has ended)
@@ -144,23 +147,23 @@ def open_workers(word, dashboard=":0"):
     with dask.config.set(settings), quiet_loggers():
         opened = open_local(value, dashboard) if kind == "local" else open_remote(value)
         with opened as client:
-            yield Workers(client, describe_client(client), len(client.nthreads()))
+            count = len(client.nthreads())
+            page = f"; dashboard at {client.dashboard_link}" if client.dashboard_link else ""
+            yield Workers(client, f"{count} worker{'s' if count != 1 else ''}{page}")
 
 
 @contextmanager
 def quiet_loggers():
     """Lets Dask report nothing but errors: a worker that is replaced is told by our own lines."""
-    loggers = [
-        logging.getLogger(name) for name in ("distributed", "distributed.nanny", "distributed.worker", "tornado")
-    ]
-    before = [logger.level for logger in loggers]
-    for logger in loggers:
-        logger.setLevel(logging.CRITICAL)
+    names = ("distributed", "distributed.nanny", "distributed.worker", "tornado")
+    before = {name: logging.getLogger(name).level for name in names}
+    for name in names:
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         yield
     finally:
-        for logger, level in zip(loggers, before, strict=True):
-            logger.setLevel(level)
+        for name, level in before.items():
+            logging.getLogger(name).setLevel(level)
 
 
 @contextmanager
@@ -175,7 +178,7 @@ def open_local(count, dashboard):
             processes=True,
             dashboard_address=dashboard,
             silence_logs=logging.CRITICAL,
-            preload=f"{__package__}.ignore_interrupts",
+            preload=__name__,
         ) as cluster,
         Client(cluster, timeout=PATIENCE) as client,
     ):
@@ -209,13 +212,6 @@ def open_remote(address):
 def version_of_worker():
     """Version of CityPV where this runs."""
     return __version__
-
-
-def describe_client(client):
-    """Workers and the address of the dashboard as one line of text."""
-    count = len(client.nthreads())
-    page = f"; dashboard at {client.dashboard_link}" if client.dashboard_link else ""
-    return f"{count} worker{'s' if count != 1 else ''}{page}"
 
 
 def run_tasks(workers, function, tasks):
@@ -264,3 +260,44 @@ def run_plainly(function, *arguments):
     except InputError as error:
         plain = InputError(error.source, error.problem, error.cure)
     raise plain
+
+
+def kept_beside(folder):
+    """Folder in which finished tasks are kept for an output folder: Path."""
+    folder = Path(folder).absolute()
+    return folder.with_name(f"{folder.name}.tasks")
+
+
+def drop_kept(folder, cluster=True):
+    """Remove what was kept for an output folder, if it was written in tasks."""
+    if cluster:
+        shutil.rmtree(kept_beside(folder), ignore_errors=True)
+
+
+@contextmanager
+def keeping(folder, tell):
+    """Make a folder for finished tasks; if the block ends with an error, say where they are, or remove an empty one.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(folder, f"cannot be made ({error.strerror})", "choose another --out") from error
+    try:
+        yield
+    except BaseException:
+        count = len(list(folder.glob("*.json")))
+        if count:
+            tell(f"\n{count:,} finished tasks are kept in {folder}: the same command goes on from there")
+        else:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
+
+
+def dask_setup(worker):
+    """Ignore interrupts in a worker: Ctrl-C is for the process that started it, which then ends its workers."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

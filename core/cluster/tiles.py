@@ -9,15 +9,19 @@
  kept    left out                   left out
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..city.city import ImportReport
 from ..errors import InputError
 from ..ground.build_ground import SHORTEST_REACH, choose_reach
-from ..scene.add_backs import surface_of_triangles
+from ..patches.patches import number_triangles
+from ..scene.add_backs import add_backs, surface_of_triangles
 from ..scene.scene import FAR, NEAR, OWN
 from ..sun.solar_position import MINIMUM_ELEVATION
+from ..transfer.take_rows import take_fields
+from ..trees.crowns import Crowns
 
 SMALLEST = 20.0  # [m] tiles: twice the patches
 DEFAULT = 1000.0  # [m]
@@ -201,3 +205,101 @@ def gap(low, high, other_low, other_high):
     """Distance in plan between boxes and another box: (k,) float64 [m]."""
     apart = np.maximum(low[:, :2] - other_high[:2], other_low[:2] - high[:, :2])
     return np.hypot(*np.maximum(apart, 0).T)
+
+
+def prepare_whole(scene):
+    """The scene with what its parts inherit from it: backs of sheets, and the numbers of its triangles."""
+    scene = add_backs(scene)
+    return replace(scene, number=number_triangles(scene.triangle_surface))
+
+
+def take_part(scene, pieces, tile):
+    """Scene of a tile and its surroundings, with the origin, the axes and the random numbers of the whole.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of `prepare_whole`.
+    pieces : Pieces
+    tile : Tile
+
+    Returns
+    -------
+    scene : Scene
+    rows : (k,) int
+        Its surfaces in the whole.
+    complete : bool
+        Whether nothing of the whole is left out.
+    """
+    around = tile.around[pieces.of_triangle]
+    far = np.flatnonzero(around == FAR)
+    corners = np.asarray(scene.vertices, float)[scene.triangles[far]]
+    low = ~rises(corners.min(axis=1), corners.max(axis=1), tile.box, tile.lowest)  # lower parts of facades
+    around[far[low]] = LEFT_OUT
+    complete = bool((tile.around > LEFT_OUT).all() and (around > LEFT_OUT).all())
+    kept = np.flatnonzero(around > LEFT_OUT)
+    used, triangles = number_corners(scene.triangles[kept], len(scene.vertices))
+    count = len(scene.surfaces)
+    rows = np.flatnonzero(tile.around[:count] > LEFT_OUT)
+    place = np.full(count + 1, -1, np.int32)  # the generated ground's -1 takes the last
+    place[rows] = np.arange(len(rows), dtype=np.int32)
+    surfaces = take_fields(scene.surfaces, rows)
+    surfaces.eligible &= np.isin(rows, tile.rows)  # only its own
+    part = replace(
+        scene,
+        vertices=scene.vertices[used],
+        triangles=triangles,
+        triangle_surface=place[scene.triangle_surface[kept]],
+        footprint=scene.footprint[kept],
+        closure=scene.closure[kept],
+        surfaces=surfaces,
+        report=ImportReport(),
+        number=scene.number[kept],
+        halo=around[kept],
+        trees=take_crowns(scene.trees, tile.around[pieces.first_crown :] > LEFT_OUT),
+    )
+    return replace(part, **take_optional(scene, kept, place, rows)), rows, complete
+
+
+def number_corners(triangles, count):
+    """Which of `count` vertices some triangles have, (w,) int, and the triangles as rows of these, (t, 3) int32."""
+    used = np.zeros(count, bool)
+    used[triangles.ravel()] = True
+    return np.flatnonzero(used), (np.cumsum(used, dtype=np.int32) - 1)[triangles]
+
+
+def take_optional(scene, kept, place, rows):
+    """Fields that not every scene has: sheets with their backs, and racks."""
+    found = {}
+    if scene.sheet is not None:
+        found["sheet"] = scene.sheet[kept]
+    if scene.back_of is not None:
+        triangle = np.full(len(scene.triangles) + 1, -1, np.int32)
+        triangle[kept] = np.arange(len(kept), dtype=np.int32)
+        found["back_of"] = triangle[scene.back_of[kept]]
+    if scene.rack_of_back is not None:
+        found["rack_of_back"] = place[scene.rack_of_back[kept]]
+    if scene.racks is not None:
+        first = len(scene.surfaces) - len(scene.racks)
+        found["racks"] = scene.racks[rows[rows >= first] - first]
+    return found
+
+
+def take_crowns(crowns, chosen):
+    """Some trees: Crowns, or None without any."""
+    if crowns is None or not chosen.any():
+        return None
+    kept = np.flatnonzero(chosen[crowns.tree])
+    place = np.cumsum(chosen) - 1
+    used, triangles = number_corners(crowns.triangles[kept], len(crowns.vertices))
+    trees = np.flatnonzero(chosen)
+    return Crowns(
+        crowns.vertices[used],
+        triangles.astype(crowns.triangles.dtype),
+        place[crowns.tree[kept]].astype(crowns.tree.dtype),
+        crowns.trunk[kept],
+        [crowns.names[tree] for tree in trees.tolist()],
+        crowns.height[trees],
+        crowns.evergreen[trees],
+        crowns.area_density[trees],
+    )

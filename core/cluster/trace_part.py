@@ -1,24 +1,38 @@
-"""Trace one tile, as a task that reads all it needs from disk and leaves its result there."""
+"""Trace one tile, as a task that reads all it needs from disk and leaves its result there.
+
+It also measures, by rays from the tile's own surfaces, what its surroundings leave out at most. No sun below 2° is
+traced, so that direct sunlight misses nothing. A ray from an eligible surface that leaves the surroundings less than 2°
+above the level may have met something that was left out: skylight is lost. One that leaves downwards, or that meets the
+far surroundings, finds light that may be wrong in either way, by no more than it can be.
+"""
 
 import json
 import pickle
 import time
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..progress import silent
+from ..results.transfer_file import write_transfer
 from ..results.write_summary import finite, peak_memory
-from ..results.write_transfer import write_transfer
-from ..scene.scene import OWN, Scene
+from ..sampling.hemisphere_rays import rays_from_patches
+from ..sampling.sample_points import cosine_direction
+from ..scene.scene import FAR, OWN, Scene
+from ..sky.light_sources import SOURCES
+from ..sky.sky_models import split_sky
 from ..study import measure_sun_sampling, trace_scene
 from ..sun.suns import Suns
 from ..transfer.prepare_scene import build_tree, prepare_scene
-from .bound_halo import measure_halo
-from .take_part import take_rows
+from ..transfer.take_rows import take_rows
 from .thin_surroundings import thin_surroundings
+from .tiles import RISE
+
+RAYS = 8192  # by which it is measured what is left out
+STREAM = 0x7E1E
+SHARES = ("sky", "reflected")  # what `measure_halo` measures
 
 
 @dataclass
@@ -39,7 +53,6 @@ class Part:
     scene: Scene
     own: np.ndarray  # (m,) int, surfaces of the scene that the tile reports
     materials: list  # of materials.read_albedo.Found: each surface and, last, the generated ground
-    moved: np.ndarray  # (t,) bool, triangles of the scene that were made coarser
     inner: tuple  # bounds of the tile with its near surroundings in plan, two (2,) float64 [m]
     complete: bool  # whether nothing of the whole is left out
     measure: bool  # whether the error of sun sampling is measured here
@@ -79,7 +92,11 @@ def trace_part(run_path, part_path, result_path, threads):
     if part.measure:
         sampling = measure_sun_sampling(few.scene, run.weather, transfer, request, prepared=few.prepared)
     own = np.searchsorted(few.surfaces, part.own)
-    write_whole(Path(result_path), lambda path: write_transfer(path, keep_own(transfer, own)))
+    write_whole(Path(result_path), lambda path: write_transfer(path, take_rows(transfer, own)))
+    areas, surfaces = {}, few.scene.surfaces
+    for row in np.flatnonzero(surfaces.eligible).tolist():
+        name = f"{surfaces.kind[row]} {surfaces.orientation[row]}"
+        areas[name] = areas.get(name, 0.0) + float(surfaces.area[row])
     told = {
         "triangles": triangles[0],
         "own_triangles": triangles[1],
@@ -89,7 +106,7 @@ def trace_part(run_path, part_path, result_path, threads):
         "peak_memory_bytes": peak_memory(),
         "halo": halo,
         "sun_sampling": sampling,
-        "areas": eligible_areas(few.scene.surfaces),
+        "areas": areas,  # of what is eligible [m²]
     }
     write_whole(figures, lambda path: path.write_text(json.dumps(finite(told)), encoding="utf-8"))
     Path(part_path).unlink(missing_ok=True)
@@ -106,33 +123,85 @@ def write_whole(path, write):
         unfinished.unlink(missing_ok=True)
 
 
-def keep_own(value, own):
-    """A Transfer with some of its surfaces only: each of its columns, however deep."""
-    count = len(value.surfaces)
-    return replace(value, **{one.name: keep_column(getattr(value, one.name), own, count) for one in fields(value)})
+def measure_halo(prepared, seed, part, city):
+    """Shares of the hemispheres of a tile's eligible surfaces that may be wrong.
+
+    Parameters
+    ----------
+    prepared : PreparedScene
+        With its tree.
+    seed : int
+    part : Part
+        The tile.
+    city : tuple of two (2,) float64 [m]
+        Bounds in plan of the whole scene: beyond them there is nothing to be left out.
+
+    Returns
+    -------
+    dict
+        `sky`, of the sky lower than 2°; `reflected`, of what reflects; cosine-weighted means over the eligible area.
+        Empty without an eligible surface, or where nothing is left out.
+    """
+    patches, scene = prepared.patches, prepared.scene
+    eligible = np.append(scene.surfaces.eligible, False)[scene.triangle_surface] & patches.receives  # -1: the ground
+    area = np.where(eligible, patches.area, 0.0)
+    if part.complete or not area.any():
+        return {}
+    generator = np.random.default_rng([seed, STREAM])
+    start = generator.choice(len(area), RAYS, p=area / area.sum())
+    b1, b2, *angles = generator.random((4, RAYS, 1), np.float32)
+    b1, b2 = (np.where(b1 + b2 > 1, 1 - one, one) for one in (b1, b2))  # fold the square into the triangle
+    origins, directions = rays_from_patches(patches, start, b1, b2, cosine_direction(*angles))
+    origins, directions = origins[:, 0], directions[:, 0]
+    hit = prepared.plan.ray_scene.trace_closest(origins, directions)
+    beyond = leaves_inside(origins, directions, part.inner, city) & (hit < 0)
+    slope = directions[:, 2] / np.maximum(np.hypot(directions[:, 0], directions[:, 1]), 1e-12)
+    far = (hit >= 0) & (scene.halo[hit] == FAR)
+    return {
+        "sky": float(np.mean(beyond & (slope > 0) & (slope <= RISE))),
+        "reflected": float(np.mean(far | (beyond & (slope <= 0)))),
+    }
 
 
-def keep_column(value, own, count):
-    """Some rows of what has one for each of the surfaces; anything else as it is."""
-    if hasattr(value, "surfaces"):  # the same scene with bare trees
-        return keep_own(value, own)
-    if hasattr(value, "direction") or hasattr(value, "elevation"):  # of suns, and of distant terrain
-        return value
-    if isinstance(value, dict):
-        return {name: keep_column(column, own, count) for name, column in value.items()}
-    if is_dataclass(value) and not isinstance(value, type):
-        columns = {one.name: getattr(value, one.name) for one in fields(value)}
-        if not any(isinstance(column, np.ndarray) for column in columns.values()):
-            return value
-        return replace(value, **{name: keep_column(column, own, count) for name, column in columns.items()})
-    return take_rows(value, own) if isinstance(value, np.ndarray | list) and len(value) == count else value
+def leaves_inside(origins, directions, inner, city):
+    """Whether rays are still above the city where they leave a box around their origins: (m,) bool."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        edges = np.where(directions[:, :2] > 0, inner[1], inner[0])
+        steps = (edges - origins[:, :2]) / directions[:, :2]
+        steps = np.where(np.isfinite(steps), steps, np.inf).min(axis=1)
+        places = origins[:, :2] + steps[:, None] * directions[:, :2]
+    return ((places > city[0]) & (places < city[1])).all(axis=1)
 
 
-def eligible_areas(surfaces):
-    """Eligible area of each kind and orientation: dict of float [m²]."""
-    names = [" ".join(pair) for pair in zip(surfaces.kind, surfaces.orientation, strict=True)]
-    found = {}
-    for name, area, eligible in zip(names, surfaces.area.tolist(), surfaces.eligible.tolist(), strict=True):
-        if eligible:
-            found[name] = found.get(name, 0.0) + area
-    return found
+def bound_hours(shares, albedo, weather, sky, irradiation):
+    """What the surroundings leave out, in percent of the irradiation of the eligible surfaces.
+
+    Reflected light is at most that of a face turned to the sun, DNI + DHI, after all reflections, times its albedo.
+
+    Parameters
+    ----------
+    shares : dict
+        Of `measure_halo`.
+    albedo : float
+        The brightest.
+    weather : Weather
+    sky : str
+        Model of the sky.
+    irradiation : float
+        Mean of the eligible surfaces over all intervals [Wm⁻²].
+
+    Returns
+    -------
+    float or None
+        None where no bound exists: a face that reflects all light, and something left out.
+    """
+    if not any(shares.values()):
+        return 0.0
+    if albedo >= 1 or not irradiation > 0:
+        return None
+    parts, data = split_sky(weather, sky), weather.data
+    low = float(np.mean(parts.dome))
+    low += sum(SOURCES[name].low * max(float(np.mean(light)), 0.0) for name, light in parts.sources.items())
+    brightest = float((data["dni"] + data["dhi"]).mean())
+    lost = shares["sky"] * low + shares["reflected"] * albedo * brightest
+    return 100 * lost / (1 - albedo) / irradiation

@@ -7,7 +7,7 @@
 
 What is decided from the whole is the same in each tile: suns, number of reflections, effects, materials, terrain. All
 triangles keep the random numbers that they have in the whole, so that a tile's result depends neither on who traces it
-nor on how the rest is cut; it differs from that of the whole by what its surroundings leave out, see `bound_halo`.
+nor on how the rest is cut; it differs from that of the whole by what its surroundings leave out, see `trace_part`.
 """
 
 import hashlib
@@ -19,19 +19,21 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
+from ..materials.read_albedo import name_brdfs
 from ..progress import silent
 from ..request import option_of
-from ..results.read_transfer import read_transfer
+from ..results.transfer_file import read_transfer
+from ..study import prepare_study
+from ..transfer.prepare_scene import PreparedScene
 from ..version import __version__
-from .bound_halo import SHARES
 from .join_tiles import join_records, join_tiles
 from .run_tasks import SERIAL, check_cluster, open_workers, run_tasks
-from .take_part import prepare_whole, take_part
-from .tiles import DEFAULT, assign_tiles, bin_pieces, box_pieces, check_tile_size, surround
-from .trace_part import Part, Run, trace_part
+from .tiles import DEFAULT, assign_tiles, bin_pieces, box_pieces, check_tile_size, prepare_whole, surround, take_part
+from .trace_part import SHARES, Part, Run, trace_part
 
+LARGEST = 1_000_000  # triangles that are planned as a whole
 MEASURED = 8  # tiles in which the error of sun sampling is measured
-TASK_VERSION = 3  # raised when results of earlier runs are no longer to be used
+TASK_VERSION = 4  # raised when results of earlier runs are no longer to be used
 KEY_LENGTH = 24
 SETTLED = ("reflections", "far-ground", "perez", "trees", "specular")  # effects that every tile takes over as decided
 ONE_MACHINE = ("target_error", "time_budget")
@@ -63,6 +65,34 @@ def check_cluster_settings(settings, request):
             raise InputError(option_of(name), "is for runs without tiles", "leave it out, or leave out --cluster")
     if request.estimator != "gather":
         raise InputError("--estimator forward", "traces whole cities only", "use gather, or leave out --cluster")
+
+
+def plan_tiles(scene, weather, request, settings, tell):
+    """What tracing a city in tiles calls for: PreparedScene; of a large one without patches, which only its tiles have.
+
+    A large city is planned from the tile with most surfaces: the pilot needs a tree of all triangles that it looks at,
+    and that of the whole would take more memory on one machine than any worker needs for its tile.
+
+    Parameters
+    ----------
+    scene : Scene
+    weather : Weather
+    request : Request
+    settings : ClusterSettings
+    tell : callable
+        Takes lines for the user.
+    """
+    if len(scene.triangles) <= LARGEST:
+        return prepare_study(scene, weather, request)
+    materials, whole = name_brdfs(scene, request), prepare_whole(scene)
+    pieces = box_pieces(whole)
+    name, rows = max(assign_tiles(whole, settings.tile), key=lambda square: len(square[1]))
+    tile = surround(name, rows, pieces, bin_pieces(pieces, settings.tile), request.ground_albedo)
+    part, rows, _ = take_part(whole, pieces, tile)
+    tell(f"  (decided for tile {name}, which has most surfaces)")
+    of_part = [materials[row] for row in rows.tolist()] + materials[-1:]
+    prepared = prepare_study(part, weather, request, materials=of_part)
+    return PreparedScene(whole, materials, None, prepared.plan, prepared.suns)
 
 
 def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent, tell=print):
@@ -105,7 +135,17 @@ def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent
             progress(STAGE, len(kept) + done, len(squares), STAGE)
     if kept:
         tell(f"{len(kept):,} of them were traced by an earlier run")
-    return gather_tiles(found, prepared, request, settings, folder)
+    figures, records = [json.loads(path.with_suffix(".json").read_text(encoding="utf-8")) for _, path in found], []
+
+    def read_parts():
+        for tile, path in found:
+            transfer = read_transfer(path)
+            records.append(transfer.record)
+            yield tile.rows, transfer
+
+    transfer = join_tiles(read_parts(), prepared, folder)
+    transfer = replace(transfer, record=join_records(records, prepared.plan, request, figures))
+    return transfer, describe_tiles([tile for tile, _ in found], figures, settings)
 
 
 def describe_squares(squares, size):
@@ -135,18 +175,23 @@ def make_tasks(scene, squares, inputs, folder, lists):
     bins = bin_pieces(pieces, settings.tile)
     built = slice(0, len(scene.surfaces))  # the ground beyond is lit like the far ground that takes its place
     city = pieces.low[built, :2].min(axis=0), pieces.high[built, :2].max(axis=0)
-    run_path, run_key = write_run(
-        folder, Run(settle(prepared.plan, request), prepared.suns, weather, city, prepared.plan["terrain-horizon"])
-    )
+    settled, terrain = settle(prepared.plan, request), prepared.plan["terrain-horizon"]
+    shared = pickle.dumps(Run(settled, prepared.suns, weather, city, terrain), protocol=5)
+    run_path = folder / f"run_{hashlib.sha256(shared).hexdigest()[:KEY_LENGTH]}.pickle"
+    run_path.write_bytes(shared)
+    run_key = f"{__version__} {TASK_VERSION}".encode() + shared
     threads = request.threads if settings.cluster == SERIAL else 1
     measured = set(np.linspace(0, len(squares) - 1, min(MEASURED, len(squares))).round().astype(int).tolist())
     for index, (name, rows) in enumerate(squares):
         tile = surround(name, rows, pieces, bins, request.ground_albedo)
-        part = part_of_tile(scene, pieces, tile, prepared.materials, measure=index in measured)
-        data = pickle.dumps(part, protocol=5)
+        part, taken, complete = take_part(scene, pieces, tile)
+        materials = [prepared.materials[row] for row in [*taken.tolist(), -1]]
+        inner = tile.box[0][:2], tile.box[1][:2]
+        own = np.searchsorted(taken, tile.rows)
+        data = pickle.dumps(Part(part, own, materials, inner, complete, index in measured), protocol=5)
         key = hashlib.sha256(run_key + data).hexdigest()[:KEY_LENGTH]
         result = folder / f"{name}_{key}.nc"
-        found.append((forget_around(tile), result))
+        found.append((replace(tile, around=tile.around[:0]), result))  # of which it takes a byte for each piece
         if result.with_suffix(".json").exists():
             kept.add(result)
             continue
@@ -155,61 +200,11 @@ def make_tasks(scene, squares, inputs, folder, lists):
         yield str(run_path), str(path), str(result), threads
 
 
-def forget_around(tile):
-    """A tile without what lies around it, which takes a byte for each piece of the whole city."""
-    return replace(tile, around=tile.around[:0])
-
-
-def write_run(folder, run):
-    """Write what all tiles share; its path, and the bytes by which results are recognised."""
-    data = pickle.dumps(run, protocol=5)
-    path = folder / f"run_{hashlib.sha256(data).hexdigest()[:KEY_LENGTH]}.pickle"
-    path.write_bytes(data)
-    return path, f"{__version__} {TASK_VERSION}".encode() + data
-
-
 def settle(plan, request):
     """The request with the decisions of the plan for the whole, so that every tile takes them over: Request."""
     effects = {key: on for key, on in request.effects.items() if key != "terrain-horizon"}
     effects |= {key: plan[key].on for key in SETTLED}
     return replace(request, threads=None, horizon=None, max_bounces=plan.max_bounces, effects=effects)
-
-
-def part_of_tile(scene, pieces, tile, materials, *, measure):
-    """What a worker needs for a tile: Part."""
-    part, rows, moved, complete = take_part(scene, pieces, tile, materials)
-    own = np.searchsorted(rows, tile.rows)
-    found = [materials[row] for row in rows.tolist()] + materials[-1:]
-    inner = tile.box[0][:2], tile.box[1][:2]
-    return Part(part, own, found, moved, inner, complete, measure)
-
-
-def gather_tiles(found, prepared, request, settings, folder):
-    """Transfer of all tiles, and what they took.
-
-    Parameters
-    ----------
-    found : list of (Tile, Path)
-    prepared, request, settings, folder
-        As of `trace_tiles`.
-
-    Returns
-    -------
-    Transfer
-    dict
-    """
-    figures = [json.loads(path.with_suffix(".json").read_text(encoding="utf-8")) for _, path in found]
-    records = []
-
-    def read_parts():
-        for tile, path in found:
-            transfer = read_transfer(path)
-            records.append(transfer.record)
-            yield tile.rows, transfer
-
-    transfer = join_tiles(read_parts(), prepared, request, folder)
-    transfer = replace(transfer, record=join_records(records, prepared.plan, request, figures))
-    return transfer, describe_tiles([tile for tile, _ in found], figures, settings)
 
 
 def describe_tiles(tiles, figures, settings):

@@ -6,9 +6,16 @@ from pathlib import Path
 from ..errors import InputError
 from ..request import declared_settings, option_of
 from ..weather.read_weather import read_weather, recognise_weather
-from ..world.places import check_region, grid_places, regular_axes, thin_axis
 from ..world.read_era5_grid import open_era5_grid
-from ..world.sources import grid_source, model_source, station_source
+from ..world.sources import (
+    check_region,
+    grid_places,
+    grid_source,
+    model_source,
+    regular_axes,
+    station_source,
+    thin_axis,
+)
 
 MODELS = ("climate", "clear-sky")
 STEP = 3.0  # [°] of the models' grid

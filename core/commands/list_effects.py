@@ -1,7 +1,7 @@
 """`citypv effects`: what a run would simulate, why, how long it takes, and what each effect makes of the result."""
 
+from ..accuracy.effect_shares import shares_of_effects, unshaded_transfer
 from ..energy.pv_system import build_system
-from ..results.effect_shares import shares_of_effects, unshaded_transfer
 from ..study import check_tracing, prepare_study, read_scene, read_year
 from .predict_seconds import predict_seconds
 

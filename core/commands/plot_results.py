@@ -28,15 +28,15 @@ def plot_results(folder):
         raise InputError("citypv plot", "needs matplotlib, which is not installed", "type: pip install matplotlib")
     if (Path(folder) / "world.nc").is_file():
         return redraw_world(Path(folder))
-    from ..plots.read_results import read_results
-    from ..plots.write_report import write_report
+    from ..results.read_results import read_results
+    from ..results.write_report import write_report
 
     return [write_report(folder, read_results(folder))]
 
 
 def redraw_world(folder):
     """Draw the pictures of a world anew: list of pathlib.Path."""
-    from ..plots.draw_world import draw_world
+    from ..world.draw_world import draw_world
 
     path = folder / "world.nc"
     names = draw_world(path, folder)

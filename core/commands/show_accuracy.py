@@ -41,7 +41,7 @@ def show_accuracy(paths, request, *, plot=None, as_json=False):
     weather = read_year(scene.site, request)
     listed = list_prices(scene, weather, request, time.perf_counter() - started, progress)
     if plot:
-        from ..plots.draw_prices import draw_prices
+        from ..results.draw_results import draw_prices
 
         draw_prices(listed, plot)
     return [json.dumps(finite(price_as_dict(listed)), indent=2)] if as_json else describe_prices(listed)

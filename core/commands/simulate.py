@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from ..accuracy.effect_shares import shares_of_effects, state_outcome, state_sky
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.foresee_target import foresee_target
 from ..effects.plan_effects import describe_plan
@@ -11,16 +12,13 @@ from ..interruption import Interruption
 from ..methods import METHODS
 from ..progress import CancelledError, silent
 from ..racks.lay_racks import city_with_racks
-from ..results.effect_shares import shares_of_effects, state_outcome
 from ..results.output_folder import whole_folder
-from ..results.read_transfer import read_transfer
-from ..results.share_of_sky import state_sky
+from ..results.transfer_file import read_transfer, write_transfer
 from ..results.write_cityjson import write_cityjson
 from ..results.write_geopackage import write_geopackage
 from ..results.write_gltf import write_gltf
 from ..results.write_summary import summarise, write_summary
 from ..results.write_tables import write_tables
-from ..results.write_transfer import write_transfer
 from ..sampling.hemisphere_rays import is_compiled
 from ..scene.add_backs import surface_of_triangles
 from ..scene.grid_cells import split_into_cells

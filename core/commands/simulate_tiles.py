@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from ..cluster.bound_halo import bound_hours
-from ..cluster.keep_results import drop_kept, keeping, kept_beside
-from ..cluster.plan_tiles import plan_tiles
-from ..cluster.trace_tiles import check_cluster_settings, trace_tiles
+from ..cluster.run_tasks import drop_kept, keeping, kept_beside
+from ..cluster.trace_part import bound_hours
+from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from ..study import prepare_study
 
 __all__ = ["add_bound", "check_cluster_settings", "drop_kept", "kept_beside", "prepare_run", "trace_in_tiles"]

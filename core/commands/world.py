@@ -4,8 +4,7 @@ import importlib.util
 from contextlib import ExitStack
 from dataclasses import dataclass
 
-from ..cluster.keep_results import drop_kept, kept_beside
-from ..cluster.run_tasks import check_cluster
+from ..cluster.run_tasks import check_cluster, drop_kept, kept_beside
 from ..energy.pv_system import build_system
 from ..errors import InputError
 from ..request import declared_settings, option_of
@@ -13,9 +12,9 @@ from ..results.output_folder import whole_folder
 from ..results.write_summary import peak_memory, versions, write_summary
 from ..study import check_settings
 from ..world.compute_world import compute_world
+from ..world.environment import read_environments
+from ..world.group_errors import add_mix, parse_mix
 from ..world.merge_surfaces import merge_surfaces
-from ..world.mix import add_mix, parse_mix
-from ..world.read_environments import read_environments
 from ..world.write_world import write_world
 from .add_options import NOT_FOR_WORLDS
 from .find_source import MODELS, STATIONS_ONLY, find_source
@@ -138,7 +137,7 @@ def draw_pictures(work, settings, log):
     if importlib.util.find_spec("matplotlib") is None:
         log.write("No pictures: they need matplotlib (pip install matplotlib)")
         return
-    from ..plots.draw_world import draw_world
+    from ..world.draw_world import draw_world
 
     for name in draw_world(work / "world.nc", work):
         log.write(f"  {name}")

@@ -15,8 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..cluster.keep_results import keeping
-from ..cluster.run_tasks import SERIAL, open_workers, run_tasks
+from ..cluster.run_tasks import SERIAL, keeping, open_workers, run_tasks
 from ..cluster.trace_part import write_whole
 from ..energy.pv_system import build_system
 from ..threads import usable_threads

@@ -15,121 +15,51 @@ class Column:
 
     name: str  # of the field, and in every file
     owner: str  # dataclass that contains it: surfaces, transfer or energy
-    kind: str  # text, flag or number
-    unit: str  # by the CF conventions, "1" if dimensionless
     meaning: str
+    unit: str = "1"  # by the CF conventions, "1" if dimensionless
+    kind: str = "number"  # text, flag or number
     title: str = ""  # in a legend; "" if Blender does not show it as colours
     legend_unit: str = ""  # as people write it
     tabled: bool = True  # whether faces.csv has it
     stored: bool = False  # whether transfer.nc has it
 
 
-def _text(name, meaning, **more):
-    return Column(name, "surfaces", "text", "", meaning, stored=True, **more)
-
-
-_HOURS, _ENERGY = "h per year", "kWh/m² per year"
 COLUMNS = (
-    _text("surface_id", "identifier of the polygon"),
-    _text("building_id", "identifier of the top-level building"),
-    _text("thematic", "class in the file: WallSurface, RoofSurface, …", tabled=False),
-    _text("kind", "facade, roof, flat, steep, downward, ground or rack"),
-    _text("orientation", "north, east, south, west or none"),
-    Column("eligible", "surfaces", "flag", "1", "facade or roof by its shape, or rack", tabled=False, stored=True),
-    Column("eligible", "energy", "flag", "1", "facade or roof that modules may be mounted on, or rack"),
-    Column("area", "surfaces", "number", "m2", "area without holes", stored=True),
-    Column("open_area", "energy", "number", "m2", "area that lies neither inside nor under buildings"),
-    Column("surface_tilt", "surfaces", "number", "degree", "tilt from the horizontal", stored=True),
-    Column("surface_azimuth", "surfaces", "number", "degree", "azimuth clockwise from true north", stored=True),
-    Column("covered_share", "transfer", "number", "1", "share that lies inside or under buildings", stored=True),
-    Column(
-        "sky_view_factor",
-        "transfer",
-        "number",
-        "1",
-        "cosine-weighted free share of the sky",
-        title="Sky view factor",
-        stored=True,
-    ),
-    Column(
-        "far_ground_view_factor",
-        "transfer",
-        "number",
-        "1",
-        "share of the hemisphere that meets open ground beyond the scene",
-        tabled=False,
-        stored=True,
-    ),
-    Column(
-        "diffuse_relative",
-        "transfer",
-        "number",
-        "1",
-        "irradiance per DHI, reflections included",
-        title="Diffuse irradiance per DHI",
-        stored=True,
-    ),
-    Column(
-        "diffuse_relative_standard_error",
-        "transfer",
-        "number",
-        "1",
-        "standard error of diffuse_relative",
-        stored=True,
-    ),
-    Column(
-        "direct_annual_standard_error",
-        "transfer",
-        "number",
-        "1",
-        "standard error of the annual mean irradiance per DNI",
-        tabled=False,
-        stored=True,
-    ),
-    Column(
-        "direct_relative_annual",
-        "energy",
-        "number",
-        "1",
-        "mean irradiance per DNI of all intervals with the sun above 2°, reflections included",
-        title="Direct irradiance per DNI, annual mean",
-    ),
-    Column(
-        "direct_relative_annual_standard_error",
-        "energy",
-        "number",
-        "1",
-        "standard error of direct_relative_annual",
-    ),
-    Column(
-        "poa_global_annual",
-        "energy",
-        "number",
-        "kWh m-2",
-        "irradiation in the plane of the surface per year",
-        title="Irradiation in the plane of the surface",
-        legend_unit=_ENERGY,
-    ),
-    Column(
-        "full_load_hours",
-        "energy",
-        "number",
-        "h",
-        "full load hours per year",
-        title="Full load hours",
-        legend_unit=_HOURS,
-    ),
-    Column(
-        "full_load_hours_standard_error",
-        "energy",
-        "number",
-        "h",
-        "standard error of full_load_hours: rays, size of patches where it matters, choice of suns",
-        title="Standard error of the full load hours",
-        legend_unit=_HOURS,
-    ),
-    Column("specific_yield", "energy", "number", "kWh kWp-1", "AC energy per year and nominal power"),
-)
+    Column("surface_id", "surfaces", "identifier of the polygon", "", "text", stored=True),
+    Column("building_id", "surfaces", "identifier of the top-level building", "", "text", stored=True),
+    Column("thematic", "surfaces", "class in the file: WallSurface, RoofSurface, …", "", "text", tabled=False,
+           stored=True),
+    Column("kind", "surfaces", "facade, roof, flat, steep, downward, ground or rack", "", "text", stored=True),
+    Column("orientation", "surfaces", "north, east, south, west or none", "", "text", stored=True),
+    Column("eligible", "surfaces", "facade or roof by its shape, or rack", kind="flag", tabled=False, stored=True),
+    Column("eligible", "energy", "facade or roof that modules may be mounted on, or rack", kind="flag"),
+    Column("area", "surfaces", "area without holes", "m2", stored=True),
+    Column("open_area", "energy", "area that lies neither inside nor under buildings", "m2"),
+    Column("surface_tilt", "surfaces", "tilt from the horizontal", "degree", stored=True),
+    Column("surface_azimuth", "surfaces", "azimuth clockwise from true north", "degree", stored=True),
+    Column("covered_share", "transfer", "share that lies inside or under buildings", stored=True),
+    Column("sky_view_factor", "transfer", "cosine-weighted free share of the sky",
+           title="Sky view factor", stored=True),
+    Column("far_ground_view_factor", "transfer", "share of the hemisphere that meets open ground beyond the scene",
+           tabled=False, stored=True),
+    Column("diffuse_relative", "transfer", "irradiance per DHI, reflections included",
+           title="Diffuse irradiance per DHI", stored=True),
+    Column("diffuse_relative_standard_error", "transfer", "standard error of diffuse_relative", stored=True),
+    Column("direct_annual_standard_error", "transfer", "standard error of the annual mean irradiance per DNI",
+           tabled=False, stored=True),
+    Column("direct_relative_annual", "energy",
+           "mean irradiance per DNI of all intervals with the sun above 2°, reflections included",
+           title="Direct irradiance per DNI, annual mean"),
+    Column("direct_relative_annual_standard_error", "energy", "standard error of direct_relative_annual"),
+    Column("poa_global_annual", "energy", "irradiation in the plane of the surface per year", "kWh m-2",
+           title="Irradiation in the plane of the surface", legend_unit="kWh/m² per year"),
+    Column("full_load_hours", "energy", "full load hours per year", "h", title="Full load hours",
+           legend_unit="h per year"),
+    Column("full_load_hours_standard_error", "energy",
+           "standard error of full_load_hours: rays, size of patches where it matters, choice of suns", "h",
+           title="Standard error of the full load hours", legend_unit="h per year"),
+    Column("specific_yield", "energy", "AC energy per year and nominal power", "kWh kWp-1"),
+)  # fmt: skip
 
 
 def tabled_columns(energy):

@@ -71,7 +71,10 @@ def whole_folder(folder, overwrite=False):
     made = [place for place in folder.parents if not place.exists()]
     work = folder.parent / f".{folder.name}.unfinished"
     try:
-        make_folder(work, folder)
+        try:
+            work.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(folder, f"cannot be made ({error.strerror})", "choose another --out") from error
         with lock_folder(work, folder):
             try:
                 yield work
@@ -88,20 +91,6 @@ def whole_folder(folder, overwrite=False):
         raise
 
 
-def make_folder(work, folder):
-    """Create the temporary folder and those above it.
-
-    Raises
-    ------
-    InputError
-        The system does not allow it.
-    """
-    try:
-        work.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(folder, f"cannot be made ({error.strerror})", "choose another --out") from error
-
-
 @contextmanager
 def lock_folder(work, folder):
     """Lock the temporary folder for this process, and empty it.
@@ -113,9 +102,7 @@ def lock_folder(work, folder):
     """
     busy = InputError(folder, "another run is writing to it", "wait for it to end, or choose another --out")
     with (work / LOCK).open("a") as file:
-        if not lock_file(file):
-            raise busy
-        if not (work / LOCK).exists():  # whoever had it has just finished
+        if not lock_file(file) or not (work / LOCK).exists():  # whoever had it has just finished
             raise busy
         for entry in work.iterdir():
             if entry.name != LOCK:

@@ -45,24 +45,33 @@ def write_cityjson(path, city, transfer, energy, *, system, label, progress=sile
     progress : callable, optional
         See `core.progress`.
     """
-    whole, scale, translate = _whole_numbers(city.points)
+    translate = np.floor(city.points.min(axis=0))
+    local = city.points - translate  # [m]
+    decimals = int(np.clip(np.floor(np.log10(LARGEST / max(local.max(), 1.0))), COARSEST, FINEST))
+    whole, scale = np.round(local * 10**decimals).astype(np.int64), round(10.0**-decimals, decimals)
     vertices, index = np.unique(whole, axis=0, return_inverse=True)
     index = index.reshape(-1).tolist()
     members = {}
     for polygon, building in enumerate(city.building_id):
         members.setdefault(building, []).append(polygon)
-    tables = _columns(transfer, energy)
-    types = _types(city, transfer.surfaces)
+    tabled = [column for column in tabled_columns(energy) if column.kind == "number"]
+    columns = {column.name: column_values(column, transfer, energy) for column in tabled}
+    floors = find_footprints(transfer.surfaces, city, city.points)
+    types = [
+        own if own in SEMANTICS else "GroundSurface" if floor else BY_KIND.get(kind, "RoofSurface")
+        for own, kind, floor in zip(transfer.surfaces.thematic, transfer.surfaces.kind, floors, strict=True)
+    ]
+    described = transfer.surfaces, types, (columns, energy.full_load_hours_by_month, energy.eligible)
     objects = {}
     for number, (building, polygons) in enumerate(members.items()):
         progress(STAGE, number, len(members), "buildings")
         geometry = [
-            _geometry(city, [k for k in polygons if _lod(city, k) == lod], index, (transfer.surfaces, types, tables))
-            for lod in sorted({_lod(city, k) for k in polygons})
+            describe_geometry(city, [k for k in polygons if level_of(city, k) == lod], index, described)
+            for lod in sorted({level_of(city, k) for k in polygons})
         ]
         objects[building] = {
             "type": "Building",
-            "attributes": _sum_building(np.array(polygons), transfer, energy, system),
+            "attributes": describe_building(np.array(polygons), transfer, energy, system),
             "geometry": geometry,
         }
     low, high = city.points.min(axis=0), city.points.max(axis=0)
@@ -97,60 +106,37 @@ def name_system(crs):
     return None if number is None else f"https://www.opengis.net/def/crs/EPSG/0/{number}"
 
 
-def _whole_numbers(points):
-    """Vertices as integers, with scale and translate [m]."""
-    translate = np.floor(points.min(axis=0))
-    local = points - translate
-    decimals = int(np.clip(np.floor(np.log10(LARGEST / max(local.max(), 1.0))), COARSEST, FINEST))
-    return np.round(local * 10**decimals).astype(np.int64), round(10.0**-decimals, decimals), translate
-
-
-def _lod(city, polygon):
+def level_of(city, polygon):
+    """Level of detail of a polygon as CityJSON knows it."""
     lod = (city.lod[polygon] if city.lod else "") or "2"
     return HIGHEST_LOD if lod.startswith("4") else lod
 
 
-def _types(city, surfaces):
-    """Type of the semantic surface of each polygon, list of str."""
-    types = []
-    for own, kind, floor in zip(
-        surfaces.thematic, surfaces.kind, find_footprints(surfaces, city, city.points), strict=True
-    ):
-        types.append(own if own in SEMANTICS else "GroundSurface" if floor else BY_KIND.get(kind, "RoofSurface"))
-    return types
-
-
-def _ring(corners):
+def distinct_ring(corners):
     """A ring without vertices that coincide with the one before after rounding."""
     kept = [corner for corner, before in zip(corners, corners[-1:] + corners[:-1], strict=True) if corner != before]
     return kept if len(set(kept)) > 2 else corners
 
 
-def _geometry(city, polygons, index, described):
+def describe_geometry(city, polygons, index, described):
+    """A MultiSurface of some polygons of a building, all of one level of detail; `index` holds their vertices."""
     boundaries = [
         [
-            _ring(index[city.ring_start[ring] : city.ring_start[ring + 1]])
+            distinct_ring(index[city.ring_start[ring] : city.ring_start[ring + 1]])
             for ring in range(city.polygon_start[polygon], city.polygon_start[polygon + 1])
         ]
         for polygon in polygons
     ]
-    surfaces = [_describe(polygon, *described) for polygon in polygons]
+    surfaces = [describe_surface(polygon, *described) for polygon in polygons]
     return {
         "type": "MultiSurface",
-        "lod": _lod(city, polygons[0]),
+        "lod": level_of(city, polygons[0]),
         "boundaries": boundaries,
         "semantics": {"surfaces": surfaces, "values": list(range(len(surfaces)))},
     }
 
 
-def _columns(transfer, energy):
-    """Columns by attribute: name -> (n,) float64."""
-    tabled = [column for column in tabled_columns(energy) if column.kind == "number"]
-    columns = {column.name: column_values(column, transfer, energy) for column in tabled}
-    return columns, energy.full_load_hours_by_month, energy.eligible
-
-
-def _describe(polygon, surfaces, types, tables):
+def describe_surface(polygon, surfaces, types, tables):
     """The semantic surface of one polygon."""
     columns, by_month, eligible = tables
     described = {
@@ -162,28 +148,28 @@ def _describe(polygon, surfaces, types, tables):
     }
     for name, values in columns.items():
         if np.isfinite(values[polygon]):
-            described[PREFIX + name] = _short(values[polygon])
+            described[PREFIX + name] = short(values[polygon])
     if np.isfinite(by_month[polygon]).all():
-        described[PREFIX + "full_load_hours_by_month"] = [_short(value) for value in by_month[polygon]]
+        described[PREFIX + "full_load_hours_by_month"] = [short(value) for value in by_month[polygon]]
     return described
 
 
-def _sum_building(rows, transfer, energy, system):
+def describe_building(rows, transfer, energy, system):
     """Attributes of a building: totals of its eligible surfaces."""
     area = transfer.surfaces.area
     rows = rows[energy.eligible[rows] & np.isfinite(energy.full_load_hours[rows])]
     total = sum_potential(rows, area, energy, system)
-    attributes = {PREFIX + "eligible_area": _short(total["eligible_area"])}
+    attributes = {PREFIX + "eligible_area": short(total["eligible_area"])}
     if total["eligible_area"] > 0:
         by_month = area[rows] @ energy.full_load_hours_by_month[rows] / total["eligible_area"]
-        attributes[PREFIX + "full_load_hours"] = _short(total["full_load_hours"])
-        attributes[PREFIX + "full_load_hours_by_month"] = [_short(value) for value in by_month]
+        attributes[PREFIX + "full_load_hours"] = short(total["full_load_hours"])
+        attributes[PREFIX + "full_load_hours_by_month"] = [short(value) for value in by_month]
         for name in ("kwp", "mwh_per_year", "specific_yield", "mwh_ac_per_year"):
             if name in total:
-                attributes[PREFIX + name] = _short(total[name])
+                attributes[PREFIX + name] = short(total[name])
     return attributes
 
 
-def _short(value):
+def short(value):
     """Round to six significant digits, as in faces.csv."""
     return float(f"{value:.6g}")

@@ -15,7 +15,7 @@ import shapely
 
 from ..progress import silent
 from .columns import column_values, tabled_columns
-from .write_buildings import sum_buildings
+from .write_tables import sum_buildings
 
 STAGE = "writing city.gpkg"
 APPLICATION_ID, VERSION = 0x47504B47, 10300  # "GPKG", 1.3.0 (requirement 2)
@@ -60,10 +60,15 @@ def write_geopackage(path, city, transfer, energy, *, system, label, progress=si
         See `core.progress`.
     """
     Path(path).unlink(missing_ok=True)
-    shapes = draw_polygons(city)
-    tables = {
-        "surfaces": tabulate_surfaces(transfer, energy),
-        "buildings": tabulate_buildings(transfer, energy, system),
+    shapes = np.array([shapely.Polygon(rings[0], rings[1:]) for rings in map(city.rings, range(len(city)))], object)
+    columns, rows = tabled_columns(energy), sum_buildings(transfer, energy, system)
+    types = dict.fromkeys(rows[0], "DOUBLE") | {"building_id": "TEXT", "surfaces": "INTEGER", "eligible": "INTEGER"}
+    tables = {  # SQL types and values by column
+        "surfaces": (
+            {column.name: TYPES[column.kind] for column in columns},
+            {column.name: list(column_values(column, transfer, energy)) for column in columns},
+        ),
+        "buildings": (types, {name: [row[name] for row in rows] for name in types}),
     }
     drawn = {"surfaces": shapes, "buildings": draw_footprints(city, shapes, tables["buildings"][1]["building_id"])}
     with closing(sqlite3.connect(path)) as file, file:
@@ -75,11 +80,6 @@ def write_geopackage(path, city, transfer, energy, *, system, label, progress=si
             progress(STAGE, done, len(tables), "layers")
             write_layer(file, (name, number, f"weather: {label}"), kinds, columns, drawn[name])
         progress(STAGE, len(tables), len(tables), "layers")
-
-
-def draw_polygons(city):
-    """Polygons of a city in three dimensions: (n,) array of shapely.Polygon."""
-    return np.array([shapely.Polygon(rings[0], rings[1:]) for rings in map(city.rings, range(len(city)))], object)
 
 
 def draw_footprints(city, shapes, names):
@@ -99,22 +99,6 @@ def draw_footprints(city, shapes, names):
         members.setdefault(city.building_id[row], []).append(row)
     unions = [shapely.union_all(flat[members.get(name, [])]) for name in names]
     return np.array([shapely.MultiPolygon([p for p in shapely.get_parts(one) if p.area > 0]) for one in unions], object)
-
-
-def tabulate_surfaces(transfer, energy):
-    """Columns of the layer `surfaces`: SQL types and values, two dicts by name."""
-    columns = tabled_columns(energy)
-    return (
-        {column.name: TYPES[column.kind] for column in columns},
-        {column.name: list(column_values(column, transfer, energy)) for column in columns},
-    )
-
-
-def tabulate_buildings(transfer, energy, system):
-    """Columns of the layer `buildings`: SQL types and values, two dicts by name."""
-    rows = sum_buildings(transfer, energy, system)
-    types = dict.fromkeys(rows[0], "DOUBLE") | {"building_id": "TEXT", "surfaces": "INTEGER", "eligible": "INTEGER"}
-    return types, {name: [row[name] for row in rows] for name in types}
 
 
 def write_system(file, crs):

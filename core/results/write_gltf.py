@@ -48,20 +48,19 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
     # Generated ground, undersides and edges of racks have index -1: the last.
     hours = np.append(energy.full_load_hours, np.nan)[scene.triangle_surface]
     low, high = choose_range(energy.full_load_hours, scene.surfaces.area)
-    names, node = _nodes(scene)
+    names, node = group_triangles(scene)
     order = np.argsort(node, kind="stable")
     corners = np.asarray(scene.vertices, float)[scene.triangles[order]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
-    colours = _colours(hours[order], surface[order] < 0, low, high)
+    colours = colour_triangles(hours[order], surface[order] < 0, low, high)
     parts = (
-        _to_gltf_axes(corners.reshape(-1, 3)).astype("<f4"),
-        np.repeat(_to_gltf_axes(normal), 3, axis=0).astype("<f4"),
+        to_gltf_axes(corners.reshape(-1, 3)).astype("<f4"),
+        np.repeat(to_gltf_axes(normal), 3, axis=0).astype("<f4"),
         np.repeat(np.round(colours * 65535), 3, axis=0).astype("<u2"),
     )
     progress(STAGE, 1, 3, "steps")
-    document = _document(parts, np.bincount(node, minlength=len(names)), names)
-    site = scene.site
+    document = describe_scene(parts, np.bincount(node, minlength=len(names)), names)
     document["asset"]["extras"] = {
         "shows": "full load hours",
         "unit": "h per year",
@@ -69,19 +68,23 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
         "colour_map": COLOUR_MAP,
         "low": low,
         "high": high,
-        "crs": site.crs,
-        "origin": [float(value) for value in site.origin],
+        "origin": [float(value) for value in scene.site.origin],
         "north": "true north is -z",
-        "convergence": site.convergence,
-        "latitude": site.latitude,
-        "longitude": site.longitude,
+        **{name: getattr(scene.site, name) for name in ("crs", "convergence", "latitude", "longitude")},
     }
     progress(STAGE, 2, 3, "steps")
-    _write(path, document, b"".join(part.tobytes() for part in parts))
+    text = json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode("utf-8")
+    text += b" " * (-len(text) % 4)
+    numbers = b"".join(part.tobytes() for part in parts)
+    numbers += b"\0" * (-len(numbers) % 4)
+    with path.open("wb") as file:
+        file.write(struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + len(numbers)))
+        file.write(struct.pack("<I4s", len(text), b"JSON") + text)
+        file.write(struct.pack("<I4s", len(numbers), b"BIN\0") + numbers)
     progress(STAGE, 3, 3, "steps")
 
 
-def _nodes(scene):
+def group_triangles(scene):
     """Names of the nodes, and the node of each triangle (t,)."""
     surface = surface_of_triangles(scene)
     names, building = np.unique(np.array(scene.surfaces.building_id, dtype=object).astype(str), return_inverse=True)
@@ -93,7 +96,7 @@ def _nodes(scene):
     return [names[k] for k in used], node.reshape(-1)
 
 
-def _colours(hours, ground, low, high):
+def colour_triangles(hours, ground, low, high):
     """Colours in linear light, (t, 4) in 0–1."""
     colours = np.ones((len(hours), 4))
     colours[:, :3] = linear_light(srgb_colour(MISSING))
@@ -104,12 +107,13 @@ def _colours(hours, ground, low, high):
     return colours
 
 
-def _to_gltf_axes(points):
+def to_gltf_axes(points):
     """From x east, y north, z up to x east, y up, z south."""
     return points[:, [0, 2, 1]] * [1.0, 1.0, -1.0]
 
 
-def _document(parts, triangles, names):
+def describe_scene(parts, triangles, names):
+    """The JSON chunk: a mesh for each node, with some `triangles` one after the other in the arrays of `LAYOUT`."""
     first = np.concatenate([[0], np.cumsum(3 * triangles)])
     views, accessors, offset = [], [], 0
     for part, (_, _, _, size) in zip(parts, LAYOUT, strict=True):
@@ -155,13 +159,3 @@ def _document(parts, triangles, names):
         "bufferViews": views,
         "buffers": [{"byteLength": offset}],
     }
-
-
-def _write(path, document, numbers):
-    text = json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode("utf-8")
-    text += b" " * (-len(text) % 4)
-    numbers += b"\0" * (-len(numbers) % 4)
-    with path.open("wb") as file:
-        file.write(struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + len(numbers)))
-        file.write(struct.pack("<I4s", len(text), b"JSON") + text)
-        file.write(struct.pack("<I4s", len(numbers), b"BIN\0") + numbers)

@@ -47,6 +47,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
     -------
     dict
     """
+    kilo_hours = weather.interval.total_seconds() / 3600 / 1000 / energy.years
     summary = {
         "input": describe_input(transfer, energy, scene),
         "weather": {
@@ -56,9 +57,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
             "altitude": weather.altitude,
             "distance_km": distance_of_weather(weather, transfer.site),
             "years": energy.years,
-            "ghi_annual": annual_sum(weather, "ghi", energy.years),
-            "dhi_annual": annual_sum(weather, "dhi", energy.years),
-            "dni_annual": annual_sum(weather, "dni", energy.years),
+            **{f"{name}_annual": float(weather.data[name].sum()) * kilo_hours for name in ("ghi", "dhi", "dni")},
             "unit": "kWh/m² per year",
             "notes": weather.notes,
             "checks": weather.checks,
@@ -103,11 +102,6 @@ def describe_input(transfer, energy, scene):
     return description
 
 
-def annual_sum(weather, column, years):
-    """Annual sum of an irradiance column [kWh/m² per year]."""
-    return float(weather.data[column].sum()) * (weather.interval.total_seconds() / 3600) / 1000 / years
-
-
 def budget_errors(transfer, energy, weather):
     """Error budget of the full load hours, in percent.
 
@@ -120,7 +114,10 @@ def budget_errors(transfer, energy, weather):
     - `patches`: discretisation error of reflected light, from light uneven within the cells of patches; one third of
       the measured effect of light that is uneven between the cells.
     """
-    budget = {"unit": "percent", "bounces": bound_of_bounces(transfer)}
+    record, budget = transfer.record, {"unit": "percent", "bounces": None}
+    if record is not None and record.brightest_albedo < 1:  # each reflection is at most the albedo times the last
+        last = max(record.last_bounce_share_diffuse, record.last_bounce_share_direct) if record.max_bounces else 1.0
+        budget["bounces"] = 100 * last * record.brightest_albedo / (1 - record.brightest_albedo)
     eligible = energy.eligible & np.isfinite(energy.full_load_hours)
     whole = float(energy.full_load_hours[eligible] @ transfer.surfaces.area[eligible])
     errors = split_errors(transfer, weather, energy)
@@ -130,7 +127,6 @@ def budget_errors(transfer, energy, weather):
         budget["surfaces"] = budget_surfaces(errors)
         budget["groups"] = budget_groups(transfer, weather, energy, budget["bounces"])
         budget["meaning"] = WHAT
-    record = transfer.record
     if record and record.discretisation_error:
         budget["patches"] = 100 * max(map(abs, record.discretisation_error.values())) / 3
     if record and record.sun_sampling:
@@ -138,23 +134,20 @@ def budget_errors(transfer, energy, weather):
     return budget
 
 
-def bound_of_bounces(transfer):
-    """Upper bound [%] of what reflections after the last one add to all light: each is at most ρ times the last."""
-    record = transfer.record
-    if record is None:
-        return None
-    albedo = record.brightest_albedo
-    last = max(record.last_bounce_share_diffuse, record.last_bounce_share_direct) if record.max_bounces else 1.0
-    return 100 * last * albedo / (1 - albedo) if albedo < 1 else None
-
-
 def sum_totals(transfer, energy, system):
     """Power and annual energy if all eligible area that is open and usable carried modules.
 
     Walls excluded because a neighbour covers them, and flat roofs, are listed separately.
     """
-    area = np.asarray(transfer.surfaces.area, float)
+    area, kind = np.asarray(transfer.surfaces.area, float), np.asarray(transfer.surfaces.kind)
     hidden = transfer.surfaces.eligible & ~energy.eligible
+    racks, roofs = kind == RACK, find_racked_roofs(transfer.surfaces.surface_id, kind)
+    described = {
+        "count": int(racks.sum()),
+        **sum_potential(racks & energy.eligible, area, energy, system),
+        "roofs": {"count": int(roofs.sum()), "area": float(area[roofs].sum())},
+        "note": "among the totals above",
+    }
     return {
         **sum_potential(energy.eligible, area, energy, system),
         "area_per_kwp": area_of_kwp(system.module),
@@ -166,25 +159,8 @@ def sum_totals(transfer, energy, system):
             **sum_potential(energy.flat_roof, area, energy, system),
             "note": "modules lie flat on the roof; not among the totals above, nor are roofs with racks",
         },
-        **describe_racks(transfer, energy, system),
+        **({"racks": described} if racks.any() else {}),
         "unit": "m², m²/kWp, kWp, h, kWh/kWp, MWh",
-    }
-
-
-def describe_racks(transfer, energy, system):
-    """Racks and the roofs under them, which are not among the flat roofs; empty without racks."""
-    area = np.asarray(transfer.surfaces.area, float)
-    rows = np.asarray(transfer.surfaces.kind) == RACK
-    roofs = find_racked_roofs(transfer.surfaces.surface_id, transfer.surfaces.kind)
-    if not rows.any():
-        return {}
-    return {
-        "racks": {
-            "count": int(rows.sum()),
-            **sum_potential(rows & energy.eligible, area, energy, system),
-            "roofs": {"count": int(roofs.sum()), "area": float(area[roofs].sum())},
-            "note": "among the totals above",
-        }
     }
 
 
@@ -209,19 +185,14 @@ def describe_years(energy):
 
 
 def versions():
-    """Versions of Python, CityPV and libraries."""
-    found = {"python": platform.python_version(), "citypv": importlib_version("citypv")}
-    for library in LIBRARIES:
-        found[library] = importlib_version(library)
+    """Versions of Python, CityPV and libraries, None of what is not installed."""
+    found = {"python": platform.python_version()}
+    for name in ("citypv", *LIBRARIES):
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = None
     return found
-
-
-def importlib_version(name):
-    """Version of an installed distribution, or None."""
-    try:
-        return importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
-        return None
 
 
 def peak_memory():

@@ -1,13 +1,270 @@
-"""All tables of a run."""
+"""The tables of a run: faces.csv, groups.csv, buildings.csv, series.csv and timeseries.nc (by the CF conventions)."""
 
 from functools import partial
 
+import h5netcdf
+import numpy as np
+import pandas as pd
+
+from ..energy.potential import sum_potential
 from ..energy.pv_system import build_system
-from .write_buildings import write_buildings
-from .write_faces import write_faces
-from .write_groups import write_groups
-from .write_series import write_series
-from .write_timeseries import write_timeseries
+from ..energy.years import split_years
+from ..progress import ignore_share
+from ..sun.solar_days import local_middle
+from .columns import column_values, tabled_columns
+from .netcdf_file import netcdf_file, write_variables
+
+WRITTEN = 0.7  # share of the time for formatting the numbers
+
+HOUR = pd.Timedelta(hours=1)
+GROUP_COLUMNS = ("kind", "orientation", "period", "index", "full_load_hours", "count", "area")
+GROUP_COLUMNS += ("full_load_hours_standard_error",)
+EPOCH = {"units": "seconds since 1970-01-01", "calendar": "proleptic_gregorian"}
+PACKED = {"compression": "gzip", "fillvalue": np.float32(np.nan)}
+FACTORS = {  # variable of timeseries.nc -> what it is
+    "capacity_factor": "DC power per nominal power, mean over the area of the group that counts",
+    "capacity_factor_ac": "AC power per nominal DC power, after system losses and inverter",
+}
+MEAN = {"units": "1", "cell_methods": "time: mean"}
+
+
+def write_faces(path, transfer, energy, report_share=ignore_share, *, monthly=False):
+    """Write the results of each surface.
+
+    Parameters
+    ----------
+    path : path-like
+    transfer : Transfer
+    energy : Energy
+    report_share : callable, optional
+        `report_share(share)` is called after each column.
+    monthly : bool
+        Whether to add columns with the full load hours of each month.
+    """
+    tabled = tabled_columns(energy)
+    columns = {column.name: column_values(column, transfer, energy) for column in tabled}
+    columns |= {
+        column.name: np.where(columns[column.name], "true", "false") for column in tabled if column.kind == "flag"
+    }
+    columns |= name_months(energy.full_load_hours_by_month) if monthly else {}
+    table = pd.DataFrame(columns)
+    # Six significant digits.
+    for number, name in enumerate(columns):
+        report_share(WRITTEN * number / len(columns))
+        if table[name].dtype.kind == "f":
+            table[name] = [f"{value:.6g}" if np.isfinite(value) else "" for value in table[name].to_numpy()]
+    table.to_csv(path, index=False, lineterminator="\n")
+
+
+def name_months(by_month):
+    """Columns of the months: full_load_hours_01 to _12, each (n,) [h]."""
+    return {f"full_load_hours_{month + 1:02d}": by_month[:, month] for month in range(12)}
+
+
+def write_groups(path, energy):
+    """Write full load hours of the groups of eligible surfaces, means over their counted area, and their errors.
+
+    Parameters
+    ----------
+    path : path-like
+    energy : Energy
+    """
+    places = place_periods(energy)
+    hours = sum_periods(energy.capacity_factor, energy, places)
+    ac = None if energy.capacity_factor_ac is None else sum_periods(energy.capacity_factor_ac, energy, places)
+    rows = []
+    for group, names in enumerate(energy.groups):
+        for period, index in hours:
+            values = [f"{table[period, index][group]:.6g}" for table in (hours, ac) if table is not None]
+            error = energy.group_standard_error[group] if period == "annual" else np.nan
+            counted = energy.group_count[group], energy.group_area[group], error
+            rows.append((*names, period, index, values[0], *counted, *values[1:]))
+    columns = (*GROUP_COLUMNS, *(() if ac is None else ("specific_yield",)))
+    pd.DataFrame(rows, columns=columns).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
+
+
+def place_periods(energy):
+    """Periods of the tables, and the intervals that belong to each.
+
+    An interval belongs to the month and hour (UTC) of its middle. It is split between hours of local mean solar time,
+    which start at any time within those of UTC. Years are separate if the weather covers several.
+
+    Returns
+    -------
+    list of (str, list, list of (numpy.ndarray, numpy.ndarray or float))
+        Period, its indices, and parts: for each interval the position in the indices, (T,) int, and its share.
+    """
+    middle = energy.times.tz_convert("UTC") + energy.interval / 2
+    solar = local_middle(energy.times, energy.interval, energy.longitude) - energy.interval / 2
+    periods = [
+        ("annual", [""], [(np.zeros(len(middle), int), 1.0)]),
+        ("month", list(range(1, 13)), [(middle.month.to_numpy() - 1, 1.0)]),
+        ("hour", list(range(24)), [(middle.hour.to_numpy(), 1.0)]),
+        ("solar_hour", list(range(24)), split_hours(solar, energy.interval)),
+    ]
+    years = split_years(energy.times, energy.interval)
+    if len(years) > 1:
+        place, inside = np.zeros(len(middle), int), np.zeros(len(middle))
+        for number, (_, chosen) in enumerate(years):
+            place[chosen], inside[chosen] = number, energy.years
+        periods.append(("year", [year for year, _ in years], [(place, inside)]))
+    return periods
+
+
+def split_hours(start, interval):
+    """Hours of the day that intervals overlap, and the share of each interval in them.
+
+    Parameters
+    ----------
+    start : pandas.DatetimeIndex, (T,)
+        Start of the intervals.
+    interval : pandas.Timedelta
+
+    Returns
+    -------
+    list of (numpy.ndarray, numpy.ndarray)
+        Hour (T,) int and share (T,); the shares of an interval sum to 1.
+    """
+    length = interval / HOUR
+    begin = ((start - start.floor("D")) / HOUR).to_numpy()
+    first = np.floor(begin)
+    parts = []
+    for number in range(int(np.ceil(length)) + 1):
+        low = np.maximum(first + number, begin)
+        high = np.minimum(first + number + 1, begin + length)
+        parts.append(((first + number).astype(int) % 24, np.maximum(high - low, 0.0) / length))
+    return parts
+
+
+def sum_periods(capacity_factor, energy, periods):
+    """Full load hours of each group in each period, per year.
+
+    Parameters
+    ----------
+    capacity_factor : numpy.ndarray, (T, g)
+    energy : Energy
+    periods : list
+        From `place_periods`.
+
+    Returns
+    -------
+    dict of (str, int or str) to numpy.ndarray, (g,)
+        By period and index [h].
+    """
+    hours = capacity_factor * (energy.interval / HOUR) / energy.years  # (T, g) [h]
+    sums = {}
+    for period, names, parts in periods:
+        table = np.zeros((len(names), hours.shape[1]))
+        for place, share in parts:
+            for group in range(hours.shape[1]):
+                table[:, group] += np.bincount(place, weights=hours[:, group] * share, minlength=len(names))
+        sums.update({(period, name): row for name, row in zip(names, table, strict=True)})
+    return sums
+
+
+def write_buildings(path, transfer, energy, system, *, monthly=False):
+    """Write sums over the eligible surfaces of each building.
+
+    Parameters
+    ----------
+    path : path-like
+    transfer : Transfer
+    energy : Energy
+    system : PvSystem
+    monthly : bool
+        Whether to add columns with the full load hours of each month.
+    """
+    rows = sum_buildings(transfer, energy, system, monthly=monthly)
+    table = pd.DataFrame(rows)
+    for column in table.columns[3:]:
+        values = np.array([np.nan if value is None else np.squeeze(value) for value in table[column]], float)
+        table[column] = [f"{value:.6g}" if np.isfinite(value) else "" for value in values]
+    table.to_csv(path, index=False, lineterminator="\n")
+
+
+def sum_buildings(transfer, energy, system, *, monthly=False):
+    """Sums over the eligible surfaces of each building, in alphabetical order: list of dict.
+
+    Parameters as in `write_buildings`.
+    """
+    area = np.asarray(transfer.surfaces.area, float)
+    names, building = np.unique(np.array(transfer.surfaces.building_id, dtype=object).astype(str), return_inverse=True)
+    order = np.argsort(building, kind="stable")
+    members = np.split(order, np.searchsorted(building[order], np.arange(1, len(names))))
+    rows = []
+    for name, own in zip(names, members, strict=True):
+        eligible = own[energy.eligible[own]]
+        row = {"building_id": name, "surfaces": len(own), "eligible": len(eligible)}
+        row |= sum_potential(eligible, area, energy, system)
+        row["flat_roof_kwp"] = sum_potential(own[energy.flat_roof[own]], area, energy, system)["kwp"]
+        if monthly:
+            hours = area[eligible] @ energy.full_load_hours_by_month[eligible]  # (12,) [m²h]
+            with np.errstate(invalid="ignore"):
+                row |= name_months((hours / energy.counted_area[eligible].sum())[None, :])
+        rows.append(row)
+    return rows
+
+
+def write_series(path, transfer, energy):
+    """Write the time series of the requested surfaces, surface by surface.
+
+    Parameters
+    ----------
+    path : path-like
+    transfer : Transfer
+    energy : Energy
+        With `series`.
+    """
+    series = energy.series
+    count = len(series.rows)
+    names = np.array(transfer.surfaces.surface_id, dtype=object)[series.rows]
+    times = energy.times.tz_convert("UTC").strftime("%Y-%m-%dT%H:%M:%SZ")
+    columns = {"surface_id": np.repeat(names, len(times)), "time": np.tile(times, count)}
+    for name in ("poa_direct", "poa_diffuse", "capacity_factor", "capacity_factor_ac"):
+        values = getattr(series, name)
+        if values is not None:
+            columns[name] = values.T.ravel()
+    pd.DataFrame(columns).to_csv(path, index=False, lineterminator="\n", float_format="%.6g")
+
+
+def write_timeseries(path, energy, weather):
+    """Write `capacity_factor(time, group)`.
+
+    Parameters
+    ----------
+    path : path-like
+    energy : Energy
+    weather : Weather
+    """
+    ends = energy.times.append(energy.times + energy.interval) - pd.Timestamp(0, tz="UTC")
+    bounds = (ends // pd.Timedelta(seconds=1)).to_numpy().reshape(2, -1).T
+    names = np.array(["_".join(group) for group in energy.groups], dtype=object)
+    found = {
+        "time": (
+            "time",
+            bounds[:, 0],
+            {"standard_name": "time", "long_name": "start of the interval (UTC)", "bounds": "time_bounds", **EPOCH},
+        ),
+        "group": ("group", names, {"long_name": "kind and orientation of the surfaces"}),
+        "time_bounds": (("time", "bounds"), bounds),
+        "area": ("group", energy.group_area, {"units": "m2", "long_name": "area that counts of eligible surfaces"}),
+        "surface_count": ("group", energy.group_count, {"units": "1", "long_name": "number of eligible surfaces"}),
+    }
+    for name, words in FACTORS.items():
+        if getattr(energy, name) is not None:
+            values = getattr(energy, name).astype(np.float32)
+            found[name] = ("time", "group"), values, {**MEAN, "long_name": words}, dict(PACKED)
+    hours = energy.interval / pd.Timedelta(hours=1)
+    with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
+        file.attrs.update(
+            {
+                "Conventions": "CF-1.11",
+                "title": "Capacity factors of roofs and facades",
+                "source": "CityPV: ray-traced irradiance, module models of pvlib",
+                "comment": f"weather: {weather.label}; full load hours are the sum times {hours:g} h",
+            }
+        )
+        write_variables(file, found)
 
 
 def write_tables(folder, transfer, energy, weather, request, *, progress):

@@ -16,12 +16,10 @@ from ..energy.compute_energy import count_years
 from ..energy.fast_power import tabulate_power
 from ..energy.groups import rank_group
 from ..progress import silent
-from ..sun.sun_of_places import geocentric_sun
 from ..threads import map_in_order, usable_threads
 from .group_errors import carry_to_place
-from .match_hours import match_hours, match_shifted
-from .place_hours import HOURS, MONTHS, prepare_place, sum_periods
-from .places import Places
+from .place_hours import HOURS, MONTHS, match_hours, match_shifted, prepare_place, sum_periods
+from .sources import Places
 from .sum_groups import sum_groups
 
 PERIODS = 1 + MONTHS + 2 * HOURS  # annual, months, hours of the day by UTC and by local mean solar time
@@ -149,18 +147,12 @@ def compute_place(environments, weather, code, system, model, ways):  # noqa: PL
     matched, found = {}, []
     for one in environments:
         if one.sky.count not in matched:
-            matched[one.sky.count] = match_place(one.sky, hours, weather, way)
+            matched[one.sky.count] = (
+                match_hours(one.sky, hours) if way == "exact" else match_shifted(one.sky, hours, weather)
+            )
         sunlight = matched[one.sky.count]
         values = sum_periods(sum_groups(one, hours, sunlight, model), hours)
         count = len(one.groups)
         errors = carry_to_place(one.errors, hours, sunlight, values[:PLAIN_PERIODS, :count], values[0, count:])
         found.append((values, np.vstack(errors)))
     return code, years, found
-
-
-def match_place(sky, hours, weather, way):
-    """Sunlight of a place, in one way or the other."""
-    if way == "exact":
-        return match_hours(sky, hours)
-    sun = geocentric_sun(weather.data.index, weather.interval)
-    return match_shifted(sky, hours, sun, weather.latitude, weather.longitude)

@@ -1,9 +1,11 @@
-"""An environment: the eligible surfaces of a traced city, ready to be placed anywhere on Earth."""
+"""Environments: the eligible surfaces of traced cities, or unshaded planes, ready to be placed anywhere on Earth."""
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
+from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..energy.check_inputs import check_transfer
 from ..energy.counted_area import find_counted_area
 from ..energy.diffuse_incidence import diffuse_incidence_factors
@@ -11,11 +13,20 @@ from ..energy.fill_behind import order_neighbours
 from ..energy.groups import find_groups
 from ..energy.sum_block import Block, take_block
 from ..errors import InputError
-from ..sky.light_sources import name_untraced, sources_of
+from ..results.transfer_file import read_transfer
+from ..scene.scene import Site, Surfaces
+from ..sky.light_sources import SOURCES, model_traced, name_untraced, sources_of
 from ..sun.match_sky_grid import SkyTriangles, triangulate_sky
+from ..sun.sky_grid import sky_grid_suns
+from ..transfer.transfer import SourceLight, Transfer
 from .group_errors import GroupErrors, find_group_errors
 
 SINGLE = np.float32
+ROOF_TILT = 35.0  # [°]; the paper's roofs have mean tilts of 28 to 42°
+SIDES = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
+FEWEST = 16  # directions of the sky grid: the visible share is 1 in all of them
+UNSHADED = "unshaded"
+CURE = "give NAME=transfer.nc, a result folder, or unshaded"
 
 
 @dataclass
@@ -57,7 +68,6 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
         If the Transfer was traced for other suns, was interrupted, has no eligible surfaces, or holds at its own place
         only.
     """
-    check_sky_grid(source, transfer)
     check_portable(source, transfer)
     check_transfer(transfer)
     sources = sources_of(sky_model)
@@ -96,34 +106,124 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     return replace(found, errors=find_group_errors(transfer, found, rows, traced))
 
 
-def check_sky_grid(source, transfer):
-    """Refuse a Transfer that was not traced for the whole sky."""
-    way = transfer.suns.way
-    if not way.startswith("sky-grid"):
-        raise InputError(
-            source,
-            f"was traced with --suns {way}, which holds for one latitude only",
-            "trace it again: citypv simulate CITY --suns sky-grid:673 --out DIR",
-        )
-    if way != f"sky-grid:{len(transfer.suns)}":
-        raise InputError(
-            source,
-            f"holds {len(transfer.suns)} directions of {way}: its run was interrupted",
-            "trace it again to the end",
-        )
-
-
 def check_portable(source, transfer):
-    """Refuse a Transfer with what belongs to one place: distant terrain, or months in leaf."""
-    if transfer.terrain is not None:
-        raise InputError(
-            source,
-            "was traced with --horizon: distant terrain belongs to one place",
-            "trace it again without --horizon",
-        )
-    if transfer.bare is not None:
-        raise InputError(
-            source,
-            "has trees that are in leaf in some months only, which differ from place to place",
-            "trace it again with --leaf-months all, or none",
-        )
+    """Refuse a Transfer that was not traced for the whole sky, or with what belongs to one place.
+
+    Raises
+    ------
+    InputError
+    """
+    way, count = transfer.suns.way, len(transfer.suns)
+    problem = cure = None
+    if not way.startswith("sky-grid"):
+        problem = f"was traced with --suns {way}, which holds for one latitude only"
+        cure = "trace it again: citypv simulate CITY --suns sky-grid:673 --out DIR"
+    elif way != f"sky-grid:{count}":
+        problem, cure = f"holds {count} directions of {way}: its run was interrupted", "trace it again to the end"
+    elif transfer.terrain is not None:
+        problem = "was traced with --horizon: distant terrain belongs to one place"
+        cure = "trace it again without --horizon"
+    elif transfer.bare is not None:
+        problem = "has trees that are in leaf in some months only, which differ from place to place"
+        cure = "trace it again with --leaf-months all, or none"
+    if problem:
+        raise InputError(source, problem, cure)
+
+
+def unshaded_transfer(ground_albedo=0.25):
+    """Transfer of eight surfaces of 10 m², which see nothing but sky and open ground.
+
+    Parameters
+    ----------
+    ground_albedo : float
+
+    Returns
+    -------
+    Transfer
+        Facades and roofs of 35° towards north, east, south and west (paper, Eq. 9 and 11).
+    """
+    tilt = np.repeat([90.0, ROOF_TILT], 4)
+    azimuth = np.tile(list(SIDES.values()), 2)
+    slope, turn = np.radians(tilt), np.radians(azimuth)
+    normal = np.stack([np.sin(slope) * np.sin(turn), np.sin(slope) * np.cos(turn), np.cos(slope)], axis=1)
+    kind, orientation = np.repeat(["facade", "roof"], 4), np.tile(list(SIDES), 2)
+    names = ["_".join(pair) for pair in zip(kind, orientation, strict=True)]
+    suns, count = sky_grid_suns(FEWEST), len(tilt)
+    sky, ground = sky_view_of_tilt(normal), ground_view_of_tilt(normal)
+    zero = np.zeros(count)
+    views = {name: source.unshaded(normal) for name, source in SOURCES.items()}
+    return Transfer(
+        surfaces=Surfaces(
+            names, names, [""] * count, kind, orientation, np.ones(count, bool), zero + 10.0, tilt, azimuth, normal
+        ),
+        site=Site(0.0, 0.0, 0.0, 0.0, None, (0.0, 0.0, 0.0)),
+        suns=suns,
+        covered_share=zero,
+        sky_view_factor=sky,
+        far_ground_view_factor=ground,
+        ground_albedo=ground_albedo,
+        diffuse_relative=sky + ground_albedo * ground,  # Eq. 9
+        diffuse_relative_standard_error=zero,
+        visible_share=np.ones((count, len(suns)), np.float32),
+        direct_reflected=np.zeros((count, len(suns)), np.float32),
+        direct_annual_standard_error=zero,
+        sources={name: SourceLight(view, view, zero) for name, view in views.items()},  # beyond, the ground is dark
+    )
+
+
+def read_environments(texts, system, sky="isotropic", ground_albedo=0.25):
+    """Environments from the command line's arguments.
+
+    Parameters
+    ----------
+    texts : list of str
+        "unshaded", a transfer.nc, or the folder of a run; "NAME=" before it gives a name, which is else that of the
+        folder.
+    system : PvSystem
+    sky : {"isotropic", "perez", "auto"}
+        Model of the sky; "auto": the one that all were traced for.
+    ground_albedo : float
+        Of the unshaded environment.
+
+    Returns
+    -------
+    environments : list of Environment
+    sky : str
+        A key of `sky_models.MODELS`.
+
+    Raises
+    ------
+    InputError
+    """
+    transfers = []
+    for text in texts:
+        name, path = split_name(text)
+        if path == UNSHADED:
+            transfers.append((name, "closed form", unshaded_transfer(ground_albedo)))
+        else:
+            file = Path(path) / "transfer.nc" if Path(path).is_dir() else Path(path)
+            if not file.exists():
+                raise InputError(file, "there is no such file", CURE)
+            transfers.append((name, str(file), read_transfer(file)))
+    if sky == "auto":
+        sky = model_traced(set.intersection(*(set(one.sources) for *_, one in transfers)))
+    found = [build_environment(*one, system, sky) for one in transfers]
+    names = [one.name for one in found]
+    double = sorted({name for name in names if names.count(name) > 1})
+    if double:
+        raise InputError("ENVIRONMENT", f"two are called {double[0]!r}", "name them: NAME=transfer.nc")
+    return found, sky
+
+
+def split_name(text):
+    """Name and path of an argument."""
+    name, equals, path = text.partition("=")
+    if equals:
+        if not (name and path):
+            raise InputError(text, "is not NAME=PATH", CURE)
+        return name, path
+    if text == UNSHADED:
+        return text, text
+    path = Path(text)
+    named = path.absolute() if path.is_dir() else path.absolute().parent if path.name == "transfer.nc" else path
+    return (named.stem if named.suffix == ".nc" else named.name), text

@@ -1,4 +1,4 @@
-"""Standard errors of the groups' full load hours at any place, from what a Transfer knows of its own.
+"""Standard errors of the groups' full load hours at any place, from what a Transfer knows of its own; mixes of cities.
 
 The arithmetic is that of `energy.standard_errors`, with one difference: full load hours per irradiance are those of the
 group, not of each surface, so that a place costs a few products of groups, for the year and each of its months. Noise
@@ -6,16 +6,20 @@ of light from the sun is taken as independent between directions of the grid: a 
 and more noise in proportion to its light.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from ..energy.standard_errors import PROPORTION, join_own, sun_sampling_share
+from ..errors import InputError
 from ..transfer.noise import no_parts, own_diffuse, own_direct, variance_of_mean
 from .place_hours import MONTHS
 
 KILO = 1000.0
+OPTION = "--mix"
+NAME = "mix"
+EXACT = 1e-6
 BRIGHTEST = 0.9  # of what rays meet that miss the sky, over the sky
 
 
@@ -50,11 +54,8 @@ def find_group_errors(transfer, environment, rows, traced=()):
     -------
     GroupErrors
     """
-    parts, first, weight = (
-        transfer.error_parts or no_parts(len(transfer.surfaces)),
-        environment.first,
-        environment.weight,
-    )
+    parts = transfer.error_parts or no_parts(len(transfer.surfaces))
+    first, weight = environment.first, environment.weight
     own = [own_direct(transfer)[rows], own_diffuse(transfer)[rows], parts.covariance[rows]]
     own += [light.standard_error[rows] ** 2 for light in traced]
     discretisation = parts.direct_discretisation[rows], parts.diffuse_discretisation[rows]
@@ -62,6 +63,11 @@ def find_group_errors(transfer, environment, rows, traced=()):
     views, reflected = environment.sources[:-1].reshape(2, len(traced), len(rows))
     light = np.stack([block.diffuse, *(views + reflected), block.far_ground])
     sky, diffuse = transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]
+    direct = []
+    for start, stop in pairwise(first):
+        cosine = np.maximum(environment.sky.direction @ block.normal[:, start:stop], 0)
+        light_of_sun = block.visible_share[:, start:stop] * cosine + block.reflected[:, start:stop]
+        direct.append(light_of_sun @ weight[start:stop])
     return GroupErrors(
         own=mean_of_groups(np.stack(own) * weight, first, weight),
         split=sum_split(sky, diffuse, own, parts.direct_points[rows], (first, weight)),
@@ -69,7 +75,7 @@ def find_group_errors(transfer, environment, rows, traced=()):
         diffuse_passed_on=mean_of_groups(parts.diffuse_passed_on[rows].T, first, weight).T,
         discretisation=mean_of_groups(np.stack(discretisation), first, weight),
         sun_sampling=np.array([sun_sampling_share(transfer.record, name, "bias") for name in environment.groups]),
-        direct=mean_direct(block, environment.sky.direction, first, weight),
+        direct=np.stack(direct, axis=1),
         shared=mean_of_groups(light, first, weight),
     )
 
@@ -77,16 +83,6 @@ def find_group_errors(transfer, environment, rows, traced=()):
 def mean_of_groups(values, first, weight):
     """Weighted means of the last axis over each group: (…, g)."""
     return np.add.reduceat(values * weight, first[:-1], axis=-1)
-
-
-def mean_direct(block, direction, first, weight):
-    """Mean relative irradiance of groups by the sun in the grid's directions: (s, g)."""
-    found = []
-    for start, stop in pairwise(first):
-        cosine = np.maximum(direction @ block.normal[:, start:stop], 0)
-        light = block.visible_share[:, start:stop] * cosine + block.reflected[:, start:stop]
-        found.append(light @ weight[start:stop])
-    return np.stack(found, axis=1)
 
 
 def sum_split(sky, diffuse, own, points, groups):
@@ -199,3 +195,90 @@ def sum_light(errors, hours, sunlight):
     light, ground = months[:, :-1], months[:, -1:]
     spread = np.maximum(suns.sum(axis=1) ** 2, 1e-12) / np.maximum((suns**2).sum(axis=1), 1e-12)
     return light, suns @ errors.direct + ground * errors.shared[-1] + light[:, 1:] @ errors.shared[:-1], spread
+
+
+def parse_mix(text, names):
+    """Weights of environments from "berlin=0.6,manhattan=0.4".
+
+    Parameters
+    ----------
+    text : str
+    names : list of str
+        Environments that are there.
+
+    Returns
+    -------
+    dict of str to float
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, twice, or that of the mix, a weight is no number above 0, or they do not add up to 1.
+    """
+    if NAME in names:
+        raise InputError(OPTION, f"an environment is called {NAME!r}", "give it another name: NAME=transfer.nc")
+    weights = {}
+    for part in filter(None, text.split(",")):
+        name, _, number = (piece.strip() for piece in part.partition("="))
+        if name not in names:
+            raise InputError(OPTION, f"no environment is called {name!r}", f"give some of {', '.join(names)}")
+        if name in weights:
+            raise InputError(OPTION, f"{name!r} is there twice", "give each environment one weight")
+        try:
+            weights[name] = float(number)
+        except ValueError:
+            raise InputError(OPTION, f"{part!r} is not NAME=WEIGHT", "give numbers above 0") from None
+        if not 0 < weights[name] <= 1:
+            raise InputError(OPTION, f"the weight {number} of {name} is not above 0 and at most 1", "give shares of 1")
+    if abs(sum(weights.values()) - 1.0) > EXACT:
+        raise InputError(OPTION, f"the weights add up to {sum(weights.values()):g}", "let them add up to 1")
+    return weights
+
+
+def add_mix(world, weights):
+    """A world with the weighted mean of some environments as a further one, called "mix".
+
+    Parameters
+    ----------
+    world : World
+    weights : dict of str to float
+        Of `parse_mix`.
+
+    Returns
+    -------
+    World
+        A group that one of the environments lacks is missing in the mix.
+    """
+    members = [world.environments.index(name) for name in weights]
+    share = np.array(list(weights.values()))
+
+    def mean(values):
+        return np.concatenate([values, np.einsum("e,pe...->p...", share, values[:, members])[:, None]], axis=1)
+
+    whole = (world.group_count[members] > 0).all(axis=0)
+    return replace(
+        world,
+        environments=[*world.environments, NAME],
+        sources=[*world.sources, ", ".join(f"{weight:g} {name}" for name, weight in weights.items())],
+        group_count=np.concatenate([world.group_count, [world.group_count[members].sum(axis=0) * whole]]),
+        group_area=np.concatenate([world.group_area, [world.group_area[members].sum(axis=0) * whole]]),
+        full_load_hours=mean(world.full_load_hours).astype(np.float32),
+        standard_error=join_errors(world.standard_error, share, members),
+        gain_error=join_gains(world, share, members),
+        without_reflections=mean(world.without_reflections).astype(np.float32),
+    )
+
+
+def join_errors(values, share, members):
+    """Standard errors, with that of a mix of environments whose errors are independent: (p, e + 1, g, …)."""
+    mix = np.sqrt(np.einsum("e,pe...->p...", share**2, values[:, members].astype(float) ** 2))
+    return np.concatenate([values, mix[:, None].astype(np.float32)], axis=1)
+
+
+def join_gains(world, share, members):
+    """Standard errors of the gain by reflections, with that of a mix: (p, e + 1, g)."""
+    plain = world.without_reflections[..., 0].astype(float)
+    whole = np.einsum("e,peg->pg", share, plain[:, members])
+    hours = join_errors(world.gain_error * plain, share, members)[:, -1]
+    mix = np.divide(hours, whole, out=np.full_like(whole, np.nan), where=whole > 0)
+    return np.concatenate([world.gain_error, mix[:, None].astype(np.float32)], axis=1)

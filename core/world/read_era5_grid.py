@@ -57,7 +57,11 @@ def open_era5_grid(paths):
         check_variables(source, {name for _, _, names, *_ in files for name in names})
         latitude, longitude = (files[0][1][name].to_numpy().astype(float) for name in ("latitude", "longitude"))
         for path, dataset, *_ in files[1:]:
-            check_same_grid(path, dataset, latitude, longitude)
+            for name, expected in (("latitude", latitude), ("longitude", longitude)):
+                own = dataset[name].to_numpy().astype(float)
+                if own.shape != expected.shape or np.abs(own - expected).max() > 10.0**-ROUNDING:
+                    problem = f"its {name}s are not those of the other files"
+                    raise InputError(path, problem, "download all on the same grid")
         rates = set().union(*(one for *_, one in files))
         mixed = sorted(name for name in rates if any(name in names and name not in own for *_, names, _, own in files))
         if mixed:
@@ -72,14 +76,6 @@ def open_era5_grid(paths):
     rows = np.argsort(latitude, kind="stable")
     opened = [one[:4] for one in files]
     return Era5Grid(source, opened, np.round(latitude[rows], ROUNDING), west, rows, columns, rates, times, stack)
-
-
-def check_same_grid(path, dataset, latitude, longitude):
-    """Refuse a file whose points are not those of the first one."""
-    for name, expected in (("latitude", latitude), ("longitude", longitude)):
-        own = dataset[name].to_numpy().astype(float)
-        if own.shape != expected.shape or np.abs(own - expected).max() > 10.0**-ROUNDING:
-            raise InputError(path, f"its {name}s are not those of the other files", "download all on the same grid")
 
 
 def read_block(grid, rows, columns):

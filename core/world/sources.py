@@ -1,4 +1,4 @@
-"""Weather of many places: the built-in climate, the clear sky, ERA5 on a grid, or station files."""
+"""Places of a world, points of a grid or stations, and the sources of their weather."""
 
 from dataclasses import dataclass
 
@@ -15,14 +15,110 @@ from ..weather.check_years import check_years
 from ..weather.clear_sky import clear_sky
 from ..weather.climate import LABEL, NAMES
 from ..weather.record import Record
-from .places import Places
 from .read_era5_grid import point_of_block, read_block
 
+SOUTH, NORTH, WEST, EAST = -60.0, 90.0, -180.0, 180.0  # the paper's band
 NOTHING, CLIMATE, CLEAR, FILES = 0, 1, 2, 3  # what the weather of a place is
 MEANINGS = {NOTHING: "none", CLIMATE: "built_in_climate", CLEAR: "clear_sky", FILES: "files"}
 STAMPS = "check latitudes and longitudes, and that times are UTC and end the interval of each sum, as in ERA5"
 AT_ONCE = 8  # places of a task
+MOST = 100e6  # [bytes] of a grid that are read at once, about
 CHECKED = 60.0  # [°] of latitude up to which a place stands for its files in the check against the sun, if there is one
+
+
+@dataclass
+class Places:
+    """The p places of a world, row by row if they are a grid."""
+
+    latitude: np.ndarray  # (p,) [°]
+    longitude: np.ndarray  # (p,) [°], from -180 to below 180
+    rows: np.ndarray | None = None  # (a,) latitudes of the grid, ascending; None for stations
+    columns: np.ndarray | None = None  # (b,) its longitudes, ascending
+    names: list | None = None  # (p,) str of stations
+
+    def __len__(self):
+        return len(self.latitude)
+
+
+def grid_places(rows, columns):
+    """All points of a grid.
+
+    Parameters
+    ----------
+    rows, columns : numpy.ndarray
+        Latitudes and longitudes [°], ascending.
+
+    Returns
+    -------
+    Places
+    """
+    latitude, longitude = np.repeat(rows, len(columns)), np.tile(columns, len(rows))
+    return Places(latitude, longitude, rows, columns)
+
+
+def regular_axes(step, latitudes=None, longitudes=None):
+    """Latitudes and longitudes at multiples of a step.
+
+    Parameters
+    ----------
+    step : float
+        [°]
+    latitudes, longitudes : tuple of float, optional
+        First and last [°]; by default 60° S to 90° N, and all around. Longitudes from east to west cross the date line.
+
+    Returns
+    -------
+    rows, columns : numpy.ndarray
+        Ascending; -180° stands for 180° too.
+    """
+    check_region(latitudes, longitudes)
+    south, north = latitudes or (SOUTH, NORTH)
+    west, east = longitudes or (WEST, EAST)
+    rows, columns = multiples(south, north, step), multiples(west, east + 360.0 * (east < west), step)
+    columns = np.unique(np.where(columns >= 180.0, columns - 360.0, columns))
+    return rows, columns
+
+
+def check_region(latitudes=None, longitudes=None):
+    """Refuse a region that is empty or not on Earth; parameters as of `regular_axes`."""
+    ordered = longitudes and sorted(longitudes)  # 170 to -170° is across the date line
+    for option, limits, most in (("--latitudes", latitudes, 90.0), ("--longitudes", ordered, 180.0)):
+        if limits and not (-most <= limits[0] <= limits[1] <= most):
+            problem = f"{limits[0]:g} to {limits[1]:g} is no range"
+            raise InputError(option, problem, f"give two ascending numbers from -{most:g} to {most:g}")
+
+
+def multiples(first, last, step):
+    """Numbers from the first to at most the last, a step apart."""
+    return first + step * np.arange(int(np.floor((last - first) / step + 1e-9)) + 1)
+
+
+def thin_axis(axis, step, limits):
+    """Positions of the points of an axis within limits and about a step apart.
+
+    Parameters
+    ----------
+    axis : numpy.ndarray
+        Ascending [°].
+    step : float or None
+        [°]; None takes all.
+    limits : tuple of float or None
+
+    Returns
+    -------
+    numpy.ndarray of int
+    """
+    first, last = limits or (-np.inf, np.inf)
+    above, below = axis >= first - 1e-6, axis <= last + 1e-6
+    # From 170 to -170° is across the date line.
+    inside = np.flatnonzero(above & below if first <= last else above | below)
+    if step is None or len(axis) < 2:
+        return inside
+    stride = max(1, round(step / np.diff(axis).min()))
+    gap = np.diff(axis[inside])
+    # A region across the date line is in two parts: count from its western edge.
+    start = gap.argmax() + 1 if len(gap) and gap.max() > 1.5 * np.median(gap) else 0
+    return np.sort(np.roll(inside, -start)[::stride])
 
 
 @dataclass
@@ -56,12 +152,12 @@ def model_source(places, name, request, off_land="blank"):
     sun = geocentric_sun(times, INTERVAL)
 
     def read(chunk):
-        suns = [sun_of_place(sun, places.latitude[one], places.longitude[one]) for one in chunk]
-        land = [name == "climate" and has_climate(places, one) for one in chunk]
+        at = [(places.latitude[one], places.longitude[one]) for one in chunk]
+        land = [name == "climate" and look_up_normals(*place) is not None for place in at]
+        suns = [sun_of_place(sun, *place) for place in at]
         records = climate_records(places, chunk, land, suns, request)
         found = []
-        for one, own, known in zip(chunk, suns, records, strict=True):
-            latitude, longitude = places.latitude[one], places.longitude[one]
+        for (latitude, longitude), own, known in zip(at, suns, records, strict=True):
             if known is not None:
                 found.append((add_sun(known, INTERVAL, request.horizon_cut, own), CLIMATE))
             elif name == "climate" and off_land == "blank":
@@ -75,11 +171,6 @@ def model_source(places, name, request, off_land="blank"):
     if name == "climate" and off_land == "clear-sky":
         label += f"; where there is no land, clear sky {request.year} (upper bound)"
     return Source(places, label, cut(len(places), AT_ONCE), read, [])
-
-
-def has_climate(places, one):
-    """Whether the built-in climate knows a place."""
-    return look_up_normals(places.latitude[one], places.longitude[one]) is not None
 
 
 def climate_records(places, chunk, land, suns, request):
@@ -145,7 +236,8 @@ def grid_source(grid, places, picked, request, years=None):
             found.append((add_sun(record, interval, request.horizon_cut, own), FILES))
         return found
 
-    chunks = [row * width + part for row in range(len(rows)) for part in cut(width, block_width(grid))]
+    together = int(max(1, min(360, MOST // (4 * 6 * len(grid.times)))))
+    chunks = [row * width + part for row in range(len(rows)) for part in cut(width, together)]
     label = f"ERA5 {grid.source}" + (f", years {', '.join(map(str, years))}" if years else "")
     return Source(places, label, chunks, read, [])
 
@@ -157,11 +249,6 @@ def check_grid_years(record, interval, position):
     except InputError as error:
         cure = STAMPS if "--" in error.cure else error.cure
         raise InputError(error.source, error.problem, cure) from error
-
-
-def block_width(grid, most=100e6):
-    """Points that are read at once: some 100 MB."""
-    return int(max(1, min(360, most // (4 * 6 * len(grid.times)))))
 
 
 def keep_years(data, years):

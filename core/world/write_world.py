@@ -9,35 +9,22 @@ from ..version import __version__
 from .place_hours import HOURS, MONTHS
 from .sources import MEANINGS
 
-HOURS_UNIT = {"units": "h"}
 FILL = {"zlib": True, "complevel": 1, "_FillValue": np.float32(np.nan)}
-PARTS = {  # name -> first and last period, further dimension, long name
-    "full_load_hours": (0, 1, None, "full load hours of a year"),
-    "full_load_hours_by_month": (1, 1 + MONTHS, "month", "full load hours of each month"),
-    "full_load_hours_by_hour": (
-        1 + MONTHS,
-        1 + MONTHS + HOURS,
-        "hour",
-        "full load hours of a year, by hour of the day (UTC)",
-    ),
-    "full_load_hours_by_solar_hour": (
-        1 + MONTHS + HOURS,
-        1 + MONTHS + 2 * HOURS,
-        "solar_hour",
-        "full load hours of a year, by hour of local mean solar time",
-    ),
+BY_MONTH, GAIN = slice(1, 1 + MONTHS), "gain_by_reflections"
+BY_HOUR, BY_SOLAR_HOUR = (slice(BY_MONTH.stop + HOURS * day, BY_MONTH.stop + HOURS * (day + 1)) for day in (0, 1))
+SOLAR = "hour of local mean solar time, from its start"
+YEAR = "full load hours of a year"
+PARTS = {  # name -> periods, further dimension, long name
+    "full_load_hours": (0, None, YEAR),
+    "full_load_hours_by_month": (BY_MONTH, "month", "full load hours of each month"),
+    "full_load_hours_by_hour": (BY_HOUR, "hour", f"{YEAR}, by hour of the day (UTC)"),
+    "full_load_hours_by_solar_hour": (BY_SOLAR_HOUR, "solar_hour", f"{YEAR}, by hour of local mean solar time"),
 }
-PLAIN = {
-    "full_load_hours_without_reflections": (0, 1, None, "full load hours of a year without any reflected light"),
-    "full_load_hours_without_reflections_by_month": (
-        1,
-        1 + MONTHS,
-        "month",
-        "full load hours of each month, without any reflected light",
-    ),
+PLAIN = "full_load_hours_without_reflections"
+WITHOUT = {
+    PLAIN: (0, None, f"{YEAR} without any reflected light"),
+    f"{PLAIN}_by_month": (BY_MONTH, "month", "full load hours of each month, without any reflected light"),
 }
-
-GAIN = "gain_by_reflections"
 
 
 def dataset_of_world(world):
@@ -56,18 +43,14 @@ def dataset_of_world(world):
     at = ("latitude", "longitude") if grid else ("station",)
     shape = (len(places.rows), len(places.columns)) if grid else (len(places),)
     variables = {}
-    for values, table in ((world.full_load_hours, PARTS), (world.without_reflections, PLAIN)):
-        for name, (first, last, dimension, words) in table.items():
-            part = values[..., first] if dimension is None else values[..., first:last]
-            dimensions = (*at, "environment", "group", *([dimension] if dimension else []))
-            variables[name] = (dimensions, part.reshape(*shape, *part.shape[1:]), {**HOURS_UNIT, "long_name": words})
+    for values, table in ((world.full_load_hours, PARTS), (world.without_reflections, WITHOUT)):
+        for name, (periods, dimension, words) in table.items():
+            part, dimensions = values[..., periods], (*at, "environment", "group", *([dimension] if dimension else []))
+            variables[name] = dimensions, part.reshape(*shape, *part.shape[1:]), {"units": "h", "long_name": words}
     add_errors(variables, world, shape)
-    annual = variables["full_load_hours"]
-    variables["capacity_factor"] = (
-        annual[0],
-        annual[1] / np.float32(8760),
-        {"units": "1", "long_name": "mean of the year: full load hours over 8760 h"},
-    )
+    dimensions, annual, _ = variables["full_load_hours"]
+    words = {"units": "1", "long_name": "mean of the year: full load hours over 8760 h"}
+    variables["capacity_factor"] = dimensions, annual / np.float32(8760), words
     flags = {
         "long_name": "what the weather of the place is",
         "flag_values": np.array(list(MEANINGS), np.int8),
@@ -82,7 +65,7 @@ def dataset_of_world(world):
 
 def add_errors(variables, world, shape):
     """Add the gain by reflections, and the standard errors of hours, months and gain, each beside its own variable."""
-    annual, plain = (variables[name][1].astype(float) for name in ("full_load_hours", next(iter(PLAIN))))
+    annual, plain = (variables[name][1].astype(float) for name in ("full_load_hours", PLAIN))
     gain = np.divide(annual, plain, out=np.full_like(annual, np.nan), where=plain > 0) - 1
     words = {"units": "1", "long_name": "full load hours of a year over those without reflected light, minus one"}
     variables[GAIN] = (variables["full_load_hours"][0], gain.astype(np.float32), words)
@@ -105,31 +88,23 @@ def coordinates(world, grid):
     east = {"units": "degrees_east", "standard_name": "longitude"}
     if grid:
         north, east = north | {"axis": "Y"}, east | {"axis": "X"}
-    where = (
-        {"latitude": ("latitude", places.rows, north), "longitude": ("longitude", places.columns, east)}
-        if grid
-        else {
-            "latitude": ("station", places.latitude, north),
-            "longitude": ("station", places.longitude, east),
-            "station": ("station", np.array(places.names, dtype=object), {"long_name": "name of the station"}),
-        }
-    )
+        where = {"latitude": ("latitude", places.rows, north), "longitude": ("longitude", places.columns, east)}
+    else:
+        where = {"latitude": ("station", places.latitude, north), "longitude": ("station", places.longitude, east)}
+        where["station"] = "station", np.array(places.names, dtype=object), {"long_name": "name of the station"}
     names = np.array(["_".join(pair) for pair in world.groups], dtype=object)
     return where | {
         "environment": ("environment", np.array(world.environments, dtype=object), {"long_name": "traced city"}),
         "group": ("group", names, {"long_name": "kind and orientation of the surfaces"}),
         "month": ("month", np.arange(1, 13), {"units": "1", "long_name": "month of the year (UTC)"}),
         "hour": ("hour", np.arange(24), {"units": "1", "long_name": "hour of the day (UTC), from its start"}),
-        "solar_hour": (
-            "solar_hour",
-            np.arange(24),
-            {"units": "1", "long_name": "hour of local mean solar time, from its start"},
-        ),
+        "solar_hour": ("solar_hour", np.arange(24), {"units": "1", "long_name": SOLAR}),
     }
 
 
 def attributes(world):
     """Global attributes of the dataset."""
+    named = (f"{name}: {source}" for name, source in zip(world.environments, world.sources, strict=True))
     return {
         "Conventions": "CF-1.11",
         "title": "Full load hours of roofs and facades of the world",
@@ -138,9 +113,7 @@ def attributes(world):
         "weather_label": world.label,
         "way": world.way,
         "sky": world.sky,
-        "environments": "; ".join(
-            f"{name}: {source}" for name, source in zip(world.environments, world.sources, strict=True)
-        ),
+        "environments": "; ".join(named),
     }
 
 

@@ -27,7 +27,7 @@ def keep_transfers(path, *_):
     path : str
         The .blend file; "" where none is written.
     """
-    from ...core.results.write_transfer import write_transfer
+    from ...core.results.transfer_file import write_transfer
 
     for city in {item for scene in bpy.data.scenes if path for item in list_cities(scene)}:
         name = f"{Path(path).stem}.{bpy.path.clean_name(city.name)}{SUFFIX}"
@@ -64,7 +64,7 @@ def read_kept(session, path):
     InputError
         The file is missing or damaged.
     """
-    from ...core.results.read_transfer import read_transfer
+    from ...core.results.transfer_file import read_transfer
 
     if session.transfer is None:
         session.transfer = read_transfer(path)

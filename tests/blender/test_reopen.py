@@ -74,12 +74,12 @@ def test_light_that_is_damaged_is_an_error_in_one_line(saved):
 
 
 def test_a_folder_that_cannot_be_written_still_saves_the_file(saved, monkeypatch):
-    from citypv.core.results import write_transfer
+    from citypv.core.results import transfer_file
 
     def refuse(path, transfer):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(write_transfer, "write_transfer", refuse)
+    monkeypatch.setattr(transfer_file, "write_transfer", refuse)
     path, _ = saved
     assert bpy.ops.wm.save_as_mainfile(filepath=str(path)) == {"FINISHED"}
     city = here()

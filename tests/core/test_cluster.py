@@ -10,14 +10,13 @@ import time
 import numpy as np
 import psutil
 import pytest
-import xarray
 from small_city import HEAD, house
 from weathers import ERA5
 
 from citypv.__main__ import main
-from citypv.core.cluster import plan_tiles, run_tasks, trace_tiles
-from citypv.core.cluster.bound_halo import bound_hours
+from citypv.core.cluster import run_tasks, trace_tiles
 from citypv.core.cluster.tiles import assign_tiles, find_centres
+from citypv.core.cluster.trace_part import bound_hours
 from citypv.core.cluster.trace_tiles import ClusterSettings
 from citypv.core.commands.simulate_tiles import describe_bound
 from citypv.core.request import Request
@@ -137,29 +136,25 @@ def test_what_is_left_out_lies_within_its_bound(tmp_path):
     assert told["farthest"] < 900
 
 
-def test_glass_has_no_bound_unless_nothing_is_left_out(city, inputs, tmp_path):
+def test_glass_has_no_bound_unless_nothing_is_left_out(inputs, tmp_path):
     """At grazing incidence glass reflects all light, so that no series of reflections has an end."""
-    albedos = tmp_path / "albedos.csv"
-    albedos.write_text("surface,albedo,material\nh1_west,,double glazing\n", encoding="utf-8")
-    command = ["simulate", str(city), *SETTINGS, "--albedo-file", str(albedos), "--cluster", "serial", "--tile", "500"]
-    assert main([*command, "--out", str(tmp_path / "out"), "--quiet"]) == 0
-    told = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["tiles"]
-    assert told["tiles"] == 1
-    assert not any(told["left_out"].values())
-    assert told["bound"] == 0.0
-    assert "changes at most 0.00 %" in describe_bound(told)
     _, weather, _ = inputs
-    shares = told["left_out"] | {"edges": 1e-6}
+    _, told = trace_tiles.trace_tiles(*inputs, ClusterSettings("serial", 500.0), tmp_path, tell=[].append)
+    assert told["tiles"] == 1
+    assert told["left_out"] == {"sky": 0.0, "reflected": 0.0}
+    assert bound_hours(told["left_out"], 1.0, weather, "isotropic", 100.0) == 0.0
+    assert "changes at most 0.00 %" in describe_bound(told | {"bound": 0.0})
+    shares = told["left_out"] | {"reflected": 1e-6}
     assert bound_hours(shares, 1.0, weather, "isotropic", 100.0) is None
     assert 0 < bound_hours(shares, 0.9, weather, "isotropic", 100.0) < 0.01
     assert describe_bound(told | {"bound": None}).endswith("; no bound is known for what lies beyond")
 
 
 def test_a_large_city_is_planned_from_its_fullest_tile(inputs, serial, tmp_path, monkeypatch):
-    monkeypatch.setattr(plan_tiles, "LARGEST", 100)
+    monkeypatch.setattr(trace_tiles, "LARGEST", 100)
     prepared, weather, request = inputs
     said = []
-    planned = plan_tiles.plan_tiles(prepared.scene, weather, request, ClusterSettings("serial", 60.0), said.append)
+    planned = trace_tiles.plan_tiles(prepared.scene, weather, request, ClusterSettings("serial", 60.0), said.append)
     assert said == ["  (decided for tile 000_000, which has most surfaces)"]  # with two of the houses, as 001_000
     assert planned.patches is None
     transfer, _ = trace((planned, weather, request), tmp_path / "planned")
@@ -228,20 +223,6 @@ def test_a_second_run_goes_on_from_finished_tiles(city, tmp_path, monkeypatch, c
     assert main([*command, str(tmp_path / "again"), "--quiet"]) == 0
     for name in ("faces.csv", "groups.csv", "buildings.csv"):
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
-
-
-def test_a_world_in_tasks_is_the_same_bit_by_bit(tmp_path):
-    command = ["world", "unshaded", "north=unshaded", "--weather", "climate", "--threads", "1", "--pictures", "off"]
-    command += ["--latitudes", "0", "60", "--longitudes", "10", "20", "--step", "10", "--quiet", "--out"]
-    assert main([*command, str(tmp_path / "whole")]) == 0
-    assert main([*command, str(tmp_path / "tasks"), "--cluster", "serial"]) == 0
-    assert not (tmp_path / "tasks.tasks").exists()
-    with (
-        xarray.open_dataset(tmp_path / "whole" / "world.nc") as whole,
-        xarray.open_dataset(tmp_path / "tasks" / "world.nc") as tasks,
-    ):
-        assert whole["full_load_hours"].notnull().any()
-        assert whole.identical(tasks)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from citypv.core.plots.draw_sun_path import day_path, hour_curves
+from citypv.core.results.draw_sun_path import day_path, hour_curves
 
 
 @pytest.mark.parametrize(("latitude", "longitude"), [(52.5, 13.4), (-33.9, 151.2), (1.3, 103.8)])

@@ -9,6 +9,7 @@ from test_tracing import SUNS, three_houses
 from transfers import unshaded_transfer
 from weathers import ERA5
 
+from citypv.core.accuracy.effect_shares import shares_of_effects, state_outcome
 from citypv.core.effects.effect import Inputs
 from citypv.core.effects.far_ground import edge_error, measure_reach
 from citypv.core.effects.reflections import light_beyond, share_beyond
@@ -18,7 +19,6 @@ from citypv.core.energy.pv_system import build_system
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.results.effect_shares import shares_of_effects, state_outcome
 from citypv.core.sky.plausible_years import even_year
 from citypv.core.study import prepare_study, read_scene, read_year
 from citypv.core.sun.choose_suns import choose_suns

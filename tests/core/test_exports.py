@@ -16,7 +16,9 @@ from citypv.core.city.measure_polygons import measure_polygons
 from citypv.core.commands.command_line import main
 from citypv.core.files.read_city import read_city
 from citypv.core.results.colour_map import MAPS
+from citypv.core.results.read_results import read_results
 from citypv.core.results.write_cityjson import name_system
+from citypv.core.results.write_geopackage import TABLES, write_system
 
 FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
 
@@ -30,6 +32,11 @@ def exported(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="module")
+def document(exported):
+    return json.loads((exported / "out" / "city.city.json").read_text(encoding="utf-8"))
+
+
 def surfaces_of(document):
     """Semantic surface and rings of every polygon, as they stand in the file."""
     for item in document["CityObjects"].values():
@@ -39,8 +46,7 @@ def surfaces_of(document):
                 yield semantics["surfaces"][value], rings
 
 
-def test_cityjson_has_the_rows_of_faces_csv(exported):
-    document = json.loads((exported / "out" / "city.city.json").read_text(encoding="utf-8"))
+def test_cityjson_has_the_rows_of_faces_csv(exported, document):
     table = pd.read_csv(exported / "out" / "faces.csv").set_index("surface_id")
     found = {surface["id"]: surface for surface, _ in surfaces_of(document)}
     assert set(found) == set(table.index)
@@ -56,8 +62,7 @@ def test_cityjson_has_the_rows_of_faces_csv(exported):
             assert sum(months) == pytest.approx(row["full_load_hours"], rel=1e-4)
 
 
-def test_cityjson_has_the_shapes_of_the_input(exported):
-    document = json.loads((exported / "out" / "city.city.json").read_text(encoding="utf-8"))
+def test_cityjson_has_the_shapes_of_the_input(exported, document):
     vertices = np.array(document["vertices"]) * document["transform"]["scale"] + document["transform"]["translate"]
     assert len(np.unique(vertices, axis=0)) == len(vertices)
     before = read_city(exported / "city.gml")
@@ -78,8 +83,7 @@ def test_cityjson_can_be_read_and_traced_again(exported):
     assert areas[1] == pytest.approx(areas[0], rel=1e-6)
 
 
-def test_cityjson_sums_up_each_building(exported):
-    document = json.loads((exported / "out" / "city.city.json").read_text(encoding="utf-8"))
+def test_cityjson_sums_up_each_building(exported, document):
     table = pd.read_csv(exported / "out" / "faces.csv")
     summary = json.loads((exported / "out" / "summary.json").read_text(encoding="utf-8"))
     kwp = energy = 0.0
@@ -95,17 +99,6 @@ def test_cityjson_sums_up_each_building(exported):
     assert energy == pytest.approx(summary["totals"]["mwh_per_year"], rel=1e-4)
 
 
-def test_exports_replace_those_of_an_earlier_run_and_go_with_them(exported, tmp_path):
-    city, out = str(exported / "city.gml"), tmp_path / "out"
-    for options in (["--cityjson", "--gltf"], ["--cityjson", "--overwrite"], ["--overwrite"]):
-        assert main(["simulate", city, "--out", str(out), *options, *FAST]) == 0
-        names = {path.name for path in out.iterdir()}
-        assert ("city.city.json" in names) == ("--cityjson" in options)
-        assert ("city.glb" in names) == ("--gltf" in options)
-        assert "summary.json" in names
-    assert [path.name for path in tmp_path.iterdir()] == ["out"]
-
-
 def test_cells_are_exported_as_they_were_counted(exported, tmp_path):
     options = ["--grid-size", "3", "--cityjson", "--gltf", "--ground", "none", "--out", str(tmp_path / "out")]
     assert main(["simulate", str(exported / "city.gml"), *options, *FAST]) == 0
@@ -114,23 +107,19 @@ def test_cells_are_exported_as_they_were_counted(exported, tmp_path):
     assert names == pd.read_csv(tmp_path / "out" / "faces.csv")["surface_id"].tolist()
     assert any(name.endswith("#2") for name in names)
     assert "ground" not in [node["name"] for node in read_glb(tmp_path / "out" / "city.glb")[0]["nodes"]]
+    results = read_results(tmp_path / "out")
+    assert len(results.faces) > 100
+    for row, one in results.faces.iterrows():
+        seen = shapely.Polygon(results.outlines.rings(row)[0][:, :2]).area
+        assert seen == pytest.approx(abs(one["area"] * np.cos(np.radians(one["surface_tilt"]))), rel=1e-3, abs=0.05)
 
 
-@pytest.mark.parametrize(
-    ("crs", "number"),
-    [
-        ("EPSG:25833", 25833),
-        ("EPSG:7415", 7415),
-        ("EPSG:25832+7837", 25832),
-        ("+proj=tmerc +lon_0=11 +lat_0=48 +k=1 +ellps=GRS80 +units=m +type=crs", None),
-        (None, None),
-    ],
-)
-def test_name_of_the_system(crs, number):
-    name = name_system(crs)
-    assert name == (None if number is None else f"https://www.opengis.net/def/crs/EPSG/0/{number}")
-    if name:
-        assert pyproj.CRS.from_user_input(name).to_epsg() == number
+def test_name_of_the_system():
+    local = "+proj=tmerc +lon_0=11 +lat_0=48 +k=1 +ellps=GRS80 +units=m +type=crs"
+    assert name_system(local) is None and name_system(None) is None
+    for crs, number in (("EPSG:25833", 25833), ("EPSG:7415", 7415), ("EPSG:25832+7837", 25832)):
+        assert name_system(crs) == f"https://www.opengis.net/def/crs/EPSG/0/{number}"
+        assert pyproj.CRS.from_user_input(name_system(crs)).to_epsg() == number
 
 
 def read_glb(path):
@@ -270,11 +259,7 @@ def test_a_geopackage_has_the_rows_of_the_tables_and_the_shapes_of_the_input(exp
 
 
 def test_a_geopackage_without_a_reference_system_is_cartesian(tmp_path):
-    from citypv.core.results.write_geopackage import TABLES, write_system
-
-    with closing(sqlite3.connect(tmp_path / "empty.gpkg")) as file:
-        file.executescript(TABLES)
-        assert write_system(file, None) == -1
-    with closing(sqlite3.connect(tmp_path / "compound.gpkg")) as file:
-        file.executescript(TABLES)
-        assert write_system(file, "EPSG:25833+7837") == 25833
+    for number, crs in ((-1, None), (25833, "EPSG:25833+7837")):
+        with closing(sqlite3.connect(tmp_path / f"{number}.gpkg")) as file:
+            file.executescript(TABLES)
+            assert write_system(file, crs) == number

@@ -10,7 +10,6 @@ from test_read_citygml import EXPECTED, find
 
 from citypv.core.city.city import ImportReport
 from citypv.core.commands.inspect_city import describe_city, inspect_city
-from citypv.core.files.read_city import read_city
 from citypv.core.request import Request
 from citypv.core.results.list_findings import list_findings
 from citypv.core.scene.build_scene import build_scene
@@ -38,9 +37,6 @@ def test_wall_shared_by_two_houses_lies_inside_with_both_its_sides():
 def test_wall_shared_for_a_third_is_not_called_inside():
     found = findings_of(make_city([*box("a", 0, 0, 10, 8, 0, 18), *box("b", 10, 0, 10, 8, 0, 6)]))
     assert found[SHARED].area == pytest.approx(8 * 6)  # that of the low house alone
-
-
-def test_free_house_has_nothing_inside():
     assert SHARED not in findings_of(make_city(box("a", 0, 0, 10, 8, 0, 6)))
 
 
@@ -83,8 +79,3 @@ def test_terrain_counts_in_the_inspection(tmp_path):
     carried = next(row for row in inspect_city([city], request)["findings"] if "extended down" in row["reason"])
     assert (carried["heading"], carried["count"]) == ("repaired", 12)  # the walls of three houses
     assert not any("extended down" in row["reason"] for row in inspect_city([city], Request())["findings"])
-
-
-def test_read_city_still_gives_ids_for_each_reason():
-    report = read_city(find("ingolstadt_lod3_4018148.xml")).report
-    assert set(report.skipped) == set(report.skipped_area) == {"fewer than three points", "no area"}

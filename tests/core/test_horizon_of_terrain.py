@@ -19,8 +19,7 @@ from citypv.core.horizon.read_horizon import read_horizon
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.results.read_transfer import read_transfer
-from citypv.core.results.write_transfer import write_transfer
+from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import prepare_study, read_year
 from citypv.core.sun.hourly import hourly_suns

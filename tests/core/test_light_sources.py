@@ -21,8 +21,7 @@ from citypv.core.photons.trace_hybrid import trace_hybrid
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.results.read_transfer import read_transfer
-from citypv.core.results.write_transfer import write_transfer
+from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.sky import light_sources, sky_models
 from citypv.core.sky.perez_sky import perez_sky
 from citypv.core.sky.sky_source import SkySource
@@ -30,9 +29,8 @@ from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.transfer.merge_transfers import merge_transfers
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
-from citypv.core.world.environment import build_environment
+from citypv.core.world.environment import build_environment, unshaded_transfer
 from citypv.core.world.sources import station_source
-from citypv.core.world.unshaded import unshaded_transfer
 
 LOW, HIGH = np.radians([30.0, 45.0])  # elevations between which the ring is bright
 AREA = np.sin(HIGH) ** 2 - np.sin(LOW) ** 2  # of the ring, projected onto the ground, over π

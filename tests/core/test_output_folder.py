@@ -84,7 +84,7 @@ def test_a_disk_that_fills_while_netcdf_is_written_is_one_error(tmp_path, limit)
         f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
         "from transfers import unshaded_transfer\n"
         "from citypv.core.sun.suns import Suns\n"
-        "from citypv.core.results.write_transfer import write_transfer\n"
+        "from citypv.core.results.transfer_file import write_transfer\n"
         "from pathlib import Path\n"
         "random = np.random.default_rng(0)\n"
         "up = np.tile([0.0, 0.0, 1.0], (300, 1))\n"

@@ -1,9 +1,10 @@
-"""report.html: it opens by itself, and shows the numbers of the files beside it."""
+"""report.html: it opens by itself, and shows the numbers of the files beside it; spoilt files end in one line."""
 
 import base64
 import json
 import re
 import shutil
+import sys
 from html.parser import HTMLParser
 
 import numpy as np
@@ -13,16 +14,13 @@ import shapely
 from small_city import write_small_city
 
 from citypv.core.commands.command_line import main
-from citypv.core.plots import draw_plan as plan
-from citypv.core.plots.describe_errors import percent, summarise_errors
-from citypv.core.plots.draw_day import draw_day
-from citypv.core.plots.draw_histograms import draw_histograms
-from citypv.core.plots.draw_months import draw_months
-from citypv.core.plots.draw_sun_path import draw_sun_path
-from citypv.core.plots.html import table
-from citypv.core.plots.read_results import read_results
-from citypv.core.plots.tabulate import select_mounted, tabulate_groups, tabulate_histograms
-from citypv.core.results.read_transfer import read_transfer
+from citypv.core.results import draw_plan as plan
+from citypv.core.results.describe_run import percent, summarise_errors
+from citypv.core.results.draw_results import draw_day, draw_histograms, draw_months
+from citypv.core.results.draw_sun_path import draw_sun_path
+from citypv.core.results.read_results import read_results, select_mounted, tabulate_histograms
+from citypv.core.results.transfer_file import read_transfer
+from citypv.core.results.write_report import table
 
 FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
 FIGURES = {"plan-roof", "plan-facade", "months", "day", "sun-path", "histograms"}
@@ -139,24 +137,6 @@ def test_the_report_tells_what_was_read_and_assumed(page):
     assert "As far as ray tracing" in page.text
 
 
-def test_the_error_of_a_group_is_that_of_a_mean(results):
-    """Two surfaces with areas 1 and 3 and errors 4 and 1: √(4² + 3²) / 4 = 1.25."""
-    faces = pd.DataFrame(
-        {
-            "kind": "roof",
-            "orientation": "south",
-            "eligible": ["true", "true", "false"],
-            "area": [1.0, 3.0, 100.0],
-            "full_load_hours_standard_error": [4.0, 1.0, 7.0],
-        }
-    )
-    groups = results.groups[:1].drop(columns="full_load_hours_standard_error")
-    groups = groups.assign(kind="roof", orientation="south", period="annual", area=4.0)
-    assert tabulate_groups(groups, faces)["error"].tolist() == [1.25]
-    stated = groups.assign(full_load_hours_standard_error=0.5)
-    assert tabulate_groups(stated, faces)["error"].tolist() == [0.5]
-
-
 @pytest.mark.parametrize(("draw", "period", "shift"), [(draw_months, "month", 0), (draw_day, "solar_hour", 0.5)])
 def test_the_lines_are_those_of_groups_csv(folder, results, draw, period, shift):
     groups = pd.read_csv(folder / "groups.csv")
@@ -259,17 +239,6 @@ def test_without_transfer_there_is_no_plan_and_that_is_said(folder, tmp_path):
     assert "no plan of the city" in page.text and "transfer.nc, which is missing" in page.text
 
 
-def test_cells_have_outlines_too(folder, tmp_path):
-    city = str(folder.parent / "city.gml")
-    assert main(["simulate", city, "--grid-size", "3", "--out", str(tmp_path / "out"), *FAST]) == 0
-    results = read_results(tmp_path / "out")
-    assert len(results.faces) > 100
-    for row in (0, 50, len(results.faces) - 1):
-        one = results.faces.loc[row]
-        seen = shapely.Polygon(results.outlines.rings(row)[0][:, :2]).area
-        assert seen == pytest.approx(abs(one["area"] * np.cos(np.radians(one["surface_tilt"]))), rel=1e-3, abs=0.05)
-
-
 def test_the_same_folder_gives_the_same_page_and_a_new_run_takes_it_away(folder, tmp_path):
     shutil.copytree(folder, tmp_path / folder.name)
     assert main(["plot", str(tmp_path / folder.name), "--quiet"]) == 0
@@ -289,3 +258,53 @@ def test_the_budget_in_a_sentence():
     assert "± 0.50 % and the hours of a single surface typically to ± 0.50 %" in summarise_errors(known)
     assert "does not tell" in summarise_errors({**budget, "sampling_total": None})
     assert [percent(value) for value in (0, 0.0169, 2.39, 11.8)] == ["0 %", "0.017 %", "2.4 %", "12 %"]
+
+
+SPOIL = {
+    "no summary": ("summary.json", None),
+    "no faces": ("faces.csv", None),
+    "no groups": ("groups.csv", None),
+    "no time series": ("timeseries.nc", None),
+    "summary cut": ("summary.json", lambda text: text[: len(text) // 2]),
+    "summary of something else": ("summary.json", lambda text: '{"weather": {}}'),
+    "no place": ("summary.json", lambda text: text.replace('"latitude"', '"breadth"')),
+    "a column less": ("groups.csv", lambda text: text.replace("full_load_hours", "hours")),
+    "a word for a number": ("groups.csv", lambda text: text.replace("annual,,", "annual,,many")),
+    "a row twice": ("groups.csv", lambda text: text + text.splitlines()[-1] + "\n"),
+    "an empty table": ("faces.csv", lambda text: ""),
+    "a time series that is none": ("timeseries.nc", lambda text: "nothing"),
+    "other groups": ("groups.csv", lambda text: text.replace("facade", "fassade")),
+    "a Transfer that is none": ("transfer.nc", lambda text: "nothing"),
+    "another city": ("faces.csv", lambda text: text.replace("a_south", "z_south")),
+}
+
+
+@pytest.mark.parametrize("name", SPOIL)
+def test_a_spoilt_folder_ends_in_one_line(name, folder, tmp_path, capfd):
+    shutil.copytree(folder, tmp_path / "bad", ignore=shutil.ignore_patterns("report.html"))
+    file, change = SPOIL[name]
+    path = tmp_path / "bad" / file
+    text = path.read_text(encoding="utf-8", errors="replace")
+    path.unlink()
+    if change:
+        assert change(text) != text
+        path.write_text(change(text), encoding="utf-8")
+    assert main(["plot", str(tmp_path / "bad")]) == 2
+    said = capfd.readouterr().err
+    culprit = "timeseries.nc" if name == "other groups" else "transfer.nc" if name == "another city" else file
+    assert culprit in said and said.count("\n") == 1
+    assert not list((tmp_path / "bad").glob("*report*"))
+
+
+def test_what_is_no_folder_of_results_ends_in_one_line(folder, tmp_path, capfd):
+    for place in (tmp_path / "nowhere", tmp_path, folder / "faces.csv"):
+        assert main(["plot", str(place)]) == 2
+        said = capfd.readouterr().err
+        assert str(place) in said and said.count("\n") == 1
+
+
+def test_without_matplotlib_one_line_tells_how_to_get_it(folder, monkeypatch, capfd):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert main(["plot", str(folder)]) == 2
+    said = capfd.readouterr().err
+    assert "matplotlib" in said and "type: pip install matplotlib" in said and said.count("\n") == 1

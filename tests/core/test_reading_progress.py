@@ -22,11 +22,10 @@ from citypv.core.energy.pv_system import default_system
 from citypv.core.files.open_input import BUFFER
 from citypv.core.files.read_city import READING, read_city
 from citypv.core.progress import CancelledError, TerminalProgress
-from citypv.core.results.read_transfer import read_transfer
+from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.results.write_cityjson import write_cityjson
-from citypv.core.results.write_faces import write_faces
 from citypv.core.results.write_gltf import write_gltf
-from citypv.core.results.write_transfer import write_transfer
+from citypv.core.results.write_tables import write_faces
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.transfer import kept_matrix

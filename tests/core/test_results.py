@@ -1,10 +1,12 @@
-"""What is written can be read again, by others too."""
+"""What is written can be read again, by others too, and by later versions."""
 
 import csv
+import gzip
 import json
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import netCDF4
 import numpy as np
@@ -17,12 +19,9 @@ from weathers import ERA5, PVGIS
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.errors import InputError
 from citypv.core.files import open_netcdf
-from citypv.core.results.read_transfer import read_transfer
-from citypv.core.results.write_faces import write_faces
-from citypv.core.results.write_groups import write_groups
+from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.results.write_summary import peak_memory
-from citypv.core.results.write_timeseries import write_timeseries
-from citypv.core.results.write_transfer import write_transfer
+from citypv.core.results.write_tables import write_faces, write_groups, write_timeseries
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
@@ -31,6 +30,16 @@ FACES = (
     "diffuse_relative,diffuse_relative_standard_error,direct_relative_annual,direct_relative_annual_standard_error,"
     "poa_global_annual,full_load_hours,full_load_hours_standard_error"
 )
+
+
+# Two houses, an oak and a horizon, see data/ATTRIBUTION.md. Hours and errors as version 0.2.0 itself computed them,
+# when it wrote the file, for the file's weather: its faces.csv under Perez's sky, read again under the isotropic one.
+KEPT = Path(__file__).parents[1] / "data" / "transfer_0.2.0.nc.gz"
+KEPT_HOURS = {
+    "perez": "747.393 290.566 267.597 593.361 1168.94 484.299 883.828 668.546 281.99 483.443 1192.14 608.129",
+    "isotropic": "676.58 293.41 323.24 584.22 1095.81 566.08 805.76 640.6 336.07 475.19 1130.58 674.63",
+}
+KEPT_ERRORS = "5.65007 2.39543 0.885052 6.23176 3.71313 4.26997 5.58928 4.34054 1.01867 5.21042 3.42419 5.30132"
 
 
 @pytest.fixture(scope="module", params=[ERA5, PVGIS], ids=["hours", "intervals around an odd minute"])
@@ -133,6 +142,24 @@ def test_transfer_comes_back_exactly(weighed, tmp_path):
     again = read_transfer(tmp_path / "transfer.nc")
     assert_same(transfer, again)
     np.testing.assert_array_equal(compute_energy(again, weather).full_load_hours, energy.full_load_hours)
+
+
+@pytest.mark.parametrize("sky", KEPT_HOURS)
+def test_a_transfer_of_version_0_2_is_read(tmp_path, sky):
+    """In leaf from May to October and bare, beneath distant terrain, with the horizon of Perez's sky and its errors."""
+    path = tmp_path / "transfer.nc"
+    path.write_bytes(gzip.decompress(KEPT.read_bytes()))
+    transfer = read_transfer(path)
+    energy = compute_energy(transfer, read_weather(ERA5, transfer.site.latitude, transfer.site.longitude), sky=sky)
+    carries = ~np.isin(transfer.surfaces.kind, ["downward"])
+    assert (np.isfinite(energy.full_load_hours) == carries).all() and carries.sum() == 12
+    expected = np.array(KEPT_HOURS[sky].split(), float)
+    np.testing.assert_allclose(energy.full_load_hours[carries], expected, rtol=2e-5)
+    if sky == "perez":
+        errors = np.array(KEPT_ERRORS.split(), float)
+        np.testing.assert_allclose(energy.full_load_hours_standard_error[carries], errors, rtol=0.01)
+    assert transfer.leaf_months == (5, 6, 7, 8, 9, 10)
+    assert transfer.surfaces.surface_id[1] == "a_south" and transfer.site.crs == "EPSG:25833"
 
 
 @pytest.mark.parametrize("way", ["hourly", "sky-grid:64"])

@@ -21,8 +21,7 @@ from citypv.core.errors import InputError
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.results.read_transfer import read_transfer
-from citypv.core.results.write_transfer import write_transfer
+from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.sky.choose_sky import choose_sky
 from citypv.core.sky.sky_models import split_sky
 from citypv.core.sun.choose_suns import choose_suns

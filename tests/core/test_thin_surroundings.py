@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from small_city import HEAD, house
 
-from citypv.core.cluster.take_part import prepare_whole, take_part
 from citypv.core.cluster.thin_surroundings import WIDTH, cluster_patches, draw_members, thin_surroundings
-from citypv.core.cluster.tiles import assign_tiles, bin_pieces, box_pieces, surround
-from citypv.core.materials.read_albedo import name_brdfs
+from citypv.core.cluster.tiles import assign_tiles, bin_pieces, box_pieces, prepare_whole, surround, take_part
 from citypv.core.progress import silent
 from citypv.core.request import Request
 from citypv.core.sampling.random_numbers import mix
@@ -39,8 +37,7 @@ def tile(tmp_path_factory):
     pieces, squares = box_pieces(whole), dict(assign_tiles(whole, TILE))
     rows = squares["002_002"]
     tile = surround("", rows, pieces, bin_pieces(pieces, TILE), REQUEST.ground_albedo)
-    cut, known, moved, _ = take_part(whole, pieces, tile, name_brdfs(whole, REQUEST))
-    assert not moved.any()  # all is closer than 100 m
+    cut, known, _ = take_part(whole, pieces, tile)
     prepared = build_tree(prepare_scene(cut, REQUEST, suns=suns), REQUEST)
     return SimpleNamespace(
         whole=scene, weather=weather, suns=suns, rows=rows, cut=cut, own=np.searchsorted(known, rows), prepared=prepared

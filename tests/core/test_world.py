@@ -12,8 +12,8 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
 from citypv.core.errors import InputError
 from citypv.core.request import Request
-from citypv.core.results.write_groups import place_periods
-from citypv.core.results.write_groups import sum_periods as sum_rows
+from citypv.core.results.write_tables import place_periods
+from citypv.core.results.write_tables import sum_periods as sum_rows
 from citypv.core.sun.match_sky_grid import match_sky_grid, match_triangles, triangulate_sky
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.sun.solar_position import solar_position
@@ -21,12 +21,19 @@ from citypv.core.sun.sun_of_places import geocentric_sun, sun_of_place
 from citypv.core.transfer.transfer import SourceLight
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
-from citypv.core.world.environment import build_environment
+from citypv.core.world.environment import build_environment, unshaded_transfer
+from citypv.core.world.group_errors import add_mix, parse_mix
 from citypv.core.world.merge_surfaces import merge_surfaces
-from citypv.core.world.mix import add_mix, parse_mix
-from citypv.core.world.places import Places, grid_places, regular_axes
-from citypv.core.world.sources import CLEAR, CLIMATE, NOTHING, model_source, station_source
-from citypv.core.world.unshaded import unshaded_transfer
+from citypv.core.world.sources import (
+    CLEAR,
+    CLIMATE,
+    NOTHING,
+    Places,
+    grid_places,
+    model_source,
+    regular_axes,
+    station_source,
+)
 
 from .transfers import Horizons
 from .weathers import BARROW, HOUR, PVGIS, year_of
@@ -88,17 +95,13 @@ def test_each_direction_lies_in_its_triangle(count):
 @pytest.mark.parametrize("place", [(52.5, 13.4), (-33.4, -70.6), (9.0, 179.9), (71.3, -156.8)])
 def test_a_place_is_what_yield_gives(skylines, system, place, sky):
     world = world_of(skylines, Places(*np.array([place]).T), system, sky=sky)
-    weather = read_weather("clear-sky", *place, altitude_of(place))
+    weather = read_weather("clear-sky", *place, float(pvlib.location.lookup_altitude(*place)))
     energy = compute_energy(skylines, weather, system, threads=1, sky=sky)
     assert world.groups == energy.groups
     tables = sum_rows(energy.capacity_factor, energy, place_periods(energy))
     expected = np.array([tables[period, name] for period, names, _ in place_periods(energy) for name in names])
     found = world.full_load_hours[0, 0].T
     np.testing.assert_allclose(found, expected, rtol=CLOSE, atol=1e-3)
-
-
-def altitude_of(place):
-    return float(pvlib.location.lookup_altitude(*place))
 
 
 def test_stations_are_what_yield_gives(skylines, system):
@@ -118,15 +121,12 @@ def test_unshaded_planes_are_pvlibs(system):
     transfer, places = unshaded_transfer(), Places(*np.array(LAND, float).T)
     world = world_of(transfer, places, system, "climate")
     assert (world.weather == CLIMATE).all()
+    surfaces = transfer.surfaces
     for row, place in enumerate(LAND):
         data = read_weather("climate", *place).data
-        for group, (tilt, azimuth) in enumerate(zip(*planes(transfer), strict=True)):
+        for group, (tilt, azimuth) in enumerate(zip(surfaces.surface_tilt, surfaces.surface_azimuth, strict=True)):
             expected = hours_by_pvlib(data, tilt, azimuth, system)
             assert world.full_load_hours[row, 0, group, 0] == pytest.approx(expected, rel=2 * CLOSE)
-
-
-def planes(transfer):
-    return transfer.surfaces.surface_tilt, transfer.surfaces.surface_azimuth
 
 
 def hours_by_pvlib(data, tilt, azimuth, system):

@@ -7,10 +7,19 @@ import pytest
 import xarray as xr
 
 from citypv.core.commands.command_line import main
+from citypv.core.commands.world_tasks import stamp_files
+from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.errors import InputError
+from citypv.core.weather.read_era5 import read_era5
+from citypv.core.weather.read_weather import read_weather
+from citypv.core.world.environment import unshaded_transfer
 from citypv.core.world.read_era5_grid import open_era5_grid
+from citypv.core.world.sources import look_up_altitude, regular_axes, thin_axis
 
 from .weathers import ERA5
+
+PARTS = ("ssrd", "fdir", "t2m", "u10", "v10", "sp")
+TIME, NORTH, EAST = "time", "latitude", "longitude"
 
 
 @pytest.fixture(scope="module")
@@ -20,9 +29,6 @@ def demo():
         return dataset[[*PARTS]].load()
 
 
-PARTS = ("ssrd", "fdir", "t2m", "u10", "v10", "sp")
-
-
 def run(folder, *files, options=()):
     """Unshaded planes under the weather of some files."""
     out = folder / "out"
@@ -30,6 +36,16 @@ def run(folder, *files, options=()):
     assert main([*arguments, "--out", str(out), *options]) == 0
     with xr.open_dataset(out / "world.nc") as dataset:
         return dataset.load()
+
+
+def refuse(files, folder, capsys, *words):
+    """`citypv world` must end in one line with these words, which is returned."""
+    assert main(["world", "unshaded", "--weather", *map(str, files), "--quiet", "--out", str(folder / "no")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    for word in words:
+        assert word in error
+    return error
 
 
 def save(dataset, path):
@@ -42,19 +58,10 @@ def expected(tmp_path_factory):
     return run(tmp_path_factory.mktemp("era5"), ERA5)
 
 
-def names_of_axes(dataset):
-    return ("latitude", "longitude") if "latitude" in dataset.coords else ("lat", "lon")
-
-
 def test_values_of_one_point_are_those_of_yield(tmp_path, expected):
     """The file's own point, computed like a city there."""
     assert dict(expected.sizes) | {"latitude": 2, "longitude": 3, "group": 8} == dict(expected.sizes)
     assert (expected["weather"] == 3).all()
-    from citypv.core.energy.compute_energy import compute_energy
-    from citypv.core.weather.read_weather import read_weather
-    from citypv.core.world.sources import look_up_altitude
-    from citypv.core.world.unshaded import unshaded_transfer
-
     place = float(expected.latitude[1]), float(expected.longitude[2])
     weather = read_weather(ERA5, *place, look_up_altitude(*place))
     energy = compute_energy(unshaded_transfer(), weather, sky="perez")
@@ -65,15 +72,11 @@ def test_values_of_one_point_are_those_of_yield(tmp_path, expected):
 
 @pytest.mark.parametrize("turn", ["ascending", "0 to 360", "west of Greenwich"])
 def test_axes_may_run_either_way(tmp_path, demo, expected, turn):
-    north, east = names_of_axes(demo)
-    changed, shift = demo, 0.0
-    if turn == "ascending":
-        changed = demo.sortby(north, ascending=not demo.indexes[north].is_monotonic_increasing)
-    else:  # the same weather 15° further west, on both sides of Greenwich: the sun comes an hour later
-        time, shift = "time" if "time" in demo.dims else "valid_time", -15.0
-        moved = demo[east].to_numpy() + shift
-        later = demo[time] + np.timedelta64(1, "h")
-        changed = demo.assign_coords({east: moved % 360.0 if turn == "0 to 360" else moved, time: later})
+    changed, shift = demo.sortby(NORTH, ascending=not demo.indexes[NORTH].is_monotonic_increasing), 0.0
+    if turn != "ascending":  # the same weather 15° further west, around Greenwich: the sun comes an hour later
+        shift, moved = -15.0, demo[EAST].to_numpy() - 15.0
+        later = demo[TIME] + np.timedelta64(1, "h")
+        changed = demo.assign_coords({EAST: moved % 360.0 if turn == "0 to 360" else moved, TIME: later})
     found = run(tmp_path, save(changed, tmp_path / "changed.nc"))
     assert (np.diff(found["longitude"]) > 0).all()
     assert (np.diff(found["latitude"]) > 0).all()
@@ -82,23 +85,21 @@ def test_axes_may_run_either_way(tmp_path, demo, expected, turn):
     np.testing.assert_allclose(found["full_load_hours"], expected["full_load_hours"], rtol=1e-3 if shift else 1e-6)
 
 
-def test_variables_and_times_may_be_in_several_files(tmp_path, demo, expected):
-    half = demo.sizes["time" if "time" in demo.dims else "valid_time"] // 2
-    time = "time" if "time" in demo.dims else "valid_time"
+def test_variables_and_times_may_be_in_several_files(tmp_path, demo, expected, capsys):
+    half = demo.sizes[TIME] // 2
     files = [
-        save(demo[["ssrd", "fdir"]].isel({time: slice(0, half)}), tmp_path / "a.nc"),
-        save(demo[["ssrd", "fdir"]].isel({time: slice(half, None)}), tmp_path / "b.nc"),
+        save(demo[["ssrd", "fdir"]].isel({TIME: slice(0, half)}), tmp_path / "a.nc"),
+        save(demo[["ssrd", "fdir"]].isel({TIME: slice(half, None)}), tmp_path / "b.nc"),
         save(demo[["t2m", "u10", "v10", "sp"]], tmp_path / "c.nc"),
     ]
     found = run(tmp_path, *files)
     np.testing.assert_allclose(found["full_load_hours"], expected["full_load_hours"], rtol=1e-5)
     files.pop(1)
-    assert main(["world", "unshaded", "--weather", *map(str, files), "--quiet", "--out", str(tmp_path / "gap")]) == 2
+    refuse(files, tmp_path, capsys)
 
 
 def test_years_are_averaged_and_chosen(tmp_path, demo, expected):
-    time = "time" if "time" in demo.dims else "valid_time"
-    later = demo.assign_coords({time: demo[time] + np.timedelta64(365 * 24, "h")})
+    later = demo.assign_coords({TIME: demo[TIME] + np.timedelta64(365 * 24, "h")})
     later["ssrd"], later["fdir"] = later["ssrd"] * 0.9, later["fdir"] * 0.9
     files = ERA5, save(later, tmp_path / "later.nc")
     both = run(tmp_path, *files)["full_load_hours"]
@@ -118,27 +119,24 @@ def test_a_point_without_values_stays_blank_and_a_gap_is_refused(tmp_path, demo,
     found = run(tmp_path, save(blank, tmp_path / "blank.nc"))
     assert int((found["weather"] == 0).sum()) == 1
     assert int(np.isnan(found["full_load_hours"][..., 0]).sum()) == 1
+    sea = demo.copy(deep=True)  # a point that lacks a variable, as where temperature is that of a land model
+    sea["t2m"][:, 0, 1] = np.nan
+    assert int((run(tmp_path, save(sea, tmp_path / "sea.nc"))["weather"] == 0).sum()) == 1
     gap = demo.copy(deep=True)
     gap["t2m"][100, 1, 1] = np.nan
     path = save(gap, tmp_path / "gap.nc")
-    assert main(["world", "unshaded", "--weather", str(path), "--quiet", "--out", str(tmp_path / "no")]) == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert "temp_air is missing" in error
-    assert "gap.nc at " in error
+    refuse([path], tmp_path, capsys, "temp_air is missing", "gap.nc at ")
 
 
 def test_what_is_missing_or_odd_is_refused_in_one_line(tmp_path, demo):
-    time = "time" if "time" in demo.dims else "valid_time"
     with pytest.raises(InputError, match="variables fdir"):
         open_era5_grid([save(demo.drop_vars("fdir"), tmp_path / "fdir.nc")])
-    north, _ = names_of_axes(demo)
-    other = save(demo.isel({north: slice(0, 1)}), tmp_path / "other.nc")
+    other = save(demo.isel({NORTH: slice(0, 1)}), tmp_path / "other.nc")
     with pytest.raises(InputError, match="not those of the other files"):
         open_era5_grid([ERA5, other])
     days = xr.date_range("2017-01-01", periods=360 * 24, freq="h", calendar="360_day", use_cftime=True)
-    odd = demo.isel({time: slice(0, len(days))}).assign_coords({time: days})
-    odd[time].attrs.clear()
+    odd = demo.isel({TIME: slice(0, len(days))}).assign_coords({TIME: days})
+    odd[TIME].attrs.clear()
     with pytest.raises(InputError, match="standard calendar"):
         open_era5_grid([save(odd, tmp_path / "odd.nc")])
 
@@ -151,8 +149,6 @@ def test_a_grid_is_thinned_and_cut(tmp_path, expected):
 
 
 def test_a_region_across_the_date_line_is_cut_and_thinned():
-    from citypv.core.world.places import regular_axes, thin_axis
-
     axis = np.arange(-180.0, 180.0, 2.5)
     assert axis[thin_axis(axis, None, (175.0, -175.0))].tolist() == [-180, -177.5, -175, 175, 177.5]
     assert axis[thin_axis(axis, 5.0, (172.5, -175.0))].tolist() == [-177.5, 172.5, 177.5]  # from its western edge on
@@ -161,83 +157,55 @@ def test_a_region_across_the_date_line_is_cut_and_thinned():
 
 def test_a_later_file_fills_what_an_earlier_one_lacks(tmp_path, demo, expected):
     """Final and preliminary data as two files of all hours, each with gaps where the other has values."""
-    time = "time" if "time" in demo.dims else "valid_time"
-    early = np.arange(demo.sizes[time]) < 5000
-    parts = demo.where(xr.DataArray(early, dims=time)), demo.where(xr.DataArray(~early, dims=time))
+    early = np.arange(demo.sizes[TIME]) < 5000
+    parts = demo.where(xr.DataArray(early, dims=TIME)), demo.where(xr.DataArray(~early, dims=TIME))
     files = [save(part, tmp_path / f"{number}.nc") for number, part in enumerate(parts)]
     for order in (files, files[::-1]):
         np.testing.assert_allclose(run(tmp_path, *order)["full_load_hours"], expected["full_load_hours"], rtol=1e-5)
 
 
-def test_a_point_that_lacks_a_variable_stays_blank(tmp_path, demo):
-    """As where temperature is that of a land model."""
-    blank = demo.copy(deep=True)
-    blank["t2m"][:, 0, 1] = np.nan
-    assert int((run(tmp_path, save(blank, tmp_path / "sea.nc"))["weather"] == 0).sum()) == 1
-
-
 def test_further_dimensions_are_dropped_or_refused(tmp_path, demo, expected, capsys):
     """Members of an ensemble, steps of a forecast, points in a list, curved grids."""
-    north, east = names_of_axes(demo)
-    time = "time" if "time" in demo.dims else "valid_time"
     found = run(tmp_path, save(demo.expand_dims(number=[0], surface=[0.0]), tmp_path / "single.nc"))
     np.testing.assert_array_equal(found["full_load_hours"], expected["full_load_hours"])
-    small = demo.isel({time: slice(0, 48)})
-    curved = small.rename({north: "y", east: "x"}).reset_coords(drop=True).drop_vars(["y", "x"])
-    around = np.meshgrid(demo[east], demo[north])
+    small = demo.isel({TIME: slice(0, 48)})
+    curved = small.rename({NORTH: "y", EAST: "x"}).reset_coords(drop=True).drop_vars(["y", "x"])
+    around = np.meshgrid(demo[EAST], demo[NORTH])
     odd = {
         "number (2)": xr.concat([small, small], "number"),
-        "x (3)": curved.assign_coords({north: (("y", "x"), around[1]), east: (("y", "x"), around[0])}),
-        "p (6)": small.stack(p=(north, east)).reset_index("p"),
-        "latitude of 91°": small.assign_coords({north: [91.0, 52.0]}),
-        "latitude of nan°": small.assign_coords({north: [np.nan, 52.0]}),
-        "latitude 52° twice": small.assign_coords({north: [52.0, 52.0]}),
+        "x (3)": curved.assign_coords({NORTH: (("y", "x"), around[1]), EAST: (("y", "x"), around[0])}),
+        "p (6)": small.stack(p=(NORTH, EAST)).reset_index("p"),
+        "latitude of 91°": small.assign_coords({NORTH: [91.0, 52.0]}),
+        "latitude of nan°": small.assign_coords({NORTH: [np.nan, 52.0]}),
+        "latitude 52° twice": small.assign_coords({NORTH: [52.0, 52.0]}),
     }
     for number, (words, dataset) in enumerate(odd.items()):
         path = save(dataset, tmp_path / f"odd{number}.nc")
-        assert main(["world", "unshaded", "--weather", str(path), "--quiet", "--out", str(tmp_path / "no")]) == 2
-        error = capsys.readouterr().err
-        assert error.count("\n") == 1
-        assert words in error
-        assert path.name in error
+        refuse([path], tmp_path, capsys, words, path.name)
 
 
 def test_a_time_that_a_file_has_twice_is_refused_as_by_yield(tmp_path, demo, capsys):
     """Two values of one hour: nobody knows which is right. Sorted or not, alone or beside other files."""
-    from citypv.core.weather.read_era5 import read_era5
-
-    time = "time" if "time" in demo.dims else "valid_time"
-    other = demo.isel({time: slice(4000, 4200)}) * 2
-    twice = xr.concat([demo, other.assign_coords({time: demo[time][4000:4200]})], time)
+    other = demo.isel({TIME: slice(4000, 4200)}) * 2
+    twice = xr.concat([demo, other.assign_coords({TIME: demo[TIME][4000:4200]})], TIME)
     twice = twice.assign({name: twice[name].assign_attrs(demo[name].attrs) for name in twice})
-    one, further = save(twice[["ssrd", "fdir"]].sortby(time), tmp_path / "one.nc"), save(twice, tmp_path / "further.nc")
+    one, further = save(twice[["ssrd", "fdir"]].sortby(TIME), tmp_path / "one.nc"), save(twice, tmp_path / "further.nc")
     for files in ([further], [ERA5, further], [one, ERA5]):
-        command = ["world", "unshaded", "--weather", *map(str, files), "--quiet", "--out", str(tmp_path / "no")]
-        assert main(command) == 2
-        error = capsys.readouterr().err
-        assert error.count("\n") == 1
-        assert "has the time 2017-06-" in error
-        assert " twice; give each once" in error
+        refuse(files, tmp_path, capsys, "has the time 2017-06-", " twice; give each once")
         with pytest.raises(InputError, match=r"has the time 2017-06-.* twice"):
             read_era5(files, 52.5, 13.5, 34.0, "nearest")
 
 
 def test_wrong_times_have_a_cure_that_a_grid_allows(tmp_path, demo, capsys):
-    time = "time" if "time" in demo.dims else "valid_time"
-    path = save(demo.assign_coords({time: demo[time] + np.timedelta64(2, "h")}), tmp_path / "late.nc")
-    assert main(["world", "unshaded", "--weather", str(path), "--quiet", "--out", str(tmp_path / "no")]) == 2
-    error = capsys.readouterr().err
-    assert re.search(r"1[12]\d min earlier", error)
-    assert "--" not in error
-    assert "end the interval" in error
+    path = save(demo.assign_coords({TIME: demo[TIME] + np.timedelta64(2, "h")}), tmp_path / "late.nc")
+    error = refuse([path], tmp_path, capsys, "end the interval")
+    assert re.search(r"1[12]\d min earlier", error) and "--" not in error
 
 
 def test_kept_tasks_of_changed_weather_are_not_used(tmp_path, demo):
     """The same name with other contents is other weather."""
-    from citypv.core.commands.world_tasks import stamp_files
-
     path = save(demo, tmp_path / "a.nc")
     first = stamp_files(str(path))
     assert first == stamp_files([str(path)])
-    save(demo.isel({names_of_axes(demo)[0]: [0]}), path)
+    save(demo.isel({NORTH: [0]}), path)
     assert first != stamp_files(str(path)) != stamp_files("climate")

@@ -9,16 +9,15 @@ import xarray as xr
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
-from citypv.core.results.write_transfer import write_transfer
+from citypv.core.results.transfer_file import write_transfer
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.transfer.transfer import ErrorParts, SourceLight
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
-from citypv.core.world.environment import build_environment
+from citypv.core.world.environment import build_environment, unshaded_transfer
+from citypv.core.world.group_errors import add_mix
 from citypv.core.world.merge_surfaces import merge_surfaces
-from citypv.core.world.mix import add_mix
 from citypv.core.world.sources import station_source
-from citypv.core.world.unshaded import unshaded_transfer
 
 from .transfers import Horizons
 from .weathers import BARROW, PVGIS
@@ -61,14 +60,15 @@ def world_at(environments, weathers, system, sky="isotropic"):
     return compute_world(environments, source, system, threads=1, sky=sky)
 
 
+def world_of(transfer, weathers, system):
+    return world_at([build_environment("town", "test", transfer, system)], weathers, system)
+
+
 @pytest.mark.parametrize("sky", ["isotropic", "perez"])
 def test_errors_are_those_of_yield(town, system, sky):
     """The Arctic, 45° N, and a clear sky at the equator: shares of direct light from a third to four fifths."""
-    weathers = [
-        read_weather(BARROW, 0.0, 0.0),
-        read_weather(PVGIS, 0.0, 0.0),
-        read_weather("clear-sky", 0.0, 10.0, 0.0),
-    ]
+    weathers = [read_weather(path, 0.0, 0.0) for path in (BARROW, PVGIS)]
+    weathers.append(read_weather("clear-sky", 0.0, 10.0, 0.0))
     environment = build_environment("town", "test", town, system, sky)
     world = world_at([environment], weathers, system, sky)
     merged = world_at([merge_surfaces(environment, COUNT // 2)], weathers, system, sky)
@@ -94,9 +94,6 @@ def test_errors_are_as_large_as_the_scatter(system):
     plain.diffuse_relative_standard_error[:] = 2 * NOISE
     weathers = [read_weather(BARROW, 0.0, 0.0), read_weather(PVGIS, 0.0, 0.0)]
 
-    def world_of(transfer):
-        return world_at([build_environment("town", "test", transfer, system)], weathers, system)
-
     def noisy():
         diffuse, direct = rng.normal(size=(2, COUNT, 1)) * NOISE
         return replace(
@@ -106,7 +103,7 @@ def test_errors_are_as_large_as_the_scatter(system):
             direct_reflected=plain.direct_reflected + direct.astype(np.float32),
         )
 
-    stated, draws = world_of(plain), [world_of(noisy()) for _ in range(DRAWS)]
+    stated, draws = world_of(plain, weathers, system), [world_of(noisy(), weathers, system) for _ in range(DRAWS)]
     annual = np.array([one.full_load_hours[:, 0, :, 0] for one in draws])
     gain = np.array([one.full_load_hours[:, 0, :, 0] / one.without_reflections[:, 0, :, 0] for one in draws])
     # Some 6 independent groups of 60 draws: 7 % of the variance; hours are proportional to light within 10 %.
@@ -123,17 +120,14 @@ def test_months_are_as_uncertain_as_the_scatter(system):
     plain.direct_reflected += np.float32(0.6)
     plain.direct_annual_standard_error[:] = NOISE
     plain.diffuse_relative_standard_error[:] = 0
-    source = [read_weather("clear-sky", 0.0, 10.0, 0.0), read_weather("clear-sky", 45.0, 10.0, 0.0)]
-
-    def world_of(transfer):
-        return world_at([build_environment("town", "test", transfer, system)], source, system)
+    weathers = [read_weather("clear-sky", latitude, 10.0, 0.0) for latitude in (0.0, 45.0)]
 
     def noisy():
         noise = NOISE * 20 * rng.normal(size=(COUNT, 400)).astype(np.float32)  # 20 = √400
         return replace(plain, direct_reflected=plain.direct_reflected + noise)
 
-    stated = world_of(plain).standard_error[:, 0]
-    found = np.array([world_of(noisy()).full_load_hours[:, 0, :, :13] for _ in range(DRAWS)])
+    stated = world_of(plain, weathers, system).standard_error[:, 0]
+    found = np.array([world_of(noisy(), weathers, system).full_load_hours[:, 0, :, :13] for _ in range(DRAWS)])
     ratio = found.var(axis=0, ddof=1) / stated**2
     year, months = (np.sqrt(part.mean(axis=(1, 2))) for part in (ratio[..., :1], ratio[..., 1:]))
     # The year's is that of the mean over the whole grid, of which a place meets a half or less: known to be low.
@@ -158,12 +152,9 @@ def test_a_mix_has_independent_errors_and_closed_forms_have_none(town, system):
 
 def test_an_unknown_error_stays_unknown(town, system):
     unknown = replace(town, direct_annual_standard_error=np.full(COUNT, np.nan))
-    world = world_at([build_environment("town", "test", unknown, system)], [read_weather(PVGIS, 0.0, 0.0)], system)
-    assert (
-        np.isnan(world.standard_error).all()
-        and np.isnan(world.gain_error).all()
-        and np.isfinite(world.full_load_hours).all()
-    )
+    world = world_of(unknown, [read_weather(PVGIS, 0.0, 0.0)], system)
+    assert np.isnan(world.standard_error).all() and np.isnan(world.gain_error).all()
+    assert np.isfinite(world.full_load_hours).all()
 
 
 def test_the_file_has_them_and_tasks_do_not_change_them(town, tmp_path):

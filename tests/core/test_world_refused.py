@@ -20,24 +20,21 @@ from .weathers import BARROW, ERA5, HOUR, year_of
 
 def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run():
     system = default_system()
-    times = year_of()
-    suns = choose_suns("days:2", times, HOUR, 52.5, 13.4)
-    with pytest.raises(InputError, match=r"days:2, which holds for one latitude only; .*--suns sky-grid"):
-        build_environment("town", "transfer.nc", Horizons(9).transfer(suns), system)
-    part = keep_suns(sky_grid_suns(100), 40)
-    with pytest.raises(InputError, match="40 directions"):
-        build_environment("town", "transfer.nc", Horizons(9).transfer(replace(part, way="sky-grid:100")), system)
-    with pytest.raises(InputError, match="--sky isotropic"):
-        build_environment("town", "transfer.nc", Horizons(9).transfer(sky_grid_suns(16)), system, "perez")
-    whole = Horizons(9).transfer(sky_grid_suns(16))
-    with pytest.raises(InputError, match="again without --horizon"):
-        build_environment("town", "transfer.nc", replace(whole, terrain=TerrainHorizon(np.full(STEPS, 5.0))), system)
-    with pytest.raises(InputError, match="--leaf-months all"):
-        build_environment("town", "transfer.nc", replace(whole, bare=whole, leaf_months=(5, 6)), system)
-    flat = Horizons(9).transfer(sky_grid_suns(16))
+    whole, flat = (Horizons(9).transfer(sky_grid_suns(16)) for _ in range(2))
     flat.surfaces.eligible[:] = False
-    with pytest.raises(InputError, match="no eligible"):
-        build_environment("town", "transfer.nc", flat, system)
+    days = Horizons(9).transfer(choose_suns("days:2", year_of(), HOUR, 52.5, 13.4))
+    part = Horizons(9).transfer(replace(keep_suns(sky_grid_suns(100), 40), way="sky-grid:100"))
+    for transfer, words in (
+        (days, r"days:2, which holds for one latitude only; .*--suns sky-grid"),
+        (part, "40 directions"),
+        (replace(whole, terrain=TerrainHorizon(np.full(STEPS, 5.0))), "again without --horizon"),
+        (replace(whole, bare=whole, leaf_months=(5, 6)), "--leaf-months all"),
+        (flat, "no eligible"),
+    ):
+        with pytest.raises(InputError, match=words):
+            build_environment("town", "transfer.nc", transfer, system)
+    with pytest.raises(InputError, match="--sky isotropic"):
+        build_environment("town", "transfer.nc", whole, system, "perez")
 
 
 def test_command_line_refuses_in_one_line(tmp_path, capsys):

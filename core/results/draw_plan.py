@@ -5,9 +5,9 @@ from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
-from ..results.colour_map import choose_range
+from .colour_map import choose_range
 from .picture import colour_scale, make_figure
-from .tabulate import select_mounted
+from .read_results import select_mounted
 
 FROM_ABOVE = ("roof", "flat", "steep", "rack")
 PLAIN, EDGE = "#e4e4e0", "#a9a9a4"  # what has no colour of its own
@@ -45,7 +45,7 @@ def draw_plan(faces, outlines, show):
     axes = figure.subplots()
     frame_plan(axes, lower, upper)
     look = {"cmap": colour_scale(COLOUR_MAP), "clim": (low, high)}
-    roofs = rows_from_above(faces, outlines)
+    roofs = rows_by_height(outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE)))
     grey = [surface for surface in roofs if show == "facade" or surface not in hours.index]
     axes.add_collection(shade_areas(outlines, grey, facecolor=PLAIN, edgecolor=EDGE, linewidth=0.3))
     if show == "facade":
@@ -70,34 +70,18 @@ def frame_plan(axes, lower, upper):
     """Give the plan its extent, a scale bar and an arrow to the north."""
     size = upper - lower
     margin = 0.03 * max(size)
+    x, y, right = lower[0], lower[1] - 1.6 * margin, upper[0] - margin
     axes.set_xlim(lower[0] - margin, upper[0] + margin)
     axes.set_ylim(lower[1] - 2.4 * margin, upper[1] + margin)
     axes.set_aspect("equal")
     axes.set_axis_off()
-    length = round_length(SHARE_OF_WIDTH * size[0])
-    x, y = lower[0], lower[1] - 1.6 * margin
+    most = max(SHARE_OF_WIDTH * size[0], 1e-3) * (1 + 1e-9)
+    power = 10.0 ** np.floor(np.log10(most))
+    length = max(factor * power for factor in (1, 2, 5) if factor * power <= most)
     axes.plot([x, x + length], [y, y], color="black", linewidth=2.5, solid_capstyle="butt")
     axes.text(x + length + 0.4 * margin, y, f"{length:g} m", va="center", fontsize=9)
-    axes.annotate(
-        "N",
-        (upper[0] - margin, lower[1] - 0.2 * margin),
-        (upper[0] - margin, lower[1] - 2.0 * margin),
-        ha="center",
-        va="center",
-        fontsize=10,
-        arrowprops={"arrowstyle": "-|>", "color": "black"},
-    )
-
-
-def round_length(most):
-    """The longest of 1, 2 or 5 times a power of ten that is not longer [m]."""
-    power = 10.0 ** np.floor(np.log10(max(most, 1e-3)))
-    return float(power * max(factor for factor in (1, 2, 5) if factor * power <= max(most, 1e-3) * (1 + 1e-9)))
-
-
-def rows_from_above(faces, outlines):
-    """Rows of the surfaces that are seen from above, low ones first: list of int."""
-    return rows_by_height(outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE)))
+    north = {"ha": "center", "va": "center", "arrowprops": {"arrowstyle": "-|>", "color": "black"}}
+    axes.annotate("N", (right, y + 1.4 * margin), (right, y - 0.4 * margin), fontsize=10, **north)
 
 
 def rows_by_height(outlines, rows):

@@ -1,5 +1,6 @@
-"""What a run read and what it assumed, as rows of a table."""
+"""What a run read, what it assumed and how sure it is, in words and as rows of a table."""
 
+import math
 from pathlib import PurePath
 
 from ..request import declared_settings
@@ -16,6 +17,13 @@ WAYS = {
     "typical-days": "{} typical days",
     "sky-grid": "a grid of {} directions",
 }
+LIGHT = (
+    "{ghi_annual:,.0f} kWh/m² on level ground (GHI), {dhi_annual:,.0f} of it diffuse (DHI); {dni_annual:,.0f} kWh/m² "
+    "of direct light on a plane that tracks the sun (DNI)"
+)
+METHODS = ("CityPV's own, with the settings below", "as in Bredemeier et al., CityPV")
+HIDDEN = {"count": "counted with zero light"}
+NO_LOSSES = "none: hours and energy are those of direct current (DC)"
 HEADINGS = {"repaired": "Repaired", "skipped": "Left out", "inside": "Covered", "sheet": "Lit on both sides"}
 KINDS = {
     "facade": "Facades (upright within 1°)",
@@ -26,6 +34,9 @@ KINDS = {
     "ground": "Ground",
     "rack": "Racks on flat roofs",
 }
+
+SPREAD = "standard error: the true value lies within it in 68 % of cases, within twice as much in 95 %"
+LIMITS = "Errors of the city model, the weather and the module model come on top, and are usually larger."
 
 
 def describe_input(summary):
@@ -44,12 +55,11 @@ def describe_input(summary):
     else:
         rows.append(("Files", ", ".join(PurePath(path).name for path in report["files"])))
         rows.append(("Buildings", f"{report['building_count']:,}, with {report['part_count']:,} parts"))
-        rows.append(("Level of detail", count_names(report["lods_chosen"])))
+        lods = [f"{name or 'none named'} ({count:,} surfaces)" for name, count in report["lods_chosen"].items()]
+        rows.append(("Level of detail", ", ".join(lods) or "none named"))
     if site.get("latitude") is not None:
-        place = (
-            f"latitude {site['latitude']:.4f}°, longitude {site['longitude']:.4f}°, altitude {site['altitude']:.0f} m"
-        )
-        rows.append(("Place", place))
+        place = f"latitude {site['latitude']:.4f}°, longitude {site['longitude']:.4f}°"
+        rows.append(("Place", f"{place}, altitude {site['altitude']:.0f} m"))
     rows.append(("Coordinate reference system", site.get("crs") or "none named"))
     rows += [
         (KINDS.get(kind, kind), f"{one['count']:,}, {one['area']:,.0f} m²")
@@ -59,11 +69,6 @@ def describe_input(summary):
         area = "" if one["area"] is None else f", {one['area']:,.0f} m²"
         rows.append((HEADINGS.get(one["heading"], one["heading"]), f"{one['count']:,} surfaces{area}: {one['reason']}"))
     return rows + [("Note", note) for note in (report or {}).get("notes", [])]
-
-
-def count_names(counts):
-    """Counts by name in words."""
-    return ", ".join(f"{name or 'none named'} ({count:,} surfaces)" for name, count in counts.items()) or "none named"
 
 
 def describe_assumptions(summary):
@@ -77,58 +82,28 @@ def describe_assumptions(summary):
     weather, settings = summary["weather"], summary["settings"]
     light = {**settings, **((summary.get("traced") or {}).get("request") or {})}
     years, away = weather.get("years") or 1, weather.get("distance_km") or 0
+    losses, inverter = settings.get("losses") or 0, settings.get("inverter")
+    behind = f"{losses:g} % of the energy, " + (f"inverter {inverter}" if inverter else "no inverter")
+    way, _, number = str(summary["suns"].get("way", "")).partition(":")
     rows = [
         ("Weather", f"{weather['label']}; {years:.3g} year{'s' if years > 1.01 else ''}"),
         ("Place of the weather", f"{away:,.0f} km away from the city" if away >= 1 else "at the city"),
-        (
-            "Irradiation in a year",
-            f"{weather['ghi_annual']:,.0f} kWh/m² on level ground (GHI), "
-            f"{weather['dhi_annual']:,.0f} of it diffuse (DHI); "
-            f"{weather['dni_annual']:,.0f} kWh/m² of direct light on a plane that tracks the sun (DNI)",
-        ),
+        ("Irradiation in a year", LIGHT.format(**weather)),
         ("Module", " ".join(settings["module"].replace("_", " ").split())),
         ("Mounting", MOUNTINGS.get(settings.get("mounting"), settings.get("mounting") or MOUNTINGS["open-rack"])),
-        ("Losses behind the modules", describe_losses(settings)),
-        (
-            "Method",
-            "as in Bredemeier et al., CityPV"
-            if settings.get("method") == "paper"
-            else "CityPV's own, with the settings below",
-        ),
+        ("Losses behind the modules", behind if losses or inverter else NO_LOSSES),
+        ("Method", METHODS[settings.get("method") == "paper"]),
         ("Sky", SKIES.get(summary.get("sky", light.get("sky")), str(light.get("sky")))),
-        ("Sun positions", describe_suns(summary["suns"])),
+        ("Sun positions", f"{WAYS.get(way, way).format(number)}: {summary['suns'].get('count', 0):,} positions"),
         ("Reflections", f"{(summary.get('traced') or {}).get('max_bounces', light.get('max_bounces'))} in succession"),
         ("Albedo (share of light reflected)", describe_albedo(summary, light)),
-        (
-            "Walls that a neighbour covers",
-            "left out" if settings.get("hidden_walls", "leave-out") == "leave-out" else "counted with zero light",
-        ),
+        ("Walls that a neighbour covers", HIDDEN.get(settings.get("hidden_walls"), "left out")),
     ]
     usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in (settings.get("usable") or {}).items())
     rows.append(("Area that windows and edges leave", usable or "all (not reduced)"))
-    return [*rows, ("Not considered", describe_missing(summary))]
-
-
-def describe_missing(summary):
-    """What no number includes, in words."""
-    effects = (summary.get("traced") or {}).get("effects") or []
-    trees = any(one["key"] == "trees" and one["on"] for one in effects)
-    dirt = "" if summary["settings"].get("losses") else " and dirt"
-    return f"{'light that leaves scatter' if trees else 'trees'}, street furniture, snow{dirt} on the modules"
-
-
-def describe_losses(settings):
-    """System losses and inverter in words."""
-    losses, inverter = settings.get("losses") or 0, settings.get("inverter")
-    if not losses and not inverter:
-        return "none: hours and energy are those of direct current (DC)"
-    return ", ".join([f"{losses:g} % of the energy", f"inverter {inverter}" if inverter else "no inverter"])
-
-
-def describe_suns(suns):
-    """Which suns were traced, in words."""
-    name, _, number = str(suns.get("way", "")).partition(":")
-    return f"{WAYS.get(name, name).format(number)}: {suns.get('count', 0):,} positions"
+    trees = any(one["key"] == "trees" and one["on"] for one in (summary.get("traced") or {}).get("effects") or [])
+    plants, dirt = "light that leaves scatter" if trees else "trees", "" if settings.get("losses") else " and dirt"
+    return [*rows, ("Not considered", f"{plants}, street furniture, snow{dirt} on the modules")]
 
 
 def describe_albedo(summary, light):
@@ -169,3 +144,64 @@ def show_value(value, unit=""):
         return ", ".join(map(str, value))
     text = PurePath(value).name if isinstance(value, str) and ("/" in value or "\\" in value) else str(value)
     return f"{text} {unit}".strip()
+
+
+def list_errors(budget):
+    """Each part of the error budget: what it is, and how much.
+
+    Parameters
+    ----------
+    budget : dict
+        `error_budget` of summary.json.
+
+    Returns
+    -------
+    list of (str, str)
+        Parts that are unknown say so.
+    """
+    suns = budget.get("sun_sampling") or {}
+    shift = "unknown" if suns.get("bias") is None else f"{suns['bias']:+.2f} %".replace("-", "−")
+    return [
+        ("Mean over all surfaces: standard error of sampling", percent(budget.get("sampling_total"), "± ")),
+        ("Single surface: standard error, typical (median by area)", percent(budget.get("sampling_median"), "± ")),
+        ("Single surface: standard error, exceeded on 5 % of the area only", percent(budget.get("sampling_95"), "± ")),
+        ("Choice of sun positions: shift of the mean, against every hour's sun", shift),
+        ("Choice of sun positions: effect on a single surface (rms)", percent(suns.get("rms"), "± ")),
+        ("Reflections beyond the last one computed would add at most", percent(budget.get("bounces"))),
+        ("Size of the patches that reflect light, in percent of the reflected light", percent(budget.get("patches"))),
+    ]
+
+
+def percent(value, sign=""):
+    """Two digits that count: 0.017 %, 2.4 %; "unknown" of None."""
+    if value is None:
+        return "unknown"
+    if not value > 0:
+        return f"{sign}0 %"
+    decimals = max(0, 1 - math.floor(math.log10(value)))
+    return f"{sign}{value:.{min(decimals, 4)}f} %"
+
+
+def summarise_errors(budget):
+    """The error budget in one sentence.
+
+    The error of the mean is √(chance² + shift of the suns²). That of a single surface holds what the suns do, but in
+    files that do not tell it by groups: there it is √(median² + rms of the suns²).
+    """
+    suns = budget.get("sun_sampling") or {}
+    whole = combine(budget.get("sampling_total"), suns.get("bias"))
+    single = combine(budget.get("sampling_median"), 0.0 if "groups" in suns else suns.get("rms"))
+    if whole is None or single is None:
+        return "This run does not tell all errors of ray tracing and of the choice of sun positions."
+    bounces = budget.get("bounces")
+    rest = f"; reflections that were left out would add at most {percent(bounces)}" if bounces else ""
+    return (
+        "As far as ray tracing and the choice of sun positions go, the mean over all surfaces is known to "
+        f"± {percent(whole)} and the hours of a single surface typically to ± {percent(single)} (one standard error)"
+        f"{rest}."
+    )
+
+
+def combine(*parts):
+    """Root of the sum of squares; None where a part is unknown."""
+    return None if any(part is None for part in parts) else math.hypot(*parts)

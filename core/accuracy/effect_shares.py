@@ -1,4 +1,4 @@
-"""What effects of the modules make of the full load hours: computed with each of them switched off."""
+"""What effects of the modules, and Perez's sky, make of the full load hours: computed with each of them switched."""
 
 from dataclasses import replace
 
@@ -7,11 +7,17 @@ from threadpoolctl import threadpool_limits
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC
+from ..sky.light_sources import sources_of
 from ..threads import map_in_order, usable_threads
 from ..transfer.take_rows import take_rows
-from ..transfer.transfer import Transfer
+from ..transfer.transfer import SourceLight, Transfer
 
 MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
+
+SWITCHED_ON = {"extent": "simulated", "reason": "switched on", "bound": 0.0}
+SWITCHED_OFF = {"extent": "left out", "reason": "switched off", "bound": None}
+KEY = "perez"
+ISOTROPIC = "isotropic"
 
 
 def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic"):
@@ -49,10 +55,6 @@ def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic
         on, off = (as_set, other) if getattr(system, key) else (other, as_set)
         found[key] = (on - off) / on if on > 0 else 0.0
     return found
-
-
-SWITCHED_ON = {"extent": "simulated", "reason": "switched on", "bound": 0.0}
-SWITCHED_OFF = {"extent": "left out", "reason": "switched off", "bound": None}
 
 
 def state_outcome(summary, shares, request):
@@ -129,3 +131,64 @@ def unshaded_transfer(scene, suns, ground_albedo):
     few = take_rows(whole, draw_surfaces(surfaces)[0])
     visible = (few.surfaces.normal @ suns.direction.T > 0).astype(np.float32)
     return replace(few, visible_share=visible, direct_reflected=np.zeros_like(visible))
+
+
+def state_sky(summary, transfer, weather, system, *, sky, threads=None):
+    """Write share and outcome of `perez` into the effects of a summary; without a plan there are none.
+
+    Parameters
+    ----------
+    summary : dict
+        Of `summarise`; changed.
+    transfer : Transfer
+        Of which at most `effect_shares.MOST_SURFACES` surfaces are looked at.
+    weather : Weather
+    system : PvSystem
+    sky : str
+        Model of the sky that weighed the Transfer.
+    threads : int, optional
+    """
+    effect = next((one for one in summary["traced"].get("effects") or () if one["key"] == KEY), None)
+    if effect is None or not transfer.surfaces.eligible.any():
+        return
+    on, (share, largest) = sky == KEY, share_of_sky(transfer, weather, system, threads)
+    if on != effect["on"]:  # decided anew by `citypv yield`
+        effect |= {"on": on, "reason": "as asked", "bound": 0.0 if on else None, "outcome": None}
+        effect["extent"] = "dome, circumsolar light and horizon" if on else "isotropic sky"
+    effect["share"] = share
+    if not on or not effect.get("outcome"):
+        left_out, bound = 0.0 if on else largest, effect["bound"]
+        effect["outcome"] = {"left_out": left_out, "holds": None if bound is None else bool(left_out <= bound)}
+
+
+def share_of_sky(transfer, weather, system, threads=None):
+    """Share of full load hours that Perez's sky adds, or takes if negative.
+
+    Where a source of light was not traced, each surface sees as much of it as of the sky that it faces.
+
+    Returns
+    -------
+    share : float
+        (Perez - isotropic)/Perez, of the area-weighted full load hours.
+    largest : float
+        The same of the kind and orientation where it is largest, without sign.
+    """
+    rows, weight = draw_surfaces(transfer.surfaces)
+    few = with_sources(take_rows(transfer, rows))
+    of_sky = [compute_energy(few, weather, system, threads, sky=sky).full_load_hours for sky in (KEY, ISOTROPIC)]
+    names = np.char.add(np.asarray(few.surfaces.kind, str), np.asarray(few.surfaces.orientation, str))
+    groups = [np.where(names == name, weight, 0) for name in np.unique(names)]
+    perez, isotropic = np.nan_to_num(of_sky)
+    sums = ((one @ perez, one @ (perez - isotropic)) for one in (weight, *groups))
+    share, *of_groups = (float(change / whole) if whole > 0 else 0.0 for whole, change in sums)
+    return share, max(map(abs, of_groups))
+
+
+def with_sources(transfer):
+    """A Transfer, and its state without leaves, whose surfaces see as much of each source of light as of the sky."""
+    bare = transfer.bare and with_sources(transfer.bare)
+    normal = np.asarray(transfer.surfaces.normal, float)
+    openness = np.clip(transfer.sky_view_factor / np.maximum((1 + normal[:, 2]) / 2, 1e-9), 0, 1)
+    views = {one.name: one.unshaded(normal) * openness for one in sources_of(KEY)}
+    estimated = {name: SourceLight(view, view, np.zeros(len(view))) for name, view in views.items()}
+    return replace(transfer, bare=bare, sources=estimated | transfer.sources)

@@ -18,12 +18,6 @@ DAYS = {  # month and day: name and colour of its path
 CURVES, TRACED = "#b9c9dc", "#009E73"
 
 
-def sun_angles(directions):
-    """Azimuth and elevation of unit vectors (s, 3) with x east, y north, z up: two (s,) arrays [°]."""
-    x, y, z = np.asarray(directions, float).T
-    return np.degrees(np.arctan2(x, y)) % 360, np.degrees(np.arcsin(np.clip(z, -1, 1)))
-
-
 def hour_curves(times, interval, latitude, longitude):
     """Position of the sun at each hour of the day, over the year of a time axis.
 
@@ -45,10 +39,8 @@ def hour_curves(times, interval, latitude, longitude):
     curves = {}
     for hour in range(24):
         start = days + hour * HOUR
-        azimuth, elevation = place_sun(start, interval, latitude, longitude)
-        if np.isfinite(elevation).any():
-            curves[f"{start[0] + interval / 2:%H:%M}"] = azimuth, elevation
-    return curves
+        curves[f"{start[0] + interval / 2:%H:%M}"] = place_sun(start, interval, latitude, longitude)
+    return {name: curve for name, curve in curves.items() if np.isfinite(curve[1]).any()}
 
 
 def day_path(year, month, day, latitude, longitude):
@@ -98,12 +90,12 @@ def draw_sun_path(times, interval, latitude, longitude, suns=None):
         x, y = break_at_edge((azimuth - low) % 360 + low, elevation)
         axes.plot(x, y, color=colour, linewidth=1.6, label=name)
     if suns is not None:
-        azimuth, elevation = sun_angles(suns)
+        east, north, up = np.asarray(suns, float).T
+        azimuth, elevation = np.degrees(np.arctan2(east, north)), np.degrees(np.arcsin(np.clip(up, -1, 1)))
         x = (azimuth - low) % 360 + low
         axes.plot(x, elevation, "o", color=TRACED, markersize=3.2, label=f"traced: {len(suns):,} suns", zorder=3)
-    ticks = np.arange(low, low + 361, 45)
-    compass = {0: "N", 45: "NE", 90: "E", 135: "SE", 180: "S", 225: "SW", 270: "W", 315: "NW"}
-    axes.set_xticks(ticks, [f"{compass[tick % 360]}\n{tick % 360}°" for tick in ticks])
+    ticks, compass = np.arange(low, low + 361, 45), ["N", "NE", "E", "SE", "S", "SW", "W", "NW"]
+    axes.set_xticks(ticks, [f"{compass[tick // 45 % 8]}\n{tick % 360}°" for tick in ticks])
     axes.set_xlim(low, low + 360)
     axes.set_ylim(bottom=0, top=min(axes.get_ylim()[1] + 4, 93))
     axes.set_xlabel("Azimuth of the sun")

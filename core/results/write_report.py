@@ -1,4 +1,8 @@
-"""report.html: pictures and tables of a run on one page that opens offline. Read this first."""
+"""report.html: pictures and tables of a run on one page that opens offline.
+
+Whatever the pieces of the page are given is escaped; what they return is not to be escaped again. Pictures need
+matplotlib, which Blender's own Python lacks: there the page has tables only.
+"""
 
 import importlib.util
 from html import escape
@@ -6,10 +10,16 @@ from pathlib import Path
 from string import Template
 
 from ..version import __version__
-from .describe_errors import LIMITS, SPREAD, list_errors, summarise_errors
-from .describe_run import describe_assumptions, describe_input, list_settings
-from .html import fold, paragraph, section, table
-from .tabulate import MONTHS, kind_title, tabulate_groups, tabulate_periods
+from .describe_run import (
+    LIMITS,
+    SPREAD,
+    describe_assumptions,
+    describe_input,
+    list_errors,
+    list_settings,
+    summarise_errors,
+)
+from .read_results import MONTHS, kind_title, tabulate_groups, tabulate_periods
 
 NAME = "report.html"
 HOURS = (
@@ -21,6 +31,31 @@ NO_PICTURES = (
     "This page has no pictures, as matplotlib is not installed where it was written. After pip install matplotlib, "
     "citypv plot of the command line draws them."
 )
+NO_PLAN = (
+    "There is no plan of the city here: this folder has no shapes of the surfaces. Results of citypv simulate have "
+    "them in transfer.nc, unless it was left out for its size (--transfer keeps it) or written by an earlier version."
+)
+CAPTIONS = {
+    "plan-roof": "Roofs from above: full load hours of pitched roofs, and of flat roofs with modules lying flat. Grey: "
+    "roofs that are too small, too steep, covered, or not within 30° of a main direction. Yellow is high, dark blue is "
+    "low; the two plans have different scales. North is up.",
+    "plan-facade": "Facades as lines on the outline of the buildings: full load hours. Where several stand above each "
+    "other, the highest is drawn. Facades without a line are covered by a neighbour, too small, or not within 30° of a "
+    "main direction. Yellow is high, dark blue is low; the two plans have different scales. North is up.",
+    "months": "Full load hours by month, means over all surfaces of a kind that face the same direction.",
+    "day": "Full load hours of a year by hour of the day. Local solar time is UTC plus four minutes for each degree "
+    "east; the sun stands highest at about 12.",
+    "sun-path": "Position of the sun: pale curves for each hour of the day through the year (UTC), coloured ones for "
+    "three days. Green dots are the sun positions for which shadows and reflections were computed.",
+    "histograms": "Area by full load hours; the dashed line marks the mean. The surfaces furthest to the right yield "
+    "most.",
+}
+NO_SUNS = " The traced suns are listed in transfer.nc, which is missing."
+SECTIONS = {
+    "Plan of the city": ("plan-roof", "plan-facade"),
+    "Over the year and the day": ("months", "day", "sun-path"),
+    "How the hours are spread over the area": ("histograms",),
+}
 PAGE = Template("""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -77,28 +112,52 @@ def write_report(folder, results):
 
 def compose_body(results):
     """All sections of the page."""
-    summary = results.summary
+    summary, budget = results.summary, results.summary["error_budget"]
+    pictures = paragraph(NO_PICTURES, "small")
+    if importlib.util.find_spec("matplotlib") is not None:
+        from .draw_results import draw_report
+
+        pictures = "\n".join(compose_pictures(results, draw_report(results)))
+    parts = ("Part", "Percent of the full load hours")
     return "\n".join(
         [
-            *map(lambda text: paragraph(text, "warning"), list_warnings(summary)),
+            *(paragraph(text, "warning") for text in list_warnings(summary)),
             compose_totals(summary),
             compose_groups(results),
-            compose_drawings(results),
-            section("How sure the numbers are", *compose_errors(summary["error_budget"])),
+            pictures,
+            section(
+                "How sure the numbers are",
+                paragraph(summarise_errors(budget)),
+                table(parts, list_errors(budget), numbers=(1,)),
+                paragraph(f"± is a {SPREAD}. {LIMITS}", "small"),
+            ),
             section("What was read", table((), describe_input(summary))),
-            compose_assumptions(results),
+            section(
+                "What was assumed",
+                table((), describe_assumptions(summary)),
+                fold("Every setting of the run", table(("Setting", "Option", "Value"), list_settings(summary))),
+            ),
             paragraph(f"Made by CityPV {__version__} from the files in the folder {results.name}.", "small"),
         ]
     )
 
 
-def compose_drawings(results):
-    """The sections with pictures; a sentence where matplotlib is missing."""
-    if importlib.util.find_spec("matplotlib") is None:
-        return paragraph(NO_PICTURES, "small")
-    from .compose_pictures import compose_pictures
+def compose_pictures(results, drawn):
+    """Sections with the pictures that there are, with captions: yields str.
 
-    return compose_pictures(results)
+    Parameters
+    ----------
+    results : Results
+    drawn : dict of str to str
+        Of `draw_results.draw_report`.
+    """
+    captions = CAPTIONS if results.suns is not None else CAPTIONS | {"sun-path": CAPTIONS["sun-path"] + NO_SUNS}
+    for title, names in SECTIONS.items():
+        parts = [picture(drawn[name], name, captions[name]) for name in names if name in drawn]
+        if title == "Plan of the city" and not parts:
+            parts = [paragraph(NO_PLAN if results.outlines is None else "No surface carries modules.")]
+        if parts:
+            yield section(title, *parts)
 
 
 def list_warnings(summary):
@@ -159,7 +218,7 @@ def row_of_potential(total):
 
 def compose_groups(results):
     """The groups with their hours and errors, year by year where there are several."""
-    groups = tabulate_groups(results.groups, results.faces)
+    groups = tabulate_groups(results.groups)
     after_losses = "specific_yield" in groups
     head = ["Surfaces", "facing", "Number", "Area [m²]", "Full load hours [h]", "± [h]"]
     head += ["After losses [kWh/kWp]"] if after_losses else []
@@ -192,20 +251,52 @@ def fold_periods(groups, period, title, name):
     return fold(title, "\n".join(parts)) if parts else ""
 
 
-def compose_errors(budget):
-    """The error budget: a sentence, a table, and what is not in it."""
+def table(head, rows, *, numbers=()):
+    """A table of text.
+
+    Parameters
+    ----------
+    head : sequence of str
+        Headings of the columns; empty for a table of names and values.
+    rows : iterable of sequence of str
+    numbers : collection of int
+        Columns that are set to the right.
+
+    Returns
+    -------
+    str
+    """
+    side = [' class="number"' if column in numbers else "" for column in range(1000 if not head else len(head))]
+    lines = ["<table>"]
+    if head:
+        cells = "".join(f"<th{look}>{escape(text)}</th>" for text, look in zip(head, side, strict=True))
+        lines.append(f"<thead><tr>{cells}</tr></thead>")
+    lines.append("<tbody>")
+    for row in rows:
+        cells = "".join(f"<td{look}>{escape(str(text))}</td>" for text, look in zip(row, side, strict=False))
+        lines.append(f"<tr>{cells}</tr>")
+    return "\n".join([*lines, "</tbody></table>"])
+
+
+def picture(uri, name, caption):
+    """A picture with a caption."""
     return (
-        paragraph(summarise_errors(budget)),
-        table(("Part", "Percent of the full load hours"), list_errors(budget), numbers=(1,)),
-        paragraph(f"± is a {SPREAD}. {LIMITS}", "small"),
+        f'<figure id="{escape(name)}"><img src="{uri}" alt="{escape(caption)}">'
+        f"<figcaption>{escape(caption)}</figcaption></figure>"
     )
 
 
-def compose_assumptions(results):
-    """What the results rest on, all settings folded."""
-    settings = table(("Setting", "Option", "Value"), list_settings(results.summary))
-    return section(
-        "What was assumed",
-        table((), describe_assumptions(results.summary)),
-        fold("Every setting of the run", settings),
-    )
+def paragraph(text, style=""):
+    """A paragraph, of a class of the style sheet where one is named."""
+    look = f' class="{style}"' if style else ""
+    return f"<p{look}>{escape(text)}</p>"
+
+
+def section(title, *parts):
+    """A heading and what stands below it; parts that are empty are left out."""
+    return "\n".join([f"<section><h2>{escape(title)}</h2>", *filter(None, parts), "</section>"])
+
+
+def fold(title, content):
+    """Something that a reader unfolds; printed folded or not, as it stands."""
+    return f"<details><summary>{escape(title)}</summary>\n{content}\n</details>"

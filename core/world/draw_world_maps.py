@@ -1,10 +1,16 @@
-"""What the pictures of a world share: which environment and place they show, and a map with coast lines."""
+"""World maps of full load hours and of what reflected light adds to them (paper, Fig. 6 and 7), with coast lines.
+
+Beside them what all pictures of a world share: which environment and place they show, and how places are written.
+"""
 
 from pathlib import Path
 from textwrap import fill
 
 import numpy as np
 from matplotlib.collections import LineCollection
+
+from ..results.colour_map import choose_range
+from ..results.picture import LINES, colour_scale, make_figure
 
 COAST = Path(__file__).with_name("coast_lines.npz")  # made by tools/make_coast_lines.py
 COAST_STEP = 0.01  # [°]
@@ -15,6 +21,11 @@ CLEAR = 2  # of the variable `weather`
 WIDE = 10.0  # [inch] of a picture of the world
 PLACES = ("latitude", "longitude")
 MERIDIAN = 10.0  # [°] of the paper's figures 8 and 9
+
+MAP_GROUP = "facade_south"
+GAIN_GROUPS = ("facade_south", "facade_east")
+STYLES = ("-", (0, (5, 2)), (0, (3, 1, 1, 1)), (0, (1, 1)))
+COLOURS = [look["color"] for look in LINES.values()]
 
 
 def choose_environment(dataset, *, unshaded):
@@ -71,8 +82,7 @@ def nearest_place(values, latitude, longitude):
 def read_coast():
     """Coast lines: list of (k, 2) longitude and latitude [°]."""
     with np.load(COAST) as file:
-        points, length = file["points"] * COAST_STEP, file["length"]
-    return np.split(points, np.cumsum(length)[:-1])
+        return np.split(file["points"] * COAST_STEP, np.cumsum(file["length"])[:-1])
 
 
 def draw_map(axes, values, **style):
@@ -96,8 +106,9 @@ def draw_map(axes, values, **style):
         edges(longitude), np.clip(edges(latitude), -90, 90), values.to_numpy(), rasterized=True, **style
     )
     west, east = edges(longitude)[[0, -1]]
-    further = [np.add(line, (360.0, 0.0)) for line in read_coast()] if east > 180.5 else []
-    axes.add_collection(LineCollection(read_coast() + further, **LAND_LINE))
+    coast = read_coast()
+    further = [np.add(line, (360.0, 0.0)) for line in coast] if east > 180.5 else []
+    axes.add_collection(LineCollection(coast + further, **LAND_LINE))
     axes.set_xlim(west, east)
     axes.set_ylim(*np.clip(edges(latitude)[[0, -1]], -90, 90))
     axes.set_aspect("equal")
@@ -162,3 +173,97 @@ def describe_source(dataset, width=10.0):
     way = "" if dataset.attrs["way"] == "exact" else "; suns of Greenwich shifted in time"
     words = (label if len(label) <= 150 else label[:147] + "…") + way
     return words if width >= WIDE else fill(words, int(15 * width))
+
+
+def draw_world_map(dataset, group=MAP_GROUP, environment=None):
+    """Draw full load hours of one group in one environment.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        world.nc.
+    group : str
+    environment : str, optional
+        By default the unshaded one, as in the paper, else the first.
+
+    Returns
+    -------
+    matplotlib.figure.Figure or None
+        None for a single row or column.
+    """
+    if min(dataset.sizes["latitude"], dataset.sizes["longitude"]) < 2:
+        return None
+    environment = environment or choose_environment(dataset, unshaded=True)
+    group = choose_group(dataset, group, environment)
+    values = dataset["full_load_hours"].sel(environment=environment, group=group)
+    width = min(WIDE, max(3.8, 3.7 * shape_of_map(values) + 1.8))  # [inch]
+    figure = make_figure(width, 4.5)
+    axes = figure.subplots()
+    areas = np.cos(np.radians(values["latitude"].to_numpy()))[:, None] * np.ones(values.shape)
+    low, high = choose_range(values.to_numpy().ravel(), areas.ravel())
+    mesh = draw_map(axes, values, cmap=colour_scale("viridis"), vmin=low, vmax=high)
+    clear = (dataset["weather"] == CLEAR).to_numpy()
+    if clear.any() and not clear.all():
+        east, north = dataset["longitude"], dataset["latitude"]
+        axes.contourf(east, north, clear, levels=[0.5, 1.5], colors="none", hatches=["////"])
+        axes.text(0.01, 0.02, "hatched: clear sky, an upper bound", transform=axes.transAxes, fontsize=8)
+    axes.set_title(f"{title_of_group(group)}, {environment}")
+    bar = figure.colorbar(mesh, ax=axes, shrink=0.75, extend="both", pad=0.015)
+    bar.set_label("Full load hours in a year [h]")
+    figure.supxlabel(describe_source(dataset, width), fontsize=8)
+    return figure
+
+
+def find_gain(dataset):
+    """Increase of annual full load hours by reflected light [%], xarray.DataArray."""
+    plain = dataset["full_load_hours_without_reflections"]
+    return 100 * (dataset["full_load_hours"] / plain.where(plain > 0) - 1)
+
+
+def mean_gain(dataset):
+    """Increase of the mean hours along each parallel [%]: latitude × environment × group."""
+    mean = dataset[["full_load_hours", "full_load_hours_without_reflections"]].mean("longitude")
+    return find_gain(mean)
+
+
+def draw_world_gain(dataset):
+    """Draw the gain of each environment by latitude, and the map of the unshaded one.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        world.nc.
+
+    Returns
+    -------
+    matplotlib.figure.Figure or None
+        None for a single row or column.
+    """
+    if min(dataset.sizes["latitude"], dataset.sizes["longitude"]) < 2:
+        return None
+    share = float(np.clip(1.2 * shape_of_map(dataset), 0.7, 2.6))  # widths of the map and of the lines
+    width = 12 * (1 + share) / 3.6  # [inch]
+    figure = make_figure(width, 4.1)
+    profile, axes = figure.subplots(1, 2, width_ratios=(1, share))
+    gain = mean_gain(dataset)
+    groups = [group for group in GAIN_GROUPS if group in gain["group"].to_numpy()]
+    for number, name in enumerate(gain["environment"].to_numpy()):
+        for group, style in zip(groups, STYLES, strict=False):
+            line, look = gain.sel(environment=name, group=group), COLOURS[number % len(COLOURS)]
+            label = f"{name}, {title_of_group(group).split()[0].lower()}"
+            profile.plot(line, gain["latitude"], linestyle=style, color=look, label=label)
+    profile.set_xlabel("Gain, mean along the parallel [%]")
+    profile.yaxis.set_major_formatter(lambda value, _: write_degrees(value, "N", "S"))
+    profile.set_xlim(left=0)
+    profile.set_title("Facades")
+    profile.legend(fontsize=8, loc="best")
+    environment = choose_environment(dataset, unshaded=True)
+    group = choose_group(dataset, GAIN_GROUPS[0], environment)
+    values = find_gain(dataset).sel(environment=environment, group=group)
+    top = np.ceil(np.nanpercentile(values, 98) / 5) * 5
+    mesh = draw_map(axes, values, cmap=colour_scale("cividis"), vmin=0, vmax=max(top, 5))
+    axes.set_title(f"{title_of_group(group)}, {environment}")
+    bar = figure.colorbar(mesh, ax=axes, shrink=0.75, extend="max", pad=0.015)
+    bar.set_label("Full load hours gained by reflected light [%]")
+    figure.supxlabel(describe_source(dataset, width), fontsize=8)
+    return figure

@@ -9,7 +9,7 @@ import matplotlib
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from ..results.colour_map import MAPS
+from .colour_map import MAPS
 
 # By M. Okabe and K. Ito, to be told apart with any colour vision; marks and dashes tell the lines apart in print.
 LINES = {
@@ -84,9 +84,4 @@ def make_logarithmic(axes):
     axes.set_yscale("log")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")
-        axis.set_minor_formatter(label_some)
-
-
-def label_some(value, _=None):
-    """Label of a small tick of a logarithmic axis: of 2 and 5 only."""
-    return f"{value:g}" if f"{value:e}"[0] in "25" else ""
+        axis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else "")

@@ -1,4 +1,4 @@
-"""Read the files of a result folder that a report is made of."""
+"""Read the files of a result folder that a report is made of, and the tables that are drawn and listed from them."""
 
 import json
 from dataclasses import dataclass
@@ -8,16 +8,16 @@ import h5netcdf
 import numpy as np
 import pandas as pd
 
+from ..energy.groups import KINDS, ORIENTATIONS
 from ..errors import InputError
-from ..results.transfer_fields import FORMAT, OUTLINES
+from ..racks.rack_names import find_racked_roofs
 from ..scene.outline_surfaces import Outlines
+from .transfer_file import FORMAT, OUTLINES
 
 CURE = "give a folder that citypv simulate or citypv yield has written"
+NEEDED = ("summary.json", "faces.csv", "groups.csv", "timeseries.nc")
 FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")
-FACE_NUMBERS = (
-    *("area", "surface_azimuth", "covered_share", "full_load_hours"),
-    "full_load_hours_standard_error",
-)
+FACE_NUMBERS = ("area", "surface_azimuth", "covered_share", "full_load_hours", "full_load_hours_standard_error")
 GROUP_TEXTS = ("kind", "orientation", "period")
 GROUP_NUMBERS = ("index", "full_load_hours", "count", "area")
 SECTIONS = {  # of summary.json, and what must stand in each
@@ -28,7 +28,20 @@ SECTIONS = {  # of summary.json, and what must stand in each
     "error_budget": (),
     "totals": ("eligible_area", "kwp", "mwh_per_year", "area_per_kwp"),
 }
+PLACE = ("latitude", "longitude")
 TOLERANCE = 0.01  # by which hours in two files of one run may differ: both are rounded
+
+MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
+TITLES = {
+    "facade": "Facades",
+    "roof": "Pitched roofs",
+    "rack": "Racks on flat roofs",
+    "flat": "Flat roofs, modules lying flat",
+}
+MOST_BINS = 40
+BIN_WIDTHS = (1, 2, 5, 10, 20, 25, 50, 100, 200, 250, 500)  # [h]
+HALF = 0.5  # of a flat roof: covered by more than this, no modules lie on it
+SMALLEST = 6.25  # [m²] of a flat roof that modules lie on
 
 
 @dataclass
@@ -64,6 +77,9 @@ def read_results(folder):
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(folder, "is no folder" if folder.exists() else "there is no such folder", CURE)
+    for name in NEEDED:
+        if not (folder / name).is_file():
+            raise InputError(folder / name, "there is no such file", CURE)
     summary = read_summary(folder / "summary.json")
     faces = read_table(folder / "faces.csv", FACE_TEXTS, FACE_NUMBERS)
     groups = read_table(folder / "groups.csv", GROUP_TEXTS, GROUP_NUMBERS)
@@ -76,33 +92,21 @@ def read_results(folder):
     return Results(name, faces, groups, summary, times, interval, suns, outlines)
 
 
-def check_file(path):
-    """Refuse a file that is not there."""
-    if not path.is_file():
-        raise InputError(path, "there is no such file", CURE)
-
-
 def read_summary(path):
     """Summary of a run: dict."""
-    check_file(path)
     try:
         summary = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise InputError(path, f"cannot be read as JSON ({error})", CURE) from error
-    missing = list_missing(summary)
-    if missing:
-        raise InputError(path, f"has no {', '.join(missing)}", CURE)
-    return summary
-
-
-def list_missing(summary):
-    """What a summary lacks, by name: list of str."""
     summary = summary if isinstance(summary, dict) else {}
     missing = [name for name in SECTIONS if not isinstance(summary.get(name), dict)]
     parts = {name: keys for name, keys in SECTIONS.items() if name not in missing}
     missing += [f"{name}.{key}" for name, keys in parts.items() for key in keys if summary[name].get(key) is None]
     site = {} if missing else summary["input"]["site"]
-    return missing or [f"input.site.{key}" for key in ("latitude", "longitude") if not isinstance(site.get(key), float)]
+    missing = missing or [f"input.site.{key}" for key in PLACE if not isinstance(site.get(key), float)]
+    if missing:
+        raise InputError(path, f"has no {', '.join(missing)}", CURE)
+    return summary
 
 
 def read_table(path, texts, numbers):
@@ -113,7 +117,6 @@ def read_table(path, texts, numbers):
     InputError
         A column is missing, or holds something else.
     """
-    check_file(path)
     try:
         table = pd.read_csv(path, dtype=dict.fromkeys(texts, str), keep_default_na=False)
     except (ValueError, OSError) as error:
@@ -132,7 +135,6 @@ def read_table(path, texts, numbers):
 
 def read_times(path):
     """Time axis of timeseries.nc, its interval, and the sum over time of each group's capacity factors."""
-    check_file(path)
     try:
         with h5netcdf.File(path) as file:
             bounds = np.asarray(file["time_bounds"][:], np.int64)  # (T, 2) [s] since 1970
@@ -195,3 +197,108 @@ def read_shapes(path, surface_id):
     if names != surface_id or (outlines is not None and len(outlines.surface_start) != len(names) + 1):
         raise InputError(path, "does not belong to the faces.csv beside it", CURE)
     return suns, outlines
+
+
+def tabulate_periods(groups, period):
+    """Full load hours of each group in the months or hours.
+
+    Parameters
+    ----------
+    groups : pandas.DataFrame
+        groups.csv.
+    period : str
+        "month", "hour", "solar_hour" or "year".
+
+    Returns
+    -------
+    dict of str to pandas.DataFrame
+        Kind → hours by index (rows) and orientation (columns), both in their usual order. Empty where the file has no
+        such period.
+    """
+    rows = groups[groups["period"] == period]
+    tables = {}
+    for kind in in_order(rows["kind"], KINDS):
+        own = rows[rows["kind"] == kind]
+        table = own.pivot_table("full_load_hours", "index", "orientation")
+        table.index = table.index.astype(int)
+        tables[kind] = table[in_order(table.columns, ORIENTATIONS)]
+    return tables
+
+
+def in_order(names, order):
+    """The different names, those of a given order first, others behind them by the alphabet: list of str."""
+    found = set(names)
+    return [name for name in order if name in found] + sorted(found - set(order))
+
+
+def tabulate_groups(groups):
+    """The groups with their annual full load hours and the standard error of those.
+
+    Parameters
+    ----------
+    groups : pandas.DataFrame
+        groups.csv.
+
+    Returns
+    -------
+    pandas.DataFrame
+        kind, orientation, count, area [m²], full_load_hours [h], error [h] (NaN: unknown) and, where groups.csv has it,
+        specific_yield [kWh/kWp].
+    """
+    table = groups[groups["period"] == "annual"].copy()
+    table["error"] = table.get("full_load_hours_standard_error", np.nan)
+    columns = ["kind", "orientation", "count", "area", "full_load_hours", "error"]
+    return table[columns + [name for name in ("specific_yield",) if name in table]].reset_index(drop=True)
+
+
+def select_mounted(faces):
+    """Surfaces that modules may lie on, with the area that is open and the hours there.
+
+    Parameters
+    ----------
+    faces : pandas.DataFrame
+
+    Returns
+    -------
+    pandas.DataFrame
+        kind, area [m²] that is open, full_load_hours [h] of that area; eligible surfaces, and flat roofs without racks.
+        The rows keep the index of `faces`.
+    """
+    flat = (faces["kind"] == "flat") & (faces["area"] >= SMALLEST) & (faces["covered_share"] <= HALF)
+    flat &= ~find_racked_roofs(faces["surface_id"].tolist(), faces["kind"])
+    chosen = faces[((faces["eligible"] == "true") | flat) & faces["full_load_hours"].notna()]
+    open_area = chosen["open_area"] if "open_area" in chosen else chosen["area"]
+    chosen, open_area = chosen[open_area > 0], open_area[open_area > 0]
+    # Hours of faces.csv are means over the whole polygon, covered parts with zero.
+    hours = chosen["full_load_hours"] * chosen["area"] / open_area
+    return pd.DataFrame({"kind": chosen["kind"], "area": open_area, "full_load_hours": hours})
+
+
+def tabulate_histograms(mounted):
+    """Area by full load hours, for each kind.
+
+    Parameters
+    ----------
+    mounted : pandas.DataFrame
+        From `select_mounted`.
+
+    Returns
+    -------
+    edges : (b + 1,) numpy.ndarray
+        Bounds of the bins [h], the same for all kinds.
+    areas : dict of str to (b,) numpy.ndarray
+        Kind → area in each bin [m²].
+    """
+    highest = mounted["full_load_hours"].max() if len(mounted) else 1.0
+    width = next((step for step in BIN_WIDTHS if highest / step <= MOST_BINS), BIN_WIDTHS[-1])
+    edges = np.arange(int(highest // width) + 2) * float(width)
+    areas = {}
+    for kind in in_order(mounted["kind"], (*KINDS, "flat")):
+        own = mounted[mounted["kind"] == kind]
+        areas[kind] = np.histogram(own["full_load_hours"], edges, weights=own["area"])[0]
+    return edges, areas
+
+
+def kind_title(kind):
+    """Heading of a kind of surfaces."""
+    return TITLES.get(kind, kind.capitalize())

@@ -1,0 +1,174 @@
+"""Pictures of a run: months and hours of the day of the groups (paper, Fig. 8 and 9, for one place), and histograms.
+
+Beside them the curve of `citypv accuracy`, error against time.
+"""
+
+import numpy as np
+
+from .draw_plan import draw_plan
+from .draw_sun_path import draw_sun_path
+from .picture import DOTS, LINES, OTHER, embed_figure, make_figure, make_logarithmic, plain_style
+from .read_results import MONTHS, kind_title, select_mounted, tabulate_histograms, tabulate_periods
+
+SOLAR, UNIVERSAL = "Hour of the day, local solar time", "Hour of the day, UTC"
+BAR, LINE = "#5b7fa6", "#222222"
+FAMILIES = {  # beginning of the name -> label, colour, mark
+    "--samples": ("sky rays", "#0072B2", "s"),
+    "--shadow-samples": ("shadow points", "#E69F00", "^"),
+    "--suns days": ("days of suns", "#D55E00", "o"),
+    "--max-bounces": ("reflections", "#009E73", "v"),
+    "--patch-size": ("patch size", "#CC79A7", "D"),
+}
+
+
+def draw_report(results):
+    """Pictures of report.html as data URIs, drawn alike on every machine, as far as there is something to draw.
+
+    Parameters
+    ----------
+    results : Results
+
+    Returns
+    -------
+    dict of str to str
+        plan-roof, plan-facade, months, day, sun-path and histograms.
+    """
+    site, mounted, found = results.summary["input"]["site"], select_mounted(results.faces), {}
+    with plain_style():
+        for show, chosen in (("roof", mounted["kind"] != "facade"), ("facade", mounted["kind"] == "facade")):
+            if results.outlines is not None and chosen.any():
+                found[f"plan-{show}"] = embed_figure(draw_plan(results.faces, results.outlines, show), "png")
+        if len(results.groups):
+            found["months"] = embed_figure(draw_months(results.groups))
+            found["day"] = embed_figure(draw_day(results.groups))
+        suns = draw_sun_path(results.times, results.interval, site["latitude"], site["longitude"], results.suns)
+        found["sun-path"] = embed_figure(suns)
+        if len(mounted):
+            found["histograms"] = embed_figure(draw_histograms(results.faces))
+    return found
+
+
+def draw_months(groups):
+    """Draw the full load hours of each group by month, a panel for each kind.
+
+    Parameters
+    ----------
+    groups : pandas.DataFrame
+        groups.csv.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    tables = tabulate_periods(groups, "month")
+    figure, panels = draw_lines(tables, 0.0, lambda side, hours: f"{side}: {hours.sum():,.0f} h a year")
+    for axes in panels:
+        axes.set_xticks(np.arange(1, 13), MONTHS, fontsize=9)
+        axes.margins(x=0.02)
+    top = max((table.to_numpy().max() for table in tables.values()), default=1.0)
+    panels[0].set_ylim(0, 1.45 * max(top, 1e-3))  # room for the legend
+    panels[0].set_ylabel("Full load hours in the month [h]")
+    return figure
+
+
+def draw_day(groups):
+    """Draw the full load hours of each group by hour of the day, a panel for each kind.
+
+    Hours are those of local solar time; in files without them those of UTC.
+
+    Parameters
+    ----------
+    groups : pandas.DataFrame
+        groups.csv.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    solar = tabulate_periods(groups, "solar_hour")
+    figure, panels = draw_lines(solar or tabulate_periods(groups, "hour"), 0.5, lambda side, hours: side)
+    for axes in panels:
+        axes.set_xlabel(SOLAR if solar else UNIVERSAL)
+        axes.set_xticks(np.arange(0, 25, 3))
+        axes.set_xlim(0, 24)
+    panels[0].set_ylim(bottom=0)
+    panels[0].set_ylabel("Full load hours in a year [h]")
+    return figure
+
+
+def draw_lines(tables, shift, label):
+    """A line for each orientation in a panel for each kind: the figure and its panels.
+
+    Parameters
+    ----------
+    tables : dict of str to pandas.DataFrame
+        Of `tabulate_periods`.
+    shift : float
+        Added to the indices.
+    label : callable
+        Takes the orientation and its hours.
+    """
+    figure = make_figure(10, 3.9)
+    panels = figure.subplots(1, len(tables), sharey=True, squeeze=False)[0]
+    for axes, (kind, table) in zip(panels, tables.items(), strict=True):
+        for side, hours in table.items():
+            axes.plot(table.index + shift, hours, label=label(side, hours), markersize=4, **LINES.get(side, OTHER))
+        axes.set_title(kind_title(kind))
+        axes.legend(loc="upper left", fontsize=8.5, handlelength=3.2)
+    return figure, panels
+
+
+def draw_histograms(faces):
+    """Draw the area by full load hours, a panel for each kind; a line marks the mean.
+
+    Parameters
+    ----------
+    faces : pandas.DataFrame
+        faces.csv.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    mounted = select_mounted(faces)
+    edges, areas = tabulate_histograms(mounted)
+    figure = make_figure(10, 3.5)
+    panels = figure.subplots(1, len(areas), squeeze=False)[0] if areas else []
+    for axes, (kind, area) in zip(panels, areas.items(), strict=True):
+        axes.bar(edges[:-1], area, width=np.diff(edges), align="edge", color=BAR, edgecolor="white", linewidth=0.6)
+        own = mounted[mounted["kind"] == kind]
+        mean = np.average(own["full_load_hours"], weights=own["area"])
+        axes.axvline(mean, color=LINE, linestyle=(0, (4, 2)), linewidth=1.3)
+        axes.set_title(f"{kind_title(kind)}\nmean {mean:,.0f} h, {own['area'].sum():,.0f} m²", fontsize=10)
+        axes.set_xlim(0, edges[-1])
+        axes.set_xlabel("Full load hours a year [h]")
+        axes.grid(visible=False, axis="x")
+        axes.yaxis.set_major_formatter("{x:,.0f}")
+    for axes in panels[:1]:
+        axes.set_ylabel(f"Area [m²] in steps of {edges[1] - edges[0]:g} h")
+    return figure
+
+
+def draw_prices(listed, path):
+    """Write the curve of a PriceList, error on 95 % of the eligible area against seconds of the whole run.
+
+    Parameters
+    ----------
+    listed : PriceList
+    path : path-like
+    """
+    with plain_style():
+        figure = make_figure(8, 5)
+        axes = figure.subplots()
+        for start, (label, colour, mark) in FAMILIES.items():
+            points = sorted((one.seconds, one.error) for one in listed.prices if one.name.startswith(start))
+            axes.plot(*zip(*points, strict=True), color=colour, marker=mark, label=label) if points else None
+        for one in listed.prices:
+            if not one.name.startswith("--") and not one.name.endswith("rounds"):
+                axes.plot(one.seconds, one.error, "k*", markersize=13, zorder=5)
+                axes.annotate(one.name.capitalize(), (one.seconds, one.error), (6, 6), textcoords="offset points")
+        make_logarithmic(axes)
+        axes.set_xlabel("Seconds of the whole run (predicted)")
+        axes.set_ylabel("Error of full load hours on 95 % of the eligible area [%]")
+        axes.legend()
+        figure.savefig(path, dpi=DOTS)

@@ -1,0 +1,200 @@
+"""The pictures of a world from world.nc: maps (paper, Fig. 6 and 7), months and hours of the day (Fig. 8 and 9)."""
+
+import numpy as np
+
+from ..errors import InputError
+from ..files.open_netcdf import open_netcdf
+from ..results.picture import DOTS, LINES, colour_scale, make_figure, plain_style
+from ..results.read_results import MONTHS
+from .draw_world_maps import (
+    CLEAR,
+    MERIDIAN,
+    UNSHADED,
+    choose_environment,
+    describe_source,
+    draw_world_gain,
+    draw_world_map,
+    edges,
+    join_at_date_line,
+    nearest_place,
+    own_groups,
+    title_of_group,
+    write_degrees,
+    write_longitude,
+)
+
+PARTS = ("by_month", "by_solar_hour", "without_reflections")
+CURE = "compute it again: citypv world … --overwrite"
+SHOWN = ("weather", "full_load_hours", *(f"full_load_hours_{part}" for part in PARTS))
+KINDS = ("facade", "roof")
+SIDES = ("east", "south")
+DAY_LATITUDES = (20.0, 60.0)
+DAY_GROUPS = {"roof_east": "-", "roof_west": "-", "facade_east": (0, (5, 2)), "facade_west": (0, (5, 2))}
+FURTHEST = 4.0  # [°] of latitude between a picture and the place it shows
+
+
+def draw_world_months(dataset, environment=None):
+    """Draw full load hours by month and latitude: facades and roofs, facing east and south.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        world.nc.
+    environment : str, optional
+        By default the first that was traced.
+
+    Returns
+    -------
+    matplotlib.figure.Figure or None
+        None where there are fewer than two latitudes with weather on the northern hemisphere, or none of the groups.
+    """
+    environment = environment or choose_environment(dataset, unshaded=False)
+    values = dataset["full_load_hours_by_month"].sel(environment=environment).assign_coords(weather=dataset["weather"])
+    east = (values["longitude"].to_numpy() - MERIDIAN + 180.0) % 360.0 - 180.0
+    values = values.isel(longitude=int(np.abs(east).argmin()))
+    values = values.isel(latitude=values["latitude"].to_numpy() >= 0)
+    if values.sizes["latitude"] < 2 or not np.isfinite(values).any():
+        return None
+    there = own_groups(dataset["full_load_hours_by_month"], environment)
+    wanted = [[f"{kind}_{side}" for side in SIDES if f"{kind}_{side}" in there] for kind in KINDS]
+    if not any(wanted):
+        return None
+    count = sum(map(len, wanted))
+    width = 11 * max(count, 2) / 4  # [inch]
+    figure = make_figure(width, 5.2)
+    panels = figure.subplots(1, count, sharey=True, squeeze=False)[0]
+    rest = iter(panels)
+    for kind, names in zip(KINDS, wanted, strict=True):
+        if not names:
+            continue
+        top = float(np.nanmax(values.sel(group=names)))
+        own = [next(rest) for _ in names]
+        for axes, name in zip(own, names, strict=True):
+            mesh = draw_panel(axes, values.sel(group=name), top)
+            axes.set_title(title_of_group(name))
+        figure.colorbar(mesh, ax=own, shrink=0.8, pad=0.02).set_label(f"{kind.capitalize()}s: hours in the month [h]")
+    panels[0].set_ylabel("Latitude")
+    east = write_longitude(round(float(values["longitude"]), 2))
+    hatched = 0 < int((values["weather"] == CLEAR).sum()) < values.sizes["latitude"]
+    bounds = edges(values["latitude"].to_numpy())
+    rows = np.flatnonzero((values["weather"] == CLEAR).to_numpy()) if hatched else []
+    for axes, row in ((axes, row) for axes in panels for row in rows):
+        axes.axhspan(*bounds[row : row + 2], facecolor="none", edgecolor="#ffffff90", hatch="///", linewidth=0)
+    note = " Hatched: clear sky." if hatched else ""
+    source = describe_source(dataset, width)
+    figure.supxlabel(f"{environment}, along {east}.{note} {source}", fontsize=8)
+    return figure
+
+
+def draw_panel(axes, values, top):
+    """One group: months to the right, latitudes upwards; blank without weather."""
+    latitude = values["latitude"].to_numpy()
+    table = values.transpose("latitude", "month").to_numpy()
+    mesh = axes.pcolormesh(
+        np.arange(0.5, 13), edges(latitude), table, cmap=colour_scale("viridis"), vmin=0, vmax=top, rasterized=True
+    )
+    axes.set_xticks(np.arange(1, 13), [name[0] for name in MONTHS], fontsize=9)
+    axes.yaxis.set_major_formatter(lambda value, _: write_degrees(value, "N", "S"))
+    axes.grid(visible=False)
+    return mesh
+
+
+def draw_world_day(dataset):
+    """Draw full load hours by hour of local solar time: a row for each latitude, a column for each environment.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        world.nc.
+
+    Returns
+    -------
+    matplotlib.figure.Figure or None
+        None where there is no place with weather near the latitudes.
+    """
+    values = dataset["full_load_hours_by_solar_hour"]
+    found = [nearest_place(values, latitude, MERIDIAN) for latitude in DAY_LATITUDES]
+    rows = [
+        (latitude, *place)
+        for latitude, place in zip(DAY_LATITUDES, found, strict=True)
+        if place and abs(float(values["latitude"][place[0]]) - latitude) <= FURTHEST
+    ]
+    names = [name for name in dataset["environment"].to_numpy() if name != UNSHADED] or [UNSHADED]
+    if not rows:
+        return None
+    figure = make_figure(max(4.0 * len(names), 5.0), 3.2 * len(rows))
+    panels = figure.subplots(len(rows), len(names), sharex=True, sharey="row", squeeze=False)
+    for line, (_, row, column) in zip(panels, rows, strict=True):
+        place = values.isel(latitude=row, longitude=column)
+        north, east = (round(float(place[name]), 2) for name in ("latitude", "longitude"))
+        where = f"{write_degrees(north, 'N', 'S')}, {write_longitude(east)}"
+        for axes, name in zip(line, names, strict=True):
+            draw_lines(axes, place.sel(environment=name))
+            axes.set_title(f"{name}, {where}")
+        own = [group for group in DAY_GROUPS if group in values["group"].to_numpy()]
+        line[0].set_ylim(0, 1.05 * max(float(place.sel(group=own, environment=names).max()), 1e-3))
+        line[0].set_ylabel("Full load hours in a year [h]")
+    panels[0, 0].legend(fontsize=8, loc="upper left")
+    for axes in panels[-1]:
+        axes.set_xlabel("Hour of the day, local solar time")
+    figure.supxlabel(describe_source(dataset), fontsize=8)
+    return figure
+
+
+def draw_lines(axes, values):
+    """East and west, roofs solid and facades dashed."""
+    for group, style in DAY_GROUPS.items():
+        if group in values["group"].to_numpy() and np.isfinite(values.sel(group=group)).all():
+            look = LINES[group.split("_")[1]]
+            hours = values.sel(group=group)
+            label = f"{title_of_group(group)}"
+            axes.plot(hours["solar_hour"] + 0.5, hours, color=look["color"], linestyle=style, label=label)
+    axes.set_xticks(np.arange(0, 25, 3))
+    axes.set_xlim(0, 24)
+
+
+PICTURES = {
+    "world_map.png": draw_world_map,
+    "world_gain.png": draw_world_gain,
+    "world_months.png": draw_world_months,
+    "world_day.png": draw_world_day,
+}
+
+
+def draw_world(path, folder):
+    """Draw the pictures that the places allow: maps need at least two rows and columns of a grid.
+
+    Parameters
+    ----------
+    path : path-like
+        world.nc.
+    folder : pathlib.Path
+
+    Returns
+    -------
+    list of str
+        Names of the files written.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or is none of `citypv world`.
+    """
+    try:
+        with open_netcdf(path) as dataset:
+            dataset.load()
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(path, f"cannot be read as NetCDF ({' '.join(str(error).split())})", CURE) from error
+    missing = [name for name in SHOWN if name not in dataset]
+    if missing:
+        raise InputError(path, f"has no {', '.join(missing)}", CURE)
+    if "latitude" not in dataset.dims:
+        return []
+    dataset, written = join_at_date_line(dataset), []
+    with plain_style():
+        for name, draw in PICTURES.items():
+            figure = draw(dataset)
+            if figure is not None:
+                figure.savefig(folder / name, dpi=DOTS, metadata={"Software": None})
+                written.append(name)
+    return written
