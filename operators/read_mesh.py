@@ -4,8 +4,7 @@ from collections import Counter
 
 import numpy as np
 
-from ..core.city.polygon import FileContent, Polygon
-from ..core.city.tree import Tree
+from ..core.city.city import FileContent, Polygon, Tree
 from ..core.errors import InputError
 from .attributes import PREFIX
 from .in_place import has_own_faces

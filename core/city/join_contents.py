@@ -8,8 +8,7 @@ import pyproj
 from ..errors import InputError
 from ..progress import silent
 from .assemble_city import assemble_city
-from .convert_to_metres import convert_to_metres
-from .name_crs import name_crs
+from .transform_crs import convert_to_metres, name_crs
 
 IN_DEGREES = "implicit geometry in a coordinate reference system in degrees"
 JOINING = "joining polygons"  # name of the stage

@@ -5,11 +5,11 @@ from dataclasses import fields, replace
 import numpy as np
 
 from ..city.city import ImportReport
+from ..city.crowns import Crowns
 from ..materials.read_albedo import brdfs_of_triangles
 from ..patches.patches import number_triangles
 from ..scene.add_backs import add_backs
 from ..scene.scene import FAR, OWN
-from ..trees.crowns import Crowns
 from .coarsen_surroundings import coarsen
 from .tiles import LEFT_OUT, rises
 

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.foresee_target import foresee_target
+from ..city.racks import city_with_racks
 from ..effects.plan_effects import describe_plan
 from ..energy.pv_system import ELECTRIC, build_system
 from ..errors import InputError
 from ..interruption import Interruption
 from ..methods import METHODS
 from ..progress import CancelledError, silent
-from ..racks.lay_racks import city_with_racks
 from ..results.effect_shares import shares_of_effects, state_outcome
 from ..results.output_folder import whole_folder
 from ..results.read_transfer import read_transfer

@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
+from ..city.racks import find_racked_roofs
 from ..energy.groups import KINDS, ORIENTATIONS
-from ..racks.rack_names import find_racked_roofs
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 TITLES = {

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..files.open_netcdf import open_netcdf
 from ..horizon.horizon import TerrainHorizon
+from ..read.open_netcdf import open_netcdf
 from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
 from ..sky.light_sources import SOURCES

@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import pytest
 
-from citypv.core.files.read_city import READERS
+from citypv.core.read.read_city import READERS
 from citypv.operators.import_city import SUFFIXES
 from citypv.operators.keep_report import describe_row, find_row, read_rows
 from citypv.operators.select_faces import leave_edit_mode, read_selection

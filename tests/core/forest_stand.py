@@ -10,13 +10,12 @@ import numpy as np
 import shapely
 import shapely.affinity
 
+from citypv.core.city.crowns import Crowns, cylinder, unit_sphere
+from citypv.core.city.foliage import NORTHERN
 from citypv.core.request import Request
 from citypv.core.scene.scene import Site
 from citypv.core.selfcheck.plain_scenes import join_parts, rectangle
 from citypv.core.study import compute_energy, read_year, trace_scene
-from citypv.core.trees.crowns import Crowns
-from citypv.core.trees.ellipsoid import cylinder, unit_sphere
-from citypv.core.trees.foliage import NORTHERN
 from citypv.core.weather.weather import darken_hours
 
 REACH = 140.0  # [m] around the sensors, up to which the stand is repeated

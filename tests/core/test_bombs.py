@@ -7,7 +7,7 @@ import citygml_text as text
 import pytest
 from memory_of_reading import memory_of_refusal
 
-from citypv.core.files.read_city import read_city
+from citypv.core.read.read_city import read_city
 
 pytestmark = pytest.mark.once
 

@@ -11,7 +11,7 @@ from cityjson_text import CUBE, FACES, SHELL, house, instance, model, read, soli
 from memory_of_reading import memory_of_refusal
 
 from citypv.core.errors import InputError
-from citypv.core.files.read_city import read_city
+from citypv.core.read.read_city import read_city
 
 GOOD = model({"b": house(solid())})
 TEXT = json.dumps(GOOD)

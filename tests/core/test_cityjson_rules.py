@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from cityjson_text import CUBE, FACES, at, house, instance, model, read, row, solid
 
-from citypv.core.files.read_city import read_city
+from citypv.core.read.read_city import read_city
 
 ROOF = {"surfaces": [{"type": "RoofSurface"}]}
 

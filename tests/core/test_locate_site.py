@@ -6,8 +6,7 @@ import numpy as np
 import pyproj
 import pytest
 
-from citypv.core.city.convert_to_metres import convert_to_metres
-from citypv.core.city.name_crs import name_crs
+from citypv.core.city.transform_crs import convert_to_metres, name_crs
 from citypv.core.errors import InputError
 from citypv.core.scene.locate_site import locate_site, note_outside_use
 

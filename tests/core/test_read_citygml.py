@@ -11,7 +11,7 @@ import pytest
 
 from citypv.core.city.measure_polygons import measure_polygons
 from citypv.core.errors import InputError
-from citypv.core.files.read_city import read_city
+from citypv.core.read.read_city import read_city
 from citypv.core.scene.classify import measure_tilt
 
 ROOT = Path(__file__).parents[2]

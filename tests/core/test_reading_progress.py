@@ -19,9 +19,9 @@ from citypv.core.city.join_contents import JOINING
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
-from citypv.core.files.open_input import BUFFER
-from citypv.core.files.read_city import READING, read_city
 from citypv.core.progress import CancelledError, TerminalProgress
+from citypv.core.read.open_input import BUFFER
+from citypv.core.read.read_city import READING, read_city
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_cityjson import write_cityjson
 from citypv.core.results.write_faces import write_faces

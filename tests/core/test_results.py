@@ -16,7 +16,7 @@ from weathers import ERA5, PVGIS
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.errors import InputError
-from citypv.core.files import open_netcdf
+from citypv.core.read import open_netcdf
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_faces import write_faces
 from citypv.core.results.write_groups import write_groups

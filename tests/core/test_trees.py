@@ -9,6 +9,9 @@ from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 from test_closed_forms import direct_relative
 from weathers import BERLIN, plain_table, write_table, year_of
 
+from citypv.core.city.canopy import Canopy, KeptRays
+from citypv.core.city.crowns import volume_of_crowns
+from citypv.core.city.foliage import parse_months
 from citypv.core.commands.predict_seconds import predict_seconds
 from citypv.core.energy.pv_system import build_system
 from citypv.core.errors import InputError
@@ -21,10 +24,6 @@ from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
 from citypv.core.study import compute_energy, prepare_study, read_year, trace_scene
 from citypv.core.transfer.prepare_scene import prepare_scene
-from citypv.core.trees.canopy import Canopy
-from citypv.core.trees.crowns import volume_of_crowns
-from citypv.core.trees.foliage import parse_months
-from citypv.core.trees.kept_rays import KeptRays
 
 NONE = np.zeros(1)
 
