@@ -97,7 +97,7 @@ def plane_of(crs):
     return plane, 1.0 if plane.is_geographic else plane.axis_info[0].unit_conversion_factor
 
 
-def bring_places(places, source, target, path):
+def transform_crs(places, source, target, path):
     """Transform points, east first, from one coordinate reference system to another.
 
     Parameters

@@ -1,4 +1,8 @@
-"""CityGML ImplicitGeometry: prototypes in local coordinates, instanced at many places."""
+"""Collect the polygons and references of CityGML elements; place implicit geometry; resolve references.
+
+An xlink names a polygon, or a group of polygons, that another element defines: it exists once. An ImplicitGeometry is a
+prototype in local coordinates, instanced at many places.
+"""
 
 import re
 from dataclasses import dataclass, replace
@@ -9,73 +13,6 @@ import numpy as np
 from ..city.city import FileContent, Polygon, Reference
 from ..errors import InputError
 from .open_input import LARGEST_COORDINATE
-
-NOT_HELD = "implicit geometry whose prototype is not in the file"
-
-
-@dataclass
-class Anchor:
-    """Position, rotation and scale of one instance."""
-
-    matrix: np.ndarray  # (4, 4) float64
-    point: np.ndarray  # (3,) float64, in the units of the file
-
-    def place(self, polygons):
-        """Polygons of a prototype transformed to this instance: list of Polygon."""
-        return [replace(one, rings=[self._move(ring) for ring in one.rings], implicit=True) for one in polygons]
-
-    def _move(self, ring):
-        return ring @ self.matrix[:3, :3].T + self.matrix[:3, 3] + self.point
-
-
-def read_anchor(element):
-    """Reference point and transformation matrix of an ImplicitGeometry.
-
-    Parameters
-    ----------
-    element : lxml element
-
-    Returns
-    -------
-    Anchor or None
-        None if the point or the matrix is missing or invalid.
-    """
-    point = _numbers(next(element.iterfind("{*}referencePoint//{*}pos"), None), 3)
-    matrix = element.find("{*}transformationMatrix")
-    matrix = np.eye(4).ravel() if matrix is None else _numbers(matrix, 16)
-    if point is None or matrix is None:
-        return None
-    return Anchor(matrix.reshape(4, 4), point)
-
-
-def _numbers(element, count):
-    try:
-        numbers = np.array([float(word) for word in element.text.split()]) if element is not None else np.empty(0)
-    except (ValueError, AttributeError):
-        return None
-    return numbers if len(numbers) == count and np.isfinite(numbers).all() else None
-
-
-def place_shapes(content):
-    """Instance the prototypes that are given by reference.
-
-    Parameters
-    ----------
-    content : FileContent
-        The polygons of its instances are appended.
-    """
-    for target, anchor, place, name in content.instances:
-        shape = content.prototypes.get(target)
-        if shape is None:
-            content.skip(NOT_HELD, name)
-            continue
-        own = [
-            Polygon(one.surface_id, place.building, place.part, place.thematic or one.thematic, place.lod, one.source,
-                    one.rings, one.line, one.flipped)
-            for one in shape
-        ]  # fmt: skip
-        content.polygons += anchor.place(own)
-
 
 XLINK = "{http://www.w3.org/1999/xlink}href"
 GML_IDS = ("{http://www.opengis.net/gml}id", "{http://www.opengis.net/gml/3.2}id")
@@ -137,18 +74,11 @@ def _walk(element, place, content, kinds):
         elif kind == "ImplicitGeometry":
             _add_implicit(child, place, content, kinds)
         elif kind != "passed by":
-            inner = _step(child, kind, place, content)
+            first, inner = len(content.polygons), _step(child, kind, place, content)
             if inner is not None:
-                _walk_group(child, inner, content, kinds)
-
-
-def _walk_group(element, place, content, kinds):
-    first = len(content.polygons)
-    _walk(element, place, content, kinds)
-    if place.lod is not None:
-        identifier = _identifier(element)
-        if identifier:
-            content.groups[identifier] = (first, len(content.polygons))
+                _walk(child, inner, content, kinds)
+                if inner.lod is not None and _identifier(child):
+                    content.groups[_identifier(child)] = (first, len(content.polygons))
 
 
 def _add_implicit(element, place, content, kinds):
@@ -213,10 +143,7 @@ def _step(child, kind, place, content):
 
 
 def _identifier(element):
-    for name in GML_IDS:
-        if name in element.attrib:
-            return element.attrib[name]
-    return ""
+    return next((element.attrib[name] for name in GML_IDS if name in element.attrib), "")
 
 
 def _note_srs_name(element, content):
@@ -250,18 +177,27 @@ def _add_polygon(element, place, content):
     content.polygons.append(Polygon(identifier, *where, rings, line, place.flipped))
 
 
+def read_numbers(elements):
+    """Numbers in the texts of elements of GML, (k,) float64; None if a word is not a number."""
+    words = []
+    for element in elements:
+        text = element.text or ""
+        words += (text.replace(",", " ") if element.tag.endswith("coordinates") else text).split()
+    try:
+        return np.array([float(word) for word in words])
+    except ValueError:
+        return None
+
+
 def _read_ring(part, place, content):
     """Points of one ring (k, 3), and a problem with them or None."""
-    texts, dimension = [], place.dimension
-    for element in part.iter(*COORDINATES):
-        text = element.text or ""
+    elements, dimension = list(part.iter(*COORDINATES)), place.dimension
+    for element in elements:
         if element.attrib:
             _note_srs_name(element, content)
             dimension = element.get("srsDimension", dimension)
-        texts.append(text.replace(",", " ") if element.tag.endswith("coordinates") else text)
-    try:
-        numbers = np.array([float(word) for text in texts for word in text.split()])
-    except ValueError:
+    numbers = read_numbers(elements)
+    if numbers is None:
         return None, "coordinates that are not numeric"
     if dimension == "2":
         return None, "2D coordinates without heights"
@@ -273,15 +209,50 @@ def _read_ring(part, place, content):
     return numbers.reshape(-1, 3), None
 
 
-MISSING = "reference to a polygon that is not in the file"
+@dataclass
+class Anchor:
+    """Position, rotation and scale of one instance."""
+
+    matrix: np.ndarray  # (4, 4) float64
+    point: np.ndarray  # (3,) float64, in the units of the file
+
+    def place(self, polygons):
+        """Polygons of a prototype transformed to this instance: list of Polygon."""
+        turn, step = self.matrix[:3, :3].T, self.matrix[:3, 3]
+        return [
+            replace(one, rings=[ring @ turn + step + self.point for ring in one.rings], implicit=True)
+            for one in polygons
+        ]
+
+
+def read_anchor(element):
+    """Reference point and transformation matrix of an ImplicitGeometry.
+
+    Parameters
+    ----------
+    element : lxml element
+
+    Returns
+    -------
+    Anchor or None
+        None if the point or the matrix is missing or invalid.
+    """
+    point = next(element.iterfind("{*}referencePoint//{*}pos"), None)
+    matrix = element.find("{*}transformationMatrix")
+    point = None if point is None else read_numbers([point])
+    matrix = np.eye(4) if matrix is None else read_numbers([matrix])
+    for numbers, count in ((point, 3), (matrix, 16)):
+        if numbers is None or numbers.size != count or not np.isfinite(numbers).all():
+            return None
+    return Anchor(matrix.reshape(4, 4), point)
 
 
 def resolve_references(content):
-    """Apply references to their polygons: thematic class, further LoDs, orientation.
+    """Apply references to their polygons, and instance the prototypes that are given by reference.
 
-    A Solid that references the polygons of its boundary surfaces adds nothing; a boundary surface that references
-    polygons of a Solid gives them its class. Polygons referenced by another building stay with the building that
-    defines them.
+    A reference gives a polygon its thematic class, a further LoD, its orientation. A Solid that references the polygons
+    of its boundary surfaces adds nothing; a boundary surface that references polygons of a Solid gives them its class.
+    Polygons referenced by another building stay with the building that defines them.
 
     Parameters
     ----------
@@ -290,21 +261,24 @@ def resolve_references(content):
     """
     index = {polygon.surface_id: polygon for polygon in reversed(content.polygons) if polygon.surface_id}
     for reference in content.references:
-        if reference.target in index:
-            targets = [index[reference.target]]
-        elif reference.target in content.groups:
-            first, last = content.groups[reference.target]
-            targets = content.polygons[first:last]
-        else:
-            content.skip(MISSING, reference.target)
+        if reference.target not in index and reference.target not in content.groups:
+            content.skip("reference to a polygon that is not in the file", reference.target)
             continue
-        for polygon in targets:
-            _apply(reference, polygon)
+        known = index.get(reference.target)
+        for polygon in [known] if known else content.polygons[slice(*content.groups[reference.target])]:
+            if polygon.building == reference.building:
+                _apply(reference, polygon)
+    for target, anchor, place, name in content.instances:
+        shape = content.prototypes.get(target)
+        if shape is None:
+            content.skip("implicit geometry whose prototype is not in the file", name)
+            continue
+        own = {"building": place.building, "part": place.part, "lod": place.lod, "more_lods": ()}
+        drawn = [replace(one, thematic=place.thematic or one.thematic, material="", **own) for one in shape]
+        content.polygons += anchor.place(drawn)
 
 
 def _apply(reference, polygon):
-    if polygon.building != reference.building:
-        return
     if reference.thematic and not polygon.thematic:
         polygon.thematic, polygon.source = reference.thematic, "surface"
     if reference.flipped and reference.source == "solid" and reference.part in (0, polygon.part):

@@ -1,4 +1,4 @@
-"""Collect trees from SolitaryVegetationObject and PlantCover elements of CityGML."""
+"""Collect trees from SolitaryVegetationObjects and PlantCovers, of CityGML and of CityJSON."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import numpy as np
 from ..city.assemble_city import rank_lod
 from ..city.city import Tree
 from ..errors import InputError
-from .collect_polygons import collect_polygons, place_shapes, resolve_references
+from .collect_polygons import collect_polygons, read_numbers, resolve_references
 from .collect_shapes import INSTANCE, Owner, collect_shapes
 from .open_input import clean_name
 
@@ -16,6 +16,7 @@ METRES = ("", "m", "metre", "meter", "metres", "meters")
 EVERGREEN = ("1060", "conifer", "evergreen")  # class: 1060 is coniferous trees in the standard's list
 NUMBERS = {"height": "height", "crownDiameter": "crown_diameter", "trunkDiameter": "trunk_diameter"}
 DENSITY = "leafAreaDensity"
+POINTS = "MultiPoint"
 
 
 def collect_tree(element, content, kinds):
@@ -82,11 +83,8 @@ def read_place(element):
     """Reference point or point geometry of a tree: (3,) float64, or None."""
     for path in ("{*}referencePoint//{*}pos", "{*}Point/{*}pos"):
         for found in element.iterfind(f".//{path}"):
-            try:
-                numbers = np.array([float(word) for word in (found.text or "").split()])
-            except ValueError:
-                continue
-            if len(numbers) == 3 and np.isfinite(numbers).all():
+            numbers = read_numbers([found])
+            if numbers is not None and len(numbers) == 3 and np.isfinite(numbers).all():
                 return numbers
     return None
 
@@ -101,7 +99,6 @@ def finish_trees(content):
     """
     plants = content.plants
     resolve_references(plants)
-    place_shapes(plants)
     drawn = {}
     for polygon in plants.polygons:
         drawn.setdefault(polygon.building, []).append(polygon)
@@ -112,9 +109,6 @@ def finish_trees(content):
     for reason, names in plants.skipped.items():
         content.skipped.setdefault(f"of vegetation: {reason}", []).extend(names)
     plants.polygons, plants.prototypes = [], {}
-
-
-POINTS = "MultiPoint"
 
 
 def collect_json_tree(one, name, shapes, line):
@@ -145,21 +139,15 @@ def collect_json_tree(one, name, shapes, line):
             value, unit = value.get("value"), value.get("uom")
         set_number(tree, field, word, value, unit if isinstance(unit, str) else None)
     tree.evergreen = is_evergreen(attributes.get("class"))
-    geometries = [part for part in one.get("geometry") or [] if isinstance(part, dict)]
-    tree.place = find_place(geometries, shapes.vertices)
+    geometries = one.get("geometry")
+    geometries = [part for part in geometries if isinstance(part, dict)] if isinstance(geometries, list) else []
+    for part in geometries:  # the first point of a MultiPoint, or the reference point of an instance
+        places = part.get("boundaries")
+        first = places[0] if part.get("type") in (POINTS, INSTANCE) and isinstance(places, list) and places else None
+        if tree.place is None and type(first) is int and 0 <= first < len(shapes.vertices):
+            tree.place = np.array(shapes.vertices[first], float)
     content.plants.buildings.append(tree.name)
     owner = Owner(tree.name, len(content.trees), 0, "", line)
     solid = [part for part in geometries if part.get("type") != POINTS]
     collect_shapes({"geometry": solid}, owner, replace(shapes, content=content.plants))
     content.trees.append(tree)
-
-
-def find_place(geometries, vertices):
-    """First point of a MultiPoint, or the reference point of an instance: (3,) float64, or None."""
-    for geometry in geometries:
-        boundaries = geometry.get("boundaries")
-        if geometry.get("type") in (POINTS, INSTANCE) and isinstance(boundaries, list) and boundaries:
-            first = boundaries[0]
-            if type(first) is int and 0 <= first < len(vertices):
-                return np.array(vertices[first], float)
-    return None

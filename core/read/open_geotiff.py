@@ -1,4 +1,7 @@
-"""Coordinate reference system and unit of heights of a GeoTIFF, from its keys (OGC 19-008r4)."""
+"""Open a GeoTIFF (OGC 19-008r4): uncompressed, Deflate, LZW or PackBits, in strips or tiles.
+
+Its coordinate reference system and the unit of its heights follow from its keys.
+"""
 
 import re
 from pathlib import Path
@@ -10,14 +13,18 @@ from pyproj.exceptions import CRSError
 from .raster import Raster
 from .unpack_segment import KNOWN, unpack_segment
 
+METADATA, NO_DATA = 42112, 42113  # tags of GDAL
+PIXEL_SCALE, TIE_POINT, TRANSFORMATION = 33550, 33922, 34264  # tags of GeoTIFF
+PIXEL_IS_POINT = 2
+WORLD_FILES = (".tfw", ".tifw", ".tiffw", ".wld", ".TFW")
 USER_DEFINED = 32767
 PROJECTED, GEOGRAPHIC = 1, 2  # types of model
 LENGTHS = {9001: 1.0, 9002: 0.3048, 9003: 1200 / 3937}  # EPSG's units [m]
 WORDS = {9001: "metre", 9002: "foot", 9003: "us survey foot"}
 
 
-class UnknownSystemError(ValueError):
-    """A system that is described by parameters, not by a number of EPSG."""
+class UnreadError(Exception):
+    """A GeoTIFF of a kind, or in a system, that is not read here."""
 
 
 def crs_of_keys(keys):
@@ -37,7 +44,7 @@ def crs_of_keys(keys):
 
     Raises
     ------
-    UnknownSystemError
+    UnreadError
     """
     model = int(keys.get("GTModelTypeGeoKey", 0))
     name = {PROJECTED: "ProjectedCSTypeGeoKey", GEOGRAPHIC: "GeographicTypeGeoKey"}.get(model)
@@ -47,11 +54,11 @@ def crs_of_keys(keys):
     code = int(keys.get(name, USER_DEFINED))
     vertical = int(keys.get("VerticalCSTypeGeoKey", USER_DEFINED))
     if code in (0, USER_DEFINED):
-        raise UnknownSystemError("its coordinate reference system has no EPSG code")
+        raise UnreadError("its coordinate reference system has no EPSG code")
     system = read_code(code)
     given = LENGTHS.get(int(keys.get("ProjLinearUnitsGeoKey", 0)))
     if model == PROJECTED and given and abs(given / system.axis_info[0].unit_conversion_factor - 1) > 1e-9:
-        raise UnknownSystemError(f"its unit of length is not that of EPSG:{code}")
+        raise UnreadError(f"its unit of length is not that of EPSG:{code}")
     if 0 < vertical < USER_DEFINED and not unit and read_code(vertical).is_vertical:
         system = read_code(f"{code}+{vertical}")
     return system.to_wkt(), unit
@@ -62,22 +69,12 @@ def read_code(code):
 
     Raises
     ------
-    UnknownSystemError
+    UnreadError
     """
     try:
         return pyproj.CRS.from_user_input(f"EPSG:{code}")
     except CRSError as error:
-        raise UnknownSystemError(f"its coordinate reference system EPSG:{code} is not known") from error
-
-
-METADATA, NO_DATA = 42112, 42113  # tags of GDAL
-PIXEL_SCALE, TIE_POINT, TRANSFORMATION = 33550, 33922, 34264  # tags of GeoTIFF
-PIXEL_IS_POINT = 2
-WORLD_FILES = (".tfw", ".tifw", ".tiffw", ".wld", ".TFW")
-
-
-class UnreadError(Exception):
-    """A GeoTIFF of a kind that is not read here."""
+        raise UnreadError(f"its coordinate reference system EPSG:{code} is not known") from error
 
 
 def open_geotiff(path, file):
@@ -107,10 +104,7 @@ def open_geotiff(path, file):
     if kind is None or kind.kind not in "iuf" or page.bitspersample != 8 * kind.itemsize:
         raise UnreadError(f"has values of {page.bitspersample} bits")
     keys = page.geotiff_tags or {}
-    try:
-        crs, unit = crs_of_keys(keys)
-    except UnknownSystemError as error:
-        raise UnreadError(str(error)) from error
+    crs, unit = crs_of_keys(keys)
     scale, offset, told = read_metadata(page)
     blocks = Blocks(file, page)
     gap = read_gap(page)
@@ -145,23 +139,17 @@ class Blocks:
     def read(self, first, last, west, east):
         """Cells of the rows `first` to `last` and columns `west` to `east`, as stored: (r, c) array."""
         rows, columns, _ = self.shape
-        cells = np.zeros((last - first, east - west), self.page.dtype)
+        cells = np.full((last - first, east - west), read_gap(self.page) or 0, self.page.dtype)
         for down in range(first // rows, -(-last // rows)):
             for right in range(west // columns, -(-east // columns)):
                 block = self.read_block(down, right)
                 if block is None:
-                    cells[self._part(down, right, first, west, block)] = read_gap(self.page) or 0
                     continue
                 top, left = down * rows, right * columns
                 inside = block[max(first - top, 0) : last - top, max(west - left, 0) : east - left]
                 target = max(top, first) - first, max(left, west) - west
                 cells[target[0] : target[0] + inside.shape[0], target[1] : target[1] + inside.shape[1]] = inside
         return cells
-
-    def _part(self, down, right, first, west, block):
-        rows, columns, _ = self.shape
-        bounds = [(down * rows - first, rows), (right * columns - west, columns)]
-        return tuple(slice(max(start, 0), max(start + count, 0)) for start, count in bounds)
 
     def read_block(self, down, right):
         """One strip or tile: (rows, columns) array of its first sample; None if the file leaves it out."""

@@ -1,4 +1,4 @@
-"""Read an ASC grid (Esri ASCII grid)."""
+"""Open a height raster, plain or gzip-compressed: a GeoTIFF, or an ASC grid (Esri ASCII grid)."""
 
 import importlib.util
 import io
@@ -35,14 +35,22 @@ def read_ascii_grid(path):
         Not a grid, or a damaged one.
     """
     with open_text(path) as stream:
-        head, first = read_head(stream)
+        head, line = {}, stream.readline(1000)
+        while (match := HEAD.match(line)) and match[1].lower() in MARKS:
+            head[match[1].lower()] = match[2]
+            line = stream.readline(1000)
         columns, rows = int(head["ncols"]), int(head["nrows"])
         if columns < 1 or rows < 1:
             raise ValueError(f"its header announces {columns} x {rows} heights")
-        body = first + stream.read()
+        body = line + stream.read()
     if 2 * columns * rows > len(body) + 1:
         raise ValueError(f"its header announces {columns:,} x {rows:,} heights, but the file is too short")
-    numbers = read_numbers(body)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)
+        try:
+            numbers = np.fromstring(body, dtype=float, sep=" ")
+        except DeprecationWarning as error:
+            raise ValueError("holds something that is no number") from error
     if len(numbers) != columns * rows:
         raise ValueError(f"has {len(numbers):,} heights, but its header announces {columns:,} x {rows:,}")
     heights = numbers.reshape(rows, columns)
@@ -53,27 +61,6 @@ def read_ascii_grid(path):
         return heights[top:bottom, left:right].copy()
 
     return Raster(path, columns, rows, matrix_of_head(head, rows), read_system(Path(path)), "", 0, 1, read_cells)
-
-
-def read_numbers(text):
-    """Numbers between white space: (n,) float64."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", DeprecationWarning)
-        try:
-            return np.fromstring(text, dtype=float, sep=" ")
-        except DeprecationWarning as error:
-            raise ValueError("holds something that is no number") from error
-
-
-def read_head(stream):
-    """Header as a dict of lower-case words, and the line behind it."""
-    head = {}
-    while True:
-        line = stream.readline(1000)
-        match = HEAD.match(line)
-        if match is None or match[1].lower() not in MARKS:
-            return head, line
-        head[match[1].lower()] = match[2]
 
 
 def matrix_of_head(head, rows):
@@ -94,17 +81,7 @@ def read_system(path):
 
 
 TIFF_STARTS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
-DAMAGE = (
-    OSError,
-    ValueError,
-    KeyError,
-    IndexError,
-    TypeError,
-    AttributeError,
-    ArithmeticError,
-    struct.error,
-    zlib.error,
-)
+DAMAGE = (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError, struct.error, zlib.error)
 CURE = "type: gdalwarp -t_srs EPSG:4326 -co COMPRESS=DEFLATE old.tif new.tif (or: pip install rasterio)"
 LARGEST_BLOCK = 2**28  # bytes of one unpacked block of the raster
 
@@ -150,7 +127,9 @@ def _open(path, stack):
         start = stream.read(4)
         if start not in TIFF_STARTS:
             return read_ascii_grid(path)
-        content = io.BytesIO(start + stream.read()) if is_packed(path) else path
+        with Path(path).open("rb") as plain:
+            packed = plain.read(4) != start
+        content = io.BytesIO(start + stream.read()) if packed else path
     import tifffile  # imported late: few runs need it
 
     try:
@@ -159,12 +138,6 @@ def _open(path, stack):
         if importlib.util.find_spec("rasterio") is None:
             raise InputError(path, str(reason), CURE) from reason
         return open_with_rasterio(path, content, stack)
-
-
-def is_packed(path):
-    """Whether a file is compressed by gzip."""
-    with Path(path).open("rb") as stream:
-        return stream.read(2) == b"\x1f\x8b"
 
 
 def open_with_rasterio(path, content, stack):

@@ -1,4 +1,8 @@
-"""Parse an OBJ file: vertices, polygons with any number of corners, and the object, group and material of each."""
+"""Parse an OBJ file: vertices, polygons with any number of corners, and the object, group and material of each.
+
+Of its material libraries only the diffuse colours are read. Libraries are optional: problems with one become notes,
+and its colours stay unknown.
+"""
 
 import codecs
 import io
@@ -10,10 +14,14 @@ import numpy as np
 
 from ..errors import InputError
 from ..progress import ignore_share
-from .open_input import LARGEST_COORDINATE, clean_name, open_input
+from .open_input import CUT, LARGEST_COORDINATE, clean_name, open_input
 
 LONGEST_LINE = 2**20  # characters
-MARKS = {codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
+LARGEST = 2**24  # bytes of a decompressed library; a material takes some hundred
+MOST_LIBRARIES = 16  # per OBJ file; one is usual
+ELSEWHERE = re.compile(r"[/\\:\0]")  # characters that lead to another folder or device
+SHORT = 60  # characters of a name in a note
+BYTE_ORDERS = dict.fromkeys((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE), "utf-16")
 FREE_FORMS = {"l", "p", "curv", "curv2", "surf", "call", "csh"}
 SILENT = {"", "vn", "vt", "vp", "s", "mg", "lod", "bevel", "c_interp", "d_interp", "usemap"}
 
@@ -83,7 +91,11 @@ def parse_obj(path, report_share=ignore_share):
             known = keyword if keyword in FREE_FORMS else "(unknown)"
             parts.left_out[known] = parts.left_out.get(known, 0) + 1
     parts.vertices = np.array(vertices, float).reshape(-1, 3)
-    parts.faces = _resolve(path, faces, parts.lines, len(vertices))
+    for face, line in zip(faces, parts.lines, strict=True):
+        if face and max(face) >= len(vertices):
+            problem = f"line {line}: polygon refers to vertex {max(face) + 1}, the file has {len(vertices)}"
+            raise InputError(path, problem, CUT)
+    parts.faces = [np.array(face, np.int64) for face in faces]
     return parts
 
 
@@ -91,7 +103,7 @@ def _statements(path, report_share):
     """Line number and words of every statement; a trailing backslash continues on the next line."""
     with open_input(path, report_share) as stream:
         start = stream.peek(2)[:2] if hasattr(stream, "peek") else b""
-        text = io.TextIOWrapper(stream, MARKS.get(start, "utf-8-sig"), errors="replace")
+        text = io.TextIOWrapper(stream, BYTE_ORDERS.get(start, "utf-8-sig"), errors="replace")
         number, pending, length = 0, [], 0
         for raw in iter(lambda: text.readline(LONGEST_LINE), ""):
             number += 1
@@ -134,21 +146,6 @@ def _corners(path, line, words, count):
     return [corner - 1 if corner > 0 else count + corner for corner in corners]
 
 
-def _resolve(path, faces, lines, count):
-    for face, line in zip(faces, lines, strict=True):
-        if face and max(face) >= count:
-            problem = f"line {line}: polygon refers to vertex {max(face) + 1}, the file has {count}"
-            raise InputError(path, problem, CUT)
-    return [np.array(face, np.int64) for face in faces]
-
-
-LARGEST = 2**24  # bytes of a decompressed library; a material takes some hundred
-BYTE_ORDERS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
-ELSEWHERE = re.compile(r"[/\\:\0]")  # characters that lead to another folder or device
-SHORT = 60  # characters of a name in a note
-MOST_LIBRARIES = 16  # per OBJ file; one is usual
-
-
 def read_libraries(path, statements, notes):
     """Diffuse colours of the materials of an OBJ file.
 
@@ -168,7 +165,8 @@ def read_libraries(path, statements, notes):
     """
     folder, lines = Path(path).parent, {}
     for line, text in statements:
-        for name in name_libraries(folder, text):
+        # All of it if there is such a file (names may contain spaces), else each word.
+        for name in [text] if find_library(folder, text)[0] else text.split() or [""]:
             lines.setdefault(name, line)
     if len(lines) > MOST_LIBRARIES:
         notes.append(f"{path} names {len(lines)} files with mtllib; only the first {MOST_LIBRARIES} were read.")
@@ -184,11 +182,6 @@ def read_libraries(path, statements, notes):
             notes.append(f"{words}; its materials get no colours.")
         colours = found | colours  # the first definition of a material counts
     return colours
-
-
-def name_libraries(folder, text):
-    """File names in a statement: all of it if there is such a file (names may contain spaces), else each word."""
-    return [text] if find_library(folder, text)[0] else text.split() or [""]
 
 
 def find_library(folder, name):

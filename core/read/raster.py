@@ -6,6 +6,19 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from ..city.transform_crs import plane_of
+
+LOWEST, HIGHEST = -500.0, 12_000.0  # [m] all land lies between; values beyond mark gaps, or the floor of the sea
+WORDS = {  # in which rasters name the unit of their heights [m]
+    0.3048: ("ft", "foot", "feet", "international foot"),
+    1200 / 3937: ("us survey foot", "us survey feet", "us-ft", "ftus", "foot_us"),
+    0.001: ("mm", "millimetre", "millimetres", "millimeter", "millimeters"),
+    0.01: ("cm", "centimetre", "centimetres", "centimeter", "centimeters"),
+    0.1: ("dm", "decimetre", "decimetres", "decimeter", "decimeters"),
+    1.0: ("m", "metre", "metres", "meter", "meters"),
+    1000.0: ("km", "kilometre", "kilometres", "kilometer", "kilometers"),
+}
+UNIT_WORDS = {word: factor for factor, words in WORDS.items() for word in words}
 PIECE = 2**24  # cells that are unpacked at a time
 
 
@@ -68,3 +81,21 @@ def share_cells(count, wanted):
     touched = (overlap > 1e-9) & (cells < count)
     interval = np.broadcast_to(np.arange(wanted)[:, None], cells.shape)
     return sparse.csr_array((overlap[touched], (interval[touched], cells[touched])), shape=(wanted, count))
+
+
+def window_between(raster, corners):
+    """First column, first row, columns and rows of the raster inside a rectangle of its system, or None."""
+    (west, south), (east, north) = corners
+    corners = np.array([(west, south), (west, north), (east, south), (east, north)])
+    places = np.linalg.solve(raster.matrix[:, :2], corners.T - raster.matrix[:, 2:]).T
+    first = np.maximum(np.floor(places.min(axis=0)).astype(np.int64) - 1, 0)
+    last = np.minimum(np.ceil(places.max(axis=0)).astype(np.int64) + 1, (raster.width, raster.height))
+    return (*first, *(last - first)) if (last - first > 1).all() else None
+
+
+def height_factor(raster, unit=1.0):
+    """Metres per unit of the heights: as given by the band, else by the coordinate reference system."""
+    word = raster.unit.strip().lower()
+    if word in UNIT_WORDS:
+        return UNIT_WORDS[word]
+    return unit if raster.crs is None else plane_of(raster.crs)[1]

@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pyproj
 
-from ..city.transform_crs import bring_places, full_turn, plane_of, turn_towards
+from ..city.transform_crs import full_turn, plane_of, transform_crs, turn_towards
 from ..errors import InputError
 from .open_raster import open_raster
-from .raster import average_window
-from .read_terrain import HIGHEST, LOWEST, height_factor, window_between
+from .raster import HIGHEST, LOWEST, average_window, height_factor, window_between
 
 NEAR = 4000.0  # [m] around the place the raster is read at full resolution, if that is finer than further out
 MOST_POSTS = 4000  # per side; a finer raster is averaged down to that many
@@ -116,7 +115,7 @@ def points_around(place, distance, crs, path):
     count = np.ones(len(turn))
     longitude, latitude, _ = geodesic.fwd(count * place[1], count * place[0], turn, count * distance)
     places = np.column_stack([np.append(longitude, place[1]), np.append(latitude, place[0])])
-    return bring_places(places, GLOBE, crs, path)
+    return transform_crs(places, GLOBE, crs, path)
 
 
 def _read_grid(raster, window, middle):
@@ -134,7 +133,7 @@ def _read_grid(raster, window, middle):
 
 def read_land(raster):
     """`read_cells` of a raster in metres, with gaps where no land can be that low or high."""
-    factor = height_factor(raster, raster.crs, 1.0)
+    factor = height_factor(raster)
 
     def read_cells(*window):
         heights = raster.read_cells(*window) * factor
@@ -148,6 +147,6 @@ def _smaller_step(matrix, shape, crs, path):
     """Smaller distance between neighbouring posts in the middle of a grid [m]."""
     middle = shape[1] / 2, shape[0] / 2
     posts = np.array([(*middle, 1), (middle[0] + 1, middle[1], 1), (middle[0], middle[1] + 1, 1)])
-    points = bring_places(posts @ matrix.T, crs, GLOBE, path)
+    points = transform_crs(posts @ matrix.T, crs, GLOBE, path)
     _, _, length = pyproj.Geod(ellps="WGS84").inv(*np.repeat(points[:1], 2, axis=0).T, *points[1:].T)
     return float(length.min())

@@ -61,25 +61,31 @@ def read_obj(path, up="z", report_share=ignore_share):
         if len(face) < 3:
             content.skip("fewer than three points", f"line {line}")
         else:
-            ring = _close_ring(vertices[face])
+            ring = vertices[[*face, face[0]]]  # OBJ never repeats the first point; an open ring would count as repaired
             polygon = Polygon("", int(number), 0, "", "", "surface", [ring], line, material=material)
             content.polygons.append(polygon)
-    _note(parts, content)
+    for keyword, count in sorted(parts.left_out.items()):
+        content.notes.append(f"{count} lines {keyword} of {path} left out: not polygons.")
+    if parts.comment_crs:
+        words = f"{path}, {parts.comment_crs} is only a comment and was not used"
+        content.notes.append(f"{words}: give --latitude, --longitude and --unit.")
     _note_others(parts, building, content)
     _colour(parts, content)
     return content
-
-
-def _close_ring(ring):
-    """Repeat the first point at the end: OBJ never does, and an open ring would count as repaired."""
-    return np.concatenate([ring, ring[:1]])
 
 
 def _buildings(parts, vertices, content):
     """Building of each polygon, (f,); names are stored in the content."""
     if len(parts.object_names) > 1:
         used, building = np.unique(parts.objects, return_inverse=True)
-        content.buildings = _unique([parts.object_names[k] for k in used], content)
+        names, seen = [parts.object_names[k] for k in used], Counter()
+        for name in names:
+            seen[name] += 1
+            content.buildings.append(f"{name}~{seen[name]}" if name and seen[name] > 1 else name)
+        again = [own for own, name in zip(content.buildings, names, strict=True) if own != name]
+        if again:
+            words = f"{len(again)} objects have the name of an earlier one, number added"
+            content.notes.append(f"{words}: {again[0]} …")
     elif any(parts.groups):
         number = {name: k for k, name in enumerate(dict.fromkeys(parts.groups))}
         building = np.array([number[name] for name in parts.groups])
@@ -91,18 +97,6 @@ def _buildings(parts, vertices, content):
             f"{content.path} has no objects or groups: {len(content.buildings)} connected parts read as buildings."
         )
     return building.reshape(-1)
-
-
-def _unique(names, content):
-    """Names of objects; a repeated name is another building, with a number added."""
-    seen, unique = Counter(), []
-    for name in names:
-        seen[name] += 1
-        unique.append(f"{name}~{seen[name]}" if name and seen[name] > 1 else name)
-    again = [name for name, plain in zip(unique, names, strict=True) if name != plain]
-    if again:
-        content.notes.append(f"{len(again)} objects have the name of an earlier one, number added: {again[0]} …")
-    return unique
 
 
 def _pieces(faces, vertices):
@@ -138,14 +132,6 @@ def _stacked(faces, vertices, piece):
     pairs, faces_on = np.unique(np.column_stack([piece[pairs[:, 0]], pairs[:, 1]]), axis=0, return_counts=True)
     mostly = faces_on >= ABOVE * np.bincount(piece)[pairs[:, 0]]
     return pairs[mostly].T
-
-
-def _note(parts, content):
-    for keyword, count in sorted(parts.left_out.items()):
-        content.notes.append(f"{count} lines {keyword} of {content.path} left out: not polygons.")
-    if parts.comment_crs:
-        words = f"{content.path}, {parts.comment_crs} is only a comment and was not used"
-        content.notes.append(f"{words}: give --latitude, --longitude and --unit.")
 
 
 def _note_others(parts, building, content):

@@ -1,4 +1,7 @@
-"""LZW as in TIFF (Adobe, TIFF 6.0, section 13): codes of 9 to 12 bits, first bit highest, widened one code early."""
+"""Unpack a strip or tile of a TIFF file: LZW, Deflate, PackBits, and differences between neighbours.
+
+LZW (Adobe, TIFF 6.0, section 13): codes of 9 to 12 bits, first bit highest, widened one code early.
+"""
 
 import zlib
 
