@@ -1,4 +1,7 @@
-"""Terrain that stands in a file of buildings, as it is read: triangles by level of detail."""
+"""The city as read from the input files: polygons, and the building each belongs to; and what single files hold.
+
+A reader gives a FileContent: Polygons, References, a Relief and Trees. `join_contents` makes one City of several.
+"""
 
 from array import array
 from dataclasses import dataclass, field
@@ -7,41 +10,71 @@ import numpy as np
 
 
 @dataclass
-class Relief:
-    """Triangles of the TIN reliefs of one file."""
+class ImportReport:
+    """What the readers found, chose, repaired and left out."""
 
-    corners: dict = field(default_factory=dict)  # LoD, "" where none is named -> array of 9 float64 per triangle
-    srs_names: dict = field(default_factory=dict)  # spelling that the relief itself has -> line where it was met
+    files: list = field(default_factory=list)  # paths, as given
+    building_count: int = 0
+    part_count: int = 0
+    lods_met: dict = field(default_factory=dict)  # LoD -> number of polygons
+    lods_chosen: dict = field(default_factory=dict)  # LoD -> number of polygons kept
+    repaired: dict = field(default_factory=dict)  # reason -> list of surface ids
+    skipped: dict = field(default_factory=dict)  # reason -> list of ids
+    skipped_area: dict = field(default_factory=dict)  # reason -> [m²] left out, if it has geometry
+    notes: list = field(default_factory=list)  # sentences for the user
 
-    def add(self, lod, numbers):
-        """Take the corners of triangles: 9 numbers each, in the order and the units of the file."""
-        self.corners.setdefault(lod, array("d")).extend(numbers)
+    def repair(self, reason, names):
+        """Record which surfaces were repaired, and how."""
+        if len(names):
+            self.repaired.setdefault(reason, []).extend(names)
 
-    def count(self):
-        """Number of triangles."""
-        return sum(len(numbers) for numbers in self.corners.values()) // 9
+    def skip(self, reason, names, area=None):
+        """Record what was left out, why, and its area [m²] if known."""
+        if len(names):
+            self.skipped.setdefault(reason, []).extend(names)
+        if area is not None:
+            self.skipped_area[reason] = self.skipped_area.get(reason, 0.0) + float(area)
+
+    def note(self, words, names):
+        """Add a sentence about some named things: their number, the words, and the first of them."""
+        if names:
+            self.notes.append(f"{len(names)} {words}: {', '.join(names[:5])}{' …' if len(names) > 5 else '.'}")
 
 
 @dataclass
-class Tree:
-    """A tree, a hedge or a group of plants as read from a file: a shape, or a place and numbers."""
+class City:
+    """Polygons in the order of the input.
 
-    name: str
-    path: object  # file
-    line: int
-    cover: bool = False  # PlantCover: an area with plants
-    polygons: list = field(default_factory=list)  # of Polygon, of its best level of detail
-    place: np.ndarray | None = None  # (3,) float64, foot, in the units of the file, later [m]
-    height: float | None = None  # [m]; of a PlantCover the mean one
-    crown_diameter: float | None = None  # [m]
-    trunk_diameter: float | None = None  # [m]
-    evergreen: bool = False
-    area_density: float | None = None  # [m²/m³] of leaves, where the file gives one
+    A polygon's first ring is its exterior, the others are holes. Rings are open: the first point is not repeated.
+    """
 
-    @property
-    def where(self):
-        """Place in the file, for messages."""
-        return f"line {self.line}: {'PlantCover' if self.cover else 'tree'} {self.name!r}"
+    surface_id: list  # (n,) str, unique
+    building_id: list  # (n,) str, the top-level building
+    thematic: list  # (n,) str: WallSurface, RoofSurface, GroundSurface, ClosureSurface, … or ""
+    points: np.ndarray  # (m, 3) float64 [m], x east, y north, z up, in the coordinate reference system of the file
+    ring_start: np.ndarray  # (r + 1,) int64 into points
+    polygon_start: np.ndarray  # (n + 1,) int64 into ring_start
+    crs: str | None  # as accepted by pyproj.CRS.from_user_input, or None if the file gives none
+    report: ImportReport = field(default_factory=ImportReport)
+    lod: list | None = None  # (n,) str, "" in formats without levels of detail; None if not recorded
+    material: list | None = None  # (n,) str, names of materials, "" if there is none; None if not recorded
+    colours: dict = field(default_factory=dict)  # name of a material of the files -> (3,) diffuse colour, or None
+    trees: list = field(default_factory=list)  # of Tree [m]
+    terrain: object = None  # ground.terrain.Terrain of the files, in the system of the points, or None
+
+    def __len__(self):
+        return len(self.surface_id)
+
+    def rings(self, polygon):
+        """Rings of one polygon, the exterior first: list of (k, 3) float64 [m]."""
+        first, last = self.polygon_start[polygon], self.polygon_start[polygon + 1]
+        return [self.points[self.ring_start[r] : self.ring_start[r + 1]] for r in range(first, last)]
+
+
+def number_names(names):
+    """A number for each distinct name of a list, from 0 in the order in which they appear: (n,) int64."""
+    numbers = {name: number for number, name in enumerate(dict.fromkeys(names))}
+    return np.fromiter((numbers[name] for name in names), np.int64, len(names))
 
 
 @dataclass(slots=True)
@@ -80,6 +113,44 @@ class Reference:
 
 
 @dataclass
+class Relief:
+    """Triangles of the TIN reliefs of one file, as they are read."""
+
+    corners: dict = field(default_factory=dict)  # LoD, "" where none is named -> array of 9 float64 per triangle
+    srs_names: dict = field(default_factory=dict)  # spelling that the relief itself has -> line where it was met
+
+    def add(self, lod, numbers):
+        """Take the corners of triangles: 9 numbers each, in the order and the units of the file."""
+        self.corners.setdefault(lod, array("d")).extend(numbers)
+
+    def count(self):
+        """Number of triangles."""
+        return sum(len(numbers) for numbers in self.corners.values()) // 9
+
+
+@dataclass
+class Tree:
+    """A tree, a hedge or a group of plants as read from a file: a shape, or a place and numbers."""
+
+    name: str
+    path: object  # file
+    line: int
+    cover: bool = False  # PlantCover: an area with plants
+    polygons: list = field(default_factory=list)  # of Polygon, of its best level of detail
+    place: np.ndarray | None = None  # (3,) float64, foot, in the units of the file, later [m]
+    height: float | None = None  # [m]; of a PlantCover the mean one
+    crown_diameter: float | None = None  # [m]
+    trunk_diameter: float | None = None  # [m]
+    evergreen: bool = False
+    area_density: float | None = None  # [m²/m³] of leaves, where the file gives one
+
+    @property
+    def where(self):
+        """Place in the file, for messages."""
+        return f"line {self.line}: {'PlantCover' if self.cover else 'tree'} {self.name!r}"
+
+
+@dataclass
 class FileContent:
     """All polygons of one file at all LoDs, in input order."""
 
@@ -103,66 +174,3 @@ class FileContent:
     def skip(self, reason, identifier):
         """Record what was left out, and why."""
         self.skipped.setdefault(reason, []).append(identifier)
-
-
-@dataclass
-class ImportReport:
-    """What the readers found, chose, repaired and left out."""
-
-    files: list = field(default_factory=list)  # paths, as given
-    building_count: int = 0
-    part_count: int = 0
-    lods_met: dict = field(default_factory=dict)  # LoD -> number of polygons
-    lods_chosen: dict = field(default_factory=dict)  # LoD -> number of polygons kept
-    repaired: dict = field(default_factory=dict)  # reason -> list of surface ids
-    skipped: dict = field(default_factory=dict)  # reason -> list of ids
-    skipped_area: dict = field(default_factory=dict)  # reason -> [m²] left out, if it has geometry
-    notes: list = field(default_factory=list)  # sentences for the user
-
-    def repair(self, reason, names):
-        """Record which surfaces were repaired, and how."""
-        if len(names):
-            self.repaired.setdefault(reason, []).extend(names)
-
-    def skip(self, reason, names, area=None):
-        """Record what was left out, why, and its area [m²] if known."""
-        if len(names):
-            self.skipped.setdefault(reason, []).extend(names)
-        if area is not None:
-            self.skipped_area[reason] = self.skipped_area.get(reason, 0.0) + float(area)
-
-
-@dataclass
-class City:
-    """Polygons in the order of the input.
-
-    A polygon's first ring is its exterior, the others are holes. Rings are open: the first point is not repeated.
-    """
-
-    surface_id: list  # (n,) str, unique
-    building_id: list  # (n,) str, the top-level building
-    thematic: list  # (n,) str: WallSurface, RoofSurface, GroundSurface, ClosureSurface, … or ""
-    points: np.ndarray  # (m, 3) float64 [m], x east, y north, z up, in the coordinate reference system of the file
-    ring_start: np.ndarray  # (r + 1,) int64 into points
-    polygon_start: np.ndarray  # (n + 1,) int64 into ring_start
-    crs: str | None  # as accepted by pyproj.CRS.from_user_input, or None if the file gives none
-    report: ImportReport = field(default_factory=ImportReport)
-    lod: list | None = None  # (n,) str, "" in formats without levels of detail; None if not recorded
-    material: list | None = None  # (n,) str, names of materials, "" if there is none; None if not recorded
-    colours: dict = field(default_factory=dict)  # name of a material of the files -> (3,) diffuse colour, or None
-    trees: list = field(default_factory=list)  # of Tree [m]
-    terrain: object = None  # ground.terrain.Terrain of the files, in the system of the points, or None
-
-    def __len__(self):
-        return len(self.surface_id)
-
-    def rings(self, polygon):
-        """Rings of one polygon, the exterior first: list of (k, 3) float64 [m]."""
-        first, last = self.polygon_start[polygon], self.polygon_start[polygon + 1]
-        return [self.points[self.ring_start[r] : self.ring_start[r + 1]] for r in range(first, last)]
-
-
-def number_names(names):
-    """A number for each distinct name of a list, from 0 in the order in which they appear: (n,) int64."""
-    numbers = {name: number for number, name in enumerate(dict.fromkeys(names))}
-    return np.fromiter((numbers[name] for name in names), np.int64, len(names))

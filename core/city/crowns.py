@@ -1,4 +1,4 @@
-"""Crowns and trunks of a scene as triangles."""
+"""Crowns and trunks from the trees of a city: their shapes, or ellipsoids from height and crown diameter."""
 
 import functools
 from dataclasses import dataclass
@@ -9,6 +9,17 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ..errors import InputError
 from .triangulate import triangulate
+
+CROWN_PER_HEIGHT = 0.5  # crown diameter of a tree of which only the height is given
+CROWN_BASE = 0.25  # of its height
+SLIM = 0.1  # of the crown's width: parts below the crown that are slimmer are its trunk
+STEEP = 60.0  # [°] tilt of the faces of a trunk's mantle, at least
+FLAT = 0.1  # [m] shapes that are lower have no volume
+WALLS = 0.5  # [m] steep faces of plants per length of the outline of the others, from which they are a body
+OVERLAP = 1.01  # area of faces over what they cover, seen from above, up to which none lies above another
+AREA = "vegetation drawn as an area without a height: it casts no shadow"
+MERGED = 5  # decimals [m] of corners that are one
+SUBDIVISIONS = 3  # 512 triangles; mean transmittance of a dense crown (k·LAD·diameter = 4) within 1 %
 
 
 @dataclass
@@ -30,89 +41,9 @@ class Crowns:
 
 def volume_of_crowns(crowns):
     """Volume inside each crown: (k,) float64 [m³]."""
-    corners = crowns.vertices[crowns.triangles[~crowns.trunk]]
-    own = crowns.tree[~crowns.trunk]
-    middle = np.zeros((len(crowns), 3))
-    np.add.at(middle, own, corners.mean(axis=1))
-    middle /= np.maximum(np.bincount(own, minlength=len(crowns)), 1)[:, None]
-    corners = corners - middle[own][:, None]
-    parts = np.einsum("ti,ti->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-    return np.bincount(own, parts, minlength=len(crowns))
-
-
-SUBDIVISIONS = 3  # 512 triangles; mean transmittance of a dense crown (k·LAD·diameter = 4) within 1 %
-
-
-@functools.cache
-def unit_sphere(subdivisions=SUBDIVISIONS):
-    """Triangulated sphere whose volume is that of the unit sphere.
-
-    Returns
-    -------
-    vertices : (v, 3) float64
-    triangles : (t, 3) int64
-    """
-    vertices = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
-    triangles = np.array(
-        [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]], np.int64
-    )
-    for _ in range(subdivisions):
-        vertices, triangles = halve_edges(vertices, triangles)
-        vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
-    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
-    volume = np.einsum("ti,ti->", a, np.cross(b, c)) / 6
-    return vertices * (4 / 3 * np.pi / volume) ** (1 / 3), triangles
-
-
-def halve_edges(vertices, triangles):
-    """Each triangle cut into four at the middles of its edges."""
-    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    unique, which = np.unique(edges, axis=0, return_inverse=True)
-    ab, bc, ca = (which.reshape(-1) + len(vertices)).reshape(3, -1)
-    a, b, c = triangles.T
-    parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-    finer = np.concatenate([np.column_stack(part) for part in parts])
-    return np.concatenate([vertices, vertices[unique].mean(axis=1)]), finer
-
-
-def ellipsoid(middle, half_axes):
-    """Ellipsoid with axes along x, y, z: vertices (v, 3) [m] and triangles (t, 3)."""
-    vertices, triangles = unit_sphere()
-    return np.asarray(middle) + vertices * half_axes, triangles
-
-
-def cylinder(foot, radius, height, sides=8):
-    """Mantle of an upright cylinder: vertices (v, 3) [m] and triangles (t, 3)."""
-    angle = 2 * np.pi * np.arange(sides) / sides
-    ring = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(sides)]) + foot
-    k, following = np.arange(sides), (np.arange(sides) + 1) % sides
-    lower = np.column_stack([k, following, k + sides])
-    upper = np.column_stack([following, following + sides, k + sides])
-    return np.concatenate([ring, ring + np.array([0, 0, height])]), np.concatenate([lower, upper])
-
-
-def extrude(vertices, triangles, height):
-    """Closed body between triangles that face upwards and the same ones raised by `height` [m]."""
-    count = len(vertices)
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    keys = set(map(tuple, edges.tolist()))
-    begin, end = np.array([edge for edge in edges.tolist() if (edge[1], edge[0]) not in keys]).reshape(-1, 2).T
-    walls = [np.column_stack([begin, end, end + count]), np.column_stack([begin, end + count, begin + count])]
-    return (
-        np.concatenate([vertices, vertices + np.array([0, 0, height])]),
-        np.concatenate([triangles[:, ::-1], triangles + count, *walls]),
-    )
-
-
-CROWN_PER_HEIGHT = 0.5  # crown diameter of a tree of which only the height is given
-CROWN_BASE = 0.25  # of its height
-SLIM = 0.1  # of the crown's width: parts below the crown that are slimmer are its trunk
-STEEP = 60.0  # [°] tilt of the faces of a trunk's mantle, at least
-FLAT = 0.1  # [m] shapes that are lower have no volume
-WALLS = 0.5  # [m] steep faces of plants per length of the outline of the others, from which they are a body
-OVERLAP = 1.01  # area of faces over what they cover, seen from above, up to which none lies above another
-AREA = "vegetation drawn as an area without a height: it casts no shadow"
-MERGED = 5  # decimals [m] of corners that are one
+    leaves = crowns.triangles[~crowns.trunk]
+    middle = crowns.vertices.mean(axis=0)
+    return np.bincount(crowns.tree[~crowns.trunk], volumes_below(crowns.vertices - middle, leaves), len(crowns))
 
 
 @dataclass
@@ -151,20 +82,16 @@ def build_crowns(trees, report, move):
     InputError
         A tree has neither shape nor height.
     """
-    if not trees:
-        return None
     built = [(tree, build_tree(tree, report)) for tree in trees]
     report.skip(AREA, [tree.name for tree, part in built if part is None])
     trees, parts = [tree for tree, part in built if part], [part for _, part in built if part]
     if not parts:
         return None
     start = np.cumsum([0, *(len(part.vertices) for part in parts)])
-    vertices = np.concatenate([part.vertices for part in parts])
+    triangles = [part.triangles + first for part, first in zip(parts, start, strict=False)]
     return Crowns(
-        vertices=move(vertices),
-        triangles=np.concatenate([part.triangles + first for part, first in zip(parts, start, strict=False)]).astype(
-            np.int32
-        ),
+        vertices=move(np.concatenate([part.vertices for part in parts])),
+        triangles=np.concatenate(triangles).astype(np.int32),
         tree=np.repeat(np.arange(len(parts), dtype=np.int32), [len(part.triangles) for part in parts]),
         trunk=np.concatenate([part.trunk for part in parts]),
         names=[tree.name for tree in trees],
@@ -186,8 +113,8 @@ def build_tree(tree, report):
     if tree.cover or tree.place is None or tree.height is None:
         lacks = "height" if tree.height is None else "place"
         cure = "give it a height [m]" if tree.height is None else "give it a reference point or a shape"
-        cure += ", or leave it out of the file"
-        raise InputError(tree.path, f"{tree.where} has no shape with a volume and no {lacks}", cure)
+        problem = f"{tree.where} has no shape with a volume and no {lacks}"
+        raise InputError(tree.path, problem, f"{cure}, or leave it out of the file")
     return build_ellipsoid(tree, report)
 
 
@@ -198,13 +125,13 @@ def build_ellipsoid(tree, report):
         width = CROWN_PER_HEIGHT * tree.height
         report.repair(f"tree without a crown diameter, {CROWN_PER_HEIGHT:g} of its height assumed", [tree.name])
     middle = tree.place + np.array([0, 0, (base + tree.height) / 2])
-    crown = ellipsoid(middle, [width / 2, width / 2, (tree.height - base) / 2])
-    if not tree.trunk_diameter:
-        return Part(*crown, np.zeros(len(crown[1]), bool), tree.height)
-    trunk = cylinder(tree.place, tree.trunk_diameter / 2, middle[2] - tree.place[2])
-    triangles = np.concatenate([crown[1], trunk[1] + len(crown[0])])
-    vertices, of_trunk = np.concatenate([crown[0], trunk[0]]), np.arange(len(triangles)) >= len(crown[1])
-    return Part(vertices, triangles, of_trunk, tree.height)
+    vertices, triangles = ellipsoid(middle, [width / 2, width / 2, (tree.height - base) / 2])
+    of_crown = len(triangles)
+    if tree.trunk_diameter:
+        trunk = cylinder(tree.place, tree.trunk_diameter / 2, middle[2] - tree.place[2])
+        triangles = np.concatenate([triangles, trunk[1] + len(vertices)])
+        vertices = np.concatenate([vertices, trunk[0]])
+    return Part(vertices, triangles, np.arange(len(triangles)) >= of_crown, tree.height)
 
 
 def build_shape(tree, vertices, triangles, report):
@@ -212,11 +139,14 @@ def build_shape(tree, vertices, triangles, report):
     if not len(triangles):
         return None
     trunk = find_trunk(vertices, triangles, tree.trunk_diameter)
-    size = signed_volume(vertices, triangles) if is_closed(triangles) else 0.0
+    size = volumes_below(vertices - vertices.mean(axis=0), triangles).sum() if is_closed(triangles) else 0.0
     if size:
         crown = triangles if size > 0 else triangles[:, ::-1]
-    elif tree.cover and tree.height is not None:
-        return extrude_cover(vertices, triangles, tree.height)
+    elif tree.cover and tree.height is not None:  # a body of plants over an area
+        upwards = normals_of(vertices, triangles)[:, 2]
+        level = np.where(upwards[:, None] < 0, triangles[:, ::-1], triangles)[np.abs(upwards) > 0]
+        points, body = extrude(vertices, level, tree.height)
+        return Part(points, body, np.zeros(len(body), bool))
     else:
         crown = hull_of(vertices, triangles[~trunk] if not trunk.all() else triangles)
         if crown is None:
@@ -228,32 +158,33 @@ def build_shape(tree, vertices, triangles, report):
 
 def triangles_of(polygons):
     """Triangles of polygons with merged corners: (v, 3) float64 and (t, 3) int64."""
-    opened = [[open_ring(ring) for ring in polygon.rings] for polygon in polygons]
-    opened = [rings for rings in opened if all(len(ring) >= 3 for ring in rings)]
-    rings = [ring for polygon in opened for ring in polygon]
+    rings, counts = [], []
+    for polygon in polygons:
+        keys = [np.round(ring, MERGED) for ring in polygon.rings]
+        own = [r[(k != np.roll(k, -1, axis=0)).any(axis=1)] for r, k in zip(polygon.rings, keys, strict=True)]
+        if all(len(ring) >= 3 for ring in own):
+            rings += own
+            counts.append(len(own))
     if not rings:
         return np.empty((0, 3)), np.empty((0, 3), np.int64)
-    ring_start = np.cumsum([0, *map(len, rings)])
-    polygon_start = np.cumsum([0, *map(len, opened)])
     points = np.concatenate(rings)
-    triangles, _ = triangulate(points, ring_start, polygon_start)
+    triangles, _ = triangulate(points, np.cumsum([0, *map(len, rings)]), np.cumsum([0, *counts]))
     _, first, which = np.unique(np.round(points, MERGED), axis=0, return_index=True, return_inverse=True)
     triangles = which.reshape(-1)[triangles]
     proper = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
     return points[first], triangles[proper]
 
 
-def open_ring(ring):
-    """Ring without repeated points."""
-    keys = np.round(ring, MERGED)
-    return ring[(keys != np.roll(keys, -1, axis=0)).any(axis=1)]
+def edges_of(triangles):
+    """Directed edges of triangles: (3t, 2) int."""
+    return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
 
 
 def is_closed(triangles):
     """Whether triangles enclose volumes and all face outwards, or all inwards: every edge runs once in each sense."""
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    back = np.sort(edges[:, 0] * (triangles.max() + 1) + edges[:, 1])
-    return bool((back == np.sort(edges[:, 1] * (triangles.max() + 1) + edges[:, 0])).all())
+    start, end = edges_of(triangles).T
+    count = triangles.max() + 1
+    return bool((np.sort(start * count + end) == np.sort(end * count + start)).all())
 
 
 def is_area(vertices, triangles):
@@ -262,24 +193,11 @@ def is_area(vertices, triangles):
     level = triangles[~steep]
     if not len(level) or is_closed(triangles):
         return False
-    edges, uses = np.unique(edges_of(level), axis=0, return_counts=True)
+    edges, uses = np.unique(np.sort(edges_of(level), axis=1), axis=0, return_counts=True)
     outline = np.linalg.norm(np.diff(vertices[edges[uses == 1]], axis=1), axis=2).sum()
-    if triangle_areas(vertices, triangles[steep]).sum() >= WALLS * outline:
-        return False
+    walls = 0.5 * np.linalg.norm(normals_of(vertices, triangles[steep]), axis=1).sum()
     faces = shapely.polygons(vertices[level, :2])
-    return shapely.area(faces).sum() <= OVERLAP * shapely.union_all(faces).area
-
-
-def edges_of(triangles):
-    """Edges of triangles, the smaller end first: (3t, 2) int."""
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    return np.sort(edges, axis=1)
-
-
-def signed_volume(vertices, triangles):
-    """Volume inside closed triangles [m³], negative if they face inwards."""
-    corners = vertices[triangles] - vertices.mean(axis=0)
-    return float(np.einsum("ti,ti->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6)
+    return walls < WALLS * outline and shapely.area(faces).sum() <= OVERLAP * shapely.union_all(faces).area
 
 
 def find_trunk(vertices, triangles, diameter):
@@ -297,17 +215,22 @@ def find_trunk(vertices, triangles, diameter):
     return low_down & (farthest <= width)
 
 
-def triangle_areas(vertices, triangles):
-    """Areas, (t,) float64 [m²]."""
+def normals_of(vertices, triangles):
+    """Normals of triangles, twice as long as their areas: (t, 3) float64 [m²]."""
     a, b, c = np.moveaxis(vertices[triangles], 1, 0)
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return np.cross(b - a, c - a)
 
 
 def is_steep(vertices, triangles):
     """Whether triangles are steeper than STEEP: (t,) bool."""
-    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
-    normal = np.cross(b - a, c - a)
+    normal = normals_of(vertices, triangles)
     return np.abs(normal[:, 2]) < np.cos(np.radians(STEEP)) * np.linalg.norm(normal, axis=1)
+
+
+def volumes_below(vertices, triangles):
+    """Volumes between triangles and the origin, (t,) float64 [m³]; those of a closed body add up to its own."""
+    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
+    return np.einsum("ti,ti->t", a, np.cross(b, c)) / 6
 
 
 def hull_of(vertices, triangles):
@@ -320,15 +243,55 @@ def hull_of(vertices, triangles):
         hull = ConvexHull(points)
     except QhullError:
         return None
-    a, b, c = np.moveaxis(points[hull.simplices], 1, 0)
-    inwards = np.einsum("ti,ti->t", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
+    inwards = np.einsum("ti,ti->t", normals_of(points, hull.simplices), hull.equations[:, :3]) < 0
     return used[np.where(inwards[:, None], hull.simplices[:, ::-1], hull.simplices)]
 
 
-def extrude_cover(vertices, triangles, height):
-    """Body of plants over an area: Part."""
-    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
-    upwards = np.cross(b - a, c - a)[:, 2]
-    triangles = np.where(upwards[:, None] < 0, triangles[:, ::-1], triangles)[np.abs(upwards) > 0]
-    points, body = extrude(vertices, triangles, height)
-    return Part(points, body, np.zeros(len(body), bool))
+@functools.cache
+def unit_sphere(subdivisions=SUBDIVISIONS):
+    """Triangulated sphere whose volume is that of the unit sphere.
+
+    Returns
+    -------
+    vertices : (v, 3) float64
+    triangles : (t, 3) int64
+    """
+    vertices = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
+    triangles = np.array(
+        [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]], np.int64
+    )
+    for _ in range(subdivisions):  # each triangle is cut into four at the middles of its edges
+        edges, which = np.unique(np.sort(edges_of(triangles), axis=1), axis=0, return_inverse=True)
+        ab, bc, ca = (which.reshape(-1) + len(vertices)).reshape(3, -1)
+        a, b, c = triangles.T
+        parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        triangles = np.concatenate([np.column_stack(part) for part in parts])
+        vertices = np.concatenate([vertices, vertices[edges].mean(axis=1)])
+        vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
+    return vertices * (4 / 3 * np.pi / volumes_below(vertices, triangles).sum()) ** (1 / 3), triangles
+
+
+def ellipsoid(middle, half_axes):
+    """Ellipsoid with axes along x, y, z: vertices (v, 3) [m] and triangles (t, 3)."""
+    vertices, triangles = unit_sphere()
+    return np.asarray(middle) + vertices * half_axes, triangles
+
+
+def cylinder(foot, radius, height, sides=8):
+    """Mantle of an upright cylinder: vertices (v, 3) [m] and triangles (t, 3)."""
+    angle = 2 * np.pi * np.arange(sides) / sides
+    ring = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(sides)]) + foot
+    k, following = np.arange(sides), (np.arange(sides) + 1) % sides
+    lower = np.column_stack([k, following, k + sides])
+    upper = np.column_stack([following, following + sides, k + sides])
+    return np.concatenate([ring, ring + np.array([0, 0, height])]), np.concatenate([lower, upper])
+
+
+def extrude(vertices, triangles, height):
+    """Closed body between triangles that face upwards and the same ones raised by `height` [m]."""
+    count, edges = len(vertices), edges_of(triangles).tolist()
+    keys = set(map(tuple, edges))
+    begin, end = np.array([edge for edge in edges if (edge[1], edge[0]) not in keys]).reshape(-1, 2).T
+    walls = [np.column_stack([begin, end, end + count]), np.column_stack([begin, end + count, begin + count])]
+    raised = np.concatenate([vertices, vertices + np.array([0, 0, height])])
+    return raised, np.concatenate([triangles[:, ::-1], triangles + count, *walls])

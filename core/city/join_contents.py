@@ -1,7 +1,5 @@
 """Join the contents of several files in one coordinate reference system in metres."""
 
-from functools import partial
-
 import numpy as np
 import pyproj
 
@@ -61,7 +59,11 @@ def join_contents(contents, lod=None, unit="m", orient="auto", progress=silent):
     for tree in placed:
         tree.place = next(pieces)[0]
     progress(JOINING, BROUGHT * count, count, "polygons")
-    city = assemble_city(contents, crs, lod, orient, partial(report_joining, progress, count))
+
+    def report_share(share):
+        progress(JOINING, (BROUGHT + (1 - BROUGHT) * share) * count, count, "polygons")
+
+    city = assemble_city(contents, crs, lod, orient, report_share)
     city.trees = trees
     return city
 
@@ -92,11 +94,6 @@ def leave_out_degrees(content):
         tree.polygons = []
         if tree.height is None:
             content.trees.remove(tree)
-
-
-def report_joining(progress, count, share):
-    """Report progress of joining polygons."""
-    progress(JOINING, (BROUGHT + (1 - BROUGHT) * share) * count, count, "polygons")
 
 
 def _crs_of(content):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..rays.ray_scene import RayScene
-from .measure_polygons import measure_polygons, polygon_bounds
+from .measure_polygons import measure_polygons, polygon_bounds, starts_of
 from .orient_shells import SURE_SHARE
 from .triangulate import plane_axes, triangulate
 
@@ -69,7 +69,11 @@ def judge_turning(shape, found, allowed):
         return wanted, turned
     shell = found.shell
     area, _ = measure_polygons(*shape)
-    tested = choose_witnesses(shell, area, wanted)
+    # Those that may be turned, and the largest ones of their shells.
+    members = np.flatnonzero(np.isin(shell, np.unique(shell[wanted])))
+    order = members[np.lexsort((members, -area[members], shell[members]))]
+    place = np.arange(len(order)) - np.searchsorted(shell[order], shell[order])
+    tested = np.union1d(order[place < WITNESSES], np.flatnonzero(wanted))
     sides = trace_both_sides(shape, shell, tested, wanted)
     whole = np.bincount(shell, ~wanted)[shell[tested]] == 0  # every polygon of the shell would turn
     chosen = decide(sides, (shell[tested], area[tested]), agree[tested], wanted[tested], whole)
@@ -92,15 +96,6 @@ def spare_upward_sheets(shape, found, wanted, others):
     mostly = np.bincount(shell, np.where(found.agree, 0.0, area), count) >= SURE_SHARE * np.bincount(shell, area, count)
     spared = (only_up & mostly)[shell] & ~found.watertight & np.isin(shell, np.unique(shell[wanted]))
     return np.where(spared, ~found.agree, found.agree), np.where(spared, others, wanted)
-
-
-def choose_witnesses(shell, area, wanted):
-    """Polygons to trace rays from, ascending: those that may be turned, and the largest ones of their shells."""
-    members = np.flatnonzero(np.isin(shell, np.unique(shell[wanted])))
-    order = members[np.lexsort((members, -area[members], shell[members]))]
-    first = np.searchsorted(shell[order], shell[order])
-    large = order[np.arange(len(order)) - first < WITNESSES]
-    return np.union1d(large, np.flatnonzero(wanted))
 
 
 def decide(sides, shells, agree, wanted, whole):
@@ -172,7 +167,7 @@ def triangles_around(shape, tested):
     corners = np.diff(ring_start)
     kept = points[np.repeat(kept_rings, corners)]
     places = np.round(kept - kept.min(axis=0), MICROMETRE)
-    triangles, owner = triangulate(places, starts(corners[kept_rings]), starts(rings[chosen]))
+    triangles, owner = triangulate(places, starts_of(corners[kept_rings]), starts_of(rings[chosen]))
     return triangles, near[owner], places
 
 
@@ -189,11 +184,6 @@ def polygons_near(shape, tested):
     marked = np.unique(np.unique(corners[:, tested])[:, None] + around)
     large = np.any([high - low > 1 for low, high in cells], axis=0)  # may reach over a cell between its corners
     return np.flatnonzero(large | np.isin(corners, marked).any(axis=0))
-
-
-def starts(counts):
-    """Start of each run of so many entries, and the end of the last one."""
-    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 
 
 def start_rays(faces, owner, tested):

@@ -1,4 +1,7 @@
-"""Normalise the spelling of a coordinate reference system for pyproj."""
+"""Coordinate reference systems: names as pyproj knows them, east before north, metres; and from one to another.
+
+Points in degrees or feet become planar metres, x east, y north.
+"""
 
 import re
 import warnings
@@ -8,7 +11,9 @@ import pyproj
 
 from ..errors import InputError
 
+UNITS = {"m": 1.0, "ft": 0.3048, "us-ft": 1200 / 3937}  # [m]
 # Names used by German surveys; the vertical system follows after "*".
+SURVEYS = "urn:adv:crs:"
 ADV_NAMES = {
     r"ETRS89_UTM(\d\d)": lambda zone: f"EPSG:258{zone}",
     r"DE_DHDN_3GK(\d)": lambda zone: f"EPSG:3146{4 + int(zone)}",
@@ -44,39 +49,22 @@ def name_crs(srs_name, easting=None):
 
 
 def _candidates(text, easting):
+    lowered = text.lower()
     if text.upper() in SWISS_NAMES:
         seven_digits = easting is not None and abs(easting) > 1e6
         yield "EPSG:2056" if seven_digits or (easting is None and text != "CH1903") else "EPSG:21781"
-    if text.lower().startswith("urn:adv:crs:"):
-        words = text[len("urn:adv:crs:") :].split("*")
-        yield from _adv_candidates(words[0])
-    codes = _epsg_codes(text)
+    word = text[len(SURVEYS) :].split("*")[0] if lowered.startswith(SURVEYS) else ""
+    for pattern, write in ADV_NAMES.items():
+        if match := re.fullmatch(pattern, word, re.IGNORECASE):
+            yield write(match[1])
+    # A code is the last number after each "EPSG", whatever stands between (version, colons, slashes).
+    words = [word for piece in lowered.split("epsg")[1:] for word in re.split(r"[:/#?&,+*; ]+|crs$", piece)]
+    codes = [word for word in words if re.fullmatch(r"\d{4,6}", word)][:2]
     if codes:
         yield "EPSG:" + "+".join(codes)
         yield f"EPSG:{codes[0]}"
-    if text.lower().startswith(("urn:", "http")) or (not codes and re.search(r"\d", text)):
+    if lowered.startswith(("urn:", "http")) or (not codes and re.search(r"\d", text)):
         yield text
-
-
-def _adv_candidates(word):
-    for pattern, write in ADV_NAMES.items():
-        match = re.fullmatch(pattern, word, re.IGNORECASE)
-        if match:
-            yield write(match.group(1))
-
-
-def _epsg_codes(text):
-    # A code is the last number after each "EPSG", whatever stands between (version, colons, slashes).
-    lowered = text.lower()
-    if "epsg" not in lowered:
-        return []
-    pieces = lowered.split("epsg")[1:]
-    codes = []
-    for piece in pieces:
-        words = re.split(r"[:/#?&,+*; ]+|crs$", piece)
-        numbers = [word for word in words if re.fullmatch(r"\d{4,6}", word)]
-        codes += numbers
-    return codes[:2]
 
 
 def plane_of(crs):
@@ -136,9 +124,6 @@ def turn_towards(longitude, middle, turn):
     return middle + (longitude - middle + turn / 2) % turn - turn / 2
 
 
-UNITS = {"m": 1.0, "ft": 0.3048, "us-ft": 1200 / 3937}  # [m]
-
-
 def convert_to_metres(points, crs, unit="m"):
     """Points in metres, and the coordinate reference system they are then in.
 
@@ -172,27 +157,18 @@ def convert_to_metres(points, crs, unit="m"):
         note = None if unit == "m" else f"Coordinates converted from {unit} to metres."
         return points * UNITS[unit], None, note
     system = pyproj.CRS.from_user_input(crs)
-    plane = system.sub_crs_list[0] if system.is_compound else system
+    plane, height_factor = system.sub_crs_list[0] if system.is_compound else system, plane_of(system)[1]
     if plane.is_geographic:
-        return _project(points, system, plane)
+        return _project(points, system, plane, height_factor)
     if plane.is_geocentric:
         raise InputError(crs, "geocentric coordinates are not supported", "project them to a plane first")
     factor = plane.axis_info[0].unit_conversion_factor
-    height_factor = _height_factor(system, factor)
     points, turned = east_first(points, plane)
     if factor == 1 and height_factor == 1:
         return points, crs, turned
     name = plane.axis_info[0].unit_name
     note = f"Coordinates converted from {name} to metres."
     return points * [factor, factor, height_factor], _in_metres(plane), " ".join(filter(None, [note, turned]))
-
-
-def _height_factor(system, plane_factor):
-    if system.is_compound:
-        return system.sub_crs_list[1].axis_info[0].unit_conversion_factor
-    if len(system.axis_info) > 2:
-        return system.axis_info[2].unit_conversion_factor
-    return plane_factor
 
 
 def _in_metres(plane):
@@ -203,7 +179,7 @@ def _in_metres(plane):
     return " ".join([*words, "+units=m", "+type=crs"])
 
 
-def _project(points, system, plane):
+def _project(points, system, plane, height_factor):
     """Degrees to metres around the middle of the points."""
     points, _ = east_first(points, plane)
     longitude, latitude = points[:, 0], points[:, 1]
@@ -219,13 +195,12 @@ def _project(points, system, plane):
         problem = f"longitudes and latitudes of {places}: too far apart for one plane"
         raise InputError(system.name, problem, "correct the coordinates, or give one city at a time")
     note = f"Degrees of {system.name} projected to metres around their middle."
-    height = points[:, 2] * (_height_factor(system, 1.0) if len(system.axis_info) > 2 else 1.0)
-    return np.column_stack([east, north, height]), local, note
+    return np.column_stack([east, north, points[:, 2] * height_factor]), local, note
 
 
 def _within(longitude, latitude, area, margin=1.0):
     inside = (longitude >= area.west - margin) & (longitude <= area.east + margin)
-    return bool((inside & (latitude >= area.south - margin) & (latitude <= area.north + margin)).all())
+    return bool(np.all(inside & (latitude >= area.south - margin) & (latitude <= area.north + margin)))
 
 
 def east_first(points, plane):
@@ -256,10 +231,6 @@ def east_first(points, plane):
         return points, None
     back = pyproj.Transformer.from_crs(plane, plane.geodetic_crs, always_xy=True)
     x, y = np.median(points[:, 0]), np.median(points[:, 1])
-    if _within(*_arrays(back.transform(x, y)), area) or not _within(*_arrays(back.transform(y, x)), area):
+    if _within(*back.transform(x, y), area) or not _within(*back.transform(y, x), area):
         return points, None
     return points[:, [1, 0, 2]], "Coordinates are north first in the file; swapped to east first."
-
-
-def _arrays(pair):
-    return np.array([pair[0]]), np.array([pair[1]])
