@@ -1,8 +1,24 @@
-"""Rays that are the same in leaf and bare: which of them end without leaves, kept until the bare state is traced.
+"""How much light passes through crowns, and which rays end in leaves.
 
-Both states send the same rays from a patch, with the same random numbers, and bare crowns stop none that crowns in leaf
-let pass. So one sum over the crossings of a ray tells for both. What is not kept, such as rays from ground that is seen
-only in one state, is traced again.
+   sun
+     \\   entry            A crown is a volume of leaves of equal density. Of light on a way of length L inside, the
+      (~~\\~~)             share exp(-k · LAD · L) passes (Beer-Lambert law): k is the extinction coefficient, LAD the
+       (~~\\~) exit        leaf area density. Densities of crowns that overlap add up. Leaves reflect nothing; trunks
+          | \\             are opaque.
+          |  \\ patch
+
+Light is not weighted but rays are stopped: a ray passes with the probability of the transmittance. Means are the same,
+and all that counts rays (sky, form factors, visible suns, photons) stays as it is. Random numbers of the rays of one
+patch are evenly spread, so that little noise is added.
+
+Both states of the leaves send the same rays from a patch, with the same random numbers, and bare crowns stop none that
+crowns in leaf let pass. So one sum over the crossings of a ray tells for both: which rays end without leaves is kept
+until the bare state is traced. What is not kept, such as rays from ground that is seen only in one state, is traced
+again.
+
+References
+----------
+Monsi and Saeki (1953), doi:10.1093/aob/mci052 (English, 2005). Nilson (1971), doi:10.1016/0002-1571(71)90092-6.
 """
 
 from dataclasses import dataclass, field
@@ -14,71 +30,6 @@ from ..sampling.random_numbers import GOLDEN, mix
 from .crossing_loops import build_hierarchy, sum_crossings
 
 LARGEST = 1 << 28  # [bytes] that are kept at most, a bit for each ray
-
-
-@dataclass
-class KeptRays:
-    """Answers to rows of rays."""
-
-    parts: dict = field(default_factory=dict)  # what the rows have in common -> list of (c,) uint64 and (c, b) uint8
-    size: int = 0  # [bytes]
-
-
-def forget_rays(kept):
-    """Empty what was kept."""
-    kept.parts.clear()
-    kept.size = 0
-
-
-def keep_rays(kept, common, words, answer):
-    """Keep the answers to rows of rays, while there is room.
-
-    Parameters
-    ----------
-    kept : KeptRays
-    common : hashable
-        What the rows have in common.
-    words : (c,) uint64
-        Of each row, by its rays.
-    answer : (c, ...) bool
-    """
-    packed = np.packbits(answer.reshape(len(words), -1), axis=1)
-    if len(words) and kept.size + packed.nbytes + words.nbytes <= LARGEST:
-        kept.parts.setdefault(common, []).append((words, packed))
-        kept.size += packed.nbytes + words.nbytes
-
-
-def recall_rays(kept, common, words, shape):
-    """What is known of rows of rays.
-
-    Parameters
-    ----------
-    kept : KeptRays
-    common, words
-        As of `keep_rays`.
-    shape : tuple of int
-        Of the answer to one row.
-
-    Returns
-    -------
-    answer : (c, *shape) bool
-    known : (c,) bool
-        Rows that were kept.
-    """
-    parts = kept.parts.get(common)
-    if not parts or not len(words):
-        return np.zeros((len(words), *shape), bool), np.zeros(len(words), bool)
-    if len(parts) > 1:
-        every, packed = (np.concatenate(part) for part in zip(*parts, strict=True))
-        order = np.argsort(every)
-        parts = kept.parts[common] = [(every[order], packed[order])]
-    every, packed = parts[0]
-    order = np.arange(len(every)) if (every[1:] >= every[:-1]).all() else np.argsort(every)
-    place = order[np.minimum(np.searchsorted(every, words, sorter=order), len(every) - 1)]
-    answer = np.unpackbits(packed[place], axis=1, count=int(np.prod(shape)))
-    return answer.astype(bool).reshape(len(words), *shape), every[place] == words
-
-
 OPAQUE = 1e6  # optical depth of a trunk
 MARGIN = 1e-9  # of optical depth, more than rounding
 GOLDEN_RATIO = 0.6180339887498949
@@ -291,3 +242,66 @@ class LeafyScene(RayScene):
         if self.canopy is None:
             return trace(position, wanted, directions)
         return self.canopy.trace_shadow_rays(trace, position, wanted, directions)
+
+
+@dataclass
+class KeptRays:
+    """Answers to rows of rays."""
+
+    parts: dict = field(default_factory=dict)  # what the rows have in common -> list of (c,) uint64 and (c, b) uint8
+    size: int = 0  # [bytes]
+
+
+def forget_rays(kept):
+    """Empty what was kept."""
+    kept.parts.clear()
+    kept.size = 0
+
+
+def keep_rays(kept, common, words, answer):
+    """Keep the answers to rows of rays, while there is room.
+
+    Parameters
+    ----------
+    kept : KeptRays
+    common : hashable
+        What the rows have in common.
+    words : (c,) uint64
+        Of each row, by its rays.
+    answer : (c, ...) bool
+    """
+    packed = np.packbits(answer.reshape(len(words), -1), axis=1)
+    if len(words) and kept.size + packed.nbytes + words.nbytes <= LARGEST:
+        kept.parts.setdefault(common, []).append((words, packed))
+        kept.size += packed.nbytes + words.nbytes
+
+
+def recall_rays(kept, common, words, shape):
+    """What is known of rows of rays.
+
+    Parameters
+    ----------
+    kept : KeptRays
+    common, words
+        As of `keep_rays`.
+    shape : tuple of int
+        Of the answer to one row.
+
+    Returns
+    -------
+    answer : (c, *shape) bool
+    known : (c,) bool
+        Rows that were kept.
+    """
+    parts = kept.parts.get(common)
+    if not parts or not len(words):
+        return np.zeros((len(words), *shape), bool), np.zeros(len(words), bool)
+    if len(parts) > 1:
+        every, packed = (np.concatenate(part) for part in zip(*parts, strict=True))
+        order = np.argsort(every)
+        parts = kept.parts[common] = [(every[order], packed[order])]
+    every, packed = parts[0]
+    order = np.arange(len(every)) if (every[1:] >= every[:-1]).all() else np.argsort(every)
+    place = order[np.minimum(np.searchsorted(every, words, sorter=order), len(every) - 1)]
+    answer = np.unpackbits(packed[place], axis=1, count=int(np.prod(shape)))
+    return answer.astype(bool).reshape(len(words), *shape), every[place] == words

@@ -1,4 +1,14 @@
-"""Bounding volume hierarchy of closed bodies and their triangles, built level by level with whole-array operations."""
+"""All crossings of rays with the triangles of closed bodies, summed up (compiled by numba).
+
+Embree finds the first triangle on a ray; the way through a crown needs all of them. The rays that Embree found to meet
+any crown pass through a bounding volume hierarchy of their own here, in float64. It is built level by level with
+whole-array operations. The test of a ray against a triangle is watertight: a ray through a shared edge crosses exactly
+one of the two triangles.
+
+References
+----------
+Woop, Benthin, Wald (2013), Watertight ray/triangle intersection, Journal of Computer Graphics Techniques 2(1).
+"""
 
 import numpy as np
 from numba import njit
@@ -26,7 +36,9 @@ def build_hierarchy(corners, body):
         Triangles of each leaf, followed by -1.
     """
     low, high, centre = corners.min(axis=1), corners.max(axis=1), corners.mean(axis=1)
-    middle, body = middles_of_bodies(centre, body), np.unique(body, return_inverse=True)[1]
+    body = np.unique(body, return_inverse=True)[1]
+    sums = np.column_stack([np.bincount(body, centre[:, axis]) for axis in range(3)])
+    middle = (sums / np.bincount(body)[:, None])[body]  # of the body of each triangle
     order, first, whole = np.arange(len(corners)), np.zeros(1, np.int64), np.ones(1, bool)  # nodes of one level
     boxes, links, leaves, nodes = [], [], [], 1
     while len(first):
@@ -41,31 +53,15 @@ def build_hierarchy(corners, body):
         link[~done, 0] = nodes + 2 * np.arange((~done).sum())
         link[~done, 1] = 0
         links.append(link)
-        leaves.append(fill_leaves(order, first[done], size[done]))
+        place = first[done, None] + np.arange(LEAF)
+        filled = np.arange(LEAF) < size[done, None]
+        leaves.append(np.where(filled, order[np.minimum(place, len(order) - 1)], -1))
         nodes += 2 * int((~done).sum())
-        order, first, several = keep_nodes(order, first, ~done, several)
+        order, first = order[np.repeat(~done, size)], (np.cumsum(size[~done]) - size[~done])
+        several = several[~done]
         order, cut = halve_nodes(order, first, several, (middle, centre, body))
         first, whole = np.stack([first, cut], axis=1).ravel(), np.repeat(several, 2)
     return np.concatenate(boxes), np.concatenate(links), np.concatenate(leaves)
-
-
-def middles_of_bodies(centre, body):
-    """Mean of the centroids of the triangles of its body, for each triangle: (t, 3) float64 [m]."""
-    own = np.unique(body, return_inverse=True)[1]
-    sums = np.column_stack([np.bincount(own, centre[:, axis]) for axis in range(3)])
-    return (sums / np.bincount(own)[:, None])[own]
-
-
-def fill_leaves(order, first, size):
-    """Triangles of leaves, each followed by -1: (l, LEAF) int64."""
-    place = first[:, None] + np.arange(LEAF)
-    return np.where(np.arange(LEAF) < size[:, None], order[np.minimum(place, len(order) - 1)], -1)
-
-
-def keep_nodes(order, first, kept, several):
-    """Triangles of some nodes of a level, (n,) bool, where each begins among them, and which hold several bodies."""
-    size = np.diff(np.append(first, len(order)))
-    return order[np.repeat(kept, size)], np.append(0, np.cumsum(size[kept]))[:-1][: kept.sum()], several[kept]
 
 
 def halve_nodes(order, first, several, scene):

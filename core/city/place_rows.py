@@ -1,4 +1,4 @@
-"""Rows of modules on one flat roof, seen from above in the roof's own plane.
+"""Rows of modules on one flat roof, seen from above in the roof's own plane, where nothing rises above it.
 
       y (up the slope of a row)
       │   ┌───────────────┐
@@ -17,6 +17,7 @@ import shapely
 
 from ..errors import InputError
 
+RISE = 0.1  # [m] above the roof: less is inaccuracy of the data
 THICKNESS = 0.03  # [m] of a module with its frame
 GAP = 0.02  # [m] least distance between modules
 AISLE = 0.5  # [m] between pairs of rows unless the spacing is given
@@ -92,12 +93,8 @@ def shadow(axes, latitude):
 def width_of_row(racks):
     """Width of a row, or of a pair of rows, seen from above [m]."""
     width = racks.depth * math.cos(math.radians(racks.tilt))
-    return 2 * width + ridge_gap(racks) if racks.east_west else width
-
-
-def ridge_gap(racks):
-    """Distance between the upper edges of a pair [m]: their undersides lean towards each other."""
-    return GAP + 2 * THICKNESS * math.sin(math.radians(racks.tilt))
+    # The undersides of a pair lean towards each other.
+    return 2 * (width + THICKNESS * math.sin(math.radians(racks.tilt))) + GAP if racks.east_west else width
 
 
 def place_rows(racks, frame, free):
@@ -153,13 +150,10 @@ def fronts_of_row(racks, left, right, low):
     upper = low + across
     fronts = [[(left, low, bottom), (right, low, bottom), (right, upper, top), (left, upper, top)]]
     if racks.east_west:
-        upper += ridge_gap(racks)
-        lower = upper + across
+        lower = low + width_of_row(racks)
+        upper = lower - across
         fronts.append([(right, lower, bottom), (left, lower, bottom), (left, upper, top), (right, upper, top)])
     return fronts
-
-
-RISE = 0.1  # [m] above the roof: less is inaccuracy of the data
 
 
 def free_area(rings, frame, rim, obstacles):
@@ -197,7 +191,6 @@ class Obstacles:
     def __init__(self, corners):
         self.corners = corners
         low, high = corners.min(axis=1), corners.max(axis=1)
-        self.top = high[:, 2]
         self.tree = shapely.STRtree(shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1]))
 
     def above(self, frame, low, high):
@@ -230,8 +223,7 @@ class Obstacles:
         share = np.divide(RISE - height, following[1] - height, out=np.zeros_like(height), where=passes)
         cuts = np.where(passes[..., None], corners + share[..., None] * (following[0] - corners), highest)
         places = np.concatenate([above, cuts], axis=1)  # (n, 6, 3)
-        depth = (places - frame.origin) @ normal / normal[2]
         places = places - frame.origin
-        places[..., 2] -= depth
+        places[..., 2] -= places @ normal / normal[2]
         flat = places @ frame.axes[:2].T
         return shapely.convex_hull(shapely.multipoints(flat)) if len(flat) else np.empty(0, object)

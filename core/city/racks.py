@@ -1,6 +1,10 @@
-"""What `--racks` asks for: rows of modules on flat roofs."""
+"""Racks: rows of modules on flat roofs, as `--racks` asks for.
+
+Each row is a thin closed slab that shades; its front is a surface with results of its own, called after its roof.
+"""
 
 import math
+from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +21,8 @@ from .city import City
 from .measure_polygons import measure_polygons
 from .place_rows import THICKNESS, Obstacles, frame_roof, free_area, place_rows
 
+RACK = "rack"  # the kind
+MARK = "/rack"  # in names, between that of the roof and a number
 OPTION = "--racks"
 PAIRS = "east-west"
 RANGES = {  # key -> smallest and largest value, unit
@@ -30,6 +36,11 @@ RANGES = {  # key -> smallest and largest value, unit
     "area": (0.0, 1e6, "m²"),
     "back-albedo": (0.0, 1.0, ""),
 }
+# Front, back and the four edges of a slab; corners 0 to 3 are those of the front, 4 to 7 lie behind them.
+SLAB = np.array([(0, 1, 2), (0, 2, 3), (4, 6, 5), (4, 7, 6)] + [
+    triangle for i, j in ((0, 1), (1, 2), (2, 3), (3, 0)) for triangle in ((i, i + 4, j + 4), (i, j + 4, j))
+])  # fmt: skip
+FRONT = 2  # triangles of a slab
 
 
 @dataclass(frozen=True)
@@ -96,15 +107,6 @@ def parse_value(key, mark, value):
     return number
 
 
-RACK = "rack"  # the kind
-MARK = "/rack"
-
-
-def name_rack(roof, number):
-    """Id of a roof's rack, counted from 1."""
-    return f"{roof}{MARK}{number}"
-
-
 def roof_of_rack(name):
     """Id of the roof that a rack stands on, as it was before it was cut into cells."""
     return name.rpartition(MARK)[0]
@@ -125,13 +127,6 @@ def find_racked_roofs(surface_id, kind):
     if not roofs:
         return np.zeros(len(surface_id), bool)
     return np.array([name in roofs or whole_of_cell(name) in roofs for name in surface_id])
-
-
-# Front, back and the four edges of a slab; corners 0 to 3 are those of the front, 4 to 7 lie behind them.
-SLAB = np.array([(0, 1, 2), (0, 2, 3), (4, 6, 5), (4, 7, 6)] + [
-    triangle for i, j in ((0, 1), (1, 2), (2, 3), (3, 0)) for triangle in ((i, i + 4, j + 4), (i, j + 4, j))
-])  # fmt: skip
-FRONT = 2  # triangles of a slab
 
 
 def lay_racks(scene, city, racks, patch_size=None):
@@ -158,12 +153,12 @@ def lay_racks(scene, city, racks, patch_size=None):
     InputError
         See `frame_roof`.
     """
-    roofs = find_flat_roofs(scene, city, racks.area)
-    points = bring_to_origin(city.points, scene.site)
+    local = replace(city, points=bring_to_origin(city.points, scene.site))
+    roofs = find_flat_roofs(scene, local, racks.area)
     obstacles = Obstacles(np.asarray(scene.vertices, float)[scene.triangles])
     fronts, roof_of_row = [np.empty((0, 4, 3))], []
     for roof, normal in roofs:
-        rings = rings_of_polygon(city, points, roof)
+        rings = local.rings(roof)
         frame = frame_roof(racks, normal, rings[0].mean(axis=0), scene.site.latitude)
         found = place_rows(racks, frame, free_area(rings, frame, racks.rim, obstacles))
         fronts.append(found)
@@ -178,24 +173,17 @@ def lay_racks(scene, city, racks, patch_size=None):
 
 
 def find_flat_roofs(scene, city, least):
-    """Flat roofs that are large enough, as read: list of (polygon, normal (3,)).
+    """Flat roofs that are large enough, as read, of a city in the scene's frame: list of (polygon, normal (3,)).
 
     What closes a building towards its neighbour is none, nor what is drawn twice, nor ground that nothing names.
     """
-    points = bring_to_origin(city.points, scene.site)
-    area, normal = measure_polygons(points, city.ring_start, city.polygon_start)
+    area, normal = measure_polygons(city.points, city.ring_start, city.polygon_start)
     kind = classify(area, *measure_tilt(normal), city.thematic)[0]
     twice = {whole_of_cell(name) for name in scene.report.repaired.get(DRAWN_TWICE, ())}
     ground = np.unique(scene.triangle_surface[find_ground(scene) & (scene.triangle_surface >= 0)])
     left_out = twice | {whole_of_cell(scene.surfaces.surface_id[surface]) for surface in ground}
     open_ = (np.array(city.thematic) != "ClosureSurface") & ~np.isin(city.surface_id, list(left_out))
     return [(roof, normal[roof]) for roof in np.flatnonzero((kind == "flat") & open_ & (area >= least))]
-
-
-def rings_of_polygon(city, points, polygon):
-    """Rings of a polygon of the city, in other coordinates: list of (k, 3)."""
-    first, last = city.polygon_start[polygon], city.polygon_start[polygon + 1]
-    return [points[city.ring_start[ring] : city.ring_start[ring + 1]] for ring in range(first, last)]
 
 
 def describe_rows(city, fronts, roof_of_row):
@@ -208,11 +196,10 @@ def describe_rows(city, fronts, roof_of_row):
     # Kind and eligibility are those of a rack, however steep or small it is; only the orientation is asked for.
     orientation = classify(area, np.full(count, 30.0), azimuth, [RACK] * count)[1]
     orientation[tilt < 1e-6] = "none"
-    number = {}
-    names = []
+    number, names = Counter(), []
     for roof in roof_of_row:
-        number[roof] = number.get(roof, 0) + 1
-        names.append(name_rack(city.surface_id[roof], number[roof]))
+        number[roof] += 1
+        names.append(f"{city.surface_id[roof]}{MARK}{number[roof]}")
     return Surfaces(
         surface_id=names,
         building_id=[city.building_id[roof] for roof in roof_of_row],
