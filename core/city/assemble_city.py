@@ -9,8 +9,8 @@ from ..errors import InputError
 from ..progress import ignore_share
 from .city import City, ImportReport
 from .judge_turning import judge_turning
-from .measure_polygons import clean_rings, measure_polygons, starts_of
 from .orient_shells import orient_shells, turn_over
+from .polygons import clean_rings, measure_polygons, starts_of
 from .repair_polygons import Draft, repair_polygons
 
 ORIENTS = ("auto", "as-drawn")

@@ -8,7 +8,7 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from ..errors import InputError
-from .triangulate import triangulate
+from .polygons import triangulate
 
 CROWN_PER_HEIGHT = 0.5  # crown diameter of a tree of which only the height is given
 CROWN_BASE = 0.25  # of its height

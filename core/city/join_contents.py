@@ -6,7 +6,7 @@ import pyproj
 from ..errors import InputError
 from ..progress import silent
 from .assemble_city import assemble_city
-from .transform_crs import convert_to_metres, name_crs
+from .transform_crs import choose_crs, convert_to_metres
 
 IN_DEGREES = "implicit geometry in a coordinate reference system in degrees"
 JOINING = "joining polygons"  # name of the stage
@@ -100,19 +100,10 @@ def _crs_of(content):
     """The coordinate reference system of a file, or None."""
     drawn = [*content.polygons, *(polygon for tree in content.trees for polygon in tree.polygons)]
     easting = next((polygon.rings[0][0, 0] for polygon in drawn if len(polygon.rings[0])), None)
-    named = {}
-    for srs_name, line in content.srs_names.items():
-        crs = name_crs(srs_name, easting)
-        if crs is None:
-            content.notes.append(f"{content.path}, line {line}: srsName {srs_name!r} is not known to PROJ.")
-        else:
-            named.setdefault(crs, (srs_name, line))
-    if len({crs.split("+")[0] for crs in named}) > 1:
-        spellings = " and ".join(f"{name!r} (line {line})" for name, line in list(named.values())[:2])
-        raise InputError(
-            content.path, f"uses two coordinate reference systems: {spellings}", "convert it to one of them"
-        )
-    return max(named, key=len, default=None)
+    crs, unknown = choose_crs(content.srs_names, easting, content.path)
+    for srs_name, line in unknown.items():
+        content.notes.append(f"{content.path}, line {line}: srsName {srs_name!r} is not known to PROJ.")
+    return crs
 
 
 def _common_crs(contents):

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..rays.ray_scene import RayScene
-from .measure_polygons import measure_polygons, polygon_bounds, starts_of
 from .orient_shells import SURE_SHARE
-from .triangulate import plane_axes, triangulate
+from .polygons import measure_polygons, plane_axes, polygon_bounds, starts_of, triangulate
 
 RAYS = 64  # from each side of a polygon
 WITNESSES = 16  # polygons of a shell, the largest ones, that are tested besides those that may be turned

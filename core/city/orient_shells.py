@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from .measure_polygons import measure_polygons, next_in_ring
+from .polygons import measure_polygons, next_in_ring
 
 WELD = 1e-3  # [m] corners of one building closer than this are merged
 SURE_VOLUME = 0.01  # of area^1.5, a slab of 100 x 100 x 1.5 m: an open shell with less volume is taken for a sheet

@@ -18,8 +18,8 @@ from ..scene.name_cells import whole_of_cell
 from ..scene.refine import refine_triangles
 from ..scene.scene import Surfaces
 from .city import City
-from .measure_polygons import measure_polygons
 from .place_rows import THICKNESS, Obstacles, frame_roof, free_area, place_rows
+from .polygons import measure_polygons
 
 RACK = "rack"  # the kind
 MARK = "/rack"  # in names, between that of the roof and a number

@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from .measure_polygons import measure_polygons, measure_rings, polygon_bounds, starts_of
-from .triangulate import plane_axes
+from .polygons import measure_polygons, measure_rings, plane_axes, polygon_bounds, starts_of
 
 SMALLEST_AREA = 1e-6  # [m²] a square millimetre; smaller polygons have no reliable normal
 TWIN_SHARE = 0.95  # a solid is a duplicate if the boundary surfaces have at least this share of its area

@@ -48,6 +48,42 @@ def name_crs(srs_name, easting=None):
     return None
 
 
+def choose_crs(srs_names, easting, path):
+    """The one coordinate reference system that a file names.
+
+    Parameters
+    ----------
+    srs_names : dict
+        Spelling -> line in the file.
+    easting : float or None
+        As of `name_crs`.
+    path : path-like
+
+    Returns
+    -------
+    str or None
+        None if it names none that is known.
+    dict
+        Spellings that are not known, and their lines.
+
+    Raises
+    ------
+    InputError
+        It names two.
+    """
+    named, unknown = {}, {}
+    for srs_name, line in srs_names.items():
+        crs = name_crs(srs_name, easting)
+        if crs is None:
+            unknown[srs_name] = line
+        else:
+            named.setdefault(crs, f"{srs_name!r} (line {line})")
+    if len({crs.split("+")[0] for crs in named}) > 1:
+        problem = f"uses two coordinate reference systems: {' and '.join(list(named.values())[:2])}"
+        raise InputError(path, problem, "convert it to one of them")
+    return max(named, key=len, default=None), unknown
+
+
 def _candidates(text, easting):
     lowered = text.lower()
     if text.upper() in SWISS_NAMES:

@@ -4,13 +4,14 @@ Its coordinate reference system and the unit of its heights follow from its keys
 """
 
 import re
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pyproj
 from pyproj.exceptions import CRSError
 
-from .raster import Raster
 from .unpack_segment import KNOWN, unpack_segment
 
 METADATA, NO_DATA = 42112, 42113  # tags of GDAL
@@ -21,6 +22,21 @@ USER_DEFINED = 32767
 PROJECTED, GEOGRAPHIC = 1, 2  # types of model
 LENGTHS = {9001: 1.0, 9002: 0.3048, 9003: 1200 / 3937}  # EPSG's units [m]
 WORDS = {9001: "metre", 9002: "foot", 9003: "us survey foot"}
+
+
+@dataclass
+class Raster:
+    """An open raster, read window by window."""
+
+    path: object
+    width: int  # columns
+    height: int  # rows
+    matrix: np.ndarray  # (2, 3) float64, from (column, row, 1) of corners of cells to the raster's system
+    crs: str | None  # WKT
+    unit: str  # of the heights, "" if not told
+    block_bytes: int  # of the largest piece that is unpacked at once
+    block_rows: int  # rows that are stored together
+    read_cells: Callable  # (first row, last row, first column, last column) -> (r, c) float64, NaN in gaps
 
 
 class UnreadError(Exception):

@@ -1,21 +1,20 @@
 """Read buildings of every format: files and folders to a City."""
 
-from functools import partial
 from pathlib import Path
 
 from ..city.join_contents import join_contents
 from ..errors import InputError
 from ..progress import silent
 from .parse_json import speaks_of_cityjson
-from .read_citygml import read_content as read_citygml_content
+from .read_citygml import read_citygml
 from .read_cityjson import read_cityjson
 from .read_obj import read_obj
 from .read_relief import place_relief
 
-READERS = {".gml": read_citygml_content, ".citygml": read_citygml_content, ".xml": read_citygml_content}
+READERS = {".gml": read_citygml, ".citygml": read_citygml, ".xml": read_citygml}
 READERS |= {".json": read_cityjson, ".jsonl": read_cityjson, ".obj": read_obj}
 READING = "reading files"  # name of the stage
-LAST = 0.99  # share of a file
+LAST = 0.99  # share of a file: all of it is reached only when it is completely parsed
 
 
 def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=silent):
@@ -64,16 +63,16 @@ def read_files(files, up, progress=silent):
     sizes = [file.stat().st_size if file.is_file() else 0 for file in files]
     total, done, contents = max(sum(sizes), 1), 0, []
     progress(READING, 0, total, "B")
+
+    def report_share(share):
+        progress(READING, done + min(share, LAST) * size, total, "B")
+
     for file, size in zip(files, sizes, strict=True):
-        contents.append(_read(file, up, partial(tell_bytes, progress, done, size, total)))
+        reader = READERS.get(_suffix(file), read_citygml)
+        contents.append(reader(file, *((up,) if reader is read_obj else ()), report_share))
         done += size
         progress(READING, done, total, "B")
     return contents
-
-
-def tell_bytes(progress, before, size, total, share):
-    """Report the files before this one and a share of it; 1 is reached only when it is completely parsed."""
-    progress(READING, before + min(share, LAST) * size, total, "B")
 
 
 def list_files(paths):
@@ -88,26 +87,14 @@ def list_files(paths):
         if not Path(path).is_dir():
             files.append(Path(path))
             continue
-        inside = sorted(file for file in Path(path).iterdir() if file.is_file() and _is_city(file))
+        inside = sorted(file for file in Path(path).iterdir() if file.is_file() and _suffix(file) in READERS)
+        # Not every JSON is of a city.
+        inside = [file for file in inside if READERS[_suffix(file)] is not read_cityjson or speaks_of_cityjson(file)]
         if not inside:
             raise InputError(path, "a folder without building files", f"known types are {', '.join(READERS)}")
         files += inside
     return files
 
 
-def _is_city(file):
-    """Whether a file in a folder is read: by its suffix and, for JSON, by its content."""
-    reader = READERS.get(_suffix(file))
-    return reader is not None and (reader is not read_cityjson or speaks_of_cityjson(file))
-
-
 def _suffix(path):
-    suffixes = [suffix.lower() for suffix in path.suffixes]
-    if suffixes and suffixes[-1] == ".gz":
-        suffixes = suffixes[:-1]
-    return suffixes[-1] if suffixes else ""
-
-
-def _read(path, up, report_share):
-    reader = READERS.get(_suffix(path), read_citygml_content)
-    return reader(path, up, report_share) if reader is read_obj else reader(path, report_share)
+    return next((one.lower() for one in reversed(path.suffixes) if one.lower() != ".gz"), "")

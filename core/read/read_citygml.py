@@ -16,7 +16,7 @@ IN_RELIEF = [f"{{*}}{name}" for name in RELIEFS]
 MOST_UNDECLARED = 16  # prefixes; a file with more is not accepted
 
 
-def read_content(path, report_share=ignore_share):
+def read_citygml(path, report_share=ignore_share):
     """Read all polygons of one CityGML file, at all levels of detail.
 
     A namespace prefix that the file uses without declaring it (such as that of an extension) is declared on the fly,

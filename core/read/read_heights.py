@@ -8,8 +8,7 @@ import pyproj
 
 from ..city.transform_crs import full_turn, plane_of, transform_crs, turn_towards
 from ..errors import InputError
-from .open_raster import open_raster
-from .raster import HIGHEST, LOWEST, average_window, height_factor, window_between
+from .open_raster import HIGHEST, LOWEST, average_window, height_factor, open_raster, window_between
 
 NEAR = 4000.0  # [m] around the place the raster is read at full resolution, if that is finer than further out
 MOST_POSTS = 4000  # per side; a finer raster is averaged down to that many
@@ -96,7 +95,12 @@ def windows_around(raster, place, distance):
 
     One for each turn around the Earth in which longitudes may be written: two where a map of the globe begins and ends.
     """
-    points = points_around(place, distance, raster.crs, raster.path)
+    # The circle around the place, and the place itself as the last point.
+    bearing = np.arange(0, 360, 5.0)
+    ones = np.ones(len(bearing))
+    longitude, latitude, _ = pyproj.Geod(ellps="WGS84").fwd(ones * place[1], ones * place[0], bearing, ones * distance)
+    points = np.column_stack([np.append(longitude, place[1]), np.append(latitude, place[0])])
+    points = transform_crs(points, GLOBE, raster.crs, raster.path)
     turn, found = full_turn(raster.crs), []
     for count in (0,) if turn is None else (-1, 0, 1):
         middle = None if turn is None else points[-1, 0] + count * turn
@@ -108,45 +112,27 @@ def windows_around(raster, place, distance):
     return found
 
 
-def points_around(place, distance, crs, path):
-    """The circle around a place, and the place itself as the last point, in a reference system: (k, 2) float64."""
-    turn = np.arange(0, 360, 5.0)
-    geodesic = pyproj.Geod(ellps="WGS84")
-    count = np.ones(len(turn))
-    longitude, latitude, _ = geodesic.fwd(count * place[1], count * place[0], turn, count * distance)
-    places = np.column_stack([np.append(longitude, place[1]), np.append(latitude, place[0])])
-    return transform_crs(places, GLOBE, crs, path)
-
-
 def _read_grid(raster, window, middle):
     crs, path = raster.crs, raster.path
     column, row, width, height = (int(value) for value in window)
     shape = (min(height, MOST_POSTS), min(width, MOST_POSTS))
-    heights = average_window(replace(raster, read_cells=read_land(raster)), window, shape)
+    factor = height_factor(raster)
+
+    def read_land(*window):
+        """Cells in metres, with gaps where no land can be that low or high."""
+        heights = raster.read_cells(*window) * factor
+        with np.errstate(invalid="ignore"):
+            return np.where((heights >= LOWEST) & (heights <= HIGHEST), heights, np.nan)
+
+    heights = average_window(replace(raster, read_cells=read_land), window, shape)
     # Whole numbers stand for posts, which lie in the middle of cells.
     wide, high = width / shape[1], height / shape[0]
     first = column + wide / 2, row + high / 2
     turn = raster.matrix[:, :2]
     matrix = np.column_stack([turn * (wide, high), turn @ first + raster.matrix[:, 2]])
-    return HeightGrid(heights, matrix, crs, _smaller_step(matrix, shape, crs, path), str(path), middle)
-
-
-def read_land(raster):
-    """`read_cells` of a raster in metres, with gaps where no land can be that low or high."""
-    factor = height_factor(raster)
-
-    def read_cells(*window):
-        heights = raster.read_cells(*window) * factor
-        with np.errstate(invalid="ignore"):
-            return np.where((heights >= LOWEST) & (heights <= HIGHEST), heights, np.nan)
-
-    return read_cells
-
-
-def _smaller_step(matrix, shape, crs, path):
-    """Smaller distance between neighbouring posts in the middle of a grid [m]."""
-    middle = shape[1] / 2, shape[0] / 2
-    posts = np.array([(*middle, 1), (middle[0] + 1, middle[1], 1), (middle[0], middle[1] + 1, 1)])
+    # The smaller distance between neighbouring posts in the middle of the grid.
+    centre = shape[1] / 2, shape[0] / 2
+    posts = np.array([(*centre, 1), (centre[0] + 1, centre[1], 1), (centre[0], centre[1] + 1, 1)])
     points = transform_crs(posts @ matrix.T, crs, GLOBE, path)
     _, _, length = pyproj.Geod(ellps="WGS84").inv(*np.repeat(points[:1], 2, axis=0).T, *points[1:].T)
-    return float(length.min())
+    return HeightGrid(heights, matrix, crs, float(length.min()), str(path), middle)

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..city.city import Relief
-from ..city.transform_crs import UNITS, east_first, name_crs, plane_of, transform_crs
-from ..city.triangulate import triangulate
+from ..city.polygons import triangulate
+from ..city.transform_crs import UNITS, choose_crs, east_first, plane_of, transform_crs
 from ..errors import InputError
 from ..ground.terrain import Layer, Terrain
 from .collect_polygons import read_numbers
@@ -202,11 +202,7 @@ def crs_of_relief(relief, path):
         It names two.
     """
     easting = next((numbers[0] for numbers in relief.corners.values() if numbers), None)
-    named = {name_crs(text, easting) for text in relief.srs_names} - {None}
-    if len({crs.split("+")[0] for crs in named}) > 1:
-        problem = f"uses two coordinate reference systems: {' and '.join(sorted(named))}"
-        raise InputError(path, problem, "convert it to one")
-    return max(named, key=len, default=None)
+    return choose_crs(relief.srs_names, easting, path)[0]
 
 
 def place_layer(layer, crs, city_crs, unit, path):

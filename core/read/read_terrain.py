@@ -12,9 +12,8 @@ from ..city.transform_crs import UNITS, full_turn, plane_of, transform_crs, turn
 from ..errors import InputError
 from ..ground.terrain import HORIZON, Layer, Terrain
 from .open_input import open_input
-from .open_raster import open_raster
+from .open_raster import HIGHEST, LOWEST, average_window, height_factor, open_raster, window_between
 from .parse_obj import parse_obj
-from .raster import HIGHEST, LOWEST, average_window, height_factor, window_between
 from .read_relief import place_layer, read_relief
 
 RASTERS = (".tif", ".tiff", ".asc", ".agr", ".grd")

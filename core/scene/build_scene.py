@@ -10,8 +10,7 @@ import numpy as np
 from ..city.check_geometry import check_city, check_extent, check_terrain
 from ..city.city import City
 from ..city.crowns import build_crowns
-from ..city.measure_polygons import measure_polygons, polygon_bounds
-from ..city.triangulate import triangulate
+from ..city.polygons import measure_polygons, polygon_bounds, triangulate
 from ..errors import InputError
 from ..ground.build_ground import build_ground, choose_reach, feet_or_corners
 from ..ground.build_terrain import build_terrain

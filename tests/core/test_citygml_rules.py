@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import shapely
 
-from citypv.core.city.measure_polygons import measure_polygons
+from citypv.core.city.polygons import measure_polygons
 from citypv.core.errors import InputError
 from citypv.core.read.read_city import read_city
 

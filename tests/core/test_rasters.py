@@ -12,8 +12,7 @@ from rasterio.windows import Window
 from citypv.core.city.transform_crs import plane_of
 from citypv.core.errors import InputError
 from citypv.core.read import open_raster as opening
-from citypv.core.read.open_raster import open_raster
-from citypv.core.read.raster import average_window
+from citypv.core.read.open_raster import average_window, open_raster
 
 SHAPE = (150, 211)
 PLACE = Affine(2.0, 0.0, 390_000.0, 0.0, -2.0, 5_820_000.0)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from citypv.core.city.measure_polygons import measure_polygons
+from citypv.core.city.polygons import measure_polygons
 from citypv.core.errors import InputError
 from citypv.core.read.read_city import read_city
 from citypv.core.scene.classify import measure_tilt

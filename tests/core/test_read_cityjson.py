@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from cityjson_text import CUBE, FACES, SHELL, house, model, read, solid
 
-from citypv.core.city.measure_polygons import measure_polygons
+from citypv.core.city.polygons import measure_polygons
 from citypv.core.errors import InputError
 from citypv.core.read.read_city import read_city
 from citypv.core.scene.locate_site import locate_site

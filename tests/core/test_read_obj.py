@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from cities import box, make_city
 
-from citypv.core.city.measure_polygons import measure_polygons
 from citypv.core.city.orient_shells import orient_shells, turn_over
+from citypv.core.city.polygons import measure_polygons
 from citypv.core.errors import InputError
 from citypv.core.read.parse_obj import parse_obj
 from citypv.core.read.read_city import read_city

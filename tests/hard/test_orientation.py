@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from citypv.core.city.measure_polygons import measure_polygons
+from citypv.core.city.polygons import measure_polygons
 from citypv.core.commands.command_line import main
 from citypv.core.read.read_city import read_city
 
