@@ -1,6 +1,7 @@
 """The city as read from the input files: polygons, and the building each belongs to; and what single files hold.
 
-A reader gives a FileContent: Polygons, References, a Relief and Trees. `join_contents` makes one City of several.
+A reader gives a FileContent: Polygons, references to them, a Relief and Trees. `join_contents` makes one City of
+several.
 """
 
 from array import array
@@ -99,19 +100,6 @@ class Polygon:
         return (self.lod, *self.more_lods)
 
 
-@dataclass(slots=True)
-class Reference:
-    """An xlink to a polygon or to a group of polygons."""
-
-    target: str
-    building: int
-    part: int
-    thematic: str
-    lod: str
-    source: str
-    flipped: bool
-
-
 @dataclass
 class Relief:
     """Triangles of the TIN reliefs of one file, as they are read."""
@@ -158,7 +146,7 @@ class FileContent:
     buildings: list = field(default_factory=list)  # ids of the top-level buildings, "" if unnamed
     part_count: int = 0
     polygons: list = field(default_factory=list)
-    references: list = field(default_factory=list)
+    references: list = field(default_factory=list)  # (id of a polygon or a group, Place): xlinks
     groups: dict = field(default_factory=dict)  # id -> (first, last) into polygons
     prototypes: dict = field(default_factory=dict)  # id -> polygons of a shape in local coordinates
     instances: list = field(default_factory=list)  # (id of a prototype, anchor, place, name)

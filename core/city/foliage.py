@@ -77,16 +77,17 @@ def choose_foliage(crowns, request, latitude):
         The months cannot be read.
     """
     months = parse_months(request.leaf_months, latitude)
+    nothing, density = np.zeros(len(crowns)), crowns.area_density
     if request.crown_transmittance is not None:
         leaves = np.full(len(crowns), -np.log(max(request.crown_transmittance, LEAST_TRANSMITTANCE)))
         bare = leaves * min(request.branch_area_density / max(request.leaf_area_density, 1e-9), 1.0)
-        nothing = np.zeros(len(crowns))
-        return Foliage(crowns, months, (nothing, leaves), (nothing, np.where(crowns.evergreen, leaves, bare)))
-    given = crowns.area_density
-    leaves = request.leaf_extinction * np.where(np.isnan(given), request.leaf_area_density, given)
-    bare = np.minimum(request.leaf_extinction * request.branch_area_density, leaves)
-    nothing = np.zeros(len(crowns))
-    return Foliage(crowns, months, (leaves, nothing), (np.where(crowns.evergreen, leaves, bare), nothing))
+    else:
+        leaves = request.leaf_extinction * np.where(np.isnan(density), request.leaf_area_density, density)
+        bare = np.minimum(request.leaf_extinction * request.branch_area_density, leaves)
+    states = leaves, np.where(crowns.evergreen, leaves, bare)
+    if request.crown_transmittance is not None:
+        return Foliage(crowns, months, *((nothing, state) for state in states))
+    return Foliage(crowns, months, *((state, nothing) for state in states))
 
 
 def parse_months(text, latitude=None):

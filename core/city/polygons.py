@@ -149,7 +149,8 @@ def triangulate(points, ring_start, polygon_start):
     for polygon in np.flatnonzero(rest):
         rings = ring_start[polygon_start[polygon] : polygon_start[polygon + 1] + 1]
         clipped = _clip_ears(plane, rings)
-        if len(rings) > 2 and abs(_covered(plane, clipped) - area[polygon]) > LOST_SHARE * area[polygon]:
+        lost = abs(np.abs(_signed_area(plane, clipped)).sum() - area[polygon]) if len(rings) > 2 else 0.0
+        if lost > LOST_SHARE * area[polygon]:
             clipped = clip_touching_holes(plane, rings, area[polygon], clipped)
         triangles.append(clipped)
         owners.append(np.full(len(clipped), polygon))
@@ -233,12 +234,8 @@ def clip_touching_holes(plane, rings, area, otherwise):
         clipped = mapbox_earcut.triangulate_float64(coordinates, ends).reshape(-1, 3)
         triangles.append(index[clipped] + rings[0])
     triangles = np.concatenate(triangles)
-    better = abs(_covered(plane, triangles) - area) < abs(_covered(plane, otherwise) - area)
-    return triangles if better else otherwise
-
-
-def _covered(plane, triangles):
-    return np.abs(_signed_area(plane, triangles)).sum()
+    errors = [abs(np.abs(_signed_area(plane, one)).sum() - area) for one in (triangles, otherwise)]
+    return triangles if errors[0] < errors[1] else otherwise
 
 
 def _signed_area(plane, triangles):

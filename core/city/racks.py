@@ -17,7 +17,6 @@ from ..scene.local_frame import MICROMETRE, bring_to_origin, turn_to_true_north
 from ..scene.name_cells import whole_of_cell
 from ..scene.refine import refine_triangles
 from ..scene.scene import Surfaces
-from .city import City
 from .place_rows import THICKNESS, Obstacles, frame_roof, free_area, place_rows
 from .polygons import measure_polygons
 
@@ -270,16 +269,14 @@ def city_with_racks(city, scene):
     corners = turn_to_true_north(scene.racks.reshape(-1, 3), -scene.site.convergence) + np.array(scene.site.origin)
     names = scene.surfaces.surface_id[first:]
     lod = dict(zip(map(whole_of_cell, city.surface_id), city.lod or [], strict=False))
-    return City(
+    return replace(
+        city,
         surface_id=[*city.surface_id, *names],
         building_id=[*city.building_id, *scene.surfaces.building_id[first:]],
         thematic=[*city.thematic, *scene.surfaces.thematic[first:]],
         points=np.concatenate([city.points, corners]),
         ring_start=np.concatenate([city.ring_start, city.ring_start[-1] + 4 * np.arange(1, count + 1)]),
         polygon_start=np.concatenate([city.polygon_start, city.polygon_start[-1] + np.arange(1, count + 1)]),
-        crs=city.crs,
-        report=city.report,
         lod=[*city.lod, *(lod.get(roof_of_rack(name), "") for name in names)] if city.lod else None,
         material=[*city.material, *[""] * count] if city.material else None,
-        colours=city.colours,
     )

@@ -204,15 +204,12 @@ def convert_to_metres(points, crs, unit="m"):
         return points, crs, turned
     name = plane.axis_info[0].unit_name
     note = f"Coordinates converted from {name} to metres."
-    return points * [factor, factor, height_factor], _in_metres(plane), " ".join(filter(None, [note, turned]))
-
-
-def _in_metres(plane):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # PROJ strings lose the name of the system, not its numbers
         words = plane.to_proj4().split()
     words = [word for word in words if not word.startswith(("+units=", "+to_meter=", "+type="))]
-    return " ".join([*words, "+units=m", "+type=crs"])
+    points = points * [factor, factor, height_factor]
+    return points, " ".join([*words, "+units=m", "+type=crs"]), " ".join(filter(None, [note, turned]))
 
 
 def _project(points, system, plane, height_factor):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..city.city import FileContent, Polygon, Reference
+from ..city.city import FileContent, Polygon
 from ..errors import InputError
 from .open_input import LARGEST_COORDINATE
 
@@ -135,10 +135,7 @@ def _step(child, kind, place, content):
     elif kind == "OrientableSurface" and attributes.get("orientation") == "-":
         place = place._replace(flipped=not place.flipped)
     if place.lod is not None and XLINK in attributes:
-        target = attributes[XLINK].rpartition("#")[2]
-        content.references.append(
-            Reference(target, place.building, place.part, place.thematic, place.lod, place.source, place.flipped)
-        )
+        content.references.append((attributes[XLINK].rpartition("#")[2], place))
     return place
 
 
@@ -260,14 +257,20 @@ def resolve_references(content):
         Changed in place.
     """
     index = {polygon.surface_id: polygon for polygon in reversed(content.polygons) if polygon.surface_id}
-    for reference in content.references:
-        if reference.target not in index and reference.target not in content.groups:
-            content.skip("reference to a polygon that is not in the file", reference.target)
+    for target, reference in content.references:
+        if target not in index and target not in content.groups:
+            content.skip("reference to a polygon that is not in the file", target)
             continue
-        known = index.get(reference.target)
-        for polygon in [known] if known else content.polygons[slice(*content.groups[reference.target])]:
-            if polygon.building == reference.building:
-                _apply(reference, polygon)
+        known = index.get(target)
+        for polygon in [known] if known else content.polygons[slice(*content.groups[target])]:
+            if polygon.building != reference.building:
+                continue
+            if reference.thematic and not polygon.thematic:
+                polygon.thematic, polygon.source = reference.thematic, "surface"
+            if reference.flipped and reference.source == "solid" and reference.part in (0, polygon.part):
+                polygon.flipped = True  # the solid defines its outside; a neighbour's solid does not
+            if reference.lod not in polygon.lods():
+                polygon.more_lods = (*polygon.more_lods, reference.lod)
     for target, anchor, place, name in content.instances:
         shape = content.prototypes.get(target)
         if shape is None:
@@ -276,12 +279,3 @@ def resolve_references(content):
         own = {"building": place.building, "part": place.part, "lod": place.lod, "more_lods": ()}
         drawn = [replace(one, thematic=place.thematic or one.thematic, material="", **own) for one in shape]
         content.polygons += anchor.place(drawn)
-
-
-def _apply(reference, polygon):
-    if reference.thematic and not polygon.thematic:
-        polygon.thematic, polygon.source = reference.thematic, "surface"
-    if reference.flipped and reference.source == "solid" and reference.part in (0, polygon.part):
-        polygon.flipped = True  # the solid defines its outside; a neighbour's solid does not
-    if reference.lod not in polygon.lods():
-        polygon.more_lods = (*polygon.more_lods, reference.lod)

@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -37,9 +37,9 @@ class Shapes:
     """What geometries refer to, and remarks collected while reading."""
 
     content: object  # FileContent, polygons are appended
-    vertices: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))  # (n, 3) float64, in the file's units
-    templates: object = None  # Templates
-    remarks: dict = field(default_factory=dict)  # remark -> names of objects
+    vertices: np.ndarray  # (n, 3) float64, in the file's units
+    templates: object  # Templates
+    remarks: dict  # remark -> names of objects
 
     def remark(self, words, name):
         """Add an object to the list of a remark."""
@@ -72,9 +72,11 @@ def collect_shapes(one, owner, shapes):
             shapes.content.polygons += shapes.templates.place_instance(geometry, owner, shapes)
         else:
             drawn.append((read_lod(geometry), geometry))
-    for lod, geometry in drawn:
-        rivals = sorted({_preference(other) for other_lod, other in drawn if other_lod == lod})
-        source = SOURCES[min(rivals.index(_preference(geometry)), 2)]
+    # Those with semantics before those without, solids before surfaces.
+    ranks = [(not isinstance(one.get("semantics"), dict), DEPTHS[one["type"]] == 0) for _, one in drawn]
+    for (lod, geometry), rank in zip(drawn, ranks, strict=True):
+        rivals = sorted({other for (other_lod, _), other in zip(drawn, ranks, strict=True) if other_lod == lod})
+        source = SOURCES[min(rivals.index(rank), 2)]
         shapes.content.polygons += draw_geometry(geometry, owner, source, shapes)
 
 
@@ -126,8 +128,10 @@ def draw_geometry(geometry, owner, source, shapes):
         shapes.remark(UNSOUND, owner.name)
     if not lod:
         shapes.remark(NO_LOD, owner.name)
-    polygons, uses = [], Counter(_own_name(surface.semantics) for surface in surfaces)
-    for number, surface in enumerate(surfaces):
+    ids = [surface.semantics.get("id") for surface in surfaces]
+    ids = [clean_name(one) if isinstance(one, str) else "" for one in ids]
+    polygons, uses = [], Counter(ids)
+    for number, (surface, name) in enumerate(zip(surfaces, ids, strict=True)):
         thematic = read_class(surface.semantics)
         rings, problem = read_rings(surface.rings, shapes.vertices)
         if surface.inner:
@@ -137,7 +141,6 @@ def draw_geometry(geometry, owner, source, shapes):
         if problem:
             content.skip(problem, f"{owner.name}, LoD {lod or 'unknown'}, surface {number + 1}")
             continue
-        name = _own_name(surface.semantics)
         place = owner.building, owner.part, thematic or owner.thematic, lod, source
         polygons.append(Polygon(name if uses[name] == 1 else "", *place, rings, owner.line))
     return polygons
@@ -168,16 +171,6 @@ def read_rings(rings, vertices):
         indices = ring if len(ring) > 1 and ring[0] == ring[-1] else ring + ring[:1]
         found.append(vertices[np.array(indices, np.intp)])
     return found, None
-
-
-def _preference(geometry):
-    """Sort key of geometries: with semantics before without, solids before surfaces."""
-    return not isinstance(geometry.get("semantics"), dict), DEPTHS[geometry["type"]] == 0
-
-
-def _own_name(semantics):
-    name = semantics.get("id")
-    return clean_name(name) if isinstance(name, str) else ""
 
 
 class Templates:

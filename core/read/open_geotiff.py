@@ -20,8 +20,7 @@ PIXEL_IS_POINT = 2
 WORLD_FILES = (".tfw", ".tifw", ".tiffw", ".wld", ".TFW")
 USER_DEFINED = 32767
 PROJECTED, GEOGRAPHIC = 1, 2  # types of model
-LENGTHS = {9001: 1.0, 9002: 0.3048, 9003: 1200 / 3937}  # EPSG's units [m]
-WORDS = {9001: "metre", 9002: "foot", 9003: "us survey foot"}
+UNITS = {9001: ("metre", 1.0), 9002: ("foot", 0.3048), 9003: ("us survey foot", 1200 / 3937)}  # EPSG's [m]
 
 
 @dataclass
@@ -64,7 +63,7 @@ def crs_of_keys(keys):
     """
     model = int(keys.get("GTModelTypeGeoKey", 0))
     name = {PROJECTED: "ProjectedCSTypeGeoKey", GEOGRAPHIC: "GeographicTypeGeoKey"}.get(model)
-    unit = WORDS.get(int(keys.get("VerticalUnitsGeoKey", 0)), "")
+    unit = UNITS.get(int(keys.get("VerticalUnitsGeoKey", 0)), ("", None))[0]
     if name is None:
         return None, unit
     code = int(keys.get(name, USER_DEFINED))
@@ -72,7 +71,7 @@ def crs_of_keys(keys):
     if code in (0, USER_DEFINED):
         raise UnreadError("its coordinate reference system has no EPSG code")
     system = read_code(code)
-    given = LENGTHS.get(int(keys.get("ProjLinearUnitsGeoKey", 0)))
+    given = UNITS.get(int(keys.get("ProjLinearUnitsGeoKey", 0)), ("", None))[1]
     if model == PROJECTED and given and abs(given / system.axis_info[0].unit_conversion_factor - 1) > 1e-9:
         raise UnreadError(f"its unit of length is not that of EPSG:{code}")
     if 0 < vertical < USER_DEFINED and not unit and read_code(vertical).is_vertical:
@@ -121,7 +120,11 @@ def open_geotiff(path, file):
         raise UnreadError(f"has values of {page.bitspersample} bits")
     keys = page.geotiff_tags or {}
     crs, unit = crs_of_keys(keys)
-    scale, offset, told = read_metadata(page)
+    # Scale, offset and unit of the first band, as GDAL writes them.
+    words = str(page.tags[METADATA].value) if METADATA in page.tags else ""
+    role = r'<Item\b[^>]*\bsample="0"[^>]*\brole="(scale|offset|unittype)"[^>]*>([^<]*)<'
+    told = {"scale": 1.0, "offset": 0.0, "unittype": ""} | dict(re.findall(role, words))
+    scale, offset = float(told["scale"]), float(told["offset"])
     blocks = Blocks(file, page)
     gap = read_gap(page)
 
@@ -134,7 +137,17 @@ def open_geotiff(path, file):
 
     size = int(np.prod(blocks.shape)) * kind.itemsize
     matrix = matrix_of_page(page, keys, Path(path))
-    return Raster(path, page.imagewidth, page.imagelength, matrix, crs, told or unit, size, blocks.shape[0], read_cells)
+    return Raster(
+        path,
+        page.imagewidth,
+        page.imagelength,
+        matrix,
+        crs,
+        told["unittype"] or unit,
+        size,
+        blocks.shape[0],
+        read_cells,
+    )
 
 
 class Blocks:
@@ -195,17 +208,11 @@ def read_gap(page):
     return int(number) if number == round(number) and limits.min <= number <= limits.max else None
 
 
-def read_metadata(page):
-    """Scale, offset and unit of the first band, as GDAL writes them."""
-    tag = page.tags.get(METADATA)
-    words = str(tag.value) if tag is not None else ""
-    items = re.findall(r'<Item\b[^>]*\bsample="0"[^>]*\brole="(scale|offset|unittype)"[^>]*>([^<]*)<', words)
-    found = dict(items)
-    return float(found.get("scale", 1)), float(found.get("offset", 0)), found.get("unittype", "")
-
-
 def matrix_of_page(page, keys, path):
-    """Transformation from (column, row, 1) of cell corners: (2, 3) float64; from a world file where none is inside."""
+    """Transformation from (column, row, 1) of cell corners: (2, 3) float64; from a world file where none is inside.
+
+    The identity if there is none at all.
+    """
     whole, size, point = (page.tags.get(tag) for tag in (TRANSFORMATION, PIXEL_SCALE, TIE_POINT))
     if whole is not None:
         matrix = np.array(whole.value, float).reshape(4, 4)[:2][:, [0, 1, 3]]
@@ -214,16 +221,11 @@ def matrix_of_page(page, keys, path):
         column, row, _, east, north, _ = np.array(point.value[:6], float)
         matrix = np.array([[x, 0.0, east - column * x], [0.0, y, north - row * y]])
     else:
-        return read_world_file(path)
+        beside = next((file for file in map(path.with_suffix, WORLD_FILES) if file.is_file()), None)
+        if beside is None:
+            return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+        a, d, b, e, x, y = (float(word) for word in beside.read_text("ascii").split()[:6])
+        return np.array([[a, b, x - 0.5 * (a + b)], [d, e, y - 0.5 * (d + e)]])
     if int(keys.get("GTRasterTypeGeoKey", 1)) == PIXEL_IS_POINT:
         matrix[:, 2] -= 0.5 * (matrix[:, 0] + matrix[:, 1])
     return matrix
-
-
-def read_world_file(path):
-    """Transformation of the world file beside an image; the identity if there is none."""
-    beside = next((file for file in map(path.with_suffix, WORLD_FILES) if file.is_file()), None)
-    if beside is None:
-        return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    a, d, b, e, x, y = (float(word) for word in beside.read_text("ascii").split()[:6])
-    return np.array([[a, b, x - 0.5 * (a + b)], [d, e, y - 0.5 * (d + e)]])

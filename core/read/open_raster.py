@@ -20,16 +20,12 @@ from .open_geotiff import Raster, UnreadError, open_geotiff
 from .open_input import open_input, open_text
 
 LOWEST, HIGHEST = -500.0, 12_000.0  # [m] all land lies between; values beyond mark gaps, or the floor of the sea
-WORDS = {  # in which rasters name the unit of their heights [m]
-    0.3048: ("ft", "foot", "feet", "international foot"),
-    1200 / 3937: ("us survey foot", "us survey feet", "us-ft", "ftus", "foot_us"),
-    0.001: ("mm", "millimetre", "millimetres", "millimeter", "millimeters"),
-    0.01: ("cm", "centimetre", "centimetres", "centimeter", "centimeters"),
-    0.1: ("dm", "decimetre", "decimetres", "decimeter", "decimeters"),
-    1.0: ("m", "metre", "metres", "meter", "meters"),
-    1000.0: ("km", "kilometre", "kilometres", "kilometer", "kilometers"),
-}
-UNIT_WORDS = {word: factor for factor, words in WORDS.items() for word in words}
+# Words in which rasters name the unit of their heights [m].
+METRIC = {"": ("", 1.0), "k": ("kilo", 1000.0), "d": ("deci", 0.1), "c": ("centi", 0.01), "m": ("milli", 0.001)}
+UNIT_WORDS = {f"{short}m": factor for short, (_, factor) in METRIC.items()}
+UNIT_WORDS |= {f"{long}{m}": f for long, f in METRIC.values() for m in ("metre", "metres", "meter", "meters")}
+UNIT_WORDS |= dict.fromkeys(("ft", "foot", "feet", "international foot"), 0.3048)
+UNIT_WORDS |= dict.fromkeys(("us survey foot", "us survey feet", "us-ft", "ftus", "foot_us"), 1200 / 3937)
 PIECE = 2**24  # cells that are unpacked at a time
 HEAD = re.compile(r"\s*([a-z_]+)\s+(\S+)", re.IGNORECASE)
 MARKS = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
@@ -77,7 +73,10 @@ def read_ascii_grid(path):
     def read_cells(top, bottom, left, right):
         return heights[top:bottom, left:right].copy()
 
-    return Raster(path, columns, rows, matrix_of_head(head, rows), read_system(Path(path)), "", 0, 1, read_cells)
+    plain = Path(path).with_suffix("") if Path(path).suffix.lower() == ".gz" else Path(path)
+    beside = next((file for file in map(plain.with_suffix, (".prj", ".PRJ")) if file.is_file()), None)
+    crs = None if beside is None else pyproj.CRS.from_user_input(beside.read_text("utf-8").strip()).to_wkt()
+    return Raster(path, columns, rows, matrix_of_head(head, rows), crs, "", 0, 1, read_cells)
 
 
 def matrix_of_head(head, rows):
@@ -88,13 +87,6 @@ def matrix_of_head(head, rows):
     if not (wide > 0 and high > 0 and np.isfinite([wide, high, west, south]).all()):
         raise ValueError("has cells without size or place")
     return np.array([[wide, 0.0, west], [0.0, -high, south + rows * high]])
-
-
-def read_system(path):
-    """Coordinate reference system of the `.prj` file beside a grid as WKT; None if there is none."""
-    plain = path.with_suffix("") if path.suffix.lower() == ".gz" else path
-    beside = next((file for file in map(plain.with_suffix, (".prj", ".PRJ")) if file.is_file()), None)
-    return None if beside is None else pyproj.CRS.from_user_input(beside.read_text("utf-8").strip()).to_wkt()
 
 
 @contextmanager

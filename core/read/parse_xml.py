@@ -10,15 +10,8 @@ from ..errors import InputError
 from ..progress import ignore_share
 from .open_input import CUT, open_input
 
-SAFE = {
-    "resolve_entities": False,
-    "no_network": True,
-    "load_dtd": False,
-    "dtd_validation": False,
-    "huge_tree": False,
-    "remove_comments": True,
-    "remove_pis": True,
-}
+SAFE = dict.fromkeys(("resolve_entities", "load_dtd", "dtd_validation", "huge_tree"), False)
+SAFE |= dict.fromkeys(("no_network", "remove_comments", "remove_pis"), True)
 LONGEST_MESSAGE = 300  # characters of a parser message; it quotes whole attributes
 MOST_TAGS = 2**22  # tags in memory at once; the largest buildings have some ten thousand
 HEAD_BYTES = 2**16  # the root element must begin within these
@@ -119,7 +112,11 @@ class _Source:
 
     def __init__(self, path, stream, prefixes):
         self._path, self._stream, self.tags = path, stream, 0
-        self._head = _declare(stream.read(HEAD_BYTES), prefixes) if prefixes else b""
+        self._head = head = stream.read(HEAD_BYTES) if prefixes else b""
+        root = ROOT.search(NO_CONTENT.sub(lambda found: b" " * len(found.group()), head))
+        names = (f' xmlns:{prefix}="{KNOWN_PREFIXES.get(prefix, "urn:undeclared:" + prefix)}"' for prefix in prefixes)
+        if root is not None:
+            self._head = head[: root.end()] + "".join(names).encode() + head[root.end() :]
 
     def read(self, size=-1):
         data, self._head = self._head or self._stream.read(size), b""
@@ -128,13 +125,6 @@ class _Source:
             problem = f"more than {MOST_TAGS:,} tags before the end of a building"
             raise InputError(self._path, problem, "remove what is not a building, or split the building")
         return data
-
-
-def _declare(head, prefixes):
-    """The first bytes of a file with namespace declarations in its root element."""
-    root = ROOT.search(NO_CONTENT.sub(lambda found: b" " * len(found.group()), head))
-    names = (f' xmlns:{prefix}="{KNOWN_PREFIXES.get(prefix, "urn:undeclared:" + prefix)}"' for prefix in prefixes)
-    return head if root is None else head[: root.end()] + "".join(names).encode() + head[root.end() :]
 
 
 def _explain(path, error):

@@ -182,15 +182,12 @@ def place_relief(contents, city, unit):
                 of_lod.setdefault(lod, []).append(place_layer(layer, crs, city.crs, UNITS[unit], content.path))
         except InputError as error:  # the city can do without
             city.report.notes.append(f"Terrain of {error.source} left out: {error.problem}.")
-    layers = [join_layers(of_lod[lod]) for lod in sorted(of_lod, reverse=True)]
-    return Terrain(", ".join(sources), layers) if layers else None
-
-
-def join_layers(layers):
-    """One layer of the triangles of several."""
-    starts = np.cumsum([0, *(len(layer.points) for layer in layers)])
-    triangles = [layer.triangles + start for layer, start in zip(layers, starts[:-1], strict=True)]
-    return Layer(np.concatenate([layer.points for layer in layers]), np.concatenate(triangles))
+    joined = []
+    for _, layers in sorted(of_lod.items(), reverse=True):
+        starts = np.cumsum([0, *(len(layer.points) for layer in layers)])
+        triangles = [layer.triangles + start for layer, start in zip(layers, starts[:-1], strict=True)]
+        joined.append(Layer(np.concatenate([layer.points for layer in layers]), np.concatenate(triangles)))
+    return Terrain(", ".join(sources), joined) if joined else None
 
 
 def crs_of_relief(relief, path):
