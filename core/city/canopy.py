@@ -127,18 +127,25 @@ class Canopy:
         words = hash_rays(ray_origins[:, 0], ray_directions[:, 0])
         if self._kept is None or ray_origins.shape[1] == 1:  # such as photons, which differ between the states
             return self._stop_rays(ray_origins, ray_directions, reach, words)[0]
-        rows = words ^ mix(hash_rays(ray_origins[:, -1], ray_directions[:, -1]))
-        common = ray_origins.shape[1]
+
+        def stop_some(rows):
+            ends = None if reach is None else reach[rows]
+            return self._stop_rays(ray_origins[rows], ray_directions[rows], ends, words[rows])
+
+        names, count = words ^ mix(hash_rays(ray_origins[:, -1], ray_directions[:, -1])), ray_origins.shape[1]
+        return self._answer(count, names, (count,), stop_some)
+
+    def _answer(self, common, words, shape, trace):
+        """Answers to rows of rays by `trace(rows)`, kept in leaf and recalled without leaves: (c, *shape) bool."""
         if self._both:
-            stopped, without_leaves = self._stop_rays(ray_origins, ray_directions, reach, words)
-            keep_rays(self._kept, common, rows, without_leaves)
-            return stopped
-        stopped, known = recall_rays(self._kept, common, rows, (common,))
+            answer, without_leaves = trace(slice(None))
+            keep_rays(self._kept, common, words, without_leaves)
+            return answer
+        answer, known = recall_rays(self._kept, common, words, shape)
         rest = np.flatnonzero(~known)
         if len(rest):
-            some = None if reach is None else reach[rest]
-            stopped[rest] = self._stop_rays(ray_origins[rest], ray_directions[rest], some, words[rest])[0]
-        return stopped
+            answer[rest] = trace(rest)[0]
+        return answer
 
     def _stop_rays(self, ray_origins, ray_directions, reach, words):
         """The same, and without leaves: (2, c, r) bool."""
@@ -193,16 +200,7 @@ class Canopy:
         for bits in np.packbits(wanted, axis=1).T:
             words = mix(words ^ bits)
         shape = len(directions), position.shape[1]
-        common = (*shape, directions.tobytes())
-        if self._both:
-            free, without_leaves = trace_rows(slice(None))
-            keep_rays(self._kept, common, words, without_leaves)
-            return free
-        free, known = recall_rays(self._kept, common, words, shape)
-        rest = np.flatnonzero(~known)
-        if len(rest):
-            free[rest] = trace_rows(rest)[0]
-        return free
+        return self._answer((*shape, directions.tobytes()), words, shape, trace_rows)
 
 
 def hash_rays(ray_origins, ray_directions):

@@ -14,6 +14,10 @@ import numpy as np
 from numba import njit
 
 LEAF = 8  # triangles of a leaf, at most: as many as are tested together
+DEEPEST = 64
+ENOUGH = 1e5  # optical depth that only trunks have
+# Rays are shifted by less than a micrometre, so that none passes exactly through an edge of axis-parallel boxes.
+ASIDE = (3.1e-7, 2.3e-7, 1.7e-7)
 
 
 def build_hierarchy(corners, body):
@@ -100,12 +104,6 @@ def halve_nodes(order, first, several, scene):
     inside = (before > first) & (before < first + size)
     near = inside & (half - before <= np.abs(after - half))
     return order, np.where(near | (after >= first + size), before, after)
-
-
-DEEPEST = 64
-ENOUGH = 1e5  # optical depth that only trunks have
-# Rays are shifted by less than a micrometre, so that none passes exactly through an edge of axis-parallel boxes.
-ASIDE = (3.1e-7, 2.3e-7, 1.7e-7)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

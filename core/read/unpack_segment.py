@@ -8,6 +8,9 @@ import zlib
 import numpy as np
 from numba import njit
 
+PLAIN, LZW, DEFLATE, OLD_DEFLATE, PACKBITS = 1, 5, 8, 32946, 32773
+KNOWN = (PLAIN, LZW, DEFLATE, OLD_DEFLATE, PACKBITS)
+DIFFERENCES, FLOAT_DIFFERENCES = 2, 3  # predictors (TIFF 6.0, section 14; Adobe's technical note 3)
 CLEAR, END = 256, 257
 LARGEST = 4096  # codes
 
@@ -58,11 +61,6 @@ def unpack_lzw(packed, unpacked):
         if known >= (1 << width) - 1 and width < 12:
             width += 1
     return place
-
-
-PLAIN, LZW, DEFLATE, OLD_DEFLATE, PACKBITS = 1, 5, 8, 32946, 32773
-KNOWN = (PLAIN, LZW, DEFLATE, OLD_DEFLATE, PACKBITS)
-DIFFERENCES, FLOAT_DIFFERENCES = 2, 3  # predictors (TIFF 6.0, section 14; Adobe's technical note 3)
 
 
 def unpack_segment(packed, compression, predictor, shape, kind):

@@ -144,9 +144,8 @@ def test_without_lod_a_shape_is_read_where_there_is_no_other(tmp_path):
 
 
 def test_instances_stand_at_their_corners_and_far_ones_are_left_out(tmp_path):
-    shifted, far = [*np.eye(4).ravel()], [*(1e7 * np.eye(4)).ravel()]
+    shifted, far, transposed = ([*(size * np.eye(4)).ravel()] for size in (1, 1e7, 1))
     shifted[3], far[15] = 100.0, 1
-    transposed = [*np.eye(4).ravel()]
     transposed[12] = 100.0  # the step stands in the last row: nobody knows what is meant
     templates = {"templates": [solid()], "vertices-templates": [[30 * x, y, z] for x, y, z in CUBE]}
     objects = {"b": house(*[instance(matrix=matrix, corner=1) for matrix in (shifted, far, transposed)])}

@@ -216,14 +216,3 @@ def test_files_cut_anywhere(tmp_path, suffix):
         read_safely(tmp_path, seed, suffix)
         for share in np.linspace(0.01, 0.99, 25):
             read_safely(tmp_path, seed[: int(share * len(seed))], suffix, build=False)
-
-
-@pytest.mark.parametrize(
-    ("suffix", "encoding"),
-    [(".gml", "utf-16"), (".gml", "utf-32"), (".obj", "utf-16-le"), (".obj", "utf-8-sig"), (".json", "latin-1"),
-     (".json", "utf-32"), (".jsonl", "utf-16"), (".jsonl", "latin-1")],
-)  # fmt: skip
-def test_every_encoding_is_read_or_refused(tmp_path, suffix, encoding):
-    for seed in spoilt_seeds(suffix)[:2]:
-        written = seed.decode("utf-8-sig")
-        read_safely(tmp_path, written.replace("UTF-8", encoding.upper()).encode(encoding, errors="replace"), suffix)

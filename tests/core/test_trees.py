@@ -10,7 +10,6 @@ from test_closed_forms import direct_relative
 from weathers import BERLIN, plain_table, write_table, year_of
 
 from citypv.core.city.canopy import Canopy, KeptRays
-from citypv.core.city.crowns import volume_of_crowns
 from citypv.core.city.foliage import parse_months
 from citypv.core.energy.pv_system import build_system
 from citypv.core.errors import InputError
@@ -188,12 +187,7 @@ def test_results_do_not_depend_on_threads():
     assert (found.visible_share == again.visible_share).all()
 
 
-def test_volumes_of_crowns():
-    crowns = crowns_of(ball([5, 5, 9], 2), box([0, 0, 0], [1, 2, 3]))
-    assert volume_of_crowns(crowns) == pytest.approx([4 / 3 * np.pi * 8, 6])
-
-
-def test_months_with_leaves():
+def test_months_and_density_of_leaves():
     assert parse_months("auto", 52.5) == (5, 6, 7, 8, 9, 10)
     assert parse_months("auto", -33.0) == (1, 2, 3, 4, 11, 12)
     assert parse_months("auto", 1.3) == parse_months("all") == tuple(range(1, 13))
@@ -201,9 +195,6 @@ def test_months_with_leaves():
     assert parse_months("none") == ()
     with pytest.raises(InputError, match="--leaf-months: 'May' is not a month"):
         parse_months("May")
-
-
-def test_a_leaf_area_density_below_zero_is_refused():
     with pytest.raises(InputError, match="--leaf-area-density: -1 is out of range"):
         check_request(Request(leaf_area_density=-1))
 
