@@ -42,7 +42,9 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=ignore_sh
     """
     if orient not in ORIENTS:
         raise InputError("--orient", f"{orient!r} is unknown", f"give {' or '.join(ORIENTS)}")
-    lod = check_lod(lod)
+    lod = None if lod is None else str(lod).strip()
+    if lod is not None and not re.fullmatch(r"[0-4](\.\d)?", lod):
+        raise InputError("--lod", f"{lod!r} is not a level of detail", "give 1, 2, 3, or for example 2.2")
     report = _start_report(contents)
     drop_repeated_buildings(contents, report)
     report_share(0.1)
@@ -104,20 +106,6 @@ def choose_lod(lods, wanted=None):
     else:
         candidates = [lod for lod in lods if lod in ("", wanted) or lod.split(".")[0] == wanted]
     return max(candidates, key=rank_lod, default=None)
-
-
-def check_lod(lod):
-    """LoD as text, or None.
-
-    Raises
-    ------
-    InputError
-        It is not one of 0, 1, 2, 3, 4 or 0.0 … 4.9.
-    """
-    text = None if lod is None else str(lod).strip()
-    if text is not None and not re.fullmatch(r"[0-4](\.\d)?", text):
-        raise InputError("--lod", f"{text!r} is not a level of detail", "give 1, 2, 3, or for example 2.2")
-    return text
 
 
 def _start_report(contents):

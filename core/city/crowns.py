@@ -47,7 +47,7 @@ def volume_of_crowns(crowns):
 
 
 @dataclass
-class Part:
+class TreeShape:
     """Triangles of one tree."""
 
     vertices: np.ndarray  # (v, 3) float64 [m]
@@ -102,7 +102,7 @@ def build_crowns(trees, report, move):
 
 
 def build_tree(tree, report):
-    """Triangles of one tree: Part, or None for an area of plants without a height."""
+    """Triangles of one tree: TreeShape, or None for an area of plants without a height."""
     if tree.polygons:
         vertices, triangles = triangles_of(tree.polygons)
         if tree.cover and tree.height is None and is_area(vertices, triangles):
@@ -131,11 +131,11 @@ def build_ellipsoid(tree, report):
         trunk = cylinder(tree.place, tree.trunk_diameter / 2, middle[2] - tree.place[2])
         triangles = np.concatenate([triangles, trunk[1] + len(vertices)])
         vertices = np.concatenate([vertices, trunk[0]])
-    return Part(vertices, triangles, np.arange(len(triangles)) >= of_crown, tree.height)
+    return TreeShape(vertices, triangles, np.arange(len(triangles)) >= of_crown, tree.height)
 
 
 def build_shape(tree, vertices, triangles, report):
-    """A tree from its triangles: Part, or None if they enclose nothing."""
+    """A tree from its triangles: TreeShape, or None if they enclose nothing."""
     if not len(triangles):
         return None
     trunk = find_trunk(vertices, triangles, tree.trunk_diameter)
@@ -146,14 +146,14 @@ def build_shape(tree, vertices, triangles, report):
         upwards = normals_of(vertices, triangles)[:, 2]
         level = np.where(upwards[:, None] < 0, triangles[:, ::-1], triangles)[np.abs(upwards) > 0]
         points, body = extrude(vertices, level, tree.height)
-        return Part(points, body, np.zeros(len(body), bool))
+        return TreeShape(points, body, np.zeros(len(body), bool))
     else:
         crown = hull_of(vertices, triangles[~trunk] if not trunk.all() else triangles)
         if crown is None:
             return None
         report.repair("crown that is not closed, replaced by its convex hull", [tree.name])
     triangles = np.concatenate([crown, triangles[trunk]])
-    return Part(vertices, triangles, np.arange(len(triangles)) >= len(crown))
+    return TreeShape(vertices, triangles, np.arange(len(triangles)) >= len(crown))
 
 
 def triangles_of(polygons):

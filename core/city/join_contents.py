@@ -39,7 +39,11 @@ def join_contents(contents, lod=None, unit="m", orient="auto", progress=silent):
     count = sum(len(content.polygons) for content in contents)
     progress(JOINING, 0, count, "polygons")
     for content in contents:
-        content.crs = _crs_of(content)
+        drawn = [*content.polygons, *(polygon for tree in content.trees for polygon in tree.polygons)]
+        easting = next((polygon.rings[0][0, 0] for polygon in drawn if len(polygon.rings[0])), None)
+        content.crs, unknown = choose_crs(content.srs_names, easting, content.path)
+        for srs_name, line in unknown.items():
+            content.notes.append(f"{content.path}, line {line}: srsName {srs_name!r} is not known to PROJ.")
         if content.crs and pyproj.CRS.from_user_input(content.crs).is_geographic:
             leave_out_degrees(content)
     crs = _common_crs(contents)
@@ -94,16 +98,6 @@ def leave_out_degrees(content):
         tree.polygons = []
         if tree.height is None:
             content.trees.remove(tree)
-
-
-def _crs_of(content):
-    """The coordinate reference system of a file, or None."""
-    drawn = [*content.polygons, *(polygon for tree in content.trees for polygon in tree.polygons)]
-    easting = next((polygon.rings[0][0, 0] for polygon in drawn if len(polygon.rings[0])), None)
-    crs, unknown = choose_crs(content.srs_names, easting, content.path)
-    for srs_name, line in unknown.items():
-        content.notes.append(f"{content.path}, line {line}: srsName {srs_name!r} is not known to PROJ.")
-    return crs
 
 
 def _common_crs(contents):

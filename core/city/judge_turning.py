@@ -28,7 +28,7 @@ MICROMETRE = 6  # decimals of a metre, so that rounding of large coordinates has
 
 
 @dataclass
-class Sides:
+class Views:
     """What is visible from the two sides of some polygons, (k, 2): the front as drawn first."""
 
     sky: np.ndarray  # share of the rays that reaches the sky
@@ -129,7 +129,7 @@ def trace_both_sides(shape, shell, tested, wanted):
 
     Returns
     -------
-    Sides
+    Views
     """
     triangles, owner, places = triangles_around(shape, tested)
     corners = places[triangles]  # (t, 3, 3) [m]
@@ -152,7 +152,7 @@ def trace_both_sides(shape, shell, tested, wanted):
         after = along * turn[hit]
         views = missed & rises, missed & ~rises, ~missed & (along > 0), ~missed & (after > 0)
         found_shares[side] = [view.mean(axis=1) for view in (*views, ~missed & (np.where(own, -after, after) > 0))]
-    return Sides(*found_shares.transpose(1, 2, 0))
+    return Views(*found_shares.transpose(1, 2, 0))
 
 
 def triangles_around(shape, tested):

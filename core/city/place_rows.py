@@ -78,16 +78,11 @@ def choose_pitch(racks, axes, latitude):
         return width_of_row(racks) + AISLE
     if latitude is None:
         raise InputError("--racks", "the spacing follows from the latitude, which is unknown", "give --latitude D")
-    return max(least, width_of_row(racks) + racks.depth * math.sin(math.radians(racks.tilt)) * shadow(axes, latitude))
-
-
-def shadow(axes, latitude):
-    """Length of a shadow across the rows, behind them, per height: at noon of the winter solstice, 0 if it falls
-    before them."""
+    # The shadow across the rows, behind them, per height: none if it falls before them.
     zenith = math.radians(abs(latitude) + OBLIQUITY)
-    sun = np.array([0.0, -math.copysign(math.sin(zenith), latitude), math.cos(zenith)])
-    _, up_slope, out = axes @ sun
-    return max(0.0, -up_slope) / max(out, -up_slope * math.tan(math.radians(LOWEST_SUN)), 1e-9)
+    _, up_slope, out = axes @ [0.0, -math.copysign(math.sin(zenith), latitude), math.cos(zenith)]
+    shadow = max(0.0, -up_slope) / max(out, -up_slope * math.tan(math.radians(LOWEST_SUN)), 1e-9)
+    return max(least, width_of_row(racks) + racks.depth * math.sin(math.radians(racks.tilt)) * shadow)
 
 
 def width_of_row(racks):

@@ -11,7 +11,7 @@ from ..city.city import Polygon
 from ..errors import InputError
 from .collect_polygons import Anchor
 from .open_input import LARGEST_COORDINATE, clean_name
-from .walk_boundaries import DEPTHS, INTERIOR, read_class, read_numbers, read_vertices, walk_boundaries
+from .walk_boundaries import CLASSES, DEPTHS, INTERIOR, read_numbers, read_vertices, walk_boundaries
 
 LOD = re.compile(r"[0-4](\.\d)?")
 SOURCES = ("surface", "solid", "multisurface")  # in order of preference between geometries of the same LoD
@@ -132,7 +132,8 @@ def draw_geometry(geometry, owner, source, shapes):
     ids = [clean_name(one) if isinstance(one, str) else "" for one in ids]
     polygons, uses = [], Counter(ids)
     for number, (surface, name) in enumerate(zip(surfaces, ids, strict=True)):
-        thematic = read_class(surface.semantics)
+        thematic = surface.semantics.get("type")
+        thematic = thematic if isinstance(thematic, str) and thematic in CLASSES else ""
         rings, problem = read_rings(surface.rings, shapes.vertices)
         if surface.inner:
             problem = "inner shell of a solid: cavities receive no light"

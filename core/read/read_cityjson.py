@@ -7,8 +7,6 @@ import re
 from collections import Counter
 from pathlib import Path
 
-import numpy as np
-
 from ..city.city import FileContent
 from ..errors import InputError
 from ..progress import ignore_share
@@ -182,7 +180,9 @@ def drop_repeated(content):
     for polygon in content.polygons:
         drawn.setdefault(polygon.building, []).append(polygon)
     for building, name in enumerate(content.buildings):
-        earlier, shape = seen.setdefault(name, set()), _shape_of(drawn.get(building, ()))
+        own = drawn.get(building, ())
+        shape = hash(tuple((polygon.lod, *(ring.tobytes() for ring in polygon.rings)) for polygon in own))
+        earlier = seen.setdefault(name, set())
         if shape in earlier:
             content.skip("duplicate building in the file", name)
             continue
@@ -200,13 +200,6 @@ def drop_repeated(content):
     content.polygons = [polygon for polygon in content.polygons if polygon.building in number]
     for polygon in content.polygons:
         polygon.building = number[polygon.building]
-
-
-def _shape_of(polygons):
-    """Hash of a building's geometry: equal only if all points are equal."""
-    rings = [ring for polygon in polygons for ring in polygon.rings]
-    lods = tuple((polygon.lod, len(polygon.rings)) for polygon in polygons)
-    return hash((lods, tuple(map(len, rings)), np.concatenate(rings).tobytes() if rings else b""))
 
 
 def _srs_names(header):

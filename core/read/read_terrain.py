@@ -60,7 +60,13 @@ def read_terrain(path, city, unit="m", up="z"):
         _note_missing(crs, city.crs, terrain)
         terrain.layers = [place_layer(layer, crs, city.crs, UNITS[unit], path) for layer in layers]
     elif suffix == ".obj":
-        terrain.layers = [_read_obj(path, UNITS[unit], up)]
+        parts = parse_obj(path)
+        faces = [face for face in parts.faces if len(face) > 2]
+        if not faces:
+            raise InputError(path, "contains no polygons", "give an OBJ file of terrain")
+        points = parts.vertices if up == "z" else parts.vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
+        fans = [np.column_stack([np.full(len(face) - 2, face[0]), face[1:-1], face[2:]]) for face in faces]
+        terrain.layers = [Layer(points * UNITS[unit], np.concatenate(fans))]
         _note_missing(None, city.crs, terrain)
     else:
         raise InputError(path, "not a known terrain format", f"give one of {', '.join((*RASTERS, *RELIEFS, '.obj'))}")
@@ -72,15 +78,6 @@ def read_terrain(path, city, unit="m", up="z"):
         problem = f"is {float(np.hypot(*apart)) / 1000:,.1f} km away from the buildings"
         raise InputError(path, problem, "give terrain that covers the city, in its system and unit")
     return terrain
-
-
-def _read_obj(path, factor, up):
-    parts = parse_obj(path)
-    if not any(len(face) > 2 for face in parts.faces):
-        raise InputError(path, "contains no polygons", "give an OBJ file of terrain")
-    points = parts.vertices if up == "z" else parts.vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
-    fans = [np.column_stack([np.full(len(f) - 2, f[0]), f[1:-1], f[2:]]) for f in parts.faces if len(f) > 2]
-    return Layer(points * factor, np.concatenate(fans))
 
 
 def _note_missing(crs, city_crs, terrain):

@@ -152,12 +152,6 @@ def walk_boundaries(geometry):
     return surfaces, matching and all(sound or leaf is None for sound, leaf in zip(known, leaves, strict=True))
 
 
-def read_class(semantics):
-    """Thematic class of a surface: one defined by CityJSON, or ""."""
-    kind = semantics.get("type")
-    return kind if isinstance(kind, str) and kind in CLASSES else ""
-
-
 def _walk(boundaries, depth, place=()):
     """Each surface, and its place in the nested lists."""
     if not isinstance(boundaries, list):
