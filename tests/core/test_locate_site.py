@@ -12,9 +12,7 @@ from citypv.core.scene.locate_site import locate_site, note_outside_use
 
 PLACES = [
     ("EPSG:25833", 391490.0, 5817850.0),
-    ("EPSG:25832", 280865.0, 5659188.0),
     ("EPSG:28992", 78595.0, 457904.0),
-    ("EPSG:21781", 683295.0, 247458.0),
     ("EPSG:31256", 3325.0, 340488.0),
     ("EPSG:32756", 334000.0, 6251000.0),  # Sydney, southern hemisphere
     ("EPSG:7415", 84586.0, 447015.0),  # compound

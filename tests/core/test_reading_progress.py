@@ -91,11 +91,12 @@ def files(tmp_path_factory):
     return large_files(tmp_path_factory.mktemp("large"))
 
 
-@pytest.mark.parametrize("number", [0, 1, 2, pytest.param(3, marks=pytest.mark.once), 4])
+@pytest.mark.parametrize("number", [0, 1, 2, pytest.param(slice(3, 5), marks=pytest.mark.once), 4])
 def test_reading_is_told(files, number):
-    path, kept = files[number], Kept()
-    city = read_city(path, progress=kept)
-    size = path.stat().st_size
+    """Several files are one stage."""
+    paths, kept = files[number] if isinstance(number, slice) else [files[number]], Kept()
+    city = read_city(paths, progress=kept)
+    size = sum(path.stat().st_size for path in paths)
     reading, joining = kept.of(READING), kept.of(JOINING)
     assert_whole(reading)
     assert_whole(joining)
@@ -105,15 +106,7 @@ def test_reading_is_told(files, number):
     assert stages == [READING, JOINING]
     assert {(total, unit) for stage, _, total, unit in kept.reports if stage == READING} == {(size, "B")}
     assert {unit for stage, *_, unit in kept.reports if stage == JOINING} == {"polygons"}
-    assert len(city) == len(read_city(path))
-
-
-@pytest.mark.once
-def test_several_files_are_one_stage(files):
-    kept = Kept()
-    read_city(files[3:], progress=kept)
-    assert_whole(kept.of(READING))
-    assert kept.reports[0][2] == sum(path.stat().st_size for path in files[3:])
+    assert len(city) == len(read_city(paths))
 
 
 @pytest.mark.once
