@@ -30,7 +30,7 @@ POLYGON = re.compile(rb"<gml:Polygon.*?</gml:Polygon>", re.DOTALL)
 
 HEAD = """
 import json, sys, time
-from citypv.core.files.read_city import read_city
+from citypv.core.read.read_city import read_city
 from citypv.core.results.write_summary import peak_memory
 from lxml import etree
 import numpy as np

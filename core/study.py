@@ -14,19 +14,19 @@ import numpy as np
 
 from .accuracy.sun_sampling import TracedYear, measure_ways
 from .accuracy.trace_alone import trace_alone
+from .city.foliage import parse_months
+from .city.racks import lay_racks, parse_racks
 from .effects.table import check_effects, check_needs
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
 from .errors import InputError
-from .files.read_city import read_city
-from .files.read_terrain import read_terrain
 from .horizon.read_horizon import check_horizon
 from .materials.read_albedo import check_materials
 from .photons.trace_forward import trace_forward
 from .photons.trace_hybrid import trace_hybrid
 from .progress import ignore_share, silent
-from .racks.lay_racks import lay_racks
-from .racks.parse_racks import parse_racks
+from .read.read_city import read_city
+from .read.read_terrain import read_terrain
 from .request import check_request
 from .results.list_findings import rows_of_names
 from .scene.build_scene import build_scene
@@ -39,7 +39,6 @@ from .transfer.merge_transfers import seed_of_round
 from .transfer.prepare_scene import continue_sampling, prepare_scene, reseed
 from .transfer.trace_seasons import trace_seasons
 from .transfer.transfer import scale_direct
-from .trees.foliage import parse_months
 from .weather.read_weather import check_sources, read_weather
 
 ESTIMATORS = {"gather": trace_hybrid, "forward": trace_forward}

@@ -1,18 +1,17 @@
 """Join the contents of files into one City: clean rings, one LoD per building, no duplicates, unique identifiers."""
 
+import re
 from collections import Counter
 
 import numpy as np
 
 from ..errors import InputError
 from ..progress import ignore_share
-from .choose_lod import check_lod, choose_lod
 from .city import City, ImportReport
-from .clean_rings import clean_rings, starts_of
 from .judge_turning import judge_turning
-from .measure_polygons import measure_rings
-from .mend_polygons import Draft, mend_polygons
 from .orient_shells import orient_shells, turn_over
+from .polygons import clean_rings, measure_polygons, starts_of
+from .repair_polygons import Draft, repair_polygons
 
 ORIENTS = ("auto", "as-drawn")
 
@@ -41,7 +40,11 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=ignore_sh
     InputError
         If no building has a usable polygon, or none has the requested level of detail.
     """
-    lod = check_lod(lod)
+    if orient not in ORIENTS:
+        raise InputError("--orient", f"{orient!r} is unknown", f"give {' or '.join(ORIENTS)}")
+    lod = None if lod is None else str(lod).strip()
+    if lod is not None and not re.fullmatch(r"[0-4](\.\d)?", lod):
+        raise InputError("--lod", f"{lod!r} is not a level of detail", "give 1, 2, 3, or for example 2.2")
     report = _start_report(contents)
     drop_repeated_buildings(contents, report)
     report_share(0.1)
@@ -49,12 +52,10 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=ignore_sh
     report_share(0.2)
     draft = _flatten(contents, chosen, report)
     report_share(0.35)
-    draft = mend_polygons(draft, report)
+    draft = repair_polygons(draft, report)
     report_share(0.65)
     if not draft.polygons:
         raise InputError(contents[0].path, "no building has a usable polygon", "see `citypv inspect`")
-    if orient not in ORIENTS:
-        raise InputError("--orient", f"{orient!r} is unknown", f"give {' or '.join(ORIENTS)}")
     if orient == "auto":
         _orient(draft, report)
     report_share(1.0)
@@ -71,6 +72,40 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=ignore_sh
         material=[polygon.material for polygon in draft.polygons],
         colours=_join_colours(contents, report),
     )
+
+
+def rank_lod(lod):
+    """Preference: the highest 2.x, then 3.x, 1.x, and the outer shell of 4; 0 is a footprint and never chosen.
+
+    Returns
+    -------
+    tuple
+        The largest is preferred.
+    """
+    whole, _, part = lod.partition(".")
+    return {"2": 4, "3": 3, "1": 2, "4": 1}.get(whole, 0), int(part or 0)
+
+
+def choose_lod(lods, wanted=None):
+    """LoD to use for one building.
+
+    Parameters
+    ----------
+    lods : collection of str
+        LoDs of the building; "" is geometry of a format without LoDs, and matches every request.
+    wanted : str, optional
+        ``"2"`` takes the highest 2.x, ``"2.2"`` exactly that.
+
+    Returns
+    -------
+    str or None
+        None if the building has no matching LoD.
+    """
+    if wanted is None:
+        candidates = [lod for lod in lods if lod == "" or rank_lod(lod)[0] > 0]
+    else:
+        candidates = [lod for lod in lods if lod in ("", wanted) or lod.split(".")[0] == wanted]
+    return max(candidates, key=rank_lod, default=None)
 
 
 def _start_report(contents):
@@ -94,9 +129,7 @@ def _join_colours(contents, report):
             if colours.get(name) is not None and colour not in (None, colours[name]):
                 doubtful.add(name)
             colours[name] = colours.get(name) or colour
-    if doubtful:
-        words = f"{len(doubtful)} materials have different colours in different files; none is used"
-        report.notes.append(f"{words}: {', '.join(sorted(doubtful)[:5])}{' …' if len(doubtful) > 5 else '.'}")
+    report.note("materials have different colours in different files; none is used", sorted(doubtful))
     return colours | dict.fromkeys(doubtful)
 
 
@@ -109,24 +142,15 @@ def drop_repeated_buildings(contents, report):
             by_building.setdefault(polygon.building, []).append(polygon)
         repeated = set()
         for building, polygons in by_building.items():
-            name = content.buildings[building]
-            shape = tuple(ring.tobytes() for polygon in polygons for ring in polygon.rings) if name else None
-            earlier = seen.setdefault(name, (content, hash(shape)))
-            if name and earlier[0] is not content and earlier[1] == hash(shape):
+            name, rings = content.buildings[building], [ring for polygon in polygons for ring in polygon.rings]
+            shape = hash(tuple(ring.tobytes() for ring in rings)) if name else None
+            earlier = seen.setdefault(name, (content, shape))
+            if name and earlier[0] is not content and earlier[1] == shape:
                 repeated.add(building)
-                report.skip("building already in an earlier file", [name], _area(polygons))
-        if repeated:
-            content.polygons = [polygon for polygon in content.polygons if polygon.building not in repeated]
-
-
-def _area(polygons):
-    """Area of all outlines minus their holes [m²]."""
-    sizes = [[_size(ring) for ring in polygon.rings] for polygon in polygons]
-    return sum(outline - sum(holes) for outline, *holes in sizes)
-
-
-def _size(ring):
-    return float(np.linalg.norm(measure_rings(ring, np.array([0, len(ring)]))))
+                polygon_start = starts_of([len(polygon.rings) for polygon in polygons])
+                area, _ = measure_polygons(np.concatenate(rings), starts_of(list(map(len, rings))), polygon_start)
+                report.skip("building already in an earlier file", [name], area.sum())
+        content.polygons = [polygon for polygon in content.polygons if polygon.building not in repeated]
 
 
 def _choose(contents, wanted, report):
@@ -146,47 +170,38 @@ def _choose(contents, wanted, report):
             polygon.lod, polygon.more_lods = choice[polygon.building], ()
         kept_lods.update(polygon.lod for polygon in kept)
         chosen += [(content, polygon) for polygon in kept]
-        _note_lost_parts(content, kept, choice, report)
+        lost = {(polygon.building, polygon.part) for polygon in content.polygons if polygon.part}
+        for building, part in sorted(lost - {(polygon.building, polygon.part) for polygon in kept}):
+            if choice[building] is not None:
+                name = f"{content.buildings[building]} part {part}"
+                report.skip("building part without the LoD of its building", [name])
     report.lods_chosen = dict(sorted(kept_lods.items()))
     if not chosen:
         _refuse_empty(contents, wanted, report)
     return chosen
 
 
-def _note_lost_parts(content, kept, choice, report):
-    parts = {(polygon.building, polygon.part) for polygon in content.polygons if polygon.part}
-    parts -= {(polygon.building, polygon.part) for polygon in kept}
-    for building, part in sorted(parts):
-        if choice[building] is not None:
-            reason = "building part without the LoD of its building"
-            report.skip(reason, [f"{content.buildings[building]} part {part}"])
-
-
 def _refuse_empty(contents, wanted, report):
     path = contents[0].path if len(contents) == 1 else f"{len(contents)} files, {contents[0].path} …"
-    trees = sum(len(content.trees) for content in contents)
+    trees, met = sum(len(content.trees) for content in contents), ", ".join(report.lods_met) or "none"
     if trees and not report.building_count:
-        raise InputError(
-            path, f"contains no buildings, only vegetation ({trees:,})", "give the file with the buildings too"
-        )
+        problem = f"contains no buildings, only vegetation ({trees:,})"
+        raise InputError(path, problem, "give the file with the buildings too")
     if not report.building_count:
         raise InputError(path, "no buildings in it", "give a file that holds buildings")
-    met = ", ".join(report.lods_met) or "none"
     if wanted:
         raise InputError(path, f"no building has LoD {wanted} (met: {met})", "choose one of these with --lod")
     raise InputError(path, f"no building has a usable shape (LoD met: {met})", "give a file with LoD 1 to 3")
 
 
 def _flatten(contents, chosen, report):
-    numbers, names = {}, []
-    for position, content in enumerate(contents):
-        for index, name in enumerate(content.buildings):
-            numbers[position, index] = len(names)
-            names.append(name or f"building_{len(names) + 1}")
-    position = {id(content): k for k, content in enumerate(contents)}
+    first, names = {}, []
+    for content in contents:
+        first[id(content)] = len(names)
+        names += [name or f"building_{len(names) + k}" for k, name in enumerate(content.buildings, start=1)]
     polygons = [polygon for _, polygon in chosen]
-    building = np.array([numbers[position[id(content)], polygon.building] for content, polygon in chosen], np.int64)
-    rings = [ring for polygon in polygons for ring in (polygon.rings if not polygon.flipped else _turned(polygon))]
+    building = np.array([first[id(content)] + polygon.building for content, polygon in chosen], np.int64)
+    rings = [ring[::-1] if polygon.flipped else ring for polygon in polygons for ring in polygon.rings]
     polygon_start = starts_of([len(polygon.rings) for polygon in polygons])
     points, ring_start, changed = clean_rings(rings, polygon_start)
     surface_names = _name_surfaces(polygons, building, names, report)
@@ -197,19 +212,13 @@ def _flatten(contents, chosen, report):
     return Draft(polygons, names, building, points, ring_start, polygon_start, surface_names)
 
 
-def _turned(polygon):
-    return [ring[::-1] for ring in polygon.rings]
-
-
 def _name_surfaces(polygons, building, buildings, report):
     """Unique surface ids: those of the file, else the building's with a number."""
     taken, names, within, repeated = set(), [], Counter(), []
     own = {polygon.surface_id for polygon in polygons}
     for polygon, b in zip(polygons, building, strict=True):
-        name = polygon.surface_id
         within[b] += 1
-        if not name:
-            name = f"{buildings[b]}_{within[b]}"
+        name = polygon.surface_id or f"{buildings[b]}_{within[b]}"
         if name in taken or (not polygon.surface_id and name in own):
             first, k = name, 2
             while (name := f"{first}~{k}") in taken or name in own:
@@ -223,23 +232,13 @@ def _name_surfaces(polygons, building, buildings, report):
 
 def _orient(draft, report):
     """Turn over polygons that face into their building: in closed shells, and in open ones those without a class."""
-    found = orient_shells(draft.points, draft.ring_start, draft.polygon_start, draft.building)
+    found = orient_shells(*draft.shape(), draft.building)
     named = np.array([bool(polygon.thematic) for polygon in draft.polygons])
     wanted, turned = judge_turning(draft.shape(), found, found.watertight | ~named)
-    certain, likely = turned & found.watertight, turned & ~found.watertight
-    draft.points = turn_over(draft.points, draft.ring_start, draft.polygon_start, certain | likely)
-    for reason, mask in (
-        ("flipped: faced inwards in a watertight shell", certain),
-        ("flipped with its open shell", likely),
-    ):
-        report.repair(reason, [draft.names[i] for i in np.flatnonzero(mask)])
-    spared = "face inwards by the shape of their shell, but not by rays from both sides; kept as drawn"
-    _note(draft, report, found.doubtful, "form shells whose outside cannot be determined; kept as drawn")
-    _note(draft, report, wanted & ~turned, spared)
-
-
-def _note(draft, report, mask, words):
-    names = [draft.names[i] for i in np.flatnonzero(mask)]
-    if names:
-        words = f"{len(names)} surfaces {words}"
-        report.notes.append(f"{words}: {', '.join(names[:5])}{' …' if len(names) > 5 else '.'}")
+    draft.points = turn_over(*draft.shape(), turned)
+    report.repair("flipped: faced inwards in a watertight shell", draft.names_of(turned & found.watertight))
+    report.repair("flipped with its open shell", draft.names_of(turned & ~found.watertight))
+    spared = "surfaces face inwards by the shape of their shell, but not by rays from both sides; kept as drawn"
+    doubtful = "surfaces form shells whose outside cannot be determined; kept as drawn"
+    report.note(doubtful, draft.names_of(found.doubtful))
+    report.note(spared, draft.names_of(wanted & ~turned))

@@ -64,14 +64,11 @@ def check_city(city):
     count = len(city.surface_id)
     if not count:
         raise InputError("city", "contains no polygons", "give at least one")
-    for name in ("building_id", "thematic"):
-        if len(getattr(city, name)) != count:
-            raise InputError(name, f"{len(getattr(city, name))} rows for {count} surfaces", "give one for each")
-    if city.material is not None and len(city.material) != count:
-        raise InputError("material", f"{len(city.material)} rows for {count} surfaces", "give one for each, or none")
-    if len(city.polygon_start) != count + 1:
-        problem = f"{len(city.polygon_start)} rows for {count} surfaces"
-        raise InputError("polygon_start", problem, "give one more than surfaces")
+    for name, more in (("building_id", 0), ("thematic", 0), ("material", 0), ("polygon_start", 1)):
+        rows = getattr(city, name)
+        if rows is not None and len(rows) != count + more:
+            cure = "give one more than surfaces" if more else "give one for each"
+            raise InputError(name, f"{len(rows)} rows for {count} surfaces", cure)
     check_rings(city.points, city.ring_start, city.polygon_start, lambda point: surface_of_point(city, point))
 
 

@@ -1,5 +1,10 @@
-"""The city as read from the input files: polygons, and the building each belongs to."""
+"""The city as read from the input files: polygons, and the building each belongs to; and what single files hold.
 
+A reader gives a FileContent: Polygons, references to them, a Relief and Trees. `join_contents` makes one City of
+several.
+"""
+
+from array import array
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -30,6 +35,11 @@ class ImportReport:
             self.skipped.setdefault(reason, []).extend(names)
         if area is not None:
             self.skipped_area[reason] = self.skipped_area.get(reason, 0.0) + float(area)
+
+    def note(self, words, names):
+        """Add a sentence about some named things: their number, the words, and the first of them."""
+        if names:
+            self.notes.append(f"{len(names)} {words}: {', '.join(names[:5])}{' …' if len(names) > 5 else '.'}")
 
 
 @dataclass
@@ -66,3 +76,89 @@ def number_names(names):
     """A number for each distinct name of a list, from 0 in the order in which they appear: (n,) int64."""
     numbers = {name: number for number, name in enumerate(dict.fromkeys(names))}
     return np.fromiter((numbers[name] for name in names), np.int64, len(names))
+
+
+@dataclass(slots=True)
+class Polygon:
+    """A polygon as read from a file."""
+
+    surface_id: str  # "" if the file gives none
+    building: int  # into FileContent.buildings
+    part: int  # 0: the building itself, else the number of the BuildingPart in the file
+    thematic: str  # WallSurface, …, or ""
+    lod: str  # "0" … "4", "2.2"
+    source: str  # surface, solid or multisurface: the geometry it belongs to
+    rings: list  # of (k, 3) float64, the exterior first; the first point may be repeated at the end
+    line: int = 0  # in the file
+    flipped: bool = False
+    more_lods: tuple = ()  # further LoDs that use it by reference
+    implicit: bool = False  # instanced from a prototype in local coordinates
+    material: str = ""  # name of its material, if the file gives one
+
+    def lods(self):
+        """Every LoD this polygon belongs to."""
+        return (self.lod, *self.more_lods)
+
+
+@dataclass
+class Relief:
+    """Triangles of the TIN reliefs of one file, as they are read."""
+
+    corners: dict = field(default_factory=dict)  # LoD, "" where none is named -> array of 9 float64 per triangle
+    srs_names: dict = field(default_factory=dict)  # spelling that the relief itself has -> line where it was met
+
+    def add(self, lod, numbers):
+        """Take the corners of triangles: 9 numbers each, in the order and the units of the file."""
+        self.corners.setdefault(lod, array("d")).extend(numbers)
+
+    def count(self):
+        """Number of triangles."""
+        return sum(len(numbers) for numbers in self.corners.values()) // 9
+
+
+@dataclass
+class Tree:
+    """A tree, a hedge or a group of plants as read from a file: a shape, or a place and numbers."""
+
+    name: str
+    path: object  # file
+    line: int
+    cover: bool = False  # PlantCover: an area with plants
+    polygons: list = field(default_factory=list)  # of Polygon, of its best level of detail
+    place: np.ndarray | None = None  # (3,) float64, foot, in the units of the file, later [m]
+    height: float | None = None  # [m]; of a PlantCover the mean one
+    crown_diameter: float | None = None  # [m]
+    trunk_diameter: float | None = None  # [m]
+    evergreen: bool = False
+    area_density: float | None = None  # [m²/m³] of leaves, where the file gives one
+
+    @property
+    def where(self):
+        """Place in the file, for messages."""
+        return f"line {self.line}: {'PlantCover' if self.cover else 'tree'} {self.name!r}"
+
+
+@dataclass
+class FileContent:
+    """All polygons of one file at all LoDs, in input order."""
+
+    path: object
+    buildings: list = field(default_factory=list)  # ids of the top-level buildings, "" if unnamed
+    part_count: int = 0
+    polygons: list = field(default_factory=list)
+    references: list = field(default_factory=list)  # (id of a polygon or a group, Place): xlinks
+    groups: dict = field(default_factory=dict)  # id -> (first, last) into polygons
+    prototypes: dict = field(default_factory=dict)  # id -> polygons of a shape in local coordinates
+    instances: list = field(default_factory=list)  # (id of a prototype, anchor, place, name)
+    srs_names: dict = field(default_factory=dict)  # spelling -> line of its first use
+    skipped: dict = field(default_factory=dict)  # reason -> ids
+    notes: list = field(default_factory=list)
+    crs: str | None = None
+    colours: dict = field(default_factory=dict)  # name of a material -> (3,) diffuse colour, or None if not given
+    relief: Relief = field(default_factory=Relief)  # terrain of the file
+    trees: list = field(default_factory=list)  # of Tree
+    plants: "FileContent | None" = None  # polygons of the trees while they are read; `building` is the tree
+
+    def skip(self, reason, identifier):
+        """Record what was left out, and why."""
+        self.skipped.setdefault(reason, []).append(identifier)

@@ -1,15 +1,12 @@
 """Join the contents of several files in one coordinate reference system in metres."""
 
-from functools import partial
-
 import numpy as np
 import pyproj
 
 from ..errors import InputError
 from ..progress import silent
 from .assemble_city import assemble_city
-from .convert_to_metres import convert_to_metres
-from .name_crs import name_crs
+from .transform_crs import choose_crs, convert_to_metres
 
 IN_DEGREES = "implicit geometry in a coordinate reference system in degrees"
 JOINING = "joining polygons"  # name of the stage
@@ -42,7 +39,11 @@ def join_contents(contents, lod=None, unit="m", orient="auto", progress=silent):
     count = sum(len(content.polygons) for content in contents)
     progress(JOINING, 0, count, "polygons")
     for content in contents:
-        content.crs = _crs_of(content)
+        drawn = [*content.polygons, *(polygon for tree in content.trees for polygon in tree.polygons)]
+        easting = next((polygon.rings[0][0, 0] for polygon in drawn if len(polygon.rings[0])), None)
+        content.crs, unknown = choose_crs(content.srs_names, easting, content.path)
+        for srs_name, line in unknown.items():
+            content.notes.append(f"{content.path}, line {line}: srsName {srs_name!r} is not known to PROJ.")
         if content.crs and pyproj.CRS.from_user_input(content.crs).is_geographic:
             leave_out_degrees(content)
     crs = _common_crs(contents)
@@ -62,7 +63,11 @@ def join_contents(contents, lod=None, unit="m", orient="auto", progress=silent):
     for tree in placed:
         tree.place = next(pieces)[0]
     progress(JOINING, BROUGHT * count, count, "polygons")
-    city = assemble_city(contents, crs, lod, orient, partial(report_joining, progress, count))
+
+    def report_share(share):
+        progress(JOINING, (BROUGHT + (1 - BROUGHT) * share) * count, count, "polygons")
+
+    city = assemble_city(contents, crs, lod, orient, report_share)
     city.trees = trees
     return city
 
@@ -93,30 +98,6 @@ def leave_out_degrees(content):
         tree.polygons = []
         if tree.height is None:
             content.trees.remove(tree)
-
-
-def report_joining(progress, count, share):
-    """Report progress of joining polygons."""
-    progress(JOINING, (BROUGHT + (1 - BROUGHT) * share) * count, count, "polygons")
-
-
-def _crs_of(content):
-    """The coordinate reference system of a file, or None."""
-    drawn = [*content.polygons, *(polygon for tree in content.trees for polygon in tree.polygons)]
-    easting = next((polygon.rings[0][0, 0] for polygon in drawn if len(polygon.rings[0])), None)
-    named = {}
-    for srs_name, line in content.srs_names.items():
-        crs = name_crs(srs_name, easting)
-        if crs is None:
-            content.notes.append(f"{content.path}, line {line}: srsName {srs_name!r} is not known to PROJ.")
-        else:
-            named.setdefault(crs, (srs_name, line))
-    if len({crs.split("+")[0] for crs in named}) > 1:
-        spellings = " and ".join(f"{name!r} (line {line})" for name, line in list(named.values())[:2])
-        raise InputError(
-            content.path, f"uses two coordinate reference systems: {spellings}", "convert it to one of them"
-        )
-    return max(named, key=len, default=None)
 
 
 def _common_crs(contents):

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..rays.ray_scene import RayScene
-from .measure_polygons import measure_polygons, polygon_bounds
 from .orient_shells import SURE_SHARE
-from .triangulate import plane_axes, triangulate
+from .polygons import measure_polygons, plane_axes, polygon_bounds, starts_of, triangulate
 
 RAYS = 64  # from each side of a polygon
 WITNESSES = 16  # polygons of a shell, the largest ones, that are tested besides those that may be turned
@@ -29,7 +28,7 @@ MICROMETRE = 6  # decimals of a metre, so that rounding of large coordinates has
 
 
 @dataclass
-class Sides:
+class Views:
     """What is visible from the two sides of some polygons, (k, 2): the front as drawn first."""
 
     sky: np.ndarray  # share of the rays that reaches the sky
@@ -69,7 +68,11 @@ def judge_turning(shape, found, allowed):
         return wanted, turned
     shell = found.shell
     area, _ = measure_polygons(*shape)
-    tested = choose_witnesses(shell, area, wanted)
+    # Those that may be turned, and the largest ones of their shells.
+    members = np.flatnonzero(np.isin(shell, np.unique(shell[wanted])))
+    order = members[np.lexsort((members, -area[members], shell[members]))]
+    place = np.arange(len(order)) - np.searchsorted(shell[order], shell[order])
+    tested = np.union1d(order[place < WITNESSES], np.flatnonzero(wanted))
     sides = trace_both_sides(shape, shell, tested, wanted)
     whole = np.bincount(shell, ~wanted)[shell[tested]] == 0  # every polygon of the shell would turn
     chosen = decide(sides, (shell[tested], area[tested]), agree[tested], wanted[tested], whole)
@@ -92,15 +95,6 @@ def spare_upward_sheets(shape, found, wanted, others):
     mostly = np.bincount(shell, np.where(found.agree, 0.0, area), count) >= SURE_SHARE * np.bincount(shell, area, count)
     spared = (only_up & mostly)[shell] & ~found.watertight & np.isin(shell, np.unique(shell[wanted]))
     return np.where(spared, ~found.agree, found.agree), np.where(spared, others, wanted)
-
-
-def choose_witnesses(shell, area, wanted):
-    """Polygons to trace rays from, ascending: those that may be turned, and the largest ones of their shells."""
-    members = np.flatnonzero(np.isin(shell, np.unique(shell[wanted])))
-    order = members[np.lexsort((members, -area[members], shell[members]))]
-    first = np.searchsorted(shell[order], shell[order])
-    large = order[np.arange(len(order)) - first < WITNESSES]
-    return np.union1d(large, np.flatnonzero(wanted))
 
 
 def decide(sides, shells, agree, wanted, whole):
@@ -135,7 +129,7 @@ def trace_both_sides(shape, shell, tested, wanted):
 
     Returns
     -------
-    Sides
+    Views
     """
     triangles, owner, places = triangles_around(shape, tested)
     corners = places[triangles]  # (t, 3, 3) [m]
@@ -158,7 +152,7 @@ def trace_both_sides(shape, shell, tested, wanted):
         after = along * turn[hit]
         views = missed & rises, missed & ~rises, ~missed & (along > 0), ~missed & (after > 0)
         found_shares[side] = [view.mean(axis=1) for view in (*views, ~missed & (np.where(own, -after, after) > 0))]
-    return Sides(*found_shares.transpose(1, 2, 0))
+    return Views(*found_shares.transpose(1, 2, 0))
 
 
 def triangles_around(shape, tested):
@@ -172,7 +166,7 @@ def triangles_around(shape, tested):
     corners = np.diff(ring_start)
     kept = points[np.repeat(kept_rings, corners)]
     places = np.round(kept - kept.min(axis=0), MICROMETRE)
-    triangles, owner = triangulate(places, starts(corners[kept_rings]), starts(rings[chosen]))
+    triangles, owner = triangulate(places, starts_of(corners[kept_rings]), starts_of(rings[chosen]))
     return triangles, near[owner], places
 
 
@@ -189,11 +183,6 @@ def polygons_near(shape, tested):
     marked = np.unique(np.unique(corners[:, tested])[:, None] + around)
     large = np.any([high - low > 1 for low, high in cells], axis=0)  # may reach over a cell between its corners
     return np.flatnonzero(large | np.isin(corners, marked).any(axis=0))
-
-
-def starts(counts):
-    """Start of each run of so many entries, and the end of the last one."""
-    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 
 
 def start_rays(faces, owner, tested):

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from .measure_polygons import measure_polygons, next_in_ring
+from .polygons import measure_polygons, next_in_ring
 
 WELD = 1e-3  # [m] corners of one building closer than this are merged
 SURE_VOLUME = 0.01  # of area^1.5, a slab of 100 x 100 x 1.5 m: an open shell with less volume is taken for a sheet
@@ -121,9 +121,11 @@ def _link(edges, count):
 
 def _middles(points, edges, shell, sign):
     """Apex of the cone that closes each shell, the middle of its open edges (s, 3) [m]; and if it has none (s,)."""
-    count = shell.max(initial=-1) + 1
-    owner = shell[edges.polygon]
-    gap = _gaps(edges, shell, sign)
+    count, owner = shell.max(initial=-1) + 1, shell[edges.polygon]
+    # Open are the edges of the consistently oriented shell whose uses do not cancel.
+    key = owner.astype(np.int64) * np.int64(edges.group.max(initial=0) + 1) + edges.group
+    index = np.unique(key, return_inverse=True)[1].reshape(-1)
+    gap = np.abs(np.bincount(index, edges.forward * sign[edges.polygon])[index]) > 0.5
     weight = np.linalg.norm(points[edges.end] - points[edges.start], axis=1) * gap
     whole = np.bincount(owner, weight, count)
     closed = whole == 0
@@ -133,13 +135,3 @@ def _middles(points, edges, shell, sign):
         ends = 0.5 * (points[edges.start, axis] + points[edges.end, axis])
         middle[:, axis] = np.bincount(owner, weight * ends, count) / np.maximum(whole, 1e-300)
     return middle, closed
-
-
-def _gaps(edges, shell, sign):
-    """Open edges of the consistently oriented shells: (e,) bool."""
-    owner = shell[edges.polygon]
-    key = owner.astype(np.int64) * np.int64(edges.group.max(initial=0) + 1) + edges.group
-    _, index = np.unique(key, return_inverse=True)
-    index = index.reshape(-1)
-    total = np.bincount(index, edges.forward * sign[edges.polygon], index.max(initial=-1) + 1)
-    return np.abs(total[index]) > 0.5

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..city.city import ImportReport
+from ..city.crowns import Crowns
 from ..errors import InputError
 from ..ground.build_ground import SHORTEST_REACH, choose_reach
 from ..patches.patches import number_triangles
@@ -21,7 +22,6 @@ from ..scene.add_backs import add_backs, surface_of_triangles
 from ..scene.scene import FAR, NEAR, OWN
 from ..sun.solar_position import MINIMUM_ELEVATION
 from ..transfer.take_rows import take_fields
-from ..trees.crowns import Crowns
 
 SMALLEST = 20.0  # [m] tiles: twice the patches
 DEFAULT = 1000.0  # [m]

@@ -4,12 +4,12 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
+from ..city.crowns import volume_of_crowns
 from ..materials.materials import CLEAR, describe_brdf
 from ..materials.shader_material import named_material
 from ..progress import silent
 from ..results.list_findings import list_findings
 from ..study import read_buildings, stand_city
-from ..trees.crowns import volume_of_crowns
 
 NAMES_SHOWN = 3
 NOTES = {"eligible": " (before tracing, which leaves out walls that neighbours cover)"}

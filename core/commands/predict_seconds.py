@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..city.canopy import forget_rays
 from ..effects.receivers import fewer_points, fewer_rays
 from ..form_factors.form_factor_products import links_of, multiply_visible, propagate
 from ..progress import silent
@@ -17,7 +18,6 @@ from ..radiosity.sun_visibility import sun_visibility
 from ..radiosity.trace_hemisphere import trace_hemisphere
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, sobol_digits
 from ..threads import usable_threads
-from ..trees.kept_rays import forget_rays
 
 PATCHES = 512
 SUNS = 48

@@ -5,13 +5,13 @@ from dataclasses import replace
 from ..accuracy.effect_shares import shares_of_effects, state_outcome, state_sky
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.foresee_target import foresee_target
+from ..city.racks import city_with_racks
 from ..effects.plan_effects import describe_plan
 from ..energy.pv_system import ELECTRIC, build_system
 from ..errors import InputError
 from ..interruption import Interruption
 from ..methods import METHODS
 from ..progress import CancelledError, silent
-from ..racks.lay_racks import city_with_racks
 from ..results.output_folder import whole_folder
 from ..results.transfer_file import read_transfer, write_transfer
 from ..results.write_cityjson import write_cityjson

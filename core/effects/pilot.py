@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..city.canopy import Canopy
 from ..horizon.horizon import TerrainHorizon, is_above
 from ..patches.classify_rays import meets_back
 from ..patches.stop_in_crowns import measure_reach
@@ -19,7 +20,6 @@ from ..sampling.hemisphere_rays import points_of_patches, rays_from_patches
 from ..sampling.sample_points import cosine_direction
 from ..sky.light_sources import SOURCES
 from ..sun.suns import Suns
-from ..trees.canopy import Canopy
 
 PATHS = 8192
 FEWEST_PATHS = 256  # of each kind and orientation

@@ -1,6 +1,6 @@
 """`trees`: crowns that let part of the light through, in leaf and bare."""
 
-from ..trees.foliage import choose_foliage
+from ..city.foliage import choose_foliage
 from .effect import Effect
 
 KEY = "trees"

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..racks.rack_names import find_racked_roofs
+from ..city.racks import find_racked_roofs
 from ..scene.classify import SMALLEST_ELIGIBLE_AREA, classify
 
 HALF = 0.5  # of a surface: if more of it is covered, it carries no modules

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from ..city.city import number_names
-from ..city.measure_polygons import next_in_ring, polygon_bounds
+from ..city.polygons import next_in_ring, polygon_bounds
 from .find_floating import GENTLE, find_floating, measure_objects
 from .in_polygons import lie_in
 from .place_grid import find_in_boxes, lay_grid, list_runs

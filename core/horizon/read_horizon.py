@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..files.open_input import open_input
-from ..files.read_heights import open_placed, read_heights
-from ..files.read_terrain import RASTERS, RELIEFS
+from ..read.open_input import open_input
+from ..read.read_heights import open_placed, read_heights
+from ..read.read_terrain import RASTERS, RELIEFS
 from ..scene.find_ground import find_ground
 from .horizon import STEPS
 from .horizon_of_terrain import GEODESIC, horizon_of_terrain

@@ -9,7 +9,7 @@
 import numpy as np
 from numba import njit
 
-from ..trees.canopy import LeafyScene
+from ..city.canopy import LeafyScene
 from .drop_hidden import drop_hidden
 from .find_coincident import find_coincident
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..city.canopy import LeafyScene
 from ..errors import InputError
 from ..patches.patches import take_patches
 from ..request import check_request
@@ -12,7 +13,6 @@ from ..sun.check_suns import check_suns
 from ..threads import usable_threads
 from ..transfer.prepare_scene import prepare_scene
 from ..transfer.take_rows import take_rows
-from ..trees.canopy import LeafyScene
 from .shadow_points import points_above
 from .sun_blocks import block_of_suns
 from .sun_visibility import sun_visibility

@@ -8,9 +8,9 @@ import h5netcdf
 import numpy as np
 import pandas as pd
 
+from ..city.racks import find_racked_roofs
 from ..energy.groups import KINDS, ORIENTATIONS
 from ..errors import InputError
-from ..racks.rack_names import find_racked_roofs
 from ..scene.outline_surfaces import Outlines
 from .transfer_file import FORMAT, OUTLINES
 

@@ -12,9 +12,9 @@ import h5netcdf
 import numpy as np
 
 from ..errors import InputError
-from ..files.open_netcdf import open_netcdf
 from ..horizon.horizon import TerrainHorizon
 from ..progress import silent
+from ..read.open_netcdf import open_netcdf
 from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
 from ..sky.light_sources import SOURCES

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..city.check_geometry import check_city, check_extent, check_terrain
 from ..city.city import City
-from ..city.measure_polygons import measure_polygons, polygon_bounds
-from ..city.triangulate import triangulate
+from ..city.crowns import build_crowns
+from ..city.polygons import measure_polygons, polygon_bounds, triangulate
 from ..errors import InputError
 from ..ground.build_ground import build_ground, choose_reach, feet_or_corners
 from ..ground.build_terrain import build_terrain
@@ -18,7 +18,6 @@ from ..ground.choose_terrain import choose_terrain, reaches_feet
 from ..ground.find_feet import find_feet
 from ..ground.terrain import NEAR, measure_heights
 from ..progress import ignore_share, report_part
-from ..trees.build_crowns import build_crowns
 from .classify import classify, measure_tilt
 from .find_footprints import find_footprints
 from .find_ground import find_ground, height_below

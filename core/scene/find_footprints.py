@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..city.city import number_names
-from ..city.measure_polygons import polygon_bounds
+from ..city.polygons import polygon_bounds
 
 LEVEL = 0.5  # [m] a downward surface within this height of its building's lowest point lies on the ground
 

@@ -7,8 +7,7 @@ front.
 import numpy as np
 import shapely
 
-from ..city.measure_polygons import polygon_bounds
-from ..city.triangulate import plane_axes
+from ..city.polygons import plane_axes, polygon_bounds
 
 ACCURACY = 0.01  # [m] coordinates come in millimetres or centimetres
 ONE_PLACE = 1e-4  # [m] closer than this, neither of two surfaces is in front of the other

@@ -5,8 +5,7 @@ import shapely
 
 from ..city.check_geometry import check_city
 from ..city.city import City
-from ..city.measure_polygons import measure_polygons
-from ..city.triangulate import plane_axes
+from ..city.polygons import measure_polygons, plane_axes
 from ..errors import InputError
 
 MOST_ELEMENTS = 1e6  # largest number of cells per polygon

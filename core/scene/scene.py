@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..city.city import ImportReport
-from ..trees.crowns import Crowns
+from ..city.crowns import Crowns
 
 
 @dataclass

@@ -7,9 +7,9 @@ import numpy as np
 
 from ..city.city import City
 from ..errors import InputError
-from ..files.read_city import read_city
 from ..progress import silent
 from ..radiosity.trace_gather import trace_gather
+from ..read.read_city import read_city
 from ..request import Request
 from ..scene.build_scene import build_scene
 from ..sun.suns import Suns

@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
+from ..city.canopy import forget_rays
 from ..progress import CancelledError
-from ..trees.kept_rays import forget_rays
 from .kept_matrix import keep_columns
 
 

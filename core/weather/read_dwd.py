@@ -9,7 +9,7 @@ import pandas as pd
 import pyproj
 
 from ..errors import InputError
-from ..files.open_input import open_text
+from ..read.open_input import open_text
 from .record import Record
 from .typical_year import TYPICAL_YEAR
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 import pvlib
 
-from ..files.open_input import open_text
+from ..read.open_input import open_text
 from .record import Record, read_numbers
 from .typical_year import coerce_year
 

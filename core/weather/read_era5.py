@@ -10,7 +10,7 @@ import pandas as pd
 from scipy.io import netcdf_file
 
 from ..errors import InputError
-from ..files.open_netcdf import open_netcdf
+from ..read.open_netcdf import open_netcdf
 from .grid_point import interpolate_point, name_axes
 from .record import Record
 

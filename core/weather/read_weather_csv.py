@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from ..errors import InputError
-from ..files.open_input import open_text
+from ..read.open_input import open_text
 from .record import Record, read_numbers
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..errors import InputError
-from ..files.open_netcdf import open_netcdf
+from ..read.open_netcdf import open_netcdf
 from ..results.picture import DOTS, LINES, colour_scale, make_figure, plain_style
 from ..results.read_results import MONTHS
 from .draw_world_maps import (

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray
 
-from ..files.open_netcdf import ENGINE
+from ..read.open_netcdf import ENGINE
 from ..results.netcdf_file import netcdf_file
 from ..version import __version__
 from .place_hours import HOURS, MONTHS

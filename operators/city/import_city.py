@@ -66,7 +66,7 @@ class ImportCity(CityFiles, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Read the files, and triangulate them for display, without generated ground."""
-        from ...core.files.read_city import read_city
+        from ...core.read.read_city import read_city
 
         paths, request = task
         city = read_city(

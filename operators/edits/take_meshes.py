@@ -5,8 +5,7 @@ from collections import Counter
 import bpy
 import numpy as np
 
-from ...core.city.polygon import FileContent, Polygon
-from ...core.city.tree import Tree
+from ...core.city.city import FileContent, Polygon, Tree
 from ...core.errors import InputError
 from ..attributes import PREFIX, read_array, read_corners
 from ..city.import_city import show_import, triangulate_import

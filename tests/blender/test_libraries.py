@@ -51,7 +51,7 @@ def test_a_library_that_does_not_load_is_named_by_the_step_and_in_the_panel(addo
             if name == "lxml" or name.startswith("lxml."):
                 raise error
 
-    for name in [name for name in sys.modules if name == "lxml" or name.startswith(("lxml.", "citypv.core.files"))]:
+    for name in [name for name in sys.modules if name == "lxml" or name.startswith(("lxml.", "citypv.core.read"))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setattr(sys, "meta_path", [Broken(), *sys.meta_path])
     addon.city_path = str(city_file)

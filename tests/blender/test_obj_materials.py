@@ -4,7 +4,6 @@ import bpy
 import pytest
 from steps import run
 
-from citypv.core.files.read_city import read_city
 from citypv.core.materials.materials import MaterialSpec
 from citypv.core.materials.shader_material import named_material
 from citypv.operators.city.read_materials import read_finish

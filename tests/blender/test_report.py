@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from steps import run
 
-from citypv.core.files.read_city import READERS
+from citypv.core.read.read_city import READERS
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.city.import_city import SUFFIXES
 from citypv.operators.result.keep_report import describe_row, find_row, read_rows

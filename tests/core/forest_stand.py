@@ -5,18 +5,18 @@ PACL: light at a sensor over light above the canopy, in the season with leaves.
 
 import gzip
 from dataclasses import dataclass
+from itertools import dropwhile, takewhile
 
 import numpy as np
 import shapely
 import shapely.affinity
 
+from citypv.core.city.crowns import Crowns, cylinder, unit_sphere
+from citypv.core.city.foliage import NORTHERN
 from citypv.core.request import Request
 from citypv.core.scene.scene import Site
 from citypv.core.selfcheck.plain_scenes import join_parts, rectangle
 from citypv.core.study import compute_energy, read_year, trace_scene
-from citypv.core.trees.crowns import Crowns
-from citypv.core.trees.ellipsoid import cylinder, unit_sphere
-from citypv.core.trees.foliage import NORTHERN
 from citypv.core.weather.weather import darken_hours
 
 REACH = 140.0  # [m] around the sensors, up to which the stand is repeated
@@ -43,15 +43,9 @@ def read_stand(path):
     text = (gzip.decompress(data) if path.suffix == ".gz" else data).decode("utf-8")
     tables = []
     for heading in SECTIONS:
-        lines = text.partition(heading)[2].lstrip("\n").splitlines()
-        rows = []
-        for line in lines:
-            comment = line.strip().startswith("#")
-            if comment and rows:
-                break
-            if line.strip() and not comment:
-                rows.append([float(word) for word in line.split()])
-        tables.append(np.array(rows))
+        lines = [line for line in text.partition(heading)[2].splitlines() if line.strip()]
+        rows = dropwhile(lambda line: line.startswith("#"), map(str.strip, lines))
+        tables.append(np.array([row.split() for row in takewhile(lambda row: not row.startswith("#"), rows)], float))
     keys = dict(line.split(" = ") for line in text.splitlines() if " = " in line)
     return Stand(shapely.Polygon(tables[0]), tables[1], tables[2], float(keys["plotSlope"]), float(keys["plotAspect"]))
 

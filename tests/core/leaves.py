@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from citypv.core.trees.crowns import Crowns
-from citypv.core.trees.ellipsoid import extrude, unit_sphere
+from citypv.core.city.crowns import Crowns, extrude, unit_sphere
 
 
 def crowns_of(*shapes, area_density=None, trunks=()):

@@ -7,7 +7,7 @@ import pytest
 import shapely
 from cities import box, heights_below, make_city
 
-from citypv.core.files.read_city import read_city
+from citypv.core.read.read_city import read_city
 from citypv.core.scene.build_scene import build_scene
 
 ROOT = Path(__file__).parents[2]

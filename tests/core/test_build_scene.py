@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from cities import box, make_city
 
-from citypv.core.city.measure_polygons import measure_polygons
+from citypv.core.city.polygons import measure_polygons
 from citypv.core.errors import InputError
-from citypv.core.files.read_city import read_city
+from citypv.core.read.read_city import read_city
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.grid_cells import split_into_cells
 

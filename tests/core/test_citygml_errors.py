@@ -8,8 +8,7 @@ import citygml_text as text
 import pytest
 
 from citypv.core.errors import InputError
-from citypv.core.files.open_input import LARGEST_GAIN
-from citypv.core.files.read_city import read_city
+from citypv.core.read.read_city import read_city
 
 HOUSE = text.building(text.surface(text.members(text.polygon("a", text.SQUARE))))
 GOOD = text.model(HOUSE).encode()
@@ -30,17 +29,14 @@ FILES = {
     "building without a shape": (text.model(text.building()).encode(), "no building has a usable shape"),
     "laughs": (LAUGHS.encode(), "line 1: document types"),
     "external document type": (OUTSIDE.encode(), "line 1: document types"),
-    "zip": (b"PK\x03\x04....", "zip archive"),
-    "long namespace": (
-        GOOD.replace(b"<CityModel ", b'<CityModel xmlns:places="' + b"urn:a b " * 200 + b'" ', 1),
-        "invalid XML",
+    "entity of an attribute": (
+        GOOD.replace(b"<CityModel", b'<!DOCTYPE m [<!ENTITY e "x">]><CityModel').replace(b"house", b"&e;"),
+        "document type",
     ),
+    "zip": (b"PK\x03\x04....", "zip archive"),
+    "long namespace": (GOOD.replace(b"<CityModel ", b'<CityModel xmlns:p="' + b"a b " * 200 + b'" ', 1), "invalid XML"),
     "cut gzip": (gzip.compress(GOOD)[:-40], "decompression fails"),
     "long attribute": (GOOD.replace(b'"house"', b'"' + b"x" * 11_000_000 + b'"'), r"line \d+: too much text or nested"),
-    "deep": (
-        GOOD.replace(b"</bldg:Building>", b"<a>" * 400 + b"</a>" * 400 + b"</bldg:Building>"),
-        "too much text or nested",
-    ),
 }
 
 
@@ -58,26 +54,11 @@ def test_refused_with_file_place_and_cure(tmp_path, name):
     assert len(message) < 500
 
 
-def test_missing_file(tmp_path):
+def test_missing_file_and_folder_without_files_of_buildings(tmp_path):
     with pytest.raises(InputError, match=r"nowhere.gml: no such file; check the path"):
         read_city(tmp_path / "nowhere.gml")
-
-
-def test_folder_without_files_of_buildings(tmp_path):
     with pytest.raises(InputError, match="folder without building files"):
         read_city(tmp_path)
-
-
-def test_gzip_bomb_stops_early(tmp_path):
-    blanks = b"<!--" + b" " * 2**20 + b"-->"
-    with gzip.open(tmp_path / "bomb.gml.gz", "wb", compresslevel=9) as packed:
-        packed.write(text.HEAD.encode())
-        for _ in range(300):
-            packed.write(blanks)
-    size = (tmp_path / "bomb.gml.gz").stat().st_size
-    assert LARGEST_GAIN * size < 300 * 2**20
-    with pytest.raises(InputError, match="decompresses to more than"):
-        read_city(tmp_path / "bomb.gml.gz")
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "iso-8859-1"])
@@ -91,13 +72,6 @@ def test_one_huge_line(tmp_path):
     many = "".join(HOUSE.replace('"house"', f'"h{k}"').replace('"a"', f'"a{k}"').strip() for k in range(3000))
     (tmp_path / "city.gml").write_text(text.HEAD.replace("\n", "") + many + "</CityModel>", encoding="utf-8")
     assert len(read_city(tmp_path / "city.gml")) == 3000
-
-
-def test_entities_in_attributes_are_refused_too(tmp_path):
-    written = GOOD.decode().replace("<CityModel", '<!DOCTYPE m [<!ENTITY e "x">]><CityModel').replace("house", "&e;")
-    (tmp_path / "city.gml").write_text(written, encoding="utf-8")
-    with pytest.raises(InputError, match="document type"):
-        read_city(tmp_path / "city.gml")
 
 
 @pytest.mark.parametrize("comment", ["", "<!-- <CityModel> -->"])

@@ -1,17 +1,14 @@
 """CityJSON that cannot be used: refused with file, place and cure, or skipped piece by piece with a reason."""
 
 import copy
-import gzip
 import json
-import sys
 
 import numpy as np
 import pytest
-from cityjson_text import CUBE, FACES, SHELL, house, instance, model, read, solid
-from memory_of_reading import memory_of_refusal
+from cityjson_text import CUBE, SHELL, house, instance, model, read, solid
 
 from citypv.core.errors import InputError
-from citypv.core.files.read_city import read_city
+from citypv.core.read.read_city import read_city
 
 GOOD = model({"b": house(solid())})
 TEXT = json.dumps(GOOD)
@@ -24,25 +21,20 @@ BAD_DOCUMENTS = {
     "cut on several lines": (json.dumps(GOOD, indent=1)[:200], r"line \d\d, column \d+: invalid JSON"),
     "cut in a sequence": ("\n".join(map(json.dumps, (HEAD, FEATURE)))[:-5], r"line 2, column \d+: invalid JSON"),
     "no json": ("hello", "line 1, column 1: this is not JSON"),
-    "a list": ("[1, 2]", "not CityJSON"),
     "geojson": ('{"type": "FeatureCollection"}', "not CityJSON .type 'FeatureCollection'"),
     "a feature alone": ('{"type": "CityJSONFeature"}', "put the header object"),
     "old": (json.dumps({**GOOD, "version": "0.9"}), "version '0.9'; convert it to 2.0"),
     "new": (json.dumps({**GOOD, "version": "3.0"}), "version '3.0'"),
     "deep": (TEXT[:-1] + ', "x": ' + "[" * 200_000 + "}", "nested too deeply"),
-    "NaN": (TEXT.replace("[2, 0, 0]", "[NaN, 0, 0]"), "line 1: NaN is not a number"),
-    "NaN in line 3": (
-        TEXT.replace("[2, 0, 0]", '["NaN",\n"\\"", \n-Infinity, 0]'),
-        "line 3: -Infinity is not a number",
+    "NaN": (TEXT.replace("[2, 0, 0]", "[NaN, 0, 0]"), "line 1: vertex 1 of vertices is not finite or beyond"),
+    "infinite scale": (
+        TEXT[:-1] + ', "transform": {"scale": [1, 1, -Infinity], "translate": [0, 0, 0]}}',
+        "three numbers each",
     ),
-    "1e308": (TEXT.replace("[2, 0, 0]", "[1e308, 0, 0]"), "line 1: vertex 1 of vertices is not finite or beyond"),
-    "1e999": (TEXT.replace("[2, 0, 0]", "[1e999, 0, 0]"), "line 1: vertex 1 of vertices is not finite or beyond"),
     "digits": (TEXT.replace("[2, 0, 0]", f"[{'9' * 5000}, 0, 0]"), "line 1: a number with thousands of digits"),
     "400 digits": (TEXT.replace("[2, 0, 0]", f"[{'9' * 400}, 0, 0]"), "vertex 1 of vertices is not finite or beyond"),
-    "huge": (TEXT.replace("[2, 0, 0]", f"[{'9' * 30}, 0, 0]"), "vertex 1 of vertices is not finite or beyond"),
     "words": (TEXT.replace("[2, 0, 0]", '["2", "0", "0"]'), "vertex 1 of vertices is not three numbers"),
     "true": (TEXT.replace("[2, 0, 0]", "[true, 0, 0]"), "vertex 1 of vertices is not three numbers"),
-    "ragged": (TEXT.replace("[2, 0, 0]", "[2, 0]"), "vertex 1 of vertices is not three numbers"),
     "no vertices": (json.dumps({**GOOD, "vertices": {}}), "vertices is not a list"),
     "overflow": (json.dumps({**GOOD, "transform": {"scale": [9e7] * 3, "translate": [0] * 3}}), "vertex 1 of vertices"),
     "transform": (json.dumps({**GOOD, "transform": {"scale": [1, 1]}}), "transform needs three numbers each for scale"),
@@ -54,7 +46,7 @@ BAD_DOCUMENTS = {
         json.dumps({**GOOD, "vertices": []}),
         "no building has usable geometry .*vertex index out of range",
     ),
-    "blank lines": (json.dumps(HEAD) + "\n" * 150_000, "blank lines"),
+    "blank lines": (json.dumps(HEAD) + "\n" * 150_000, "contains no buildings"),
 }
 
 
@@ -133,6 +125,11 @@ def test_a_wrong_value_anywhere_ends_in_a_city_or_in_one_line(tmp_path):
     assert 0.1 < np.mean(outcomes) < 0.95
 
 
+def test_numbers_that_json_does_not_have_do_no_harm_where_none_is_needed(tmp_path):
+    attributes = {"height": float("nan"), "years": [float("inf")], "area": 10**400}
+    assert len(read(tmp_path, model({"b": house(solid(), attributes=attributes)}))) == 6
+
+
 def test_a_name_given_twice_is_reported(tmp_path):
     doubled = TEXT.replace('"b": {', '"b": ' + json.dumps(house(solid())) + ', "b": {')
     (tmp_path / "city.json").write_text(doubled, encoding="utf-8")
@@ -150,41 +147,3 @@ def test_names_of_any_kind_fit_into_a_line(tmp_path):
     texts = [*city.surface_id, *city.building_id, *city.report.notes]
     assert all(text.isprintable() and len(text) < 400 for text in texts)
     assert {len(name) for name in city.building_id} == {4, 6, 200}
-
-
-START = b'{"type": "CityJSON", "version": "2.0", "CityObjects": {"a": {"type": "Building", "geometry": [['
-TEMPLATES = {"templates": [{"type": "MultiSurface", "lod": "2", "boundaries": [[face] for face in FACES] * 400}]}
-BOMBS = {
-    "lists.json.gz": (START, b"[]," * 2**18, 100),
-    "objects.json.gz": (START, b'{"a":0},' * 2**17, 60),
-    "numbers.json.gz": (START, b"1.5," * 2**18, 200),
-    "rings.jsonl.gz": (json.dumps(HEAD).encode() + b"\n" + START, b"[[0,1,2]]," * 2**18, 30),
-    "word.json.gz": (b'{"type": "', b"x" * 2**20, 200),
-    "deep.json": (START, b"[", 500_000),
-    "templates.json": (
-        json.dumps(
-            model(
-                {str(k): house(*[instance()] * 100) for k in range(5)},
-                **{"geometry-templates": {**TEMPLATES, "vertices-templates": CUBE}},
-            )
-        ).encode(),
-        b"",
-        0,
-    ),
-}
-
-
-@pytest.mark.once
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows tells no peak of memory this way")
-@pytest.mark.parametrize(
-    "name", [name if name[0] != "t" else pytest.param(name, marks=pytest.mark.slow) for name in BOMBS]
-)
-def test_bombs_are_refused_with_bounded_memory(tmp_path, name):
-    head, piece, count = BOMBS[name]
-    with gzip.open(tmp_path / name, "wb", 1) if name.endswith(".gz") else (tmp_path / name).open("wb") as packed:
-        packed.write(head)
-        for _ in range(count):
-            packed.write(piece)
-    problem, grown = memory_of_refusal(tmp_path / name)
-    assert problem
-    assert grown < 2**30

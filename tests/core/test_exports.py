@@ -12,9 +12,9 @@ import pytest
 import shapely
 from small_city import write_small_city
 
-from citypv.core.city.measure_polygons import measure_polygons
+from citypv.core.city.polygons import measure_polygons
 from citypv.core.commands.command_line import main
-from citypv.core.files.read_city import read_city
+from citypv.core.read.read_city import read_city
 from citypv.core.results.colour_map import MAPS
 from citypv.core.results.read_results import read_results
 from citypv.core.results.write_cityjson import name_system

@@ -11,10 +11,10 @@ from test_closed_forms import canyon, direct_relative
 from test_tracing import three_houses
 from thorough import THOROUGH, draw_count
 
-from citypv.core.files.read_city import read_city
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.read.read_city import read_city
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.refine import refine_triangles

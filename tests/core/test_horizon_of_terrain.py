@@ -12,12 +12,12 @@ from test_horizon import HOUR
 
 from citypv.core.commands.judge_light import judge_terrain
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.files.read_heights import HeightGrid, read_heights
 from citypv.core.horizon.horizon import STEPS, elevation_at
 from citypv.core.horizon.horizon_of_terrain import height_at, horizon_of_terrain
 from citypv.core.horizon.read_horizon import read_horizon
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.read.read_heights import HeightGrid, read_heights
 from citypv.core.request import Request
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.scene.build_scene import build_scene

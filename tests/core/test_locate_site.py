@@ -6,16 +6,13 @@ import numpy as np
 import pyproj
 import pytest
 
-from citypv.core.city.convert_to_metres import convert_to_metres
-from citypv.core.city.name_crs import name_crs
+from citypv.core.city.transform_crs import convert_to_metres, name_crs
 from citypv.core.errors import InputError
 from citypv.core.scene.locate_site import locate_site, note_outside_use
 
 PLACES = [
     ("EPSG:25833", 391490.0, 5817850.0),
-    ("EPSG:25832", 280865.0, 5659188.0),
     ("EPSG:28992", 78595.0, 457904.0),
-    ("EPSG:21781", 683295.0, 247458.0),
     ("EPSG:31256", 3325.0, 340488.0),
     ("EPSG:32756", 334000.0, 6251000.0),  # Sydney, southern hemisphere
     ("EPSG:7415", 84586.0, 447015.0),  # compound
@@ -38,16 +35,11 @@ def test_west_of_the_central_meridian_grid_north_points_west_in_the_north():
     # 13.4° E in zone 33 (15° E), on a sphere tan(c) = tan(lon - lon0) sin(lat): grid north lies west of true north.
     projection = pyproj.Proj("EPSG:25833")
     *_, convergence = locate_site("EPSG:25833", projection(13.4, 52.5))
-    assert convergence == pytest.approx(
-        math.degrees(math.atan(math.tan(math.radians(13.4 - 15)) * math.sin(math.radians(52.5)))), abs=2e-3
-    )
+    expected = math.atan(math.tan(math.radians(13.4 - 15)) * math.sin(math.radians(52.5)))
+    assert convergence == pytest.approx(math.degrees(expected), abs=2e-3)
     assert convergence < -1.2
-
-
-def test_in_the_south_the_sign_turns():
-    projection = pyproj.Proj("EPSG:32756")  # central meridian 153° E
-    *_, convergence = locate_site("EPSG:32756", projection(151.2, -33.9))
-    assert convergence > 0.9
+    *_, in_the_south = locate_site("EPSG:32756", pyproj.Proj("EPSG:32756")(151.2, -33.9))  # central meridian 153° E
+    assert in_the_south > 0.9
 
 
 def test_user_overrides_the_place_but_not_the_grid():
@@ -80,16 +72,12 @@ def test_point_outside_of_the_projection():
     ("spelling", "crs"),
     [
         ("EPSG:25833", "EPSG:25833"),
-        ("epsg:25832", "EPSG:25832"),
         ("urn:ogc:def:crs:EPSG::25833", "EPSG:25833"),
         ("urn:ogc:def:crs:EPSG:6.12:31466", "EPSG:31466"),
         ("urn:adv:crs:ETRS89_UTM32*DE_DHHN2016_NH*GCG2016", "EPSG:25832"),
-        ("urn:adv:crs:ETRS89_UTM33*DE_DHHN2016_NH", "EPSG:25833"),
         ("urn:adv:crs:DE_DHDN_3GK3*DE_DHHN92_NH", "EPSG:31467"),
         ("http://www.opengis.net/def/crs/EPSG/0/6697", "EPSG:6697"),
-        ("https://www.opengis.net/def/crs/EPSG/0/7415", "EPSG:7415"),
         ("http://www.opengis.net/gml/srs/epsg.xml#28992", "EPSG:28992"),
-        ("urn:ogc:def:crs,crs:EPSG::25833,crs:EPSG::7837", "EPSG:25833+7837"),
         ("urn:ogc:def:crs,crs:EPSG:6.12:3068,crs:EPSG:6.12:5783", "EPSG:3068+5783"),
         ("EPSG:25833+7837", "EPSG:25833+7837"),
         ("CH1903", "EPSG:21781"),
@@ -127,12 +115,9 @@ def test_degrees_become_metres_true_to_scale():
     latitude, longitude, convergence = locate_site(crs, points[0])
     assert (latitude, longitude) == pytest.approx((35.26, 139.74), abs=1e-8)
     assert convergence == pytest.approx(0, abs=1e-3)
-
-
-def test_degrees_in_the_other_order_are_recognised_by_the_area_of_use():
-    points = np.array([[139.74, 35.26, 0.0], [139.741, 35.26, 0.0]])
-    turned, _, _ = convert_to_metres(points, "EPSG:6697")
-    assert turned[1, 0] - turned[0, 0] == pytest.approx(90.97, abs=0.1)
+    # The other order of axes is recognised by the area of use.
+    turned, _, _ = convert_to_metres(degrees[:, [1, 0, 2]], "EPSG:6697")
+    assert turned == pytest.approx(points, abs=1e-6)
 
 
 def test_units_without_a_system():

@@ -8,11 +8,11 @@ import pytest
 
 from citypv.core.commands.command_line import main
 from citypv.core.errors import InputError
-from citypv.core.files.read_city import read_city
-from citypv.core.files.read_mtl import LARGEST, MOST_LIBRARIES, read_mtl
 from citypv.core.materials.materials import MaterialSpec
 from citypv.core.materials.read_albedo import albedo_of_triangles, describe_albedo
 from citypv.core.materials.shader_material import named_material
+from citypv.core.read.parse_obj import LARGEST, MOST_LIBRARIES, read_mtl
+from citypv.core.read.read_city import read_city
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 

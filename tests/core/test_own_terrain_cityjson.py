@@ -8,8 +8,8 @@ from cityjson_text import CUBE, house, model, solid
 from reliefs import only, told
 
 from citypv.core.errors import InputError
-from citypv.core.files.read_city import read_city
 from citypv.core.ground.terrain import measure_heights
+from citypv.core.read.read_city import read_city
 from citypv.core.scene.build_scene import build_scene
 
 

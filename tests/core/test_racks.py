@@ -5,10 +5,9 @@ import pytest
 from cities import box, make_city
 from flat_roofs import fronts_in, rectangle, roof, rows_of, scene_with
 
+from citypv.core.city.place_rows import THICKNESS
+from citypv.core.city.racks import Racks, city_with_racks, parse_racks
 from citypv.core.errors import InputError
-from citypv.core.racks.lay_racks import city_with_racks
-from citypv.core.racks.parse_racks import Racks, parse_racks
-from citypv.core.racks.place_rows import THICKNESS
 from citypv.core.request import Request
 from citypv.core.scene.add_backs import surface_of_triangles
 from citypv.core.study import stand_city
@@ -96,20 +95,15 @@ def test_what_rises_above_a_roof_is_left_free():
 def test_covered_and_pitched_roofs_small_ones_and_ground_bear_none():
     pitched = [("b", "RoofSurface", [[(0, 0, 5), (20, 0, 5), (20, 10, 8), (0, 10, 8)]])]  # 16.7°
     assert not len(rows_of(scene_with("tilt=10", pitched)))
-    assert not len(rows_of(scene_with("tilt=10", rectangle(5, 3.9)))) and len(
-        rows_of(scene_with("tilt=10", rectangle(5, 4.1)))
-    )
-    assert len(rows_of(scene_with("tilt=10,area=10", rectangle(5, 3.9))))
+    for words, depth, bears in (("tilt=10", 3.9, False), ("tilt=10", 4.1, True), ("tilt=10,area=10", 3.9, True)):
+        assert bool(len(rows_of(scene_with(words, rectangle(5, depth))))) == bears
     covered = [*rectangle(20, 10), *rectangle(20, 10, height=14.0)]
+    once, twice = (scene_with("tilt=10", rectangle(20, 10) * count) for count in (1, 2))
+    assert len(rows_of(once)) == len(rows_of(twice)) > 0  # drawn twice
     names = scene_with("tilt=10", covered).surfaces.surface_id
     assert all(name.startswith("s1/") for name in names[2:]) and len(names) > 4
     meadow = [("m", "", [[(-50, -50, 0), (70, -50, 0), (70, 60, 0), (-50, 60, 0)]]), *box("a", 0, 0, 20, 10, 0, 9)]
     assert all(name.startswith("s6/") for name in scene_with("tilt=10", meadow).surfaces.surface_id[7:])
-
-
-def test_roofs_drawn_twice_bear_racks_once():
-    once, twice = (scene_with("tilt=10", rectangle(20, 10) * count) for count in (1, 2))
-    assert len(rows_of(once)) == len(rows_of(twice)) > 0
 
 
 @pytest.mark.parametrize("latitude", [52.5, -33.4, 5.0])
@@ -158,21 +152,18 @@ def test_a_city_with_its_racks_has_a_polygon_for_each_surface():
 def test_words_of_the_option():
     assert parse_racks(None) is None and parse_racks("none") is None and parse_racks("") is None
     assert parse_racks("east-west") == Racks(east_west=True)
-    assert parse_racks(" tilt=12 , azimuth=170,gcr=0.5, back-albedo=.3") == Racks(
-        False, 12, 170, gcr=0.5, back_albedo=0.3
-    )
+    expected = Racks(False, 12, 170, gcr=0.5, back_albedo=0.3)
+    assert parse_racks(" tilt=12 , azimuth=170,gcr=0.5, back-albedo=.3") == expected
 
 
 @pytest.mark.parametrize(
     ("words", "told"),
     [
         ("lean=10", "'lean' is not known; give east-west, or KEY=VALUE with tilt"),
-        ("south", "'south' is not known"),
         ("tilt", "tilt has no value"),
         ("tilt=steep", "tilt=steep is no number; give a number from 0 to 60 \\[°\\]"),
         ("tilt=61", "tilt=61 is out of range"),
         ("tilt=nan", "tilt=nan is out of range"),
-        ("azimuth=-10", "azimuth=-10 is out of range"),
         ("tilt=10,tilt=12", "tilt is given twice"),
         ("spacing=2,gcr=0.5", "spacing and gcr are both given"),
         ("tilt=10,", "'' is not known"),

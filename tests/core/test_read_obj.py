@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from cities import box, make_city
 
-from citypv.core.city.measure_polygons import measure_polygons
 from citypv.core.city.orient_shells import orient_shells, turn_over
+from citypv.core.city.polygons import measure_polygons
 from citypv.core.errors import InputError
-from citypv.core.files.parse_obj import parse_obj
-from citypv.core.files.read_city import read_city
-from citypv.core.files.read_obj import read_obj
+from citypv.core.read.parse_obj import parse_obj
+from citypv.core.read.read_city import read_city
+from citypv.core.read.read_obj import read_obj
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.classify import measure_tilt
 
@@ -133,15 +133,10 @@ def test_the_floors_of_lyon_are_turned_as_the_tower_around_them():
 
 
 @pytest.mark.parametrize(
-    ("name", "faces", "buildings", "left_out"),
-    [
-        ("cube.obj", 5, 1, 0),
-        ("duplicatevertices.obj", 5, 1, 0),
-        ("nonmanifold.obj", 12, 1, 0),
-        ("nonmanifold.gml", 12, 1, 0),
-        ("twocubes.obj", 12, 2, 1),  # "6 5 2 1" crosses itself: as much area one way as the other
-    ],
-)
+    ("name", "faces", "buildings", "left_out"),  # "6 5 2 1" of the two cubes crosses itself: no area
+    [("cube.obj", 5, 1, 0), ("duplicatevertices.obj", 5, 1, 0), ("nonmanifold.obj", 12, 1, 0),
+     ("nonmanifold.gml", 12, 1, 0), ("twocubes.obj", 12, 2, 1)],
+)  # fmt: skip
 def test_invalid_shells_are_read_and_said(name, faces, buildings, left_out):
     city = read_city(DATA / name)
     assert len(city) == faces - left_out
@@ -184,8 +179,10 @@ def test_scattered_parts_are_buildings_and_what_stands_on_one_belongs_to_it(tmp_
     assert city.building_id == ["part_1"] * 6 + ["part_2"] * 6 + ["part_1"] * 6
 
 
-@pytest.mark.parametrize("turned", [[], [0], [3], [0, 3], [0, 1, 2, 3, 4, 5], [1, 2, 3, 4, 5], [1, 4]])
-@pytest.mark.parametrize("missing", [None, 0, 2])
+@pytest.mark.parametrize(
+    ("turned", "missing"),
+    [([], None), ([0], None), ([3], 0), ([0, 3], 2), ([0, 1, 2, 3, 4, 5], None), ([1, 2, 3, 4, 5], 0), ([1, 4], 2)],
+)
 def test_a_house_is_turned_right_side_out(tmp_path, turned, missing):
     faces = [f if k not in turned else " ".join(["f", *f.split()[:0:-1]]) for k, f in enumerate(FACES)]
     faces = [face for k, face in enumerate(faces) if k != missing]
@@ -232,15 +229,14 @@ def test_two_touching_buildings_do_not_turn_each_other():
 REFUSED = {
     "no faces": (CUBE, "contains no polygons"),
     "index": (CUBE + "\nf 1 2 9", "line 9: polygon refers to vertex 9, the file has 8"),
-    "before": (CUBE + "\nf 1 2 -9", "line 9: polygon with a vertex index before the first vertex"),
     "zero": (CUBE + "\nf 0 1 2", "line 9: polygon with a vertex index before the first vertex"),
     "words": (CUBE + "\nf one two three", "line 9: polygon with vertex indices that are not integers"),
-    "nan": (CUBE + "\nv nan 0 0\nf 1 2 3", "line 9: a coordinate is not finite or beyond"),
     "huge": (CUBE + "\nv 0 1e308 0\nf 1 2 3", "line 9: a coordinate is not finite or beyond"),
     "two numbers": (CUBE + "\nv 0 1\nf 1 2 3", "line 9: vertex without three numbers"),
     "long line": ("f " + "1 " * 600_000, "line 1: longer than"),
     "endless line": ("f 1 \\\n" * 400_000, r"line \d+: longer than"),
     "only points": (CUBE + "\nf 1 2\nf 3", "no building has a usable shape"),
+    "binary": ("".join(map(chr, range(256))), "line 1: this is not text"),
 }
 
 
@@ -252,12 +248,6 @@ def test_refused_with_line_and_cure(tmp_path, name):
         read_city(path)
     assert str(caught.value).startswith(str(path))
     assert len(str(caught.value).splitlines()) == 1
-
-
-def test_binary_is_no_text(tmp_path):
-    (tmp_path / "city.obj").write_bytes(bytes(range(256)))
-    with pytest.raises(InputError, match="line 1: this is not text"):
-        read_city(tmp_path / "city.obj")
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])

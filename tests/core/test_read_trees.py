@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 from cityjson_text import CUBE, house, instance, model, read, solid
 
+from citypv.core.city.crowns import CROWN_BASE, cylinder, ellipsoid, volume_of_crowns
 from citypv.core.commands.command_line import main
 from citypv.core.errors import InputError
-from citypv.core.files.read_city import read_city
+from citypv.core.read.read_city import read_city
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.local_frame import bring_to_origin
-from citypv.core.trees.build_crowns import CROWN_BASE
-from citypv.core.trees.crowns import volume_of_crowns
-from citypv.core.trees.ellipsoid import cylinder, ellipsoid
 
 DATA = Path(__file__).parents[1] / "data"
 HEAD = (
@@ -37,6 +35,7 @@ def surfaces(*faces):
 
 ROOF = [(390000, 5810000, 3), (390010, 5810000, 3), (390010, 5810010, 3), (390000, 5810010, 3)]
 HOUSE = f'<bldg:Building gml:id="house"><bldg:lod2MultiSurface>{surfaces(ROOF)}</bldg:lod2MultiSurface></bldg:Building>'
+DENSITY = '<gen:doubleAttribute name="leafAreaDensity"><gen:value>{}</gen:value></gen:doubleAttribute>'
 POINT = "<gml:Point><gml:pos>390020 5810000 2</gml:pos></gml:Point>"
 
 
@@ -62,13 +61,10 @@ def test_trees_of_berlin_stand_where_their_attributes_say(tmp_path):
     heights = [float(part.partition("<")[0]) for part in text.split('<veg:height uom="m">')[1:]]
     assert len(crowns) == len(heights) == 12
     assert crowns.height == pytest.approx(np.array(heights), rel=0.01)  # prototypes are 1.000 to 1.004 high
-    x, y, z = (
-        np.array(
-            [float(part.partition("<gen:value>")[2].partition("<")[0]) for part in text.split(f'name="{axis}"')[1:]]
-        )
-        for axis in "XYZ"
-    )
-    places = bring_to_origin(np.column_stack([x, y, z]), scene.site)
+    told = [
+        [part.partition("<gen:value>")[2].partition("<")[0] for part in text.split(f'name="{k}"')[1:]] for k in "XYZ"
+    ]
+    places = bring_to_origin(np.array(told, float).T, scene.site)
     for number, place in enumerate(places):
         own = crowns.vertices[crowns.triangles[crowns.tree == number]].reshape(-1, 3)
         assert np.linalg.norm((own.min(axis=0) + own.max(axis=0))[:2] / 2 - place[:2]) < 0.2
@@ -78,10 +74,11 @@ def test_trees_of_berlin_stand_where_their_attributes_say(tmp_path):
 
 def test_a_tree_of_which_only_numbers_are_given(tmp_path):
     numbers = "<veg:class>1060</veg:class><veg:height uom='m'>12</veg:height><veg:trunkDiameter>0.4</veg:trunkDiameter>"
-    crowns = read_gml(tmp_path, tree(f"{numbers}<veg:crownDiameter>6</veg:crownDiameter>{POINT}"))
+    numbers += f"{DENSITY.format(0.7)}<veg:crownDiameter>6</veg:crownDiameter>{POINT}"
+    crowns = read_gml(tmp_path, tree(numbers))
     assert volume_of_crowns(crowns) == pytest.approx(np.pi / 6 * 6**2 * 12 * (1 - CROWN_BASE))
     assert crowns.height == 12 and crowns.trunk.sum() == 16 and crowns.evergreen.all()
-    assert np.isnan(crowns.area_density).all()
+    assert crowns.area_density == pytest.approx(0.7)
 
 
 def test_a_closed_shape_is_a_crown_and_crossed_pictures_are_in_a_hull(tmp_path):
@@ -144,59 +141,34 @@ def test_plants_with_walls_around_them_are_a_body(tmp_path):
     assert volume_of_crowns(read_gml(tmp_path, plants)) == pytest.approx(800, rel=1e-4)
 
 
-def test_plants_without_a_shape_and_a_height_are_refused(tmp_path):
-    with pytest.raises(InputError, match="line 1: PlantCover 'oak' has no shape with a volume and no height"):
-        read_gml(tmp_path, tree("", "PlantCover"))
-
-
-DENSITY = '<gen:doubleAttribute name="leafAreaDensity"><gen:value>{}</gen:value></gen:doubleAttribute>'
-
-
 @pytest.mark.parametrize(
     ("inside", "message"),
     [
+        ("", "PlantCover 'oak' has no shape with a volume and no height"),
         (POINT, "tree 'oak' has no shape with a volume and no height; give it a height"),
         ("<veg:height>12</veg:height>", "tree 'oak' has no shape with a volume and no place"),
         (f"<veg:height>-2</veg:height>{POINT}", "tree 'oak': height is '-2'; give a number above 0"),
         (f"<veg:height>high</veg:height>{POINT}", "tree 'oak': height is 'high'"),
         (f"<veg:height uom='ft'>9</veg:height>{POINT}", "tree 'oak': height is in 'ft'; give metres"),
-        (
-            f"{DENSITY.format(-0.1)}<veg:height>9</veg:height>{POINT}",
-            "leafAreaDensity is '-0.1'; give a number of at le",
-        ),
+        (f"{DENSITY.format(-0.1)}<veg:height>9</veg:height>{POINT}", "leafAreaDensity is '-0.1'; give a number of at"),
     ],
 )
 def test_a_tree_that_cannot_be_used_is_named(tmp_path, capsys, inside, message):
     with pytest.raises(InputError, match=r"trees\.gml.*line 1: ") as caught:
-        read_gml(tmp_path, tree(inside))
+        read_gml(tmp_path, tree(inside, "SolitaryVegetationObject" if inside else "PlantCover"))
     assert message in str(caught.value) and "\n" not in str(caught.value)
     assert main(["inspect", str(tmp_path / "trees.gml")]) == 2
     assert message in capsys.readouterr().err
 
 
-def test_trees_stay_where_large_polygons_are_cut(tmp_path):
-    objects = {"house": house(solid()), "yew": {"type": "SolitaryVegetationObject", "geometry": [solid()]}}
-    city = read(tmp_path, model(objects))
-    assert len(build_scene(city, latitude=50, longitude=8, grid_size=1.0).trees) == 1
-
-
-def test_density_of_leaves_of_a_single_tree(tmp_path):
-    crowns = read_gml(tmp_path, tree(f"{DENSITY.format(0.7)}<veg:height>9</veg:height>{POINT}"))
-    assert crowns.area_density == pytest.approx(0.7)
-
-
 def test_trees_of_cityjson_by_template_by_solid_and_by_numbers(tmp_path):
     templates = {"templates": [solid()], "vertices-templates": CUBE}
-    plant = {"type": "SolitaryVegetationObject"}
+    plant, numbers = {"type": "SolitaryVegetationObject"}, {"height": {"value": 8, "uom": "m"}, "crownDiameter": "4"}
     objects = {
         "house": house(solid()),
         "lime": plant | {"geometry": [instance(corner=6, matrix=(3, 0, 0, 0, 0, 2, 0, 0, 0, 0, 4, 0, 0, 0, 0, 1))]},
         "yew": plant | {"geometry": [solid()], "attributes": {"class": "coniferous", "leafAreaDensity": 2}},
-        "ash": plant
-        | {
-            "geometry": [{"type": "MultiPoint", "lod": "0", "boundaries": [6]}],
-            "attributes": {"height": {"value": 8, "uom": "m"}, "crownDiameter": "4"},
-        },
+        "ash": plant | {"geometry": [{"type": "MultiPoint", "lod": "0", "boundaries": [6]}], "attributes": numbers},
         "hedge": {"type": "PlantCover", "geometry": [solid()]},
     }
     city = read(tmp_path, model(objects, **{"geometry-templates": templates}))
@@ -209,15 +181,15 @@ def test_trees_of_cityjson_by_template_by_solid_and_by_numbers(tmp_path):
 
 @pytest.mark.parametrize("height", [[12], True, {"value": "tall"}])
 def test_a_height_of_cityjson_that_is_no_number(tmp_path, height):
-    objects = {
-        "house": house(solid()),
-        "yew": {"type": "SolitaryVegetationObject", "geometry": [solid()], "attributes": {"height": height}},
-    }
+    yew = {"type": "SolitaryVegetationObject", "geometry": [solid()], "attributes": {"height": height}}
+    objects = {"house": house(solid()), "yew": yew}
     with pytest.raises(InputError, match=r"tree 'yew': height is .*; give a number above 0, or leave it out"):
         read(tmp_path, model(objects))
 
 
-def test_trees_alone_are_refused(tmp_path):
+def test_trees_stay_where_large_polygons_are_cut_and_alone_are_refused(tmp_path):
     objects = {"yew": {"type": "SolitaryVegetationObject", "geometry": [solid()]}}
+    city = read(tmp_path, model({"house": house(solid()), **objects}))
+    assert len(build_scene(city, latitude=50, longitude=8, grid_size=1.0).trees) == 1
     with pytest.raises(InputError, match=r"no buildings, only vegetation \(1\); give the file with the buildings too"):
         read(tmp_path, model(objects))

@@ -8,6 +8,7 @@ import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
+import citygml_text as text
 import numpy as np
 import pytest
 from cities import box, make_city
@@ -19,10 +20,10 @@ from citypv.core.city.join_contents import JOINING
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
-from citypv.core.files.open_input import BUFFER
-from citypv.core.files.read_city import READING, read_city
 from citypv.core.progress import CancelledError, TerminalProgress
-from citypv.core.results.transfer_file import read_transfer, write_transfer
+from citypv.core.read.open_input import BUFFER
+from citypv.core.read.read_city import READING, read_city
+from citypv.core.results.transfer_file import read_transfer
 from citypv.core.results.write_cityjson import write_cityjson
 from citypv.core.results.write_gltf import write_gltf
 from citypv.core.results.write_tables import write_faces
@@ -78,21 +79,10 @@ def large_files(folder):
         vertices += places
     paths[1].write_text(json.dumps(head | {"CityObjects": objects, "vertices": vertices}))
     paths[2].write_text("\n".join(lines) + "\n")
-    paths[0].write_text(citygml(300))
+    walls = [[(20 * k, 0, 0), (20 * k + 10, 0, 0), (20 * k + 10, 0, 5), (20 * k, 0, 5)] for k in range(300)]
+    drawn = [text.surface(text.members(text.polygon("", wall))) for wall in walls]
+    paths[0].write_text(text.model(*(text.building(wall, name="") + "\n" * 2000 for wall in drawn)))
     return paths
-
-
-def citygml(count):
-    """So many walls, each a building."""
-    ring = "{0} 0 0 {1} 0 0 {1} 0 5 {0} 0 5 {0} 0 0"
-    wall = (
-        '<cityObjectMember><b:Building g:id="b{0}"><b:lod2MultiSurface><g:MultiSurface><g:surfaceMember><g:Polygon>'
-        "<g:exterior><g:LinearRing><g:posList>{1}</g:posList></g:LinearRing></g:exterior></g:Polygon>"
-        "</g:surfaceMember></g:MultiSurface></b:lod2MultiSurface></b:Building></cityObjectMember>" + "\n" * 2000
-    )
-    walls = "".join(wall.format(k, ring.format(20 * k, 20 * k + 10)) for k in range(count))
-    names = 'xmlns:b="http://www.opengis.net/citygml/building/2.0" xmlns:g="http://www.opengis.net/gml"'
-    return f'<CityModel xmlns="http://www.opengis.net/citygml/2.0" {names}>{walls}</CityModel>'
 
 
 @pytest.fixture(scope="module")
@@ -100,11 +90,12 @@ def files(tmp_path_factory):
     return large_files(tmp_path_factory.mktemp("large"))
 
 
-@pytest.mark.parametrize("number", [0, 1, 2, pytest.param(3, marks=pytest.mark.once), 4])
+@pytest.mark.parametrize("number", [0, 1, 2, pytest.param(slice(3, 5), marks=pytest.mark.once), 4])
 def test_reading_is_told(files, number):
-    path, kept = files[number], Kept()
-    city = read_city(path, progress=kept)
-    size = path.stat().st_size
+    """Several files are one stage."""
+    paths, kept = files[number] if isinstance(number, slice) else [files[number]], Kept()
+    city = read_city(paths, progress=kept)
+    size = sum(path.stat().st_size for path in paths)
     reading, joining = kept.of(READING), kept.of(JOINING)
     assert_whole(reading)
     assert_whole(joining)
@@ -114,21 +105,14 @@ def test_reading_is_told(files, number):
     assert stages == [READING, JOINING]
     assert {(total, unit) for stage, _, total, unit in kept.reports if stage == READING} == {(size, "B")}
     assert {unit for stage, *_, unit in kept.reports if stage == JOINING} == {"polygons"}
-    assert len(city) == len(read_city(path))
+    assert len(city) == len(read_city(paths))
 
 
 @pytest.mark.once
-def test_several_files_are_one_stage(files):
-    kept = Kept()
-    read_city(files[3:], progress=kept)
-    assert_whole(kept.of(READING))
-    assert kept.reports[0][2] == sum(path.stat().st_size for path in files[3:])
-
-
-@pytest.mark.once
-@pytest.mark.parametrize("number", range(5))
-@pytest.mark.parametrize("stage", [READING, JOINING])
-@pytest.mark.parametrize("share", [0.0, 0.5])
+@pytest.mark.parametrize(
+    ("number", "stage", "share"),
+    [(0, READING, 0.5), (1, READING, 0.0), (2, READING, 0.5), (3, READING, 0.0), (4, READING, 0.5), (1, JOINING, 0.5)],
+)
 def test_reading_ends_when_it_is_cancelled(files, number, stage, share):
     """No parser puts its own exception in the place of the cancellation, and no file stays open: that warns."""
     kept = Kept(stage, share)
@@ -194,15 +178,7 @@ def test_writing_is_told(results, tmp_path, monkeypatch):
     assert len(shares) == 1 + 2 * -(-len(city) // 7)
     assert kept.reports[0][1:] == (0, 2 * 4 * len(city) * len(transfer.suns), "B")
     np.testing.assert_array_equal(read_transfer(tmp_path / "transfer.nc").visible_share, transfer.visible_share)
-    write_cityjson(
-        tmp_path / "c.json",
-        city,
-        transfer,
-        energy,
-        system=default_system(),
-        label="",
-        progress=kept,
-    )
+    write_cityjson(tmp_path / "c.json", city, transfer, energy, system=default_system(), label="", progress=kept)
     assert_whole(kept.of("writing city.city.json"))
     assert len(kept.of("writing city.city.json")) == 5 + 1
     write_gltf(tmp_path / "c.glb", scene, energy, label="", progress=kept)
@@ -216,12 +192,6 @@ def test_a_run_tells_each_stage_once(tmp_path, capsys):
     options = ["--latitude", "50", "--longitude", "10", "--samples", "16", "--suns", "typical-days:1"]
     assert main(["simulate", str(path), *options, "--cityjson", "--gltf", "--out", str(tmp_path / "out")]) == 0
     told = capsys.readouterr().err
-    for stage in (
-        READING,
-        JOINING,
-        "writing tables",
-        "writing transfer.nc",
-        "writing city.city.json",
-        "writing city.glb",
-    ):
+    files = ("tables", "transfer.nc", "city.city.json", "city.glb")
+    for stage in (READING, JOINING, *(f"writing {name}" for name in files)):
         assert told.count(f"  {stage}: 100 %") == 1, stage

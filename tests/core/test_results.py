@@ -18,7 +18,7 @@ from weathers import ERA5, PVGIS
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.errors import InputError
-from citypv.core.files import open_netcdf
+from citypv.core.read import open_netcdf
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.results.write_summary import peak_memory
 from citypv.core.results.write_tables import write_faces, write_groups, write_timeseries

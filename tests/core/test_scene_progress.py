@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from citypv.core.effects.table import PLANNING, TABLE
-from citypv.core.files.read_city import read_city
 from citypv.core.progress import CancelledError
+from citypv.core.read.read_city import read_city
 from citypv.core.request import Request
 from citypv.core.study import prepare_study, read_year, stand_city
 

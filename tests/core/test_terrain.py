@@ -10,9 +10,9 @@ import pytest
 from cities import box, heights_below, make_city
 
 from citypv.core.errors import InputError
-from citypv.core.files.read_terrain import read_terrain
 from citypv.core.ground.terrain import measure_heights
 from citypv.core.rays.ray_scene import RayScene
+from citypv.core.read.read_terrain import read_terrain
 from citypv.core.scene.build_scene import build_scene
 
 DATA = Path(__file__).parents[1] / "data" / "terrain"

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from citypv.core.city.measure_polygons import measure_polygons
-from citypv.core.city.triangulate import triangulate
+from citypv.core.city.polygons import measure_polygons, triangulate
 from citypv.core.scene.build_scene import merge_vertices
 from citypv.core.scene.local_frame import turn_to_true_north
 from citypv.core.scene.refine import refine_triangles
@@ -45,21 +44,13 @@ SHAPES = {
 }
 
 
-def turned(ring, matrix):
-    return np.asarray(ring, float) @ matrix.T + [391_000.0, 5_817_000.0, 40.0]
-
-
-def some_rotation(seed):
-    matrix, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
-    return matrix * np.sign(np.linalg.det(matrix))
-
-
 @pytest.mark.parametrize("name", SHAPES)
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(3))
 def test_triangles_cover_the_polygon_on_any_plane_and_face_its_way(name, seed):
     rings, expected = SHAPES[name]
-    matrix = some_rotation(seed)
-    points, ring_start, polygon_start = stack([turned(ring, matrix) for ring in rings])
+    matrix, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    matrix *= np.sign(np.linalg.det(matrix))
+    points, ring_start, polygon_start = stack([np.array(ring) @ matrix.T + [391_000, 5_817_000, 40] for ring in rings])
     area, normal = measure_polygons(points, ring_start, polygon_start)
     assert area == pytest.approx([expected], rel=1e-6)
     assert normal[0] == pytest.approx(matrix[:, 2], abs=1e-6)
@@ -106,7 +97,7 @@ def assert_closed(triangles):
     assert {edge[::-1] for edge in directed} == directed
 
 
-@pytest.mark.parametrize("patch_size", [0.1, 0.5, 3.0, 100.0])
+@pytest.mark.parametrize("patch_size", [0.1, 3.0])
 def test_refining_keeps_area_orientation_and_parents(patch_size):
     random = np.random.default_rng(1)
     vertices = random.uniform(0, 3, (40, 3))

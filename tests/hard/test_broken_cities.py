@@ -11,7 +11,7 @@ from broken import COUNT, HOUSE, NUMBERS, SUNS, refused, spoiled
 from scipy.spatial import Delaunay
 from towns import city_of_polygons, draw_town
 
-from citypv.core.city.triangulate import triangulate
+from citypv.core.city.polygons import triangulate
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.ground.build_ground import build_ground

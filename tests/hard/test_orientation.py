@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 from towns import SIDES, box
 
-from citypv.core.city.measure_polygons import measure_polygons
+from citypv.core.city.polygons import measure_polygons
 from citypv.core.commands.command_line import main
-from citypv.core.files.read_city import read_city
+from citypv.core.read.read_city import read_city
 
 DATA = Path(__file__).parents[1] / "data"
 

@@ -8,7 +8,7 @@ from closed import box, room
 from scenes import join, strip, suns_towards
 from towns import city_of_polygons, draw_town, moved, turned
 
-from citypv.core.city.convert_to_metres import convert_to_metres
+from citypv.core.city.transform_crs import convert_to_metres
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather

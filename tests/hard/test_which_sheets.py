@@ -9,9 +9,9 @@ from test_slabs_and_sheets import HOUSE, PLAIN, ROOT, UNDER, scene_of, sheet, sh
 from towns import box, city_of_polygons
 
 from citypv.core.city.city import City
-from citypv.core.files.read_city import read_city
 from citypv.core.ground.terrain import Layer, Terrain
 from citypv.core.patches.patches import patches_of_scene
+from citypv.core.read.read_city import read_city
 from citypv.core.scene.build_scene import build_scene
 
 

@@ -1,0 +1,297 @@
+"""Crowns and trunks from the trees of a city: their shapes, or ellipsoids from height and crown diameter."""
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.spatial import ConvexHull, QhullError
+
+from ..errors import InputError
+from .polygons import triangulate
+
+CROWN_PER_HEIGHT = 0.5  # crown diameter of a tree of which only the height is given
+CROWN_BASE = 0.25  # of its height
+SLIM = 0.1  # of the crown's width: parts below the crown that are slimmer are its trunk
+STEEP = 60.0  # [°] tilt of the faces of a trunk's mantle, at least
+FLAT = 0.1  # [m] shapes that are lower have no volume
+WALLS = 0.5  # [m] steep faces of plants per length of the outline of the others, from which they are a body
+OVERLAP = 1.01  # area of faces over what they cover, seen from above, up to which none lies above another
+AREA = "vegetation drawn as an area without a height: it casts no shadow"
+MERGED = 5  # decimals [m] of corners that are one
+SUBDIVISIONS = 3  # 512 triangles; mean transmittance of a dense crown (k·LAD·diameter = 4) within 1 %
+
+
+@dataclass
+class Crowns:
+    """Closed surfaces around the leaves of k trees, and surfaces of their trunks; axes and origin of the scene."""
+
+    vertices: np.ndarray  # (v, 3) float64 [m]
+    triangles: np.ndarray  # (t, 3) int32 into vertices; of crowns counter-clockwise seen from outside
+    tree: np.ndarray  # (t,) int32
+    trunk: np.ndarray  # (t,) bool: opaque
+    names: list  # (k,) str
+    height: np.ndarray  # (k,) float64 [m]
+    evergreen: np.ndarray  # (k,) bool
+    area_density: np.ndarray  # (k,) float64 [m²/m³] of leaves; NaN: not given
+
+    def __len__(self):
+        return len(self.names)
+
+
+def volume_of_crowns(crowns):
+    """Volume inside each crown: (k,) float64 [m³]."""
+    leaves = crowns.triangles[~crowns.trunk]
+    middle = crowns.vertices.mean(axis=0)
+    return np.bincount(crowns.tree[~crowns.trunk], volumes_below(crowns.vertices - middle, leaves), len(crowns))
+
+
+@dataclass
+class TreeShape:
+    """Triangles of one tree."""
+
+    vertices: np.ndarray  # (v, 3) float64 [m]
+    triangles: np.ndarray  # (t, 3) int
+    trunk: np.ndarray  # (t,) bool
+    height: float | None = None  # [m] as given; None: that of the shape
+
+
+def build_crowns(trees, report, move):
+    """Crowns of a scene.
+
+    A closed shape is the outside of a crown; of a shape that is not closed (crossed pictures) the convex hull is.
+    Slim faces below the crown are the trunk. An area of plants without thickness is raised by its height; where it has
+    none (lawns and beds, as many producers draw them) it is left out and listed.
+
+    Parameters
+    ----------
+    trees : list of Tree
+        [m]
+    report : ImportReport
+        What was assumed is added.
+    move : callable
+        From the frame of the trees to that of the scene.
+
+    Returns
+    -------
+    Crowns or None
+        None without trees, or where all of them are left out.
+
+    Raises
+    ------
+    InputError
+        A tree has neither shape nor height.
+    """
+    built = [(tree, build_tree(tree, report)) for tree in trees]
+    report.skip(AREA, [tree.name for tree, part in built if part is None])
+    trees, parts = [tree for tree, part in built if part], [part for _, part in built if part]
+    if not parts:
+        return None
+    start = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    triangles = [part.triangles + first for part, first in zip(parts, start, strict=False)]
+    return Crowns(
+        vertices=move(np.concatenate([part.vertices for part in parts])),
+        triangles=np.concatenate(triangles).astype(np.int32),
+        tree=np.repeat(np.arange(len(parts), dtype=np.int32), [len(part.triangles) for part in parts]),
+        trunk=np.concatenate([part.trunk for part in parts]),
+        names=[tree.name for tree in trees],
+        height=np.array([np.ptp(part.vertices[:, 2]) if part.height is None else part.height for part in parts]),
+        evergreen=np.array([tree.evergreen for tree in trees]),
+        area_density=np.array([np.nan if tree.area_density is None else tree.area_density for tree in trees]),
+    )
+
+
+def build_tree(tree, report):
+    """Triangles of one tree: TreeShape, or None for an area of plants without a height."""
+    if tree.polygons:
+        vertices, triangles = triangles_of(tree.polygons)
+        if tree.cover and tree.height is None and is_area(vertices, triangles):
+            return None
+        part = build_shape(tree, vertices, triangles, report)
+        if part is not None:
+            return part
+    if tree.cover or tree.place is None or tree.height is None:
+        lacks = "height" if tree.height is None else "place"
+        cure = "give it a height [m]" if tree.height is None else "give it a reference point or a shape"
+        problem = f"{tree.where} has no shape with a volume and no {lacks}"
+        raise InputError(tree.path, problem, f"{cure}, or leave it out of the file")
+    return build_ellipsoid(tree, report)
+
+
+def build_ellipsoid(tree, report):
+    """A tree from its numbers: an ellipsoid crown from CROWN_BASE of its height up, and a trunk below its middle."""
+    width, base = tree.crown_diameter, CROWN_BASE * tree.height
+    if width is None:
+        width = CROWN_PER_HEIGHT * tree.height
+        report.repair(f"tree without a crown diameter, {CROWN_PER_HEIGHT:g} of its height assumed", [tree.name])
+    middle = tree.place + np.array([0, 0, (base + tree.height) / 2])
+    vertices, triangles = ellipsoid(middle, [width / 2, width / 2, (tree.height - base) / 2])
+    of_crown = len(triangles)
+    if tree.trunk_diameter:
+        trunk = cylinder(tree.place, tree.trunk_diameter / 2, middle[2] - tree.place[2])
+        triangles = np.concatenate([triangles, trunk[1] + len(vertices)])
+        vertices = np.concatenate([vertices, trunk[0]])
+    return TreeShape(vertices, triangles, np.arange(len(triangles)) >= of_crown, tree.height)
+
+
+def build_shape(tree, vertices, triangles, report):
+    """A tree from its triangles: TreeShape, or None if they enclose nothing."""
+    if not len(triangles):
+        return None
+    trunk = find_trunk(vertices, triangles, tree.trunk_diameter)
+    size = volumes_below(vertices - vertices.mean(axis=0), triangles).sum() if is_closed(triangles) else 0.0
+    if size:
+        crown = triangles if size > 0 else triangles[:, ::-1]
+    elif tree.cover and tree.height is not None:  # a body of plants over an area
+        upwards = normals_of(vertices, triangles)[:, 2]
+        level = np.where(upwards[:, None] < 0, triangles[:, ::-1], triangles)[np.abs(upwards) > 0]
+        points, body = extrude(vertices, level, tree.height)
+        return TreeShape(points, body, np.zeros(len(body), bool))
+    else:
+        crown = hull_of(vertices, triangles[~trunk] if not trunk.all() else triangles)
+        if crown is None:
+            return None
+        report.repair("crown that is not closed, replaced by its convex hull", [tree.name])
+    triangles = np.concatenate([crown, triangles[trunk]])
+    return TreeShape(vertices, triangles, np.arange(len(triangles)) >= len(crown))
+
+
+def triangles_of(polygons):
+    """Triangles of polygons with merged corners: (v, 3) float64 and (t, 3) int64."""
+    rings, counts = [], []
+    for polygon in polygons:
+        keys = [np.round(ring, MERGED) for ring in polygon.rings]
+        own = [r[(k != np.roll(k, -1, axis=0)).any(axis=1)] for r, k in zip(polygon.rings, keys, strict=True)]
+        if all(len(ring) >= 3 for ring in own):
+            rings += own
+            counts.append(len(own))
+    if not rings:
+        return np.empty((0, 3)), np.empty((0, 3), np.int64)
+    points = np.concatenate(rings)
+    triangles, _ = triangulate(points, np.cumsum([0, *map(len, rings)]), np.cumsum([0, *counts]))
+    _, first, which = np.unique(np.round(points, MERGED), axis=0, return_index=True, return_inverse=True)
+    triangles = which.reshape(-1)[triangles]
+    proper = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    return points[first], triangles[proper]
+
+
+def edges_of(triangles):
+    """Directed edges of triangles: (3t, 2) int."""
+    return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+
+
+def is_closed(triangles):
+    """Whether triangles enclose volumes and all face outwards, or all inwards: every edge runs once in each sense."""
+    start, end = edges_of(triangles).T
+    count = triangles.max() + 1
+    return bool((np.sort(start * count + end) == np.sort(end * count + start)).all())
+
+
+def is_area(vertices, triangles):
+    """Whether plants are drawn as a piece of the ground: no face above another, and hardly any walls around it."""
+    steep = is_steep(vertices, triangles)
+    level = triangles[~steep]
+    if not len(level) or is_closed(triangles):
+        return False
+    edges, uses = np.unique(np.sort(edges_of(level), axis=1), axis=0, return_counts=True)
+    outline = np.linalg.norm(np.diff(vertices[edges[uses == 1]], axis=1), axis=2).sum()
+    walls = 0.5 * np.linalg.norm(normals_of(vertices, triangles[steep]), axis=1).sum()
+    faces = shapely.polygons(vertices[level, :2])
+    return walls < WALLS * outline and shapely.area(faces).sum() <= OVERLAP * shapely.union_all(faces).area
+
+
+def find_trunk(vertices, triangles, diameter):
+    """Faces of the trunk, (t,) bool: near the axis through the foot, and below all that is wider.
+
+    Its mantle is steep: a round crown without a trunk has faces around its lowest point, too, but level ones.
+    """
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    radius = max(SLIM * max(high[0] - low[0], high[1] - low[1]), 0.55 * (diameter or 0.0))
+    foot = vertices[vertices[:, 2] <= low[2] + 1e-3 * (high[2] - low[2])].mean(axis=0)
+    farthest = np.linalg.norm(vertices[:, :2] - foot[:2], axis=1)[triangles].max(axis=1)
+    base = vertices[triangles[farthest > radius], 2].min(initial=np.inf)
+    low_down = (farthest <= radius) & (vertices[triangles, 2].min(axis=1) < base - FLAT)
+    width = farthest[low_down & is_steep(vertices, triangles)].max(initial=0.0)
+    return low_down & (farthest <= width)
+
+
+def normals_of(vertices, triangles):
+    """Normals of triangles, twice as long as their areas: (t, 3) float64 [m²]."""
+    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
+    return np.cross(b - a, c - a)
+
+
+def is_steep(vertices, triangles):
+    """Whether triangles are steeper than STEEP: (t,) bool."""
+    normal = normals_of(vertices, triangles)
+    return np.abs(normal[:, 2]) < np.cos(np.radians(STEEP)) * np.linalg.norm(normal, axis=1)
+
+
+def volumes_below(vertices, triangles):
+    """Volumes between triangles and the origin, (t,) float64 [m³]; those of a closed body add up to its own."""
+    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
+    return np.einsum("ti,ti->t", a, np.cross(b, c)) / 6
+
+
+def hull_of(vertices, triangles):
+    """Convex hull of the corners of triangles: (t, 3) int facing outwards, or None if it is flat."""
+    used = np.unique(triangles)
+    points = vertices[used]
+    if np.ptp(points[:, 2]) < FLAT:
+        return None
+    try:
+        hull = ConvexHull(points)
+    except QhullError:
+        return None
+    inwards = np.einsum("ti,ti->t", normals_of(points, hull.simplices), hull.equations[:, :3]) < 0
+    return used[np.where(inwards[:, None], hull.simplices[:, ::-1], hull.simplices)]
+
+
+@functools.cache
+def unit_sphere(subdivisions=SUBDIVISIONS):
+    """Triangulated sphere whose volume is that of the unit sphere.
+
+    Returns
+    -------
+    vertices : (v, 3) float64
+    triangles : (t, 3) int64
+    """
+    vertices = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
+    triangles = np.array(
+        [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]], np.int64
+    )
+    for _ in range(subdivisions):  # each triangle is cut into four at the middles of its edges
+        edges, which = np.unique(np.sort(edges_of(triangles), axis=1), axis=0, return_inverse=True)
+        ab, bc, ca = (which.reshape(-1) + len(vertices)).reshape(3, -1)
+        a, b, c = triangles.T
+        parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        triangles = np.concatenate([np.column_stack(part) for part in parts])
+        vertices = np.concatenate([vertices, vertices[edges].mean(axis=1)])
+        vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
+    return vertices * (4 / 3 * np.pi / volumes_below(vertices, triangles).sum()) ** (1 / 3), triangles
+
+
+def ellipsoid(middle, half_axes):
+    """Ellipsoid with axes along x, y, z: vertices (v, 3) [m] and triangles (t, 3)."""
+    vertices, triangles = unit_sphere()
+    return np.asarray(middle) + vertices * half_axes, triangles
+
+
+def cylinder(foot, radius, height, sides=8):
+    """Mantle of an upright cylinder: vertices (v, 3) [m] and triangles (t, 3)."""
+    angle = 2 * np.pi * np.arange(sides) / sides
+    ring = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(sides)]) + foot
+    k, following = np.arange(sides), (np.arange(sides) + 1) % sides
+    lower = np.column_stack([k, following, k + sides])
+    upper = np.column_stack([following, following + sides, k + sides])
+    return np.concatenate([ring, ring + np.array([0, 0, height])]), np.concatenate([lower, upper])
+
+
+def extrude(vertices, triangles, height):
+    """Closed body between triangles that face upwards and the same ones raised by `height` [m]."""
+    count, edges = len(vertices), edges_of(triangles).tolist()
+    keys = set(map(tuple, edges))
+    begin, end = np.array([edge for edge in edges if (edge[1], edge[0]) not in keys]).reshape(-1, 2).T
+    walls = [np.column_stack([begin, end, end + count]), np.column_stack([begin, end + count, begin + count])]
+    raised = np.concatenate([vertices, vertices + np.array([0, 0, height])])
+    return raised, np.concatenate([triangles[:, ::-1], triangles + count, *walls])

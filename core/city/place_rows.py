@@ -1,0 +1,224 @@
+"""Rows of modules on one flat roof, seen from above in the roof's own plane, where nothing rises above it.
+
+      y (up the slope of a row)
+      │   ┌───────────────┐
+rim   │   │▒▒▒▒▒▒▒▒▒▒▒▒▒▒▒│ row 2         A row is as long as its whole depth lies in the free area; what
+      │   │               │               stands on the roof cuts it into pieces.
+      │   │▒▒▒▒▒┐  ┌▒▒▒▒▒▒│ row 1   ┐
+      │   └─────┴──┴──────┘         ┘ depth · cos tilt
+      └──────────────────────── x (along the rows)
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from ..errors import InputError
+
+RISE = 0.1  # [m] above the roof: less is inaccuracy of the data
+THICKNESS = 0.03  # [m] of a module with its frame
+GAP = 0.02  # [m] least distance between modules
+AISLE = 0.5  # [m] between pairs of rows unless the spacing is given
+SHORTEST_ROW = 1.5  # [m] about a module
+LOWEST_SUN = 10.0  # [°] above the row's horizon; at high latitudes a lower sun at noon sets no spacing
+OBLIQUITY = 23.44  # [°] of the ecliptic
+
+
+@dataclass
+class RoofFrame:
+    """Axes of a flat roof, and how rows stand on it."""
+
+    origin: np.ndarray  # (3,) [m]
+    axes: np.ndarray  # (3, 3): along the rows, up their slope, out of the roof
+    pitch: float  # [m] from row to row
+
+
+def frame_roof(racks, normal, origin, latitude):
+    """Axes of a roof for rows that face the wanted azimuth, and their pitch.
+
+    Parameters
+    ----------
+    racks : Racks
+    normal, origin : array, (3,) float
+        Of the roof; the scene's axes.
+    latitude : float or None [°]
+
+    Returns
+    -------
+    RoofFrame
+
+    Raises
+    ------
+    InputError
+        The spacing leaves no room for a row, or depends on a latitude that nobody knows.
+    """
+    south = latitude is not None and latitude < 0
+    azimuth = racks.azimuth if racks.azimuth is not None else 90.0 if racks.east_west else 0.0 if south else 180.0
+    facing = np.array([math.sin(math.radians(azimuth)), math.cos(math.radians(azimuth)), 0.0])
+    upward = facing @ normal * normal - facing
+    upward /= np.linalg.norm(upward)
+    axes = np.array([np.cross(upward, normal), upward, normal])
+    return RoofFrame(np.asarray(origin, float), axes, choose_pitch(racks, axes, latitude))
+
+
+def choose_pitch(racks, axes, latitude):
+    """Distance from row to row [m]: as given, else so that none shades another at noon of the winter solstice."""
+    least = width_of_row(racks) + GAP + THICKNESS * math.sin(math.radians(racks.tilt))
+    if racks.spacing is not None or racks.gcr is not None:
+        modules = racks.depth * (2 if racks.east_west else 1)
+        pitch = racks.spacing if racks.spacing is not None else modules / racks.gcr
+        if pitch < least - 1e-9:
+            problem = f"{f'spacing={pitch:g}' if racks.gcr is None else f'gcr={racks.gcr:g}'} leaves no room"
+            cure = f"rows of this depth and tilt need a spacing of at least {least:.3f} m (gcr {modules / least:.3f})"
+            raise InputError("--racks", problem, cure)
+        return pitch
+    if racks.east_west:
+        return width_of_row(racks) + AISLE
+    if latitude is None:
+        raise InputError("--racks", "the spacing follows from the latitude, which is unknown", "give --latitude D")
+    # The shadow across the rows, behind them, per height: none if it falls before them.
+    zenith = math.radians(abs(latitude) + OBLIQUITY)
+    _, up_slope, out = axes @ [0.0, -math.copysign(math.sin(zenith), latitude), math.cos(zenith)]
+    shadow = max(0.0, -up_slope) / max(out, -up_slope * math.tan(math.radians(LOWEST_SUN)), 1e-9)
+    return max(least, width_of_row(racks) + racks.depth * math.sin(math.radians(racks.tilt)) * shadow)
+
+
+def width_of_row(racks):
+    """Width of a row, or of a pair of rows, seen from above [m]."""
+    width = racks.depth * math.cos(math.radians(racks.tilt))
+    # The undersides of a pair lean towards each other.
+    return 2 * (width + THICKNESS * math.sin(math.radians(racks.tilt))) + GAP if racks.east_west else width
+
+
+def place_rows(racks, frame, free):
+    """Rows on the free area of a roof.
+
+    Parameters
+    ----------
+    racks : Racks
+    frame : RoofFrame
+    free : shapely geometry
+        Area where rows may stand, in the first two axes of the frame [m].
+
+    Returns
+    -------
+    array, (k, 4, 3) float64 [m]
+        Corners of the fronts, counter-clockwise seen from the front, the lower edge first. Of a pair the row that faces
+        the wanted azimuth comes before the other.
+    """
+    width = width_of_row(racks)
+    bounds = free.bounds
+    count = math.floor((bounds[3] - bounds[1] - width) / frame.pitch + 1e-9) + 1 if not free.is_empty else 0
+    if count < 1:
+        return np.empty((0, 4, 3))
+    # What is left over lies half before the first row and half behind the last.
+    first = 0.5 * (bounds[1] + bounds[3] - width - (count - 1) * frame.pitch)
+    rows = []
+    for low in first + frame.pitch * np.arange(count):
+        for left, right in free_stretches(free, low, low + width):
+            rows += fronts_of_row(racks, left, right, low)
+    local = np.array(rows).reshape(-1, 4, 3)
+    return frame.origin + local @ frame.axes
+
+
+def free_stretches(free, low, high):
+    """Stretches along a strip that are free in its whole width: list of (left, right) [m]."""
+    left, _, right, _ = free.bounds
+    strip = shapely.box(left, low, right, high)
+    taken = shapely.get_parts(shapely.difference(strip, free))
+    ends = shapely.bounds(taken[shapely.area(taken) > 1e-9])
+    stretches, start = [], left
+    for begin, end in sorted(zip(ends[:, 0].tolist(), ends[:, 2].tolist(), strict=True)):
+        stretches.append((start, begin))
+        start = max(start, end)
+    stretches.append((start, right))
+    return [(begin, end) for begin, end in stretches if end - begin >= SHORTEST_ROW]
+
+
+def fronts_of_row(racks, left, right, low):
+    """Front of a row, or fronts of a pair, in the roof's frame: list of (4, 3) [m]."""
+    tilt = math.radians(racks.tilt)
+    across, rise = racks.depth * math.cos(tilt), racks.depth * math.sin(tilt)
+    bottom, top = racks.height, racks.height + rise
+    upper = low + across
+    fronts = [[(left, low, bottom), (right, low, bottom), (right, upper, top), (left, upper, top)]]
+    if racks.east_west:
+        lower = low + width_of_row(racks)
+        upper = lower - across
+        fronts.append([(right, lower, bottom), (left, lower, bottom), (left, upper, top), (right, upper, top)])
+    return fronts
+
+
+def free_area(rings, frame, rim, obstacles):
+    """Free area of a roof in its own plane.
+
+    Parameters
+    ----------
+    rings : list of array, (k, 3) float64 [m]
+        The outline first.
+    frame : RoofFrame
+    rim : float [m]
+    obstacles : Obstacles
+
+    Returns
+    -------
+    shapely geometry
+        In the first two axes of the frame [m].
+    """
+    flat = [((ring - frame.origin) @ frame.axes.T)[:, :2] for ring in rings]
+    roof = shapely.make_valid(shapely.Polygon(flat[0], flat[1:]))
+    free = shapely.buffer(roof, -rim, join_style="mitre")
+    low, high = rings[0].min(axis=0)[:2] - rim, rings[0].max(axis=0)[:2] + rim
+    risen = obstacles.above(frame, low, high)
+    return shapely.difference(free, shapely.union_all(shapely.buffer(risen, rim))) if len(risen) else free
+
+
+class Obstacles:
+    """Triangles of a scene, to be asked what rises above a roof.
+
+    Parameters
+    ----------
+    corners : array, (t, 3, 3) float64 [m]
+    """
+
+    def __init__(self, corners):
+        self.corners = corners
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        self.tree = shapely.STRtree(shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1]))
+
+    def above(self, frame, low, high):
+        """Outlines of what rises above a roof's plane, in its frame.
+
+        Each triangle is cut off at `RISE` above the plane; the rest is seen straight from above.
+
+        Parameters
+        ----------
+        frame : RoofFrame
+        low, high : array, (2,) float [m]
+            Corners of the place that counts, seen from above.
+
+        Returns
+        -------
+        array of shapely geometries
+            Walls are lines.
+        """
+        near = self.tree.query(shapely.box(*low, *high))
+        corners = self.corners[near]  # (n, 3, 3)
+        normal = frame.axes[2]
+        height = (corners - frame.origin) @ normal / normal[2]  # (n, 3) [m] straight above the plane
+        rises = height.max(axis=1, initial=-np.inf) > RISE
+        corners, height = corners[rises], height[rises]
+        following = np.roll(corners, -1, axis=1), np.roll(height, -1, axis=1)
+        # Corners above the cut, and where edges pass through it; other places repeat one that is above.
+        highest = np.take_along_axis(corners, height.argmax(axis=1)[:, None, None], axis=1)
+        above = np.where(height[..., None] > RISE, corners, highest)
+        passes = (height > RISE) != (following[1] > RISE)
+        share = np.divide(RISE - height, following[1] - height, out=np.zeros_like(height), where=passes)
+        cuts = np.where(passes[..., None], corners + share[..., None] * (following[0] - corners), highest)
+        places = np.concatenate([above, cuts], axis=1)  # (n, 6, 3)
+        places = places - frame.origin
+        places[..., 2] -= places @ normal / normal[2]
+        flat = places @ frame.axes[:2].T
+        return shapely.convex_hull(shapely.multipoints(flat)) if len(flat) else np.empty(0, object)

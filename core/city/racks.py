@@ -1,0 +1,282 @@
+"""Racks: rows of modules on flat roofs, as `--racks` asks for.
+
+Each row is a thin closed slab that shades; its front is a surface with results of its own, called after its roof.
+"""
+
+import math
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..errors import InputError
+from ..scene.build_scene import DRAWN_TWICE
+from ..scene.classify import classify, measure_tilt
+from ..scene.find_ground import find_ground
+from ..scene.local_frame import MICROMETRE, bring_to_origin, turn_to_true_north
+from ..scene.name_cells import whole_of_cell
+from ..scene.refine import refine_triangles
+from ..scene.scene import Surfaces
+from .place_rows import THICKNESS, Obstacles, frame_roof, free_area, place_rows
+from .polygons import measure_polygons
+
+RACK = "rack"  # the kind
+MARK = "/rack"  # in names, between that of the roof and a number
+OPTION = "--racks"
+PAIRS = "east-west"
+RANGES = {  # key -> smallest and largest value, unit
+    "tilt": (0.0, 60.0, "°"),
+    "azimuth": (0.0, 360.0, "°"),
+    "spacing": (0.1, 100.0, "m"),
+    "gcr": (0.01, 1.0, ""),
+    "depth": (0.2, 10.0, "m"),
+    "rim": (0.0, 20.0, "m"),
+    "height": (0.05, 5.0, "m"),
+    "area": (0.0, 1e6, "m²"),
+    "back-albedo": (0.0, 1.0, ""),
+}
+# Front, back and the four edges of a slab; corners 0 to 3 are those of the front, 4 to 7 lie behind them.
+SLAB = np.array([(0, 1, 2), (0, 2, 3), (4, 6, 5), (4, 7, 6)] + [
+    triangle for i, j in ((0, 1), (1, 2), (2, 3), (3, 0)) for triangle in ((i, i + 4, j + 4), (i, j + 4, j))
+])  # fmt: skip
+FRONT = 2  # triangles of a slab
+
+
+@dataclass(frozen=True)
+class Racks:
+    """How modules stand on flat roofs."""
+
+    east_west: bool = False  # pairs of rows back to back
+    tilt: float = 10.0  # [°] against the roof's plane
+    azimuth: float | None = None  # [°] the rows face, or the first of each pair; None: the equator, pairs the east
+    spacing: float | None = None  # [m] from row to row, or pair to pair
+    gcr: float | None = None  # ground coverage ratio: depth of the modules over spacing
+    depth: float = 1.0  # [m] of a row along its slope
+    rim: float = 0.5  # [m] kept free along edges, holes and whatever rises
+    height: float = 0.1  # [m] of the lower edges above the roof
+    area: float = 20.0  # [m²] of the smallest roof that carries racks
+    back_albedo: float = 0.0  # of undersides and edges
+
+
+def parse_racks(text):
+    """Racks from the words of `--racks`.
+
+    Parameters
+    ----------
+    text : str or None
+        Parts joined by commas: ``east-west``, and KEY=VALUE with a key of `RANGES`.
+
+    Returns
+    -------
+    Racks or None
+        None where none are asked for.
+
+    Raises
+    ------
+    InputError
+        A key is unknown or given twice, a value is no number or out of its range, or both spacing and gcr are given.
+    """
+    if not text or text == "none":
+        return None
+    given = {}
+    for part in text.split(","):
+        key, mark, value = (piece.strip() for piece in part.partition("="))
+        name = "east_west" if not mark and key == PAIRS else key.replace("-", "_")
+        if name in given:
+            raise InputError(OPTION, f"{key} is given twice", "give it once")
+        given[name] = True if name == "east_west" else parse_value(key, mark, value)
+    if "spacing" in given and "gcr" in given:
+        raise InputError(OPTION, "spacing and gcr are both given", "each follows from the other, give one")
+    return Racks(**given)
+
+
+def parse_value(key, mark, value):
+    """The number of one part of the words, within its range."""
+    if key not in RANGES or not mark:
+        problem = f"{key!r} is not known" if key not in RANGES else f"{key} has no value"
+        raise InputError(OPTION, problem, f"give {PAIRS}, or KEY=VALUE with {', '.join(RANGES)}")
+    least, most, unit = RANGES[key]
+    cure = f"give a number from {least:g} to {most:g}{f' [{unit}]' if unit else ''}"
+    try:
+        number = float(value)
+    except ValueError:
+        raise InputError(OPTION, f"{key}={value} is no number", cure) from None
+    if not (math.isfinite(number) and least <= number <= most):
+        raise InputError(OPTION, f"{key}={value} is out of range", cure)
+    return number
+
+
+def roof_of_rack(name):
+    """Id of the roof that a rack stands on, as it was before it was cut into cells."""
+    return name.rpartition(MARK)[0]
+
+
+def find_racked_roofs(surface_id, kind):
+    """Surfaces that racks stand on, and the cells of such.
+
+    Parameters
+    ----------
+    surface_id, kind : sequence of str, (n,)
+
+    Returns
+    -------
+    array, (n,) bool
+    """
+    roofs = {roof_of_rack(surface_id[rack]) for rack in np.flatnonzero(np.asarray(kind) == RACK)}
+    if not roofs:
+        return np.zeros(len(surface_id), bool)
+    return np.array([name in roofs or whole_of_cell(name) in roofs for name in surface_id])
+
+
+def lay_racks(scene, city, racks, patch_size=None):
+    """Scene with rows of modules on its flat roofs.
+
+    Rows become surfaces behind all others, called ``id/rack1``, ``id/rack2``, … after their roof; they are eligible
+    whichever way they face.
+
+    Parameters
+    ----------
+    scene : Scene
+    city : City
+        That it was built from, not cut into cells.
+    racks : Racks
+    patch_size : float, optional
+        [m] As of `build_scene`.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    InputError
+        See `frame_roof`.
+    """
+    local = replace(city, points=bring_to_origin(city.points, scene.site))
+    roofs = find_flat_roofs(scene, local, racks.area)
+    obstacles = Obstacles(np.asarray(scene.vertices, float)[scene.triangles])
+    fronts, roof_of_row = [np.empty((0, 4, 3))], []
+    for roof, normal in roofs:
+        rings = local.rings(roof)
+        frame = frame_roof(racks, normal, rings[0].mean(axis=0), scene.site.latitude)
+        found = place_rows(racks, frame, free_area(rings, frame, racks.rim, obstacles))
+        fronts.append(found)
+        roof_of_row += [roof] * len(found)
+    fronts = np.round(np.concatenate(fronts), MICROMETRE)
+    rows = describe_rows(city, fronts, roof_of_row)
+    scene.report.notes.append(
+        f"{len(rows):,} racks, {rows.area.sum():,.0f} m² of modules, on {len(set(roof_of_row)):,} of {len(roofs):,} "
+        f"flat roofs of {racks.area:g} m² or more"
+    )
+    return stand_slabs(scene, fronts, rows, patch_size, racks.back_albedo)
+
+
+def find_flat_roofs(scene, city, least):
+    """Flat roofs that are large enough, as read, of a city in the scene's frame: list of (polygon, normal (3,)).
+
+    What closes a building towards its neighbour is none, nor what is drawn twice, nor ground that nothing names.
+    """
+    area, normal = measure_polygons(city.points, city.ring_start, city.polygon_start)
+    kind = classify(area, *measure_tilt(normal), city.thematic)[0]
+    twice = {whole_of_cell(name) for name in scene.report.repaired.get(DRAWN_TWICE, ())}
+    ground = np.unique(scene.triangle_surface[find_ground(scene) & (scene.triangle_surface >= 0)])
+    left_out = twice | {whole_of_cell(scene.surfaces.surface_id[surface]) for surface in ground}
+    open_ = (np.array(city.thematic) != "ClosureSurface") & ~np.isin(city.surface_id, list(left_out))
+    return [(roof, normal[roof]) for roof in np.flatnonzero((kind == "flat") & open_ & (area >= least))]
+
+
+def describe_rows(city, fronts, roof_of_row):
+    """Surfaces of rows, (k, 4, 3) [m]: Surfaces."""
+    count = len(fronts)
+    normal = np.cross(fronts[:, 1] - fronts[:, 0], fronts[:, 3] - fronts[:, 0])
+    area = np.linalg.norm(normal, axis=1)
+    normal /= area[:, None]
+    tilt, azimuth = measure_tilt(normal)
+    # Kind and eligibility are those of a rack, however steep or small it is; only the orientation is asked for.
+    orientation = classify(area, np.full(count, 30.0), azimuth, [RACK] * count)[1]
+    orientation[tilt < 1e-6] = "none"
+    number, names = Counter(), []
+    for roof in roof_of_row:
+        number[roof] += 1
+        names.append(f"{city.surface_id[roof]}{MARK}{number[roof]}")
+    return Surfaces(
+        surface_id=names,
+        building_id=[city.building_id[roof] for roof in roof_of_row],
+        thematic=[""] * count,
+        kind=np.full(count, RACK),
+        orientation=orientation,
+        eligible=np.ones(count, bool),
+        area=area,
+        surface_tilt=tilt,
+        surface_azimuth=azimuth,
+        normal=normal,
+        material=[""] * count,
+    )
+
+
+def join_surfaces(first, second):
+    """Surfaces of both, in this order."""
+    joined = {}
+    for name, one in vars(first).items():
+        other = getattr(second, name)
+        joined[name] = (
+            None if one is None else [*one, *other] if isinstance(one, list) else np.concatenate([one, other])
+        )
+    return Surfaces(**joined)
+
+
+def stand_slabs(scene, fronts, rows, patch_size, back_albedo):
+    """The scene with the slabs of rows; undersides and edges belong to no surface, and receive nothing if black."""
+    count = len(fronts)
+    behind = fronts - THICKNESS * rows.normal[:, None]
+    vertices = np.concatenate([fronts, behind], axis=1).reshape(-1, 3)
+    triangles = (SLAB + 8 * np.arange(count)[:, None, None]).reshape(-1, 3)
+    row, part = np.divmod(np.arange(len(triangles)), len(SLAB))
+    if patch_size is not None and count:
+        vertices, triangles, parent = refine_triangles(vertices, triangles, patch_size, row * 6 + part // 2)
+        row, part = row[parent], part[parent]
+    back = part >= FRONT
+    nothing = np.zeros(len(triangles), bool)
+    owner = (len(scene.surfaces) + row).astype(np.int32)
+    none = np.int32(-1)
+    return replace(
+        scene,
+        vertices=np.concatenate([scene.vertices, vertices]),
+        triangles=np.concatenate([scene.triangles, (triangles + len(scene.vertices)).astype(np.int32)]),
+        triangle_surface=np.concatenate([scene.triangle_surface, np.where(back, none, owner)]),
+        footprint=np.concatenate([scene.footprint, nothing]),
+        closure=np.concatenate([scene.closure, back & (back_albedo == 0)]),
+        sheet=None if scene.sheet is None else np.concatenate([scene.sheet, nothing]),
+        surfaces=join_surfaces(scene.surfaces, rows),
+        racks=fronts,
+        back_albedo=back_albedo,
+        rack_of_back=np.concatenate([np.full(len(scene.triangles), none), np.where(back, owner, none)]),
+    )
+
+
+def city_with_racks(city, scene):
+    """City whose polygons are all surfaces of the scene: the fronts of racks follow its own.
+
+    Parameters
+    ----------
+    city : City
+        Cut into cells where the scene is.
+    scene : Scene
+    """
+    if scene.racks is None or not len(scene.racks):
+        return city
+    first, count = len(city), len(scene.racks)
+    corners = turn_to_true_north(scene.racks.reshape(-1, 3), -scene.site.convergence) + np.array(scene.site.origin)
+    names = scene.surfaces.surface_id[first:]
+    lod = dict(zip(map(whole_of_cell, city.surface_id), city.lod or [], strict=False))
+    return replace(
+        city,
+        surface_id=[*city.surface_id, *names],
+        building_id=[*city.building_id, *scene.surfaces.building_id[first:]],
+        thematic=[*city.thematic, *scene.surfaces.thematic[first:]],
+        points=np.concatenate([city.points, corners]),
+        ring_start=np.concatenate([city.ring_start, city.ring_start[-1] + 4 * np.arange(1, count + 1)]),
+        polygon_start=np.concatenate([city.polygon_start, city.polygon_start[-1] + np.arange(1, count + 1)]),
+        lod=[*city.lod, *(lod.get(roof_of_rack(name), "") for name in names)] if city.lod else None,
+        material=[*city.material, *[""] * count] if city.material else None,
+    )

@@ -1,0 +1,281 @@
+"""Collect the polygons and references of CityGML elements; place implicit geometry; resolve references.
+
+An xlink names a polygon, or a group of polygons, that another element defines: it exists once. An ImplicitGeometry is a
+prototype in local coordinates, instanced at many places.
+"""
+
+import re
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..city.city import FileContent, Polygon
+from ..errors import InputError
+from .open_input import LARGEST_COORDINATE
+
+XLINK = "{http://www.w3.org/1999/xlink}href"
+GML_IDS = ("{http://www.opengis.net/gml}id", "{http://www.opengis.net/gml/3.2}id")
+LEAVES = {"Polygon", "Triangle", "PolygonPatch", "Rectangle"}
+THEMATIC = {
+    "WallSurface", "RoofSurface", "GroundSurface", "ClosureSurface", "OuterCeilingSurface", "OuterFloorSurface",
+    "Window", "Door", "WindowSurface", "DoorSurface", "BuildingInstallation", "BuildingConstructiveElement",
+}  # fmt: skip
+# Elements that are skipped: not an outer surface, or not geometry at all.
+PASSED_BY = {
+    "interiorRoom", "buildingRoom", "interiorBuildingInstallation", "interiorFurniture", "buildingFurniture",
+    "InteriorWallSurface", "CeilingSurface", "FloorSurface", "appearance", "appearanceMember", "externalReference",
+    "address", "genericAttribute", "genericAttributeSet", "stringAttribute", "intAttribute", "doubleAttribute",
+    "dateAttribute", "uriAttribute", "measureAttribute", "Envelope", "creationDate", "terminationDate", "function",
+    "usage", "class", "roofType", "measuredHeight", "height", "name", "description", "buildingSubdivision",
+}  # fmt: skip
+STEPS = THEMATIC | {"BuildingPart", "Solid", "OrientableSurface", "ImplicitGeometry", "interior"}
+NO_SURFACES = ("TerrainIntersection", "Curve", "HeightType", "Network", "PointCloud", "Point")
+LOD = re.compile(r"lod(\d)(.*)")
+COORDINATES = ("{*}posList", "{*}pos", "{*}coordinates")
+
+
+class Place(NamedTuple):
+    """Context of the element that is being read."""
+
+    building: int
+    part: int = 0
+    thematic: str = ""
+    lod: str | None = None
+    source: str = "multisurface"
+    flipped: bool = False
+    dimension: str | None = None
+
+
+def collect_polygons(element, content, kinds):
+    """Append the polygons of one top-level building to the content of its file.
+
+    Parameters
+    ----------
+    element : lxml element
+        The building.
+    content : FileContent
+        One building, its polygons and its references are appended.
+    kinds : dict
+        Cache, tag -> kind, shared by all buildings so that each tag is parsed once.
+    """
+    content.buildings.append(_identifier(element))
+    _note_srs_name(element, content)
+    _walk(element, Place(building=len(content.buildings) - 1), content, kinds)
+
+
+def _walk(element, place, content, kinds):
+    for child in element:
+        kind = kinds.get(child.tag)
+        if kind is None:
+            kind = kinds[child.tag] = _kind(child.tag)
+        if kind == "leaf":
+            _add_polygon(child, place, content)
+        elif kind == "ImplicitGeometry":
+            _add_implicit(child, place, content, kinds)
+        elif kind != "passed by":
+            first, inner = len(content.polygons), _step(child, kind, place, content)
+            if inner is not None:
+                _walk(child, inner, content, kinds)
+                if inner.lod is not None and _identifier(child):
+                    content.groups[_identifier(child)] = (first, len(content.polygons))
+
+
+def _add_implicit(element, place, content, kinds):
+    """Append the polygons of an implicit geometry, transformed to world coordinates."""
+    name = _identifier(element) or f"line {element.sourceline}"
+    anchor = read_anchor(element)
+    shape = next(iter(element.iterchildren("{*}relativeGMLGeometry", "{*}relativeGeometry")), None)
+    if place.lod is None or anchor is None or shape is None:
+        content.skip("implicit geometry without a shape, a reference point or a level of detail", name)
+        return
+    local = FileContent(content.path)
+    _walk(shape, place, local, kinds)
+    for drawn in shape.iterchildren("*"):
+        content.prototypes[_identifier(drawn)] = local.polygons
+    for reason, names in local.skipped.items():
+        content.skipped.setdefault(reason, []).extend(names)
+    content.polygons += anchor.place(local.polygons)
+    if XLINK in shape.attrib:
+        content.instances.append((shape.attrib[XLINK].rpartition("#")[2], anchor, place, name))
+
+
+def _kind(tag):
+    if not isinstance(tag, str):
+        return "passed by"  # comments and processing instructions
+    name = tag.rpartition("}")[2]
+    lod = LOD.fullmatch(name)
+    if lod:
+        return "passed by" if lod.group(2).endswith(NO_SURFACES) else "lod" + lod.group(1)
+    if name in LEAVES:
+        return "leaf"
+    if name in PASSED_BY:
+        return "passed by"
+    return name if name in STEPS else "other"
+
+
+def _step(child, kind, place, content):
+    """Context inside a child element, or None if it is to be skipped."""
+    attributes = child.attrib
+    if attributes:
+        _note_srs_name(child, content)
+        if "srsDimension" in attributes:
+            place = place._replace(dimension=attributes["srsDimension"])
+    if kind == "interior":  # cavities inside a solid receive no light
+        return None
+    if kind == "BuildingPart":
+        content.part_count += 1
+        place = place._replace(part=content.part_count)
+    elif kind.startswith("lod"):
+        place = place._replace(lod=kind[3:], source="surface" if place.thematic else "multisurface")
+    elif kind in THEMATIC:
+        place = place._replace(thematic=kind)
+    elif kind == "Solid" and place.source == "multisurface":
+        place = place._replace(source="solid")
+    elif kind == "OrientableSurface" and attributes.get("orientation") == "-":
+        place = place._replace(flipped=not place.flipped)
+    if place.lod is not None and XLINK in attributes:
+        content.references.append((attributes[XLINK].rpartition("#")[2], place))
+    return place
+
+
+def _identifier(element):
+    return next((element.attrib[name] for name in GML_IDS if name in element.attrib), "")
+
+
+def _note_srs_name(element, content):
+    srs_name = element.get("srsName")
+    if srs_name:
+        content.srs_names.setdefault(srs_name, element.sourceline)
+
+
+def _add_polygon(element, place, content):
+    identifier = _identifier(element)
+    _note_srs_name(element, content)
+    outlines, holes, problem = [], [], None
+    for part in element:
+        if not isinstance(part.tag, str):
+            continue
+        name = part.tag.rpartition("}")[2]
+        if name not in ("exterior", "interior", "outerBoundaryIs", "innerBoundaryIs"):
+            continue
+        points, trouble = _read_ring(part, place, content)
+        problem = problem or trouble
+        (outlines if name in ("exterior", "outerBoundaryIs") else holes).append(points)
+    if place.lod is None:
+        problem = problem or "no level of detail given"
+    if len(outlines) != 1:
+        problem = problem or "no exterior ring, or more than one"
+    if problem:
+        content.skip(problem, identifier or f"line {element.sourceline}")
+        return
+    rings, line = outlines + holes, element.sourceline
+    where = place.building, place.part, place.thematic, place.lod, place.source
+    content.polygons.append(Polygon(identifier, *where, rings, line, place.flipped))
+
+
+def read_numbers(elements):
+    """Numbers in the texts of elements of GML, (k,) float64; None if a word is not a number."""
+    words = []
+    for element in elements:
+        text = element.text or ""
+        words += (text.replace(",", " ") if element.tag.endswith("coordinates") else text).split()
+    try:
+        return np.array([float(word) for word in words])
+    except ValueError:
+        return None
+
+
+def _read_ring(part, place, content):
+    """Points of one ring (k, 3), and a problem with them or None."""
+    elements, dimension = list(part.iter(*COORDINATES)), place.dimension
+    for element in elements:
+        if element.attrib:
+            _note_srs_name(element, content)
+            dimension = element.get("srsDimension", dimension)
+    numbers = read_numbers(elements)
+    if numbers is None:
+        return None, "coordinates that are not numeric"
+    if dimension == "2":
+        return None, "2D coordinates without heights"
+    if len(numbers) % 3:
+        return None, "number of coordinates is not a multiple of 3"
+    if len(numbers) and not np.abs(numbers).max() <= LARGEST_COORDINATE:  # also true for NaN
+        problem = f"line {part.sourceline}: a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
+        raise InputError(content.path, problem, "correct or remove this polygon")
+    return numbers.reshape(-1, 3), None
+
+
+@dataclass
+class Anchor:
+    """Position, rotation and scale of one instance."""
+
+    matrix: np.ndarray  # (4, 4) float64
+    point: np.ndarray  # (3,) float64, in the units of the file
+
+    def place(self, polygons):
+        """Polygons of a prototype transformed to this instance: list of Polygon."""
+        turn, step = self.matrix[:3, :3].T, self.matrix[:3, 3]
+        return [
+            replace(one, rings=[ring @ turn + step + self.point for ring in one.rings], implicit=True)
+            for one in polygons
+        ]
+
+
+def read_anchor(element):
+    """Reference point and transformation matrix of an ImplicitGeometry.
+
+    Parameters
+    ----------
+    element : lxml element
+
+    Returns
+    -------
+    Anchor or None
+        None if the point or the matrix is missing or invalid.
+    """
+    point = next(element.iterfind("{*}referencePoint//{*}pos"), None)
+    matrix = element.find("{*}transformationMatrix")
+    point = None if point is None else read_numbers([point])
+    matrix = np.eye(4) if matrix is None else read_numbers([matrix])
+    for numbers, count in ((point, 3), (matrix, 16)):
+        if numbers is None or numbers.size != count or not np.isfinite(numbers).all():
+            return None
+    return Anchor(matrix.reshape(4, 4), point)
+
+
+def resolve_references(content):
+    """Apply references to their polygons, and instance the prototypes that are given by reference.
+
+    A reference gives a polygon its thematic class, a further LoD, its orientation. A Solid that references the polygons
+    of its boundary surfaces adds nothing; a boundary surface that references polygons of a Solid gives them its class.
+    Polygons referenced by another building stay with the building that defines them.
+
+    Parameters
+    ----------
+    content : FileContent
+        Changed in place.
+    """
+    index = {polygon.surface_id: polygon for polygon in reversed(content.polygons) if polygon.surface_id}
+    for target, reference in content.references:
+        if target not in index and target not in content.groups:
+            content.skip("reference to a polygon that is not in the file", target)
+            continue
+        known = index.get(target)
+        for polygon in [known] if known else content.polygons[slice(*content.groups[target])]:
+            if polygon.building != reference.building:
+                continue
+            if reference.thematic and not polygon.thematic:
+                polygon.thematic, polygon.source = reference.thematic, "surface"
+            if reference.flipped and reference.source == "solid" and reference.part in (0, polygon.part):
+                polygon.flipped = True  # the solid defines its outside; a neighbour's solid does not
+            if reference.lod not in polygon.lods():
+                polygon.more_lods = (*polygon.more_lods, reference.lod)
+    for target, anchor, place, name in content.instances:
+        shape = content.prototypes.get(target)
+        if shape is None:
+            content.skip("implicit geometry whose prototype is not in the file", name)
+            continue
+        own = {"building": place.building, "part": place.part, "lod": place.lod, "more_lods": ()}
+        drawn = [replace(one, thematic=place.thematic or one.thematic, material="", **own) for one in shape]
+        content.polygons += anchor.place(drawn)

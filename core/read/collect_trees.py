@@ -1,0 +1,153 @@
+"""Collect trees from SolitaryVegetationObjects and PlantCovers, of CityGML and of CityJSON."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..city.assemble_city import rank_lod
+from ..city.city import Tree
+from ..errors import InputError
+from .collect_polygons import collect_polygons, read_numbers, resolve_references
+from .collect_shapes import INSTANCE, Owner, collect_shapes
+from .open_input import clean_name
+
+PLANTS = ("SolitaryVegetationObject", "PlantCover")
+METRES = ("", "m", "metre", "meter", "metres", "meters")
+EVERGREEN = ("1060", "conifer", "evergreen")  # class: 1060 is coniferous trees in the standard's list
+NUMBERS = {"height": "height", "crownDiameter": "crown_diameter", "trunkDiameter": "trunk_diameter"}
+DENSITY = "leafAreaDensity"
+POINTS = "MultiPoint"
+
+
+def collect_tree(element, content, kinds):
+    """Append one tree to the content of its file, and its polygons to the file's plants.
+
+    Parameters
+    ----------
+    element : lxml element
+        A SolitaryVegetationObject or a PlantCover.
+    content : FileContent
+    kinds : dict
+        As of `collect_polygons`.
+
+    Raises
+    ------
+    InputError
+        A number of the tree cannot be used.
+    """
+    cover = element.tag.endswith(PLANTS[1])
+    collect_polygons(element, content.plants, kinds)
+    name = content.plants.buildings[-1] or f"tree_{len(content.trees) + 1}"
+    tree = Tree(name, content.path, element.sourceline, cover)
+    for child in element.iterchildren("*"):
+        word = child.tag.rpartition("}")[2]
+        if word in NUMBERS or (cover and word == "averageHeight"):
+            set_number(tree, NUMBERS.get(word, "height"), word, child.text, child.get("uom"))
+        elif word == "class":
+            tree.evergreen = is_evergreen(child.text)
+        elif child.get("name") == DENSITY:
+            set_number(tree, "area_density", DENSITY, child.findtext("{*}value"))
+    tree.place = read_place(element)
+    content.trees.append(tree)
+
+
+def set_number(tree, field, word, text, unit=None):
+    """Set a length or a density of a tree.
+
+    Raises
+    ------
+    InputError
+        It is not a number, not above 0 (a density: below 0), or not in metres.
+    """
+    if text is None or not str(text).strip():
+        return
+    try:
+        value = np.nan if isinstance(text, bool) else float(text)
+    except (ValueError, TypeError):
+        value = np.nan
+    zero = field == "area_density"
+    if not (np.isfinite(value) and (value >= 0 if zero else value > 0)):
+        cure = f"give a number {'of at least' if zero else 'above'} 0, or leave it out"
+        raise InputError(tree.path, f"{tree.where}: {word} is {str(text).strip()[:20]!r}", cure)
+    if unit and unit.rpartition("#")[2].rpartition(":")[2].lower() not in METRES:
+        raise InputError(tree.path, f"{tree.where}: {word} is in {unit[:20]!r}", "give metres")
+    setattr(tree, field, value)
+
+
+def is_evergreen(text):
+    """Whether a class of plants keeps its leaves."""
+    return any(word in str(text or "").lower() for word in EVERGREEN)
+
+
+def read_place(element):
+    """Reference point or point geometry of a tree: (3,) float64, or None."""
+    for path in ("{*}referencePoint//{*}pos", "{*}Point/{*}pos"):
+        for found in element.iterfind(f".//{path}"):
+            numbers = read_numbers([found])
+            if numbers is not None and len(numbers) == 3 and np.isfinite(numbers).all():
+                return numbers
+    return None
+
+
+def finish_trees(content):
+    """Give each tree the polygons of its best level of detail.
+
+    Parameters
+    ----------
+    content : FileContent
+        Changed in place.
+    """
+    plants = content.plants
+    resolve_references(plants)
+    drawn = {}
+    for polygon in plants.polygons:
+        drawn.setdefault(polygon.building, []).append(polygon)
+    for number, tree in enumerate(content.trees):
+        own = [polygon for polygon in drawn.get(number, []) if polygon.lods() != ("0",) or tree.cover]
+        best = max((lod for polygon in own for lod in polygon.lods()), key=rank_lod, default=None)
+        tree.polygons = [polygon for polygon in own if best in polygon.lods()]
+    for reason, names in plants.skipped.items():
+        content.skipped.setdefault(f"of vegetation: {reason}", []).extend(names)
+    plants.polygons, plants.prototypes = [], {}
+
+
+def collect_json_tree(one, name, shapes, line):
+    """Append one tree to the content of its file, and its polygons to the file's plants.
+
+    Parameters
+    ----------
+    one : dict
+        The city object.
+    name : str
+    shapes : Shapes
+        Of the file.
+    line : int
+
+    Raises
+    ------
+    InputError
+        A number of the tree cannot be used.
+    """
+    content, cover = shapes.content, one["type"] == "PlantCover"
+    tree = Tree(clean_name(name), content.path, line, cover)
+    attributes = one.get("attributes")
+    attributes = attributes if isinstance(attributes, dict) else {}
+    known = {**NUMBERS, **({"averageHeight": "height"} if cover else {}), DENSITY: "area_density"}
+    for word, field in known.items():
+        value, unit = attributes.get(word), None
+        if isinstance(value, dict):
+            value, unit = value.get("value"), value.get("uom")
+        set_number(tree, field, word, value, unit if isinstance(unit, str) else None)
+    tree.evergreen = is_evergreen(attributes.get("class"))
+    geometries = one.get("geometry")
+    geometries = [part for part in geometries if isinstance(part, dict)] if isinstance(geometries, list) else []
+    for part in geometries:  # the first point of a MultiPoint, or the reference point of an instance
+        places = part.get("boundaries")
+        first = places[0] if part.get("type") in (POINTS, INSTANCE) and isinstance(places, list) and places else None
+        if tree.place is None and type(first) is int and 0 <= first < len(shapes.vertices):
+            tree.place = np.array(shapes.vertices[first], float)
+    content.plants.buildings.append(tree.name)
+    owner = Owner(tree.name, len(content.trees), 0, "", line)
+    solid = [part for part in geometries if part.get("type") != POINTS]
+    collect_shapes({"geometry": solid}, owner, replace(shapes, content=content.plants))
+    content.trees.append(tree)

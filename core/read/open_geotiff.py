@@ -1,0 +1,231 @@
+"""Open a GeoTIFF (OGC 19-008r4): uncompressed, Deflate, LZW or PackBits, in strips or tiles.
+
+Its coordinate reference system and the unit of its heights follow from its keys.
+"""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyproj
+from pyproj.exceptions import CRSError
+
+from .unpack_segment import KNOWN, unpack_segment
+
+METADATA, NO_DATA = 42112, 42113  # tags of GDAL
+PIXEL_SCALE, TIE_POINT, TRANSFORMATION = 33550, 33922, 34264  # tags of GeoTIFF
+PIXEL_IS_POINT = 2
+WORLD_FILES = (".tfw", ".tifw", ".tiffw", ".wld", ".TFW")
+USER_DEFINED = 32767
+PROJECTED, GEOGRAPHIC = 1, 2  # types of model
+UNITS = {9001: ("metre", 1.0), 9002: ("foot", 0.3048), 9003: ("us survey foot", 1200 / 3937)}  # EPSG's [m]
+
+
+@dataclass
+class Raster:
+    """An open raster, read window by window."""
+
+    path: object
+    width: int  # columns
+    height: int  # rows
+    matrix: np.ndarray  # (2, 3) float64, from (column, row, 1) of corners of cells to the raster's system
+    crs: str | None  # WKT
+    unit: str  # of the heights, "" if not told
+    block_bytes: int  # of the largest piece that is unpacked at once
+    block_rows: int  # rows that are stored together
+    read_cells: Callable  # (first row, last row, first column, last column) -> (r, c) float64, NaN in gaps
+
+
+class UnreadError(Exception):
+    """A GeoTIFF of a kind, or in a system, that is not read here."""
+
+
+def crs_of_keys(keys):
+    """Coordinate reference system of a GeoTIFF.
+
+    Parameters
+    ----------
+    keys : dict
+        GeoTIFF keys by name.
+
+    Returns
+    -------
+    crs : str or None
+        WKT; None if there is none.
+    unit : str
+        Of the heights, "" if not told.
+
+    Raises
+    ------
+    UnreadError
+    """
+    model = int(keys.get("GTModelTypeGeoKey", 0))
+    name = {PROJECTED: "ProjectedCSTypeGeoKey", GEOGRAPHIC: "GeographicTypeGeoKey"}.get(model)
+    unit = UNITS.get(int(keys.get("VerticalUnitsGeoKey", 0)), ("", None))[0]
+    if name is None:
+        return None, unit
+    code = int(keys.get(name, USER_DEFINED))
+    vertical = int(keys.get("VerticalCSTypeGeoKey", USER_DEFINED))
+    if code in (0, USER_DEFINED):
+        raise UnreadError("its coordinate reference system has no EPSG code")
+    system = read_code(code)
+    given = UNITS.get(int(keys.get("ProjLinearUnitsGeoKey", 0)), ("", None))[1]
+    if model == PROJECTED and given and abs(given / system.axis_info[0].unit_conversion_factor - 1) > 1e-9:
+        raise UnreadError(f"its unit of length is not that of EPSG:{code}")
+    if 0 < vertical < USER_DEFINED and not unit and read_code(vertical).is_vertical:
+        system = read_code(f"{code}+{vertical}")
+    return system.to_wkt(), unit
+
+
+def read_code(code):
+    """A system of EPSG.
+
+    Raises
+    ------
+    UnreadError
+    """
+    try:
+        return pyproj.CRS.from_user_input(f"EPSG:{code}")
+    except CRSError as error:
+        raise UnreadError(f"its coordinate reference system EPSG:{code} is not known") from error
+
+
+def open_geotiff(path, file):
+    """Open the first image of a GeoTIFF.
+
+    Parameters
+    ----------
+    path : path-like
+    file : tifffile.TiffFile
+        Stays open as long as the raster is read.
+
+    Returns
+    -------
+    Raster
+
+    Raises
+    ------
+    UnreadError
+        Compressed in another way, or in a system without a number.
+    ValueError, KeyError, IndexError, TypeError
+        Damaged.
+    """
+    page = file.pages[0]
+    kind = page.dtype
+    if page.compression not in KNOWN or page.predictor not in (1, 2, 3) or page.fillorder != 1:
+        raise UnreadError(f"is compressed by {getattr(page.compression, 'name', page.compression)}")
+    if kind is None or kind.kind not in "iuf" or page.bitspersample != 8 * kind.itemsize:
+        raise UnreadError(f"has values of {page.bitspersample} bits")
+    keys = page.geotiff_tags or {}
+    crs, unit = crs_of_keys(keys)
+    # Scale, offset and unit of the first band, as GDAL writes them.
+    words = str(page.tags[METADATA].value) if METADATA in page.tags else ""
+    role = r'<Item\b[^>]*\bsample="0"[^>]*\brole="(scale|offset|unittype)"[^>]*>([^<]*)<'
+    told = {"scale": 1.0, "offset": 0.0, "unittype": ""} | dict(re.findall(role, words))
+    scale, offset = float(told["scale"]), float(told["offset"])
+    blocks = Blocks(file, page)
+    gap = read_gap(page)
+
+    def read_cells(*window):
+        cells = blocks.read(*window)
+        values = cells.astype(float)
+        if gap is not None:
+            values[cells == gap if cells.dtype.kind != "f" else values == float(cells.dtype.type(gap))] = np.nan
+        return values * scale + offset
+
+    size = int(np.prod(blocks.shape)) * kind.itemsize
+    matrix = matrix_of_page(page, keys, Path(path))
+    return Raster(
+        path,
+        page.imagewidth,
+        page.imagelength,
+        matrix,
+        crs,
+        told["unittype"] or unit,
+        size,
+        blocks.shape[0],
+        read_cells,
+    )
+
+
+class Blocks:
+    """Strips or tiles of one image."""
+
+    def __init__(self, file, page):
+        self.file, self.page = file, page
+        rows, columns = (page.tilelength, page.tilewidth) if page.is_tiled else (page.rowsperstrip, page.imagewidth)
+        rows = rows if page.is_tiled else min(rows, page.imagelength)
+        apart = page.planarconfig == 2  # the samples of a cell lie apart: those of the first are read
+        self.shape = rows, columns, 1 if apart else page.samplesperpixel
+        self.across = -(-page.imagewidth // columns)
+        self.kind = page.dtype.newbyteorder(file.byteorder)
+        count = self.across * -(-page.imagelength // rows)
+        if min(len(page.dataoffsets), len(page.databytecounts)) < count:
+            raise ValueError(f"{len(page.dataoffsets)} of {count} strips or tiles")
+
+    def read(self, first, last, west, east):
+        """Cells of the rows `first` to `last` and columns `west` to `east`, as stored: (r, c) array."""
+        rows, columns, _ = self.shape
+        cells = np.full((last - first, east - west), read_gap(self.page) or 0, self.page.dtype)
+        for down in range(first // rows, -(-last // rows)):
+            for right in range(west // columns, -(-east // columns)):
+                block = self.read_block(down, right)
+                if block is None:
+                    continue
+                top, left = down * rows, right * columns
+                inside = block[max(first - top, 0) : last - top, max(west - left, 0) : east - left]
+                target = max(top, first) - first, max(left, west) - west
+                cells[target[0] : target[0] + inside.shape[0], target[1] : target[1] + inside.shape[1]] = inside
+        return cells
+
+    def read_block(self, down, right):
+        """One strip or tile: (rows, columns) array of its first sample; None if the file leaves it out."""
+        page, number = self.page, down * self.across + right
+        offset, count = page.dataoffsets[number], page.databytecounts[number]
+        if count == 0:
+            return None
+        rows, columns, samples = self.shape
+        if not page.is_tiled:
+            rows = min(rows, page.imagelength - down * rows)
+        self.file.filehandle.seek(offset)
+        packed = self.file.filehandle.read(count)
+        shape = rows, columns, samples
+        return unpack_segment(packed, int(page.compression), int(page.predictor), shape, self.kind)[..., 0]
+
+
+def read_gap(page):
+    """Value that marks gaps, as GDAL writes it: a number, or None."""
+    tag = page.tags.get(NO_DATA)
+    if tag is None:
+        return None
+    words = str(tag.value).strip(" \0")
+    number = float(words.replace(",", "."))
+    if page.dtype.kind == "f":
+        return number
+    limits = np.iinfo(page.dtype)
+    return int(number) if number == round(number) and limits.min <= number <= limits.max else None
+
+
+def matrix_of_page(page, keys, path):
+    """Transformation from (column, row, 1) of cell corners: (2, 3) float64; from a world file where none is inside.
+
+    The identity if there is none at all.
+    """
+    whole, size, point = (page.tags.get(tag) for tag in (TRANSFORMATION, PIXEL_SCALE, TIE_POINT))
+    if whole is not None:
+        matrix = np.array(whole.value, float).reshape(4, 4)[:2][:, [0, 1, 3]]
+    elif size is not None and point is not None:
+        x, y = float(size.value[0]), -float(size.value[1])
+        column, row, _, east, north, _ = np.array(point.value[:6], float)
+        matrix = np.array([[x, 0.0, east - column * x], [0.0, y, north - row * y]])
+    else:
+        beside = next((file for file in map(path.with_suffix, WORLD_FILES) if file.is_file()), None)
+        if beside is None:
+            return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+        a, d, b, e, x, y = (float(word) for word in beside.read_text("ascii").split()[:6])
+        return np.array([[a, b, x - 0.5 * (a + b)], [d, e, y - 0.5 * (d + e)]])
+    if int(keys.get("GTRasterTypeGeoKey", 1)) == PIXEL_IS_POINT:
+        matrix[:, 2] -= 0.5 * (matrix[:, 0] + matrix[:, 1])
+    return matrix

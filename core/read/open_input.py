@@ -1,0 +1,114 @@
+"""Open an input file, plain or gzip-compressed, and reject early what cannot be read; limits on what files may hold."""
+
+import gzip
+import io
+import zlib
+from contextlib import ExitStack
+from pathlib import Path
+
+from ..errors import InputError
+from ..progress import ignore_share
+
+LARGEST_GAIN = 200  # highest compression ratio accepted; text of city models has 10 to 30
+FREE_BYTES = 64 * 2**20  # decompressed size that is always accepted
+BUFFER = 2**18  # bytes per read and per progress report
+LARGEST_COORDINATE = 1e8  # [m, ft or °] larger than any coordinate on Earth in any system
+LONGEST_NAME = 200  # characters
+CUT = "the file is truncated or damaged: download or export it again"
+
+
+def clean_name(text):
+    """A name that fits into one line of a table: no control characters or lone surrogates, limited in length."""
+    text = text[:LONGEST_NAME]
+    return text if text.isprintable() else "".join(sign if sign.isprintable() else "\ufffd" for sign in text)
+
+
+def open_input(path, report_share=ignore_share):
+    """Open a file as a stream of bytes.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A file; gzip is recognised by its first bytes, not by its name.
+    report_share : callable, optional
+        Called repeatedly with the share of the file read so far, 0 to 1. An exception raised in it
+        stops reading.
+
+    Returns
+    -------
+    binary stream with ``read``
+
+    Raises
+    ------
+    InputError
+        The file is missing, a folder, empty, not readable or a zip archive.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise InputError(path, "no such file", "check the path")
+    if path.is_dir():
+        raise InputError(path, "is a folder, but a file is expected", "give a file in it")
+    try:
+        with ExitStack() as opened:
+            stream = opened.enter_context(io.BufferedReader(_Reporting(path, report_share), BUFFER))
+            start = stream.peek(4)[:4]
+            if not start:
+                raise InputError(path, "the file is empty", "download or export it again")
+            if start == b"PK\x03\x04":
+                raise InputError(path, "is a zip archive", "unpack it and give the files inside")
+            opened.pop_all()
+    except OSError as error:
+        raise InputError(path, f"cannot be read ({error.strerror})", "check the file permissions") from error
+    return io.BufferedReader(_Decompressed(stream, path)) if start[:2] == b"\x1f\x8b" else stream
+
+
+def open_text(path):
+    """Open a text file, plain or gzip-compressed; a byte-order mark is skipped.
+
+    Parameters and errors as in `open_input`.
+
+    Returns
+    -------
+    text stream
+    """
+    return io.TextIOWrapper(open_input(path), encoding="utf-8-sig", errors="replace")
+
+
+class _Reporting(io.FileIO):
+    """Raw bytes of a file; each read is reported."""
+
+    def __init__(self, path, report_share):
+        super().__init__(path)
+        self._size, self._report_share = max(path.stat().st_size, 1), report_share
+
+    def readinto(self, buffer):
+        count = super().readinto(buffer)
+        self._report_share(min(self.tell() / self._size, 1.0))
+        return count
+
+
+class _Decompressed(io.RawIOBase):
+    """Decompressed bytes of a gzip file; stops at a decompression bomb."""
+
+    def __init__(self, packed, path):
+        self._path, self._packed, self._stream = path, packed, gzip.GzipFile(fileobj=packed)
+        self._limit = FREE_BYTES + LARGEST_GAIN * path.stat().st_size
+
+    def readable(self):
+        return True
+
+    def readinto(self, buffer):
+        try:
+            count = self._stream.readinto(buffer)
+        except (OSError, EOFError, zlib.error) as error:
+            problem = f"decompression fails at byte {self._stream.tell()} of the output ({error})"
+            raise InputError(self._path, problem, CUT) from error
+        if self._stream.tell() > self._limit:
+            problem = f"decompresses to more than {self._limit // 2**20} MiB, an implausible compression ratio"
+            raise InputError(self._path, problem, "decompress it yourself if you trust it")
+        return count
+
+    def close(self):
+        self._stream.close()
+        self._packed.close()
+        super().close()

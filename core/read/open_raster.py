@@ -1,0 +1,243 @@
+"""Open a height raster, plain or gzip-compressed: a GeoTIFF, or an ASC grid (Esri ASCII grid); average its windows."""
+
+import importlib.util
+import io
+import re
+import struct
+import warnings
+import zlib
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pyproj
+from scipy import sparse
+
+from ..city.transform_crs import plane_of
+from ..errors import InputError
+from .open_geotiff import Raster, UnreadError, open_geotiff
+from .open_input import open_input, open_text
+
+LOWEST, HIGHEST = -500.0, 12_000.0  # [m] all land lies between; values beyond mark gaps, or the floor of the sea
+# Words in which rasters name the unit of their heights [m].
+METRIC = {"": ("", 1.0), "k": ("kilo", 1000.0), "d": ("deci", 0.1), "c": ("centi", 0.01), "m": ("milli", 0.001)}
+UNIT_WORDS = {f"{short}m": factor for short, (_, factor) in METRIC.items()}
+UNIT_WORDS |= {f"{long}{m}": f for long, f in METRIC.values() for m in ("metre", "metres", "meter", "meters")}
+UNIT_WORDS |= dict.fromkeys(("ft", "foot", "feet", "international foot"), 0.3048)
+UNIT_WORDS |= dict.fromkeys(("us survey foot", "us survey feet", "us-ft", "ftus", "foot_us"), 1200 / 3937)
+PIECE = 2**24  # cells that are unpacked at a time
+HEAD = re.compile(r"\s*([a-z_]+)\s+(\S+)", re.IGNORECASE)
+MARKS = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
+TIFF_STARTS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+DAMAGE = (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError, struct.error, zlib.error)
+CURE = "type: gdalwarp -t_srs EPSG:4326 -co COMPRESS=DEFLATE old.tif new.tif (or: pip install rasterio)"
+LARGEST_BLOCK = 2**28  # bytes of one unpacked block of the raster
+
+
+def read_ascii_grid(path):
+    """Read an ASC grid; its reference system is that of the `.prj` beside it.
+
+    Returns
+    -------
+    Raster
+
+    Raises
+    ------
+    ValueError, KeyError
+        Not a grid, or a damaged one.
+    """
+    with open_text(path) as stream:
+        head, line = {}, stream.readline(1000)
+        while (match := HEAD.match(line)) and match[1].lower() in MARKS:
+            head[match[1].lower()] = match[2]
+            line = stream.readline(1000)
+        columns, rows = int(head["ncols"]), int(head["nrows"])
+        if columns < 1 or rows < 1:
+            raise ValueError(f"its header announces {columns} x {rows} heights")
+        body = line + stream.read()
+    if 2 * columns * rows > len(body) + 1:
+        raise ValueError(f"its header announces {columns:,} x {rows:,} heights, but the file is too short")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)
+        try:
+            numbers = np.fromstring(body, dtype=float, sep=" ")
+        except DeprecationWarning as error:
+            raise ValueError("holds something that is no number") from error
+    if len(numbers) != columns * rows:
+        raise ValueError(f"has {len(numbers):,} heights, but its header announces {columns:,} x {rows:,}")
+    heights = numbers.reshape(rows, columns)
+    gap = float(head.get("nodata_value", "nan"))
+    heights[heights == gap] = np.nan
+
+    def read_cells(top, bottom, left, right):
+        return heights[top:bottom, left:right].copy()
+
+    plain = Path(path).with_suffix("") if Path(path).suffix.lower() == ".gz" else Path(path)
+    beside = next((file for file in map(plain.with_suffix, (".prj", ".PRJ")) if file.is_file()), None)
+    crs = None if beside is None else pyproj.CRS.from_user_input(beside.read_text("utf-8").strip()).to_wkt()
+    return Raster(path, columns, rows, matrix_of_head(head, rows), crs, "", 0, 1, read_cells)
+
+
+def matrix_of_head(head, rows):
+    """Transformation from (column, row, 1) of cell corners: (2, 3) float64."""
+    wide, high = (float(head[name] if name in head else head["cellsize"]) for name in ("dx", "dy"))
+    west = float(head["xllcorner"]) if "xllcorner" in head else float(head["xllcenter"]) - wide / 2
+    south = float(head["yllcorner"]) if "yllcorner" in head else float(head["yllcenter"]) - high / 2
+    if not (wide > 0 and high > 0 and np.isfinite([wide, high, west, south]).all()):
+        raise ValueError("has cells without size or place")
+    return np.array([[wide, 0.0, west], [0.0, -high, south + rows * high]])
+
+
+@contextmanager
+def open_raster(path):
+    """Open a raster.
+
+    Yields
+    ------
+    Raster
+
+    Raises
+    ------
+    InputError
+        Not a raster, or a damaged one, also while it is read.
+    """
+    open_input(path).close()
+    with ExitStack() as stack:
+        raster = tell_damage(path, _open)(path, stack)
+        if raster.block_bytes > LARGEST_BLOCK:
+            raise InputError(path, "has blocks of more than 256 MiB", "rewrite it as a tiled GeoTIFF")
+        yield replace(raster, read_cells=tell_damage(path, raster.read_cells))
+
+
+def tell_damage(path, function):
+    """A function whose errors on damaged bytes are InputErrors."""
+
+    def call(*arguments):
+        try:
+            return function(*arguments)
+        except InputError:
+            raise
+        except DAMAGE as error:
+            words = " ".join(str(error).replace(str(path), "it").split())[:160]
+            raise InputError(path, f"is not a readable raster ({words})", "give a GeoTIFF or an ASC grid") from error
+
+    return call
+
+
+def _open(path, stack):
+    with open_input(path) as stream:
+        start = stream.read(4)
+        if start not in TIFF_STARTS:
+            return read_ascii_grid(path)
+        with Path(path).open("rb") as plain:
+            packed = plain.read(4) != start
+        content = io.BytesIO(start + stream.read()) if packed else path
+    import tifffile  # imported late: few runs need it
+
+    try:
+        return open_geotiff(path, stack.enter_context(tifffile.TiffFile(content)))
+    except UnreadError as reason:
+        if importlib.util.find_spec("rasterio") is None:
+            raise InputError(path, str(reason), CURE) from reason
+        return open_with_rasterio(path, content, stack)
+
+
+def open_with_rasterio(path, content, stack):
+    """Open a raster of a rarer kind by GDAL, where rasterio is installed.
+
+    Parameters
+    ----------
+    path : path-like
+    content : path-like or io.BytesIO
+    stack : contextlib.ExitStack
+        Closes it.
+
+    Returns
+    -------
+    Raster
+    """
+    import rasterio
+    from rasterio.windows import Window
+
+    try:
+        dataset = stack.enter_context(rasterio.open(content))
+    except rasterio.errors.RasterioError as error:
+        raise ValueError(str(error)) from error
+
+    def read_cells(top, bottom, left, right):
+        try:
+            cells = dataset.read(1, window=Window(left, top, right - left, bottom - top), masked=True)
+        except rasterio.errors.RasterioError as error:
+            raise ValueError(str(error)) from error
+        return cells.astype(float).filled(np.nan) * dataset.scales[0] + dataset.offsets[0]
+
+    rows, columns = dataset.block_shapes[0]
+    size = rows * columns * np.dtype(dataset.dtypes[0]).itemsize
+    matrix = np.array(dataset.transform[:6], float).reshape(2, 3)
+    crs = dataset.crs.to_wkt() if dataset.crs else None
+    return Raster(path, dataset.width, dataset.height, matrix, crs, dataset.units[0] or "", size, rows, read_cells)
+
+
+def average_window(raster, window, shape):
+    """Heights of a window: means over its cells, weighted by the shared area, gaps left out.
+
+    Parameters
+    ----------
+    raster : Raster
+    window : (column, row, width, height)
+    shape : (int, int)
+        Rows and columns wanted, at most those of the window; if equal, the cells themselves.
+
+    Returns
+    -------
+    (rows, columns) float64
+        As stored; NaN where all cells are gaps.
+    """
+    column, row, width, height = (int(value) for value in window)
+    if shape == (height, width):
+        return raster.read_cells(row, row + height, column, column + width)
+    across, down = share_cells(width, shape[1]), share_cells(height, shape[0]).tocsc()
+    total, weight = np.zeros(shape), np.zeros(shape)
+    step = max(raster.block_rows, PIECE // width // raster.block_rows * raster.block_rows)
+    first = row
+    while first < row + height:
+        last = min(first // step * step + step, row + height)
+        cells = raster.read_cells(first, last, column, column + width)
+        known = np.isfinite(cells)
+        rows = down[:, first - row : last - row]
+        total += rows @ (across @ np.where(known, cells, 0.0).T).T
+        weight += rows @ (across @ known.astype(float).T).T
+        first = last
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(weight > 0, total / weight, np.nan)
+
+
+def share_cells(count, wanted):
+    """Overlap of so many cells with so many equal intervals over all of them: (wanted, count) sparse array."""
+    edges = np.arange(wanted + 1) * (count / wanted)
+    first = np.floor(edges[:-1]).astype(int)
+    reach = int(np.ceil(count / wanted)) + 1
+    cells = first[:, None] + np.arange(reach)  # (wanted, reach) those that an interval can touch
+    overlap = np.minimum(edges[1:, None], cells + 1) - np.maximum(edges[:-1, None], cells)
+    touched = (overlap > 1e-9) & (cells < count)
+    interval = np.broadcast_to(np.arange(wanted)[:, None], cells.shape)
+    return sparse.csr_array((overlap[touched], (interval[touched], cells[touched])), shape=(wanted, count))
+
+
+def window_between(raster, corners):
+    """First column, first row, columns and rows of the raster inside a rectangle of its system, or None."""
+    (west, south), (east, north) = corners
+    corners = np.array([(west, south), (west, north), (east, south), (east, north)])
+    places = np.linalg.solve(raster.matrix[:, :2], corners.T - raster.matrix[:, 2:]).T
+    first = np.maximum(np.floor(places.min(axis=0)).astype(np.int64) - 1, 0)
+    last = np.minimum(np.ceil(places.max(axis=0)).astype(np.int64) + 1, (raster.width, raster.height))
+    return (*first, *(last - first)) if (last - first > 1).all() else None
+
+
+def height_factor(raster, unit=1.0):
+    """Metres per unit of the heights: as given by the band, else by the coordinate reference system."""
+    word = raster.unit.strip().lower()
+    if word in UNIT_WORDS:
+        return UNIT_WORDS[word]
+    return unit if raster.crs is None else plane_of(raster.crs)[1]

@@ -1,0 +1,240 @@
+"""Parse an OBJ file: vertices, polygons with any number of corners, and the object, group and material of each.
+
+Of its material libraries only the diffuse colours are read. Libraries are optional: problems with one become notes,
+and its colours stay unknown.
+"""
+
+import codecs
+import io
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..progress import ignore_share
+from .open_input import CUT, LARGEST_COORDINATE, clean_name, open_input
+
+LONGEST_LINE = 2**20  # characters
+LARGEST = 2**24  # bytes of a decompressed library; a material takes some hundred
+MOST_LIBRARIES = 16  # per OBJ file; one is usual
+ELSEWHERE = re.compile(r"[/\\:\0]")  # characters that lead to another folder or device
+SHORT = 60  # characters of a name in a note
+BYTE_ORDERS = dict.fromkeys((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE), "utf-16")
+FREE_FORMS = {"l", "p", "curv", "curv2", "surf", "call", "csh"}
+SILENT = {"", "vn", "vt", "vp", "s", "mg", "lod", "bevel", "c_interp", "d_interp", "usemap"}
+
+
+@dataclass
+class ObjParts:
+    """Contents of an OBJ file, in input order. `faces` are its `f` statements."""
+
+    vertices: np.ndarray  # (v, 3) float64, as in the file
+    faces: list = field(default_factory=list)  # of (k,) int64 into vertices
+    lines: list = field(default_factory=list)  # of each face
+    objects: list = field(default_factory=list)  # of each face: number of its `o` statement, 0 before the first
+    groups: list = field(default_factory=list)  # of each face: name of its `g` statement, "" if none
+    materials: list = field(default_factory=list)  # of each face: name of its `usemtl` statement, "" if none
+    object_names: list = field(default_factory=list)
+    libraries: list = field(default_factory=list)  # (line, text) of each `mtllib` statement
+    unnamed: int = 0  # `usemtl` statements without a name
+    left_out: dict = field(default_factory=dict)  # keyword -> number of lines
+    comment_crs: str = ""  # a comment line that mentions EPSG
+
+
+def parse_obj(path, report_share=ignore_share):
+    """Read the statements of an OBJ file.
+
+    Parameters
+    ----------
+    path : path-like
+        Plain or gzip-compressed; UTF-8, UTF-16 or another text encoding.
+    report_share : callable, optional
+        As in `open_input`.
+
+    Returns
+    -------
+    ObjParts
+
+    Raises
+    ------
+    InputError
+        Not text, a line that cannot be parsed, a coordinate that is not finite, a vertex index out of range.
+    """
+    parts, vertices, faces = ObjParts(np.empty((0, 3)), object_names=[""]), [], []
+    number, group, material = 0, "", ""
+    for line, words in _statements(path, report_share):
+        keyword = words[0]
+        if keyword == "v":
+            vertices.append(_vertex(path, line, words))
+        elif keyword == "f":
+            faces.append(_corners(path, line, words, len(vertices)))
+            parts.lines.append(line)
+            parts.objects.append(number)
+            parts.groups.append(group)
+            parts.materials.append(material)
+        elif keyword == "o":
+            parts.object_names.append(" ".join(words[1:]))
+            number = len(parts.object_names) - 1
+        elif keyword == "g":
+            group = " ".join(words[1:])
+        elif keyword == "usemtl":
+            material = clean_name(" ".join(words[1:]))
+            parts.unnamed += not material
+        elif keyword == "mtllib":
+            parts.libraries.append((line, " ".join(words[1:])))
+        elif keyword[0] == "#":
+            if "epsg" in " ".join(words).lower() and not parts.comment_crs:
+                parts.comment_crs = f"line {line}: {' '.join(words)[:80]!r}"
+        elif keyword in FREE_FORMS or keyword not in SILENT:
+            known = keyword if keyword in FREE_FORMS else "(unknown)"
+            parts.left_out[known] = parts.left_out.get(known, 0) + 1
+    parts.vertices = np.array(vertices, float).reshape(-1, 3)
+    for face, line in zip(faces, parts.lines, strict=True):
+        if face and max(face) >= len(vertices):
+            problem = f"line {line}: polygon refers to vertex {max(face) + 1}, the file has {len(vertices)}"
+            raise InputError(path, problem, CUT)
+    parts.faces = [np.array(face, np.int64) for face in faces]
+    return parts
+
+
+def _statements(path, report_share):
+    """Line number and words of every statement; a trailing backslash continues on the next line."""
+    with open_input(path, report_share) as stream:
+        start = stream.peek(2)[:2] if hasattr(stream, "peek") else b""
+        text = io.TextIOWrapper(stream, BYTE_ORDERS.get(start, "utf-8-sig"), errors="replace")
+        number, pending, length = 0, [], 0
+        for raw in iter(lambda: text.readline(LONGEST_LINE), ""):
+            number += 1
+            length += len(raw)
+            if length >= LONGEST_LINE:
+                raise InputError(path, f"line {number}: longer than {LONGEST_LINE:,} characters", CUT)
+            if "\0" in raw:
+                raise InputError(path, f"line {number}: this is not text", "give an OBJ file")
+            words = raw.split()
+            if words and words[-1].endswith("\\"):
+                pending += [*words[:-1], words[-1][:-1]]
+                continue
+            words = [word for word in (*pending, *words) if word]
+            pending, length = [], 0
+            if words:
+                yield number, words
+
+
+def _vertex(path, line, words):
+    try:
+        values = [float(word) for word in words[1:4]]
+    except ValueError:
+        values = []
+    if len(values) != 3:
+        raise InputError(path, f"line {line}: vertex without three numbers", CUT)
+    if not all(abs(value) <= LARGEST_COORDINATE for value in values):  # also true for NaN
+        problem = f"line {line}: a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
+        raise InputError(path, problem, "correct or remove this vertex")
+    return values
+
+
+def _corners(path, line, words, count):
+    """Vertex indices of an `f` statement from 0; negative indices in the file count back from the latest vertex."""
+    try:
+        corners = [int(word.partition("/")[0]) for word in words[1:]]
+    except ValueError:
+        raise InputError(path, f"line {line}: polygon with vertex indices that are not integers", CUT) from None
+    if 0 in corners or any(corner < -count for corner in corners):
+        raise InputError(path, f"line {line}: polygon with a vertex index before the first vertex", CUT)
+    return [corner - 1 if corner > 0 else count + corner for corner in corners]
+
+
+def read_libraries(path, statements, notes):
+    """Diffuse colours of the materials of an OBJ file.
+
+    Parameters
+    ----------
+    path : path-like
+        The OBJ file. Its libraries must lie in the same folder.
+    statements : list of (int, str)
+        Line and text of each ``mtllib``.
+    notes : list of str
+        Problems are appended.
+
+    Returns
+    -------
+    dict of str to (3,) tuple of float, or None
+        Material name -> linear RGB from 0 to 1; None if it has no colour, or a texture.
+    """
+    folder, lines = Path(path).parent, {}
+    for line, text in statements:
+        # All of it if there is such a file (names may contain spaces), else each word.
+        for name in [text] if find_library(folder, text)[0] else text.split() or [""]:
+            lines.setdefault(name, line)
+    if len(lines) > MOST_LIBRARIES:
+        notes.append(f"{path} names {len(lines)} files with mtllib; only the first {MOST_LIBRARIES} were read.")
+    colours = {}
+    for name, line in list(lines.items())[:MOST_LIBRARIES]:
+        library, refusal = find_library(folder, name)
+        try:
+            found = read_mtl(library, notes) if library else {}
+        except InputError as error:
+            found, refusal = {}, error.problem
+        if refusal:
+            words = f"{path}, line {line}: mtllib {clean_name(name)[:SHORT]}: {refusal}"
+            notes.append(f"{words}; its materials get no colours.")
+        colours = found | colours  # the first definition of a material counts
+    return colours
+
+
+def find_library(folder, name):
+    """Path of a file in a folder, or None and the reason."""
+    name = name.removeprefix("./")
+    if not name:
+        return None, "no file name given"
+    if ELSEWHERE.search(name) or name in (".", ".."):
+        return None, "only files in the folder of the OBJ file are read"
+    try:
+        found = (folder / name).is_file()
+    except (OSError, ValueError):  # not a valid file name on this system
+        found = False
+    return (folder / name, "") if found else (None, "no such file in the folder of the OBJ file")
+
+
+def read_mtl(path, notes):
+    """Diffuse colours of one library: dict of name to (3,) tuple of float or None, as in `read_libraries`.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or is too large.
+    """
+    with open_input(path) as stream:
+        data = stream.read(LARGEST + 1)
+    if len(data) > LARGEST:
+        raise InputError(path, f"larger than {LARGEST // 2**20} MiB", "give a smaller library")
+    text = data.decode(BYTE_ORDERS.get(data[:2], "utf-8-sig"), errors="replace")
+    colours, textured, wrong, name = {}, set(), {}, None
+    for line, row in enumerate(text.split("\n"), start=1):
+        keyword, *words = row.split() or [""]
+        if keyword == "newmtl":
+            name = clean_name(" ".join(words))
+            colours.setdefault(name, None)
+        elif keyword == "map_Kd":
+            textured.add(name)
+        elif keyword == "Kd" and name is not None:
+            colours[name] = read_colour(words)
+            if colours[name] is None:
+                wrong.setdefault(name, line)
+    if wrong:
+        name, line = next(iter(wrong.items()))
+        words = f"{path}: {len(wrong)} materials have an invalid Kd (not a colour from 0 to 1) and get no colour"
+        notes.append(f"{words}: {name[:SHORT]!r}, line {line}{' …' if len(wrong) > 1 else '.'}")
+    return {name: None if name in textured else colour for name, colour in colours.items() if name}
+
+
+def read_colour(words):
+    """Three numbers from 0 to 1, or one for all three; None for anything else, such as CIE XYZ and spectra."""
+    try:
+        values = [float(word) for word in words]
+    except ValueError:
+        return None
+    values = values * 3 if len(values) == 1 else values
+    return tuple(values) if len(values) == 3 and all(0 <= value <= 1 for value in values) else None

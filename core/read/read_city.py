@@ -1,0 +1,100 @@
+"""Read buildings of every format: files and folders to a City."""
+
+from pathlib import Path
+
+from ..city.join_contents import join_contents
+from ..errors import InputError
+from ..progress import silent
+from .parse_json import speaks_of_cityjson
+from .read_citygml import read_citygml
+from .read_cityjson import read_cityjson
+from .read_obj import read_obj
+from .read_relief import place_relief
+
+READERS = {".gml": read_citygml, ".citygml": read_citygml, ".xml": read_citygml}
+READERS |= {".json": read_cityjson, ".jsonl": read_cityjson, ".obj": read_obj}
+READING = "reading files"  # name of the stage
+LAST = 0.99  # share of a file: all of it is reached only when it is completely parsed
+
+
+def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=silent):
+    """Read files and folders of buildings into one City.
+
+    Parameters
+    ----------
+    paths : path-like or list of path-like
+        Files or folders; of a folder all files with buildings are read.
+    lod : str, optional
+        Level of detail; by default each building's best of 2.x, else 3, else 1.
+    unit : {'m', 'ft', 'us-ft'}
+        Of coordinates in files without a coordinate reference system.
+    up : {'z', 'y'}
+        Vertical axis, for formats that do not define it.
+    orient : {'auto', 'as-drawn'}
+        Flip polygons that face into their building, or keep all as drawn.
+    progress : callable, optional
+        See `core.progress`: bytes of the files, then polygons joined. If cancelled, nothing is kept.
+
+    Returns
+    -------
+    City
+        With the terrain of its files, where they hold any.
+
+    Raises
+    ------
+    InputError
+        A file cannot be used, or a folder has none.
+    """
+    if up not in ("z", "y"):
+        raise InputError("--up", f"{up!r} is not an axis", "choose z or y")
+    contents = read_files(list_files(paths), up, progress)
+    city = join_contents(contents, lod=lod, unit=unit, orient=orient, progress=progress)
+    city.terrain = place_relief(contents, city, unit)
+    return city
+
+
+def read_files(files, up, progress=silent):
+    """Contents of files, one after the other.
+
+    Returns
+    -------
+    list of FileContent
+    """
+    sizes = [file.stat().st_size if file.is_file() else 0 for file in files]
+    total, done, contents = max(sum(sizes), 1), 0, []
+    progress(READING, 0, total, "B")
+
+    def report_share(share):
+        progress(READING, done + min(share, LAST) * size, total, "B")
+
+    for file, size in zip(files, sizes, strict=True):
+        reader = READERS.get(_suffix(file), read_citygml)
+        contents.append(reader(file, *((up,) if reader is read_obj else ()), report_share))
+        done += size
+        progress(READING, done, total, "B")
+    return contents
+
+
+def list_files(paths):
+    """Expand files and folders to files, those of a folder sorted by name.
+
+    Returns
+    -------
+    list of Path
+    """
+    files = []
+    for path in [paths] if isinstance(paths, (str, Path)) else paths:
+        if not Path(path).is_dir():
+            files.append(Path(path))
+            continue
+        inside = sorted(file for file in Path(path).iterdir() if file.is_file() and _suffix(file) in READERS)
+        # Not every JSON is of a city.
+        inside = [file for file in inside if READERS[_suffix(file)] is not read_cityjson or speaks_of_cityjson(file)]
+        if not inside:
+            raise InputError(path, "a folder without building files", f"known types are {', '.join(READERS)}")
+        files += inside
+    return files
+
+
+def _suffix(path):
+    return next((one.lower() for one in reversed(path.suffixes) if one.lower() != ".gz"), "")

@@ -1,0 +1,218 @@
+"""Read CityJSON 1.0 to 2.0 and CityJSONSeq: buildings with parts and installations.
+
+CityJSON: Ledoux et al. (2019), doi:10.1186/s40965-019-0064-0.
+"""
+
+import re
+from collections import Counter
+from pathlib import Path
+
+from ..city.city import FileContent
+from ..errors import InputError
+from ..progress import ignore_share
+from .collect_shapes import Owner, Shapes, Templates, collect_shapes
+from .collect_trees import collect_json_tree, finish_trees
+from .find_families import find_families
+from .open_input import clean_name
+from .parse_json import READ, iterate_json
+from .read_relief import collect_json_relief
+from .walk_boundaries import read_transform, read_vertices
+
+VERSION = re.compile(r"[12]\.\d+(\.\d+)?")
+MOST_NAMED = 5  # in a note
+SHORT = 60  # characters of a name in a note
+MOST_TYPES = 30  # types listed in notes
+DRAWN = 0.8  # share of the time when the last object of one text is read
+OBJECTS_AT_ONCE = 64  # objects per progress report
+IMPORTANT = ("type", "CityObjects", "vertices", "transform", "metadata", "geometry-templates")
+
+
+def read_cityjson(path, report_share=ignore_share):
+    """Read all building polygons of one CityJSON file, at all levels of detail.
+
+    Parameters
+    ----------
+    path : path-like
+        ``.json`` or ``.jsonl``, with either content; plain or gzip-compressed.
+    report_share : callable, optional
+        As in `open_input`, with the share of the work done.
+
+    Returns
+    -------
+    FileContent
+
+    Raises
+    ------
+    InputError
+        The file is missing, truncated, not CityJSON, without buildings, or none of them has usable geometry.
+    """
+    path = Path(path)
+    content = FileContent(path, plants=FileContent(path))
+    reading = _Reading(path, content)
+    for value, line in iterate_json(path, content.notes, report_share):
+        kind = value.get("type") if isinstance(value, dict) else None
+        twice = [name for name in IMPORTANT if name in getattr(value, "names", ())]
+        if twice:
+            raise InputError(path, f"line {line}: {twice[0]} is given twice", "keep one of the two")
+        if kind == "CityJSON":
+            reading.start(value, line)
+        elif kind != "CityJSONFeature":
+            word = clean_name(str(kind))[:60]
+            raise InputError(path, f"line {line}: JSON, but not CityJSON (type {word!r})", "give a CityJSON file")
+        elif reading.templates is None:
+            cure = "put the header object, of type CityJSON, on the first line"
+            raise InputError(path, f"line {line}: a CityJSONFeature before the header", cure)
+        reading.add(value, line, report_share if kind == "CityJSON" else ignore_share)
+    drop_repeated(content)
+    reading.finish()
+    finish_trees(content)
+    return content
+
+
+class _Reading:
+    """State of one file while it is read."""
+
+    def __init__(self, path, content):
+        self.path, self.content = path, content
+        self.transform, self.templates, self.remarks = None, None, {}
+        self.others, self.extensions = Counter(), Counter()
+
+    def start(self, header, line):
+        """Read version, transform, templates and coordinate reference system of a CityJSON object."""
+        self.transform = read_transform(self.path, line, header.get("transform"))
+        self.templates = Templates(self.path, line, header.get("geometry-templates"))
+        version = header.get("version")
+        text = clean_name(str(version))[:20]
+        if version is None:
+            self._note(f"{self.path} gives no CityJSON version.")
+        elif not VERSION.fullmatch(text):
+            old = "convert it to 2.0, for example with cjio's upgrade"
+            cure = old if re.match(r"0\.\d", text) else "give CityJSON 1.0 to 2.0"
+            raise InputError(self.path, f"line {line}: unsupported CityJSON version {text!r}", cure)
+        elif self.transform is None and not text.startswith("1.0"):
+            self._note(f"{self.path} has no transform; its vertices were read as real coordinates.")
+        for name in _srs_names(header):
+            self.content.srs_names.setdefault(name, line)
+        if not isinstance(header.get("metadata", {}), dict):
+            named = "its coordinate reference system was read" if self.content.srs_names else "it was not used"
+            self._note(f"{self.path} has metadata that is not an object; {named}.")
+
+    def add(self, text, line, report_share=ignore_share):
+        """Read the buildings among the objects of one JSON text."""
+        objects = text.get("CityObjects", {})
+        if not isinstance(objects, dict):
+            raise InputError(self.path, f"line {line}: CityObjects is not a JSON object", "export the file again")
+        transform = self.transform
+        if text["type"] == "CityJSONFeature" and "transform" in text:
+            transform = read_transform(self.path, line, text["transform"]) or transform
+            self._note(f"{self.path} has features with their own transform; it was applied.")
+        vertices, whole = read_vertices(self.path, line, text.get("vertices"), transform)
+        if transform is not None and not whole:
+            self._note(f"{self.path} has a transform, but vertices that are not integers; it was applied.")
+        for name in getattr(objects, "names", ()):
+            self.content.skip("city object whose name is used again later in the file", clean_name(name))
+        self._add_objects(objects, Shapes(self.content, vertices, self.templates, self.remarks), line, report_share)
+
+    def _add_objects(self, objects, shapes, line, report_share):
+        families, content = find_families(objects), self.content
+        for name in families.broken:
+            content.skip("city object is not a JSON object or has no type", clean_name(name))
+        for name in families.orphans:
+            words = "parts or installations have no parent building; they are read as buildings"
+            shapes.remark(words, clean_name(name))
+        self.others += families.others
+        self.extensions += families.extensions
+        building = {name: len(content.buildings) + k for k, name in enumerate(families.buildings)}
+        part = {name: content.part_count + k + 1 for k, name in enumerate(families.parts)} | {None: 0}
+        content.buildings += [clean_name(name) for name in families.buildings]
+        content.part_count += len(families.parts)
+        for number, (name, one) in enumerate(objects.items()):
+            if number % OBJECTS_AT_ONCE == 0:
+                report_share(READ + (DRAWN - READ) * number / len(objects))
+            if name in families.owner:
+                kind = one["type"] if one["type"] in ("BuildingInstallation", "BuildingConstructiveElement") else ""
+                place = building[families.owner[name]], part[families.part[name]]
+                collect_shapes(one, Owner(clean_name(name), *place, kind, line), shapes)
+            elif name in families.plants:
+                collect_json_tree(one, name, shapes, line)
+            elif name in families.reliefs:
+                collect_json_relief(one, name, shapes.vertices, content)
+            if isinstance(one, dict):
+                one.pop("geometry", None)  # frees memory
+
+    def _note(self, words):
+        if words not in self.content.notes:
+            self.content.notes.append(words)
+
+    def finish(self):
+        """Write the notes, and raise an error if the file has no usable buildings."""
+        content, others = self.content, sorted(self.others.items())
+        for kind, count in sorted(self.extensions.items())[:MOST_TYPES]:
+            content.notes.append(f"{count} {clean_name(kind)} (extension type) read as buildings.")
+        content.notes += [
+            f"{count} {clean_name(kind)} left out: not a building." for kind, count in others[:MOST_TYPES]
+        ]
+        for words, names in self.remarks.items():
+            named = [name[:SHORT] for name in dict.fromkeys(names)]
+            more = " …" if len(named) > MOST_NAMED else ""
+            content.notes.append(f"{len(names)} {words}: {', '.join(named[:MOST_NAMED])}{more}")
+        if not content.buildings and not content.trees:
+            met = [f"{count} {clean_name(kind)[:40]}" for kind, count in others]
+            met += [f"{content.relief.count()} terrain triangles"] if content.relief.count() else []
+            met += [f"{reason}: {len(names)}" for reason, names in content.skipped.items()]
+            more = f" ({', '.join(met[:MOST_NAMED])}{' …' if len(met) > MOST_NAMED else ''})" if met else ""
+            raise InputError(self.path, f"contains no buildings{more}", "give a file with buildings")
+        if not content.polygons and content.skipped:
+            reason, names = max(content.skipped.items(), key=lambda item: len(item[1]))
+            problem = f"no building has usable geometry ({reason}: {len(names)}, for example {names[0]!r})"
+            raise InputError(self.path, problem, "correct or export the file again")
+
+
+def drop_repeated(content):
+    """Drop exact duplicates of earlier buildings of a file; number other buildings of the same name.
+
+    Parameters
+    ----------
+    content : FileContent
+        Changed in place.
+    """
+    drawn, seen, names, taken = {}, {}, {}, set(content.buildings)
+    for polygon in content.polygons:
+        drawn.setdefault(polygon.building, []).append(polygon)
+    for building, name in enumerate(content.buildings):
+        own = drawn.get(building, ())
+        shape = hash(tuple((polygon.lod, *(ring.tobytes() for ring in polygon.rings)) for polygon in own))
+        earlier = seen.setdefault(name, set())
+        if shape in earlier:
+            content.skip("duplicate building in the file", name)
+            continue
+        names[building], count = name, len(earlier) + 1
+        while earlier and names[building] in taken:
+            names[building], count = f"{name}~{count}", count + 1
+        earlier.add(shape)
+        taken.add(names[building])
+    again = [name for building, name in names.items() if name != content.buildings[building]]
+    if again:
+        words = f"{content.path}: {len(again)} buildings have the name of an earlier one, number added"
+        content.notes.append(f"{words}: {again[0]}{' …' if len(again) > 1 else ''}")
+    number = {building: k for k, building in enumerate(names)}
+    content.buildings = list(names.values())
+    content.polygons = [polygon for polygon in content.polygons if polygon.building in number]
+    for polygon in content.polygons:
+        polygon.building = number[polygon.building]
+
+
+def _srs_names(header):
+    """Spellings of the coordinate reference system: as in 1.0 and later, and as in earlier drafts.
+
+    Metadata is an object; some producers wrap it into a list.
+    """
+    metadata = header.get("metadata")
+    for members in (*(metadata if isinstance(metadata, list) else [metadata]), header):
+        if isinstance(members, dict):
+            crs = members.get("crs")
+            for value in (members.get("referenceSystem"), crs.get("epsg") if isinstance(crs, dict) else crs):
+                if isinstance(value, str) and value.strip():
+                    yield clean_name(value)
+                elif type(value) is int and 0 < value < 10**6:
+                    yield f"EPSG:{value}"

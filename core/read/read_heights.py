@@ -1,0 +1,138 @@
+"""Read the heights of a raster around a place, as grids: fine nearby, at most 4,000 posts wide further out."""
+
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pyproj
+
+from ..city.transform_crs import full_turn, plane_of, transform_crs, turn_towards
+from ..errors import InputError
+from .open_raster import HIGHEST, LOWEST, average_window, height_factor, open_raster, window_between
+
+NEAR = 4000.0  # [m] around the place the raster is read at full resolution, if that is finer than further out
+MOST_POSTS = 4000  # per side; a finer raster is averaged down to that many
+GLOBE = "EPSG:4326"
+
+
+@dataclass
+class HeightGrid:
+    """Heights of a raster, posts in the middle of its cells."""
+
+    heights: np.ndarray  # (rows, columns) float64 [m], NaN in gaps
+    matrix: np.ndarray  # (2, 3) float64, from (column, row, 1) of posts to the raster's system
+    crs: str  # WKT
+    post: float  # [m] smaller distance between posts
+    path: str
+    middle: float | None = None  # longitude of the site in the raster's degrees, which may go on beyond 180°
+
+    def places_of(self, latitude, longitude):
+        """Columns and rows, not rounded, of places on Earth [°]: (m,) each, not finite where the system ends."""
+        turn = pyproj.Transformer.from_crs(GLOBE, plane_of(self.crs)[0], always_xy=True)
+        places = np.array(turn.transform(longitude, latitude)).reshape(2, -1)
+        if self.middle is not None:
+            places[0] = turn_towards(places[0], self.middle, full_turn(self.crs))
+        return np.linalg.solve(self.matrix[:, :2], places - self.matrix[:, 2:])
+
+
+@contextmanager
+def open_placed(path):
+    """Open a raster that says where it lies.
+
+    Yields
+    ------
+    Raster
+
+    Raises
+    ------
+    InputError
+        Not a raster, or one without reference system.
+    """
+    with open_raster(path) as raster:
+        if raster.crs is None:
+            cure = "give a GeoTIFF with its reference system, or a horizon file (azimuth,elevation)"
+            raise InputError(path, "names no coordinate reference system, so nothing tells where it lies", cure)
+        yield raster
+
+
+def read_heights(path, place, reach):
+    """Heights of a raster within some distance of a place.
+
+    Parameters
+    ----------
+    path : path-like
+        GeoTIFF or ASC grid, plain or gzip-compressed.
+    place : tuple of two float
+        Latitude and longitude [°].
+    reach : float [m]
+
+    Returns
+    -------
+    list of HeightGrid
+        The finest first.
+
+    Raises
+    ------
+    InputError
+        Not a raster, one without reference system, or one that does not reach the place.
+    """
+    with open_placed(path) as raster:
+        grids = []
+        for distance in (NEAR, reach):
+            windows = windows_around(raster, place, distance)
+            found = [_read_grid(raster, window, middle) for window, middle in windows]
+            # Where nothing is averaged the far grid is as fine as the near one.
+            whole = distance == reach and all(max(window[2:]) <= MOST_POSTS for window, _ in windows)
+            grids = found if found and whole else grids + found
+    if not grids:
+        problem = f"does not reach the site ({place[0]:.4f}°, {place[1]:.4f}°)"
+        raise InputError(path, problem, "give a raster that covers the site and up to 50 km around it")
+    return grids
+
+
+def windows_around(raster, place, distance):
+    """Parts of a raster within some distance of a place: list of (column, row, width, height) and middle longitude.
+
+    One for each turn around the Earth in which longitudes may be written: two where a map of the globe begins and ends.
+    """
+    # The circle around the place, and the place itself as the last point.
+    bearing = np.arange(0, 360, 5.0)
+    ones = np.ones(len(bearing))
+    longitude, latitude, _ = pyproj.Geod(ellps="WGS84").fwd(ones * place[1], ones * place[0], bearing, ones * distance)
+    points = np.column_stack([np.append(longitude, place[1]), np.append(latitude, place[0])])
+    points = transform_crs(points, GLOBE, raster.crs, raster.path)
+    turn, found = full_turn(raster.crs), []
+    for count in (0,) if turn is None else (-1, 0, 1):
+        middle = None if turn is None else points[-1, 0] + count * turn
+        own = points.copy()
+        if turn is not None:
+            own[:, 0] = turn_towards(own[:, 0], middle, turn)
+        window = window_between(raster, (own.min(axis=0), own.max(axis=0)))
+        found += [] if window is None else [(window, middle)]
+    return found
+
+
+def _read_grid(raster, window, middle):
+    crs, path = raster.crs, raster.path
+    column, row, width, height = (int(value) for value in window)
+    shape = (min(height, MOST_POSTS), min(width, MOST_POSTS))
+    factor = height_factor(raster)
+
+    def read_land(*window):
+        """Cells in metres, with gaps where no land can be that low or high."""
+        heights = raster.read_cells(*window) * factor
+        with np.errstate(invalid="ignore"):
+            return np.where((heights >= LOWEST) & (heights <= HIGHEST), heights, np.nan)
+
+    heights = average_window(replace(raster, read_cells=read_land), window, shape)
+    # Whole numbers stand for posts, which lie in the middle of cells.
+    wide, high = width / shape[1], height / shape[0]
+    first = column + wide / 2, row + high / 2
+    turn = raster.matrix[:, :2]
+    matrix = np.column_stack([turn * (wide, high), turn @ first + raster.matrix[:, 2]])
+    # The smaller distance between neighbouring posts in the middle of the grid.
+    centre = shape[1] / 2, shape[0] / 2
+    posts = np.array([(*centre, 1), (centre[0] + 1, centre[1], 1), (centre[0], centre[1] + 1, 1)])
+    points = transform_crs(posts @ matrix.T, crs, GLOBE, path)
+    _, _, length = pyproj.Geod(ellps="WGS84").inv(*np.repeat(points[:1], 2, axis=0).T, *points[1:].T)
+    return HeightGrid(heights, matrix, crs, float(length.min()), str(path), middle)

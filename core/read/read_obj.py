@@ -1,0 +1,171 @@
+"""Read OBJ: objects or groups as buildings, or connected parts if the file has neither."""
+
+import re
+from collections import Counter
+
+import numpy as np
+import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from ..city.city import FileContent, Polygon
+from ..errors import InputError
+from ..progress import ignore_share
+from .parse_obj import SHORT, parse_obj, read_libraries
+
+WELD = 1e-3  # [units of the file] vertices closer than this are merged
+TOUCH = 1e-2  # [units of the file] in plan view, a piece this close to a polygon lies on it
+MOST_NAMED = 5  # in a note
+PARSED = 0.5  # share of the time spent parsing statements
+FACES_AT_ONCE = 4096  # polygons per progress report
+# Names that objects or their materials have where a file holds more than buildings, with the suffixes of 3dfier.
+GROUND = r"(?i)(terrain|tinrelief|relief|dtm|landuse|roads?|railway|water|waterbody|forest|vegetation|plantcover)"
+OTHERS = re.compile(GROUND + r"(wall|floor)?(?![a-z])")
+ABOVE = 0.5  # share of a piece's polygons that must lie above or below another piece to join its building
+
+
+def read_obj(path, up="z", report_share=ignore_share):
+    """Read all polygons (`f` statements) of an OBJ file.
+
+    Each ``o`` is a building. Without any, each name of ``g`` is one; without either, polygons that share vertices form
+    one, together with what stands on them. ``usemtl`` names the material of the polygons that follow; colours come from
+    the material library in the same folder.
+
+    Parameters
+    ----------
+    path : path-like
+    up : {'z', 'y'}
+        Vertical axis. With y, north is -z.
+    report_share : callable, optional
+        As in `open_input`, with the share of the work done.
+
+    Returns
+    -------
+    FileContent
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or has no polygons.
+    """
+    parts = parse_obj(path, lambda share: report_share(PARSED * share))
+    if not parts.faces:
+        raise InputError(path, "contains no polygons", "give an OBJ file of buildings")
+    vertices = parts.vertices if up == "z" else parts.vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
+    content = FileContent(path)
+    building = _buildings(parts, vertices, content)
+    rows = zip(parts.faces, parts.lines, building, parts.materials, strict=True)
+    for place, (face, line, number, material) in enumerate(rows):
+        if place % FACES_AT_ONCE == 0:
+            report_share(PARSED + (1 - PARSED) * place / len(parts.faces))
+        if len(face) < 3:
+            content.skip("fewer than three points", f"line {line}")
+        else:
+            ring = vertices[[*face, face[0]]]  # OBJ never repeats the first point; an open ring would count as repaired
+            polygon = Polygon("", int(number), 0, "", "", "surface", [ring], line, material=material)
+            content.polygons.append(polygon)
+    for keyword, count in sorted(parts.left_out.items()):
+        content.notes.append(f"{count} lines {keyword} of {path} left out: not polygons.")
+    if parts.comment_crs:
+        words = f"{path}, {parts.comment_crs} is only a comment and was not used"
+        content.notes.append(f"{words}: give --latitude, --longitude and --unit.")
+    _note_others(parts, building, content)
+    _colour(parts, content)
+    return content
+
+
+def _buildings(parts, vertices, content):
+    """Building of each polygon, (f,); names are stored in the content."""
+    if len(parts.object_names) > 1:
+        used, building = np.unique(parts.objects, return_inverse=True)
+        names, seen = [parts.object_names[k] for k in used], Counter()
+        for name in names:
+            seen[name] += 1
+            content.buildings.append(f"{name}~{seen[name]}" if name and seen[name] > 1 else name)
+        again = [own for own, name in zip(content.buildings, names, strict=True) if own != name]
+        if again:
+            words = f"{len(again)} objects have the name of an earlier one, number added"
+            content.notes.append(f"{words}: {again[0]} …")
+    elif any(parts.groups):
+        number = {name: k for k, name in enumerate(dict.fromkeys(parts.groups))}
+        building = np.array([number[name] for name in parts.groups])
+        content.buildings = list(number)
+    else:
+        building = _pieces(parts.faces, vertices)
+        content.buildings = [f"part_{k + 1}" for k in range(building.max() + 1)]
+        content.notes.append(
+            f"{content.path} has no objects or groups: {len(content.buildings)} connected parts read as buildings."
+        )
+    return building.reshape(-1)
+
+
+def _pieces(faces, vertices):
+    """Connected piece of each polygon, (f,): polygons that share vertices or lie above one another."""
+    _, place = np.unique(np.round(vertices / WELD).astype(np.int64), axis=0, return_inverse=True)
+    count = np.array([len(face) for face in faces])
+    owner = np.repeat(np.arange(len(faces)), count)
+    corner = len(faces) + place.reshape(-1)[np.concatenate(faces).astype(np.int64)]
+    piece = _components(owner, corner, len(faces) + len(vertices))[: len(faces)]
+    full = count > 2
+    if piece.max() == 0 or not full.any():
+        return np.unique(piece, return_inverse=True)[1]
+    below, above = _stacked([faces[k] for k in np.flatnonzero(full)], vertices, piece[full])
+    joined = _components(below, above, piece.max() + 1)[piece]
+    # Pieces are numbered in the order of the file.
+    _, first, number = np.unique(joined, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(first))[number.reshape(-1)]
+
+
+def _components(one, other, size):
+    graph = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(size, size))
+    return connected_components(graph, directed=False)[1]
+
+
+def _stacked(faces, vertices, piece):
+    """Pairs of pieces of which, in plan view, one lies mostly on the other."""
+    shapes = np.array([shapely.Polygon(vertices[face, :2]) for face in faces], dtype=object)
+    middles = shapely.points(np.array([vertices[face, :2].mean(axis=0) for face in faces]))
+    tree = shapely.STRtree(shapely.make_valid(shapes))
+    face, on = tree.query(middles, "dwithin", distance=TOUCH)
+    other = piece[face] != piece[on]
+    pairs = np.unique(np.column_stack([face, piece[on]])[other], axis=0)  # each polygon counts once per other piece
+    pairs, faces_on = np.unique(np.column_stack([piece[pairs[:, 0]], pairs[:, 1]]), axis=0, return_counts=True)
+    mostly = faces_on >= ABOVE * np.bincount(piece)[pairs[:, 0]]
+    return pairs[mostly].T
+
+
+def _note_others(parts, building, content):
+    """Note objects that are no buildings by all of their materials or, without any, by their name."""
+    called = {}
+    for number, material in zip(building.tolist(), parts.materials, strict=True):
+        called.setdefault(number, {}).setdefault(material)
+    called = {number: [name or content.buildings[number] for name in names] for number, names in called.items()}
+    others = {number: names for number, names in called.items() if all(map(OTHERS.match, names))}
+    if not others or len(others) == len(called):
+        return
+    names = list(dict.fromkeys(name[:SHORT] for one in others.values() for name in one))
+    named = ", ".join(names[:MOST_NAMED]) + (" …" if len(names) > MOST_NAMED else "")
+    words = f"{len(others)} of {len(called)} objects of {content.path} are no buildings by their names ({named})"
+    cure = "Remove them, or give terrain in a file of its own with --terrain."
+    content.notes.append(f"{words}, but read as such: their level faces count as flat roofs. {cure}")
+
+
+def _colour(parts, content):
+    """Read the colours of the materials in use, and note what was found."""
+    used = [name for name in dict.fromkeys(parts.materials) if name]
+    if parts.unnamed:
+        content.notes.append(
+            f"{parts.unnamed} usemtl lines of {content.path} name no material; their polygons get none."
+        )
+    if not used:
+        return
+    found = read_libraries(content.path, parts.libraries, content.notes)
+    content.colours = {name: found.get(name) for name in used}
+    faces = sum(map(bool, parts.materials))
+    coloured = sum(colour is not None for colour in content.colours.values())
+    names = ", ".join(name[:SHORT] for name in used[:MOST_NAMED]) + (" …" if len(used) > MOST_NAMED else "")
+    words = f"{content.path} has {len(used)} materials on {faces} of {len(parts.faces)} polygons: {names}"
+    asked = "with --materials (in Blender Albedo from: Materials)"
+    content.notes.append(
+        f"{words}. {coloured} have a diffuse colour. Albedos are taken from names and colours {asked}."
+    )

@@ -1,0 +1,232 @@
+"""TIN reliefs: triangles of terrain from CityGML and CityJSON, in a file of buildings or in one of their own."""
+
+import numpy as np
+
+from ..city.city import Relief
+from ..city.polygons import triangulate
+from ..city.transform_crs import UNITS, choose_crs, east_first, plane_of, transform_crs
+from ..errors import InputError
+from ..ground.terrain import Layer, Terrain
+from .collect_polygons import read_numbers
+from .collect_shapes import find_fault, read_lod, read_rings
+from .open_input import LARGEST_COORDINATE, clean_name
+from .parse_xml import iterate_elements
+from .walk_boundaries import DEPTHS, walk_boundaries
+
+BAD_TRIANGLE = "terrain surface that is not a triangle with heights"
+INSIDE = ("Building", "Bridge", "Tunnel")  # their triangles are no terrain
+
+
+class GmlRelief:
+    """Collects the terrain triangles of a CityGML file while it is streamed.
+
+    Parameters
+    ----------
+    relief : Relief
+        Grows.
+    """
+
+    def __init__(self, relief):
+        self.relief = relief
+        self.above, self.lod = self, ""  # the TINRelief of the last triangle, and its level of detail
+
+    def add(self, element):
+        """Add a triangle; what is wrong with it, or None."""
+        above = next(element.iterancestors("{*}TINRelief"), None)
+        if above is not self.above:
+            lod = above.findtext("{*}lod", default="").strip() if above is not None else ""
+            self.above, self.lod = above, lod if lod in ("0", "1", "2", "3", "4") else ""
+            for one in (*element.iter("*"), *element.iterancestors()):
+                if one.get("srsName"):
+                    self.relief.srs_names.setdefault(one.get("srsName"), one.sourceline)
+        numbers = read_numbers(element.iter("{*}posList", "{*}pos", "{*}coordinates"))
+        if numbers is None:
+            return "coordinates that are not numeric"
+        if len(numbers) not in (9, 12):
+            return f"a triangle with {len(numbers)} numbers"
+        if not np.abs(numbers).max() <= LARGEST_COORDINATE:  # also true for NaN
+            return f"a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
+        self.relief.add(self.lod, numbers[:9])
+        return None
+
+
+def collect_json_relief(one, name, vertices, content):
+    """Add the surfaces of a TINRelief of CityJSON, cut into triangles where they are none.
+
+    Parameters
+    ----------
+    one : dict
+        The city object.
+    name : str
+    vertices : array, (n, 3) float64
+        In the units of the file.
+    content : FileContent
+        Its relief grows.
+    """
+    geometries, name = one.get("geometry"), clean_name(name)
+    for geometry in geometries if isinstance(geometries, list) else []:
+        problem = find_fault(geometry)
+        if problem or DEPTHS.get(geometry["type"]) != 0:
+            content.skip(problem or "terrain geometry without surfaces", name)
+            continue
+        try:
+            surfaces, _ = walk_boundaries(geometry)
+        except ValueError as error:
+            content.skip(str(error), name)
+            continue
+        polygons = []
+        for number, surface in enumerate(surfaces):
+            rings, problem = read_rings(surface.rings, vertices)
+            if problem or min(map(len, rings)) < 4:  # each ring ends where it begins
+                content.skip(problem or BAD_TRIANGLE, f"{name}, surface {number + 1}")
+            else:
+                polygons.append([ring[:-1] for ring in rings])
+        content.relief.add(read_lod(geometry), _cut(polygons).ravel())
+
+
+def _cut(polygons):
+    """Corners of the triangles of some polygons, (t, 3, 3); a triangle stays one."""
+    whole = [rings[0] for rings in polygons if len(rings) == 1 and len(rings[0]) == 3]
+    others = [rings for rings in polygons if len(rings) > 1 or len(rings[0]) > 3]
+    corners = np.array(whole).reshape(-1, 3, 3)
+    if not others:
+        return corners
+    rings = [ring for polygon in others for ring in polygon]
+    points = np.concatenate(rings)
+    triangles, _ = triangulate(points, np.cumsum([0, *map(len, rings)]), np.cumsum([0, *map(len, others)]))
+    return np.concatenate([corners, points[triangles]])
+
+
+def relief_layers(relief):
+    """Layers of a relief by their level of detail, the finest first.
+
+    Parameters
+    ----------
+    relief : Relief
+
+    Returns
+    -------
+    dict of str to Layer
+        Each place once, in the order and the units of the file.
+    """
+    layers = {}
+    for lod in sorted(lod for lod, numbers in relief.corners.items() if numbers)[::-1]:
+        corners = np.frombuffer(relief.corners[lod], float).reshape(-1, 3)
+        points, index = np.unique(corners, axis=0, return_inverse=True)
+        layers[lod] = Layer(points, index.reshape(-1, 3))
+    return layers
+
+
+def read_relief(path):
+    """Triangles of all TIN reliefs in a file of CityGML.
+
+    Parameters
+    ----------
+    path : path-like
+
+    Returns
+    -------
+    layers : list of Layer
+        The finest level of detail first; points in the order and the units of the file.
+    crs : str or None
+        What pyproj.CRS.from_user_input understands.
+
+    Raises
+    ------
+    InputError
+        Not XML, no triangles in it, or coordinates that are not numbers.
+    """
+    relief, no_terrain = Relief(), [f"{{*}}{name}" for name in INSIDE]
+    found = GmlRelief(relief)
+    for element in iterate_elements(path, ("Envelope", "Triangle", *INSIDE)):
+        name = element.tag.rpartition("}")[2]
+        if name == "Envelope" and element.get("srsName"):
+            relief.srs_names.setdefault(element.get("srsName"), element.sourceline)
+        elif name == "Triangle" and next(element.iterancestors(*no_terrain), None) is None:
+            problem = found.add(element)
+            if problem:
+                raise InputError(path, f"line {element.sourceline}: {problem}", "correct or remove this triangle")
+    if not relief.count():
+        raise InputError(path, "contains no TINRelief", "give terrain as triangles, a GeoTIFF or an ASC grid")
+    return list(relief_layers(relief).values()), crs_of_relief(relief, path)
+
+
+def place_relief(contents, city, unit):
+    """Terrain of a city from the reliefs of its files, tiles of one level of detail joined.
+
+    A relief stands in the system that it names, else in that of its file, else in that of the other files.
+
+    Parameters
+    ----------
+    contents : list of FileContent
+        Each with its system, as `join_contents` leaves them.
+    city : City
+        What cannot be used goes into its report.
+    unit : {'m', 'ft', 'us-ft'}
+        Where no file names a coordinate reference system.
+
+    Returns
+    -------
+    Terrain or None
+        In the city's system [m]; None where no file holds a usable triangle.
+    """
+    common = max((content.crs for content in contents if content.crs), key=len, default=None)
+    of_lod, sources = {}, []
+    for content in contents:
+        if not content.relief.count():
+            continue
+        sources.append(str(content.path))
+        try:
+            crs = crs_of_relief(content.relief, content.path) or content.crs or common
+            for lod, layer in relief_layers(content.relief).items():
+                of_lod.setdefault(lod, []).append(place_layer(layer, crs, city.crs, UNITS[unit], content.path))
+        except InputError as error:  # the city can do without
+            city.report.notes.append(f"Terrain of {error.source} left out: {error.problem}.")
+    joined = []
+    for _, layers in sorted(of_lod.items(), reverse=True):
+        starts = np.cumsum([0, *(len(layer.points) for layer in layers)])
+        triangles = [layer.triangles + start for layer, start in zip(layers, starts[:-1], strict=True)]
+        joined.append(Layer(np.concatenate([layer.points for layer in layers]), np.concatenate(triangles)))
+    return Terrain(", ".join(sources), joined) if joined else None
+
+
+def crs_of_relief(relief, path):
+    """The one system that a relief itself names, or None.
+
+    Raises
+    ------
+    InputError
+        It names two.
+    """
+    easting = next((numbers[0] for numbers in relief.corners.values() if numbers), None)
+    return choose_crs(relief.srs_names, easting, path)[0]
+
+
+def place_layer(layer, crs, city_crs, unit, path):
+    """A layer whose points stand as in the file, brought to the city's system.
+
+    Parameters
+    ----------
+    layer : Layer
+    crs, city_crs : str or None
+        Without one of them the points stand in the city's system already, but for their unit.
+    unit : float
+        [m] The unit of such points.
+    path : path-like
+        Named in errors.
+
+    Returns
+    -------
+    Layer
+
+    Raises
+    ------
+    InputError
+        A place has no counterpart in the city's system.
+    """
+    if crs is None or city_crs is None:
+        return Layer(layer.points * unit, layer.triangles)
+    plane, factor = plane_of(crs)
+    points, _ = east_first(layer.points, plane)
+    places = transform_crs(points[:, :2], plane, city_crs, path)
+    return Layer(np.column_stack([places, points[:, 2] * factor]), layer.triangles)

@@ -1,0 +1,194 @@
+"""Read terrain into the coordinate reference system of a city: TIN reliefs, OBJ meshes, and height rasters.
+
+Rasters are read fine around the city and coarse out to the horizon.
+"""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..city.transform_crs import UNITS, full_turn, plane_of, transform_crs, turn_towards
+from ..errors import InputError
+from ..ground.terrain import HORIZON, Layer, Terrain
+from .open_input import open_input
+from .open_raster import HIGHEST, LOWEST, average_window, height_factor, open_raster, window_between
+from .parse_obj import parse_obj
+from .read_relief import place_layer, read_relief
+
+RASTERS = (".tif", ".tiff", ".asc", ".agr", ".grd")
+RELIEFS = (".gml", ".citygml", ".xml")
+NEAR = 300.0  # [m] around the city the raster is read at full resolution
+NEAR_POSTS, FAR_POSTS = 700, 250  # per side; a finer raster is resampled to that many
+MOST_POSTS = 400_000_000  # that are read
+
+
+def read_terrain(path, city, unit="m", up="z"):
+    """Read a CityGML TINRelief, an OBJ mesh, a GeoTIFF or an ASC grid.
+
+    Horizontal coordinates are transformed to the city's coordinate reference system, heights are converted to metres
+    but keep their vertical datum. A file without a system is assumed to be in the city's.
+
+    Parameters
+    ----------
+    path : path-like
+        Plain or gzip-compressed.
+    city : City
+    unit : {'m', 'ft', 'us-ft'}
+        Of files without a coordinate reference system.
+    up : {'z', 'y'}
+        Of OBJ files.
+
+    Returns
+    -------
+    Terrain
+        Points in the city's system [m].
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or lies outside the city.
+    """
+    open_input(path).close()
+    suffix = next((one.lower() for one in reversed(Path(path).suffixes) if one.lower() != ".gz"), "")
+    low, high = city.points.min(axis=0)[:2], city.points.max(axis=0)[:2]
+    terrain = Terrain(str(path))
+    if suffix in RASTERS:
+        terrain.layers = read_raster(Wanted(path, low, high, city.crs, UNITS[unit]), terrain.notes)
+    elif suffix in RELIEFS:
+        layers, crs = read_relief(path)
+        _note_missing(crs, city.crs, terrain)
+        terrain.layers = [place_layer(layer, crs, city.crs, UNITS[unit], path) for layer in layers]
+    elif suffix == ".obj":
+        parts = parse_obj(path)
+        faces = [face for face in parts.faces if len(face) > 2]
+        if not faces:
+            raise InputError(path, "contains no polygons", "give an OBJ file of terrain")
+        points = parts.vertices if up == "z" else parts.vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
+        fans = [np.column_stack([np.full(len(face) - 2, face[0]), face[1:-1], face[2:]]) for face in faces]
+        terrain.layers = [Layer(points * UNITS[unit], np.concatenate(fans))]
+        _note_missing(None, city.crs, terrain)
+    else:
+        raise InputError(path, "not a known terrain format", f"give one of {', '.join((*RASTERS, *RELIEFS, '.obj'))}")
+    points = np.concatenate([np.empty((0, 3)), *(layer.points for layer in terrain.layers)])
+    if not len(points):
+        raise InputError(path, "has no heights at the city", "give terrain that covers the city")
+    apart = np.maximum(np.maximum(points.min(axis=0)[:2] - high, low - points.max(axis=0)[:2]), 0)
+    if apart.any():
+        problem = f"is {float(np.hypot(*apart)) / 1000:,.1f} km away from the buildings"
+        raise InputError(path, problem, "give terrain that covers the city, in its system and unit")
+    return terrain
+
+
+def _note_missing(crs, city_crs, terrain):
+    """Note which of terrain and city has no coordinate reference system, and which one is assumed."""
+    if crs is None:
+        terrain.notes.append(f"{terrain.source} has no coordinate reference system; the city's is assumed.")
+    elif city_crs is None:
+        terrain.notes.append(f"The city has no coordinate reference system; {crs} is assumed.")
+
+
+class Wanted(NamedTuple):
+    """Which part of a raster is wanted, and in which coordinate reference system."""
+
+    path: object  # of the raster
+    low: np.ndarray  # (2,) float64 [m] corners of the city
+    high: np.ndarray  # (2,) float64 [m]
+    crs: str | None  # of the city
+    unit: float  # metres per unit of a raster without a coordinate reference system
+
+
+def read_raster(wanted, notes):
+    """Terrain layers of a raster around a city.
+
+    Parameters
+    ----------
+    wanted : Wanted
+    notes : list of str
+        Notes for the report are appended.
+
+    Returns
+    -------
+    list of Layer
+        Points in the city's coordinate reference system [m].
+
+    Raises
+    ------
+    InputError
+        Not a raster, a damaged one, or one that does not cover the city.
+    """
+    path, layers = wanted.path, []
+    with open_raster(path) as raster:
+        if raster.crs is None and (raster.matrix == np.eye(2, 3)).all():
+            raise InputError(path, "is not georeferenced", "give a raster with position and cell size")
+        if raster.crs is None:
+            notes.append(f"{path} has no coordinate reference system; the city's is assumed.")
+        elif wanted.crs is None:
+            notes.append(f"The city has no coordinate reference system; that of {path} is assumed.")
+        for reach, posts in ((NEAR, NEAR_POSTS), (HORIZON, FAR_POSTS)):
+            window = window_between(raster, _rectangle(reach, raster, wanted))
+            if window is not None and window[2] * window[3] > MOST_POSTS:
+                problem = f"has {window[2]:,} x {window[3]:,} posts around the city"
+                raise InputError(path, problem, f"resample it to at most {MOST_POSTS:,}")
+            if window is not None:
+                layers.append(_read_layer(raster, window, posts, notes if not layers else [], wanted))
+    return [layer for layer in layers if len(layer.triangles)]
+
+
+def _rectangle(reach, raster, wanted):
+    """Bounding box, in the raster's system, of the city and what lies within reach of it."""
+    low, high = wanted.low - reach, wanted.high + reach
+    share, unit = np.linspace(0, 1, 9), _common_unit(raster, wanted)
+    x, y = np.meshgrid(low[0] + share * (high[0] - low[0]), low[1] + share * (high[1] - low[1]))
+    places = np.column_stack([x.ravel(), y.ravel()])
+    if unit is not None:
+        places = places / unit
+    else:
+        places, turn = transform_crs(places, wanted.crs, raster.crs, wanted.path), full_turn(raster.crs)
+        if turn is not None:  # a map may go on beyond 180°
+            middle = raster.matrix[0] @ (raster.width / 2, raster.height / 2, 1)
+            places[:, 0] = turn_towards(places[:, 0], turn_towards(places[0, 0], middle, turn), turn)
+    return places.min(axis=0), places.max(axis=0)
+
+
+def _common_unit(raster, wanted):
+    """Metres per unit of a raster that is taken to be in the system of the city, None where both have their own."""
+    if raster.crs is None or wanted.crs is not None:
+        return wanted.unit if raster.crs is None else None
+    plane, _ = plane_of(raster.crs)
+    if plane.is_geographic:
+        problem = "is in degrees, but the city has no coordinate reference system"
+        raise InputError(wanted.path, problem, "give terrain in the city's own metres")
+    return plane.axis_info[0].unit_conversion_factor
+
+
+def _read_layer(raster, window, posts, notes, wanted):
+    """Triangles of a window with so many posts on a side at most: Layer."""
+    column, row, width, height = (int(value) for value in window)
+    shape, path = (min(height, posts), min(width, posts)), wanted.path
+    heights = average_window(raster, window, shape) * height_factor(raster, wanted.unit)
+    with np.errstate(invalid="ignore"):
+        odd = (heights > HIGHEST) | (heights < LOWEST)
+    if odd.any():
+        notes.append(f"{int(odd.sum())} heights of {path} beyond {LOWEST:,.0f} to {HIGHEST:,.0f} m treated as gaps.")
+    heights[odd] = np.nan
+    if shape != (height, width):
+        notes.append(f"{path}: {width} x {height} posts resampled to {shape[1]} x {shape[0]}.")
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    pixels = column + (x.ravel() + 0.5) * width / shape[1], row + (y.ravel() + 0.5) * height / shape[0]
+    places = np.column_stack([*pixels, np.ones(len(pixels[0]))]) @ raster.matrix.T
+    unit = _common_unit(raster, wanted)
+    places = transform_crs(places, raster.crs, wanted.crs, path) if unit is None else places * unit
+    return _triangulate(places, heights)
+
+
+def _triangulate(places, heights):
+    """Two triangles per cell of four posts, none over a gap."""
+    rows, columns = heights.shape
+    number = np.arange(rows * columns).reshape(rows, columns)
+    a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
+    triangles = np.concatenate([np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, d, c), (a, c, b))])
+    whole = np.isfinite(heights.ravel()[triangles]).all(axis=1)
+    used, index = np.unique(triangles[whole], return_inverse=True)
+    points = np.column_stack([places, heights.ravel()])[used]
+    return Layer(points, index.reshape(-1, 3))
