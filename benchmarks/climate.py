@@ -19,20 +19,14 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from citypv.core.climate.make_climates import (
-    cleanest_sky,
-    draw_irradiance,
-    look_up_altitude,
-    make_climates,
-    raise_sky,
-)
 from citypv.core.energy.pick_module import pick_module
 from citypv.core.sun.solar_position import solar_position
 from citypv.core.weather.add_sun import add_sun
+from citypv.core.weather.climate import cleanest_sky, draw_irradiance, look_up_altitude, make_climates, raise_sky
 from citypv.core.weather.read_epw import read_epw
+from citypv.core.weather.read_nsrdb import read_tmy3
 from citypv.core.weather.read_pvgis import read_pvgis
-from citypv.core.weather.read_tmy3 import read_tmy3
-from citypv.core.weather.record import Record
+from citypv.core.weather.weather import Record
 
 HOUR = pd.Timedelta(hours=1)
 WALLS = {"N": 0.0, "E": 90.0, "S": 180.0, "W": 270.0}

@@ -68,7 +68,7 @@ def make_transfer(count, suns):
 
 def replace_suns(suns, count):
     """The first suns only."""
-    return replace(suns, **{one.name: getattr(suns, one.name)[:count] for one in fields(suns) if one.name != "way"})
+    return replace(suns, **{one.name: getattr(suns, one.name)[:count] for one in fields(suns) if one.name != "sampling"})
 
 
 def pvlib_power(weather, transfer, row, series, system):

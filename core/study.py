@@ -20,7 +20,6 @@ from .energy.pv_system import build_system
 from .errors import InputError
 from .files.read_city import read_city
 from .files.read_terrain import read_terrain
-from .horizon.read_horizon import check_horizon
 from .materials.read_albedo import check_materials
 from .photons.trace_forward import trace_forward
 from .photons.trace_hybrid import trace_hybrid
@@ -30,17 +29,18 @@ from .racks.parse_racks import parse_racks
 from .request import check_request
 from .results.list_findings import rows_of_names
 from .scene.build_scene import build_scene
-from .sky.choose_sky import choose_sky
-from .sun.check_distance import check_distance
-from .sun.choose_suns import choose_suns, parse_way
-from .sun.keep_suns import weigh_by_year
-from .sun.spread_suns import spread_suns
+from .sun.choose_suns import choose_suns, parse_sampling
+from .sun.match_suns import weigh_by_year
+from .sun.read_horizon import check_horizon
+from .sun.sky_models import choose_sky
+from .sun.suns import progressive_order
 from .transfer.merge_transfers import seed_of_round
 from .transfer.prepare_scene import continue_sampling, prepare_scene, reseed
 from .transfer.trace_seasons import trace_seasons
 from .transfer.transfer import scale_direct
 from .trees.foliage import parse_months
 from .weather.read_weather import check_sources, read_weather
+from .weather.weather import check_distance
 
 ESTIMATORS = {"gather": trace_hybrid, "forward": trace_forward}
 
@@ -54,7 +54,7 @@ def check_settings(request):
     """
     check_request(request)
     check_effects(request)
-    parse_way(request.suns)
+    parse_sampling(request.suns)
     parse_racks(request.racks)
     parse_months(request.leaf_months)
     build_system(request)
@@ -176,7 +176,7 @@ def prepare_study(scene, weather, request, *, materials=None, progress=silent):
 
 def choose_year(weather, request):
     """Sun positions to trace for the year of a weather: Suns."""
-    return spread_suns(choose_suns(request.suns, *weather.axis, request.seed, position=weather.data))
+    return progressive_order(choose_suns(request.suns, *weather.axis, request.seed, position=weather.data))
 
 
 def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepared=None):

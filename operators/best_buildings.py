@@ -72,7 +72,7 @@ def rank_buildings(surfaces, energy, request):
     energy : core.energy.energy.Energy
     request : core.request.Request
     """
-    from ..core.energy.potential import sum_potential
+    from ..core.energy.energy import sum_potential
     from ..core.energy.pv_system import build_system
 
     system, names = build_system(request), np.array(surfaces.building_id, dtype=object).astype(str)

@@ -30,7 +30,7 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         """Read the weather and compute the energy."""
         from ..core.accuracy.seconds_to_halve import seconds_to_halve
         from ..core.study import check_settings, compute_energy, read_year
-        from ..core.sun.check_distance import describe_distance
+        from ..core.weather.weather import describe_distance
 
         session, kept, request = task
         check_settings(request)

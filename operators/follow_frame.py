@@ -56,7 +56,7 @@ def timeline_of(city):
 
 def show_moment(stage):
     """Write light and yield of the scene's frame on the faces, and set sun and sky; return the moment as text."""
-    from ..core.timeline.timeline import describe_moment
+    from ..core.energy.timeline import describe_moment
 
     city, ground = find_city(stage)
     timeline = timeline_of(city)

@@ -44,7 +44,7 @@ def curve_of_day(session, rows, kwp):
         Nominal power of each surface [kWp].
     """
     from ..core.study import compute_energy
-    from ..core.sun.solar_days import local_middle
+    from ..core.sun.solar_position import local_middle
     from ..core.transfer.take_rows import take_rows
 
     transfer = take_rows(session.transfer, rows)

@@ -149,8 +149,8 @@ def describe_surfaces(session, rows):
     -------
     list of str
     """
+    from ..core.energy.energy import sum_potential
     from ..core.energy.pick_module import area_of_kwp
-    from ..core.energy.potential import sum_potential
     from ..core.energy.pv_system import build_system
 
     surfaces, energy, system = session.transfer.surfaces, session.energy, build_system(session.request)

@@ -36,7 +36,7 @@ def summarise_energy(item, weather, energy, place=""):
 
 def sum_totals(surfaces, energy, request):
     """Power, energy and hours of all eligible surfaces, of roofs and of facades: dict of dicts (`sum_potential`)."""
-    from ..core.energy.potential import sum_potential
+    from ..core.energy.energy import sum_potential
     from ..core.energy.pv_system import build_system
 
     facade, system = surfaces.kind == "facade", build_system(request)

@@ -28,8 +28,8 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
     def work(task, progress):
         """Compute light and yield of all frames, and the energy where it is not known."""
         from ..core.energy.pv_system import build_system
+        from ..core.energy.timeline import build_timeline
         from ..core.study import check_settings, compute_energy, read_year
-        from ..core.timeline.timeline import build_timeline
 
         session, kept, request = task
         check_settings(request)

@@ -12,10 +12,10 @@ import numpy as np
 
 from ..effects.judge_effects import judge
 from ..effects.switched_off import JUDGED, is_left_out, measure_left_out
-from ..horizon.lost_sky import lost_sky
 from ..results.effect_shares import draw_surfaces
-from ..sky.light_sources import SOURCES
 from ..study import compute_energy
+from ..sun.sky_models import SOURCES
+from ..sun.terrain_loss import lost_sky
 from ..transfer.take_rows import take_rows
 
 KEY = "terrain-horizon"

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..materials.read_albedo import brdfs_of_triangles
-from ..sky.sky_models import split_sky
-from ..sky.terrain_loss import sunlit_year
+from ..sun.sky_models import split_sky
+from ..sun.terrain_loss import sunlit_year
 from ..trees.foliage import choose_foliage
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
 from .pilot import LONGEST, height_of_suns, surroundings_in, trace_pilot

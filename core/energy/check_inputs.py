@@ -4,8 +4,9 @@ import numpy as np
 
 from ..check_arrays import UNIT, check_array, check_unit
 from ..errors import InputError
-from ..sky.light_sources import SOURCES, name_untraced
-from ..sun.check_suns import check_place, check_suns, check_times
+from ..sun.sky_models import SOURCES, name_untraced
+from ..sun.solar_position import check_place, check_times
+from ..sun.suns import check_suns
 from ..transfer.kept_matrix import is_on_disk, row_blocks
 from ..weather.check_weather import LIMITS
 

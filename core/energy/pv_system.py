@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 import pvlib
 
 from ..errors import InputError
-from .pick_inverter import Inverter, pick_inverter
-from .pick_module import CEC, SANDIA, Module, pick_module
+from .pick_module import CEC, SANDIA, Inverter, Module, pick_inverter, pick_module
 
 MOUNTINGS = {  # Sandia's thermal parameters (King et al. 2004, table 1) as pvlib names them
     "open-rack": "open_rack_glass_polymer",

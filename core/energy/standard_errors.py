@@ -1,21 +1,11 @@
 """Standard errors of full load hours: from rays, discretisation, and the suns that represent the year."""
 
-from typing import NamedTuple
-
 import numpy as np
 import pandas as pd
 
 from ..transfer.noise import no_parts, own_diffuse, own_direct, variance_of_mean
 
 PROPORTION = 0.1  # relative difference in yield per irradiance between direct, diffuse and reflected light
-
-
-class YearSums(NamedTuple):
-    """What surfaces get and give per year."""
-
-    full_load_hours: np.ndarray  # (n,) [h]
-    poa: np.ndarray  # (n,) [kWh/m²] irradiance
-    years: float  # number of years of the weather
 
 
 def standard_errors_of_hours(transfer, weather, sums, groups, sky):
@@ -31,7 +21,8 @@ def standard_errors_of_hours(transfer, weather, sums, groups, sky):
     transfer : Transfer
         Its record has the error of sun sampling if it was measured.
     weather : Weather
-    sums : YearSums
+    sums : tuple of (n,), (n,) and float
+        Full load hours [h] and irradiation [kWh/m²] of the surfaces per year, and the number of years of the weather.
     groups : Groups
     sky : SkyParts
         Of the weather.
@@ -45,7 +36,7 @@ def standard_errors_of_hours(transfer, weather, sums, groups, sky):
     whole : float
         [h] Of the mean over the counted area of all groups, from rays and points only.
     """
-    full_load_hours = sums.full_load_hours
+    full_load_hours = sums[0]
     own, passed_on, discretisation, _ = carry_to_hours(transfer, weather, *sums, sky=sky)
     names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
     rms = np.array([sun_sampling_share(transfer.record, name, "rms") for name in names])

@@ -1,11 +1,12 @@
 """Sum irradiance and power of a block of surfaces over all hours."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..sun.values_at import values_at
+from ..sun.match_suns import values_at
 from .fill_behind import filled_share
+from .power import capacity_factor
 
 
 @dataclass
@@ -36,8 +37,8 @@ class BlockSums:
     capacity_factor_ac: np.ndarray  # (h, g); (0, g) without AC
 
 
-def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, iam, sky=None):
-    """Extract some surfaces of a Transfer.
+def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, iam):
+    """Extract some surfaces of a Transfer, without the light of traced parts of the sky.
 
     Parameters
     ----------
@@ -54,22 +55,19 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, iam, s
         Precision to compute in.
     iam : numpy.ndarray, (2 + k, n)
         Of these surfaces, from `diffuse_incidence_factors`.
-    sky : SkyParts, optional
-        With k traced sources; without it, none.
 
     Returns
     -------
     Block
     """
-    normal = transfer.surfaces.normal[rows].T
-    sources, source_view = sources_of_rows(transfer, rows, sky)
+    none = np.zeros((0, len(rows)), dtype)
     return Block(
-        normal=normal.astype(dtype),
+        normal=transfer.surfaces.normal[rows].T.astype(dtype),
         diffuse=transfer.diffuse_relative[rows].astype(dtype),
         far_ground=(transfer.far_ground_view_factor[rows] * transfer.ground_albedo).astype(dtype),
         sky=np.minimum(transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]).astype(dtype),
-        sources=sources.astype(dtype),
-        source_view=source_view.astype(dtype),
+        sources=none,
+        source_view=none,
         iam=iam.astype(dtype),
         visible_share=filled_share(transfer, rows, neighbours, reach, dtype),
         reflected=np.ascontiguousarray(transfer.direct_reflected[rows].T, dtype=dtype),
@@ -77,24 +75,20 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, iam, s
     )
 
 
-def sources_of_rows(transfer, rows, sky):
-    """Light of the k traced sources on n surfaces, per irradiance in the units of the sources.
+def add_sources(block, transfer, rows, sky):
+    """The block of some rows with the light of the k traced parts of a sky, per irradiance in their units.
 
-    A source darker than the dome takes light away, from no surface more than the dome gives it.
-
-    Returns
-    -------
-    sources, source_view : numpy.ndarray, (2 k, n)
-        [–] Reflections included, and without them: first as far as the k sources are brighter than the dome, then as
-        far as they are darker.
+    A part darker than the dome takes light away, from no surface more than the dome gives it.
     """
-    if sky is None or not sky.sources:
-        return np.zeros((2, 0, len(rows)))
+    if not sky.sources:
+        return block
     traced = [transfer.sources[name] for name in sky.sources]
     view = np.stack([light.view_factor[rows] for light in traced])
     reflected = np.stack([light.relative[rows] for light in traced]) - view
     views = np.concatenate([view, np.minimum(view, sky.caps[:, None] * transfer.sky_view_factor[rows])])
-    return views + np.tile(reflected, (2, 1)), views
+    light = views + np.tile(reflected, (2, 1))
+    dtype = block.normal.dtype
+    return replace(block, sources=light.astype(dtype), source_view=views.astype(dtype))
 
 
 def sum_block(block, hours, model, *, ac=False):
@@ -105,7 +99,7 @@ def sum_block(block, hours, model, *, ac=False):
     block : Block
     hours : Hours
         In the block's precision.
-    model : PlainPower, FastPower or None
+    model : PvlibCurves, PowerTables or None
         None skips power.
     ac : bool
         Whether to compute AC power.
@@ -119,8 +113,8 @@ def sum_block(block, hours, model, *, ac=False):
     weights = np.concatenate([hours.sunny * hours.open, hours.sunward], axis=1)
     direct_sums = np.zeros((2, count))
     by_month, specific_yield = np.zeros((count, 12)), np.zeros(count)
-    capacity_factor = np.zeros((len(hours), groups), dtype)
-    capacity_factor_ac = np.zeros((len(hours) if ac else 0, groups), dtype)
+    of_groups = np.zeros((len(hours), groups), dtype)
+    of_groups_ac = np.zeros((len(hours) if ac else 0, groups), dtype)
     for month, first, last in hours.chunks():
         part = hours.rows(first, last)
         projection, direct = direct_part(block, part)
@@ -130,13 +124,13 @@ def sum_block(block, hours, model, *, ac=False):
         power = run_model(model, block, part, direct, projection)[-1]
         ones = np.ones(last - first, dtype)
         by_month[:, month] += ones @ power
-        capacity_factor[first:last] = power @ block.group_weight
+        of_groups[first:last] = power @ block.group_weight
         if ac:
             power = model.ac(power)
             specific_yield += ones @ power
-            capacity_factor_ac[first:last] = power @ block.group_weight
+            of_groups_ac[first:last] = power @ block.group_weight
     relative, poa = add_linear_parts(block, hours, weights, direct_sums)
-    return BlockSums(relative, poa, by_month, capacity_factor, specific_yield, capacity_factor_ac)
+    return BlockSums(relative, poa, by_month, of_groups, specific_yield, of_groups_ac)
 
 
 def direct_part(block, hours):
@@ -167,7 +161,7 @@ def run_model(model, block, hours, direct, projection):
         effective = diffuse * reflected + hours.dome * (block.sky * (sky - reflected))
         if sources:
             effective += split_sources(hours) @ (block.source_view * (np.stack([*sources, *sources]) - reflected))
-    return direct, diffuse, model.dc(direct, diffuse, effective, projection, hours)
+    return direct, diffuse, capacity_factor(model, (direct, diffuse, effective), projection, hours)
 
 
 def diffuse_part(block, hours):

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from ..energy.groups import KINDS, ORIENTATIONS
+from ..energy.counted_area import KINDS, ORIENTATIONS
 from ..racks.rack_names import find_racked_roofs
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")

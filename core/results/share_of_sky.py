@@ -6,7 +6,7 @@ import numpy as np
 
 from ..effects.judge_effects import judge
 from ..energy.compute_energy import compute_energy
-from ..sky.light_sources import sources_of
+from ..sun.sky_models import sources_of
 from ..transfer.take_rows import take_rows
 from ..transfer.transfer import SourceLight
 from .effect_shares import draw_surfaces

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from ..energy.potential import sum_potential
+from ..energy.energy import sum_potential
 from .write_faces import name_months
 
 

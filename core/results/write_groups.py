@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from ..energy.years import split_years
-from ..sun.solar_days import local_middle
+from ..energy.energy import split_years
+from ..sun.solar_position import local_middle
 
 HOUR = pd.Timedelta(hours=1)
 COLUMNS = ["kind", "orientation", "period", "index", "full_load_hours", "count", "area"]

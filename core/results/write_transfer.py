@@ -6,7 +6,7 @@ import h5netcdf
 import numpy as np
 
 from ..progress import silent
-from ..sky.light_sources import SOURCES
+from ..sun.sky_models import SOURCES
 from ..transfer.kept_matrix import row_blocks
 from .netcdf_file import netcdf_file, write_variables
 from .transfer_fields import (
@@ -84,7 +84,7 @@ def describe_state(transfer):
         variables[name] = ("sun", getattr(suns, name))
     attributes = {
         "title": FORMAT,
-        "way": suns.way,
+        "way": suns.sampling,
         "ground_albedo": transfer.ground_albedo,
         "site": json.dumps(finite(vars(site))),
     }

@@ -1,18 +1,26 @@
-"""Match each interval of a time axis to the traced suns that represent it."""
+"""Match each interval of a time axis to the traced suns that represent it, and take their values."""
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from ..errors import InputError
-from .check_suns import check_suns
-from .match_days_of_year import match_days_of_year
-from .match_sky_grid import match_sky_grid
-from .match_typical_days import match_typical_days
-from .solar_days import solar_days
-from .solar_position import MINIMUM_ELEVATION, is_sunny, solar_position, sun_direction
-from .suns import SunMatch
+from .days_of_year import match_days_of_year
+from .sky_grid import match_sky_grid
+from .solar_position import MINIMUM_ELEVATION, is_sunny, solar_days, solar_position, sun_direction
+from .suns import check_suns
+from .typical_days import match_typical_days
 
-WAYS = ("hourly", "days", "typical-days", "sky-grid")
+SAMPLINGS = ("hourly", "days", "typical-days", "sky-grid")
+
+
+@dataclass
+class SunMatch:
+    """Which traced suns represent each interval of a time axis."""
+
+    index: np.ndarray  # (T, k) int32 into the suns; 0 where the weight is 0
+    weight: np.ndarray  # (T, k) float64; rows sum to 1, or to 0 if the sun is too low; some are negative
 
 
 def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELEVATION, position=None):
@@ -44,8 +52,8 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
         With zero weights for lower suns.
     """
     check_suns(suns)
-    if suns.way.partition(":")[0] not in WAYS:
-        raise InputError("suns", f"the way {suns.way!r} is unknown", f"give one of {', '.join(WAYS)}")
+    if suns.sampling.partition(":")[0] not in SAMPLINGS:
+        raise InputError("suns", f"the sampling {suns.sampling!r} is unknown", f"give one of {', '.join(SAMPLINGS)}")
     sun = solar_position(times, interval, latitude, longitude) if position is None else position
     sunny = is_sunny(sun["apparent_zenith"])
     direction = sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
@@ -62,13 +70,13 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
     low = (90.0 - sun["apparent_zenith"].to_numpy() >= lowest) & ~sunny
     if low.any():
         direction = sun_direction(sun["apparent_zenith"][low], sun["solar_azimuth"][low])
-        found, share = match_low_suns(suns, direction)
+        found, share = match_directions(suns, direction)
         index[low, : found.shape[1]], weight[low, : found.shape[1]] = found, share
     return SunMatch(index, weight)
 
 
-def match_directions(suns, direction, day):
-    """Which traced suns represent each sunny interval.
+def match_directions(suns, direction, day=None):
+    """Which traced suns represent some suns.
 
     Parameters
     ----------
@@ -76,8 +84,8 @@ def match_directions(suns, direction, day):
         As traced.
     direction : numpy.ndarray, (t, 3)
         Towards the sun of each interval.
-    day : numpy.ndarray, (t,) int
-        Its day of local solar time.
+    day : numpy.ndarray, (t,) int, optional
+        Its day of local solar time; without it the nearest traced sun is taken, or the three around it in a sky grid.
 
     Returns
     -------
@@ -85,22 +93,57 @@ def match_directions(suns, direction, day):
     weight : numpy.ndarray, (t, k)
         Rows sum to 1.
     """
-    name = suns.way.partition(":")[0]
+    name = suns.sampling.partition(":")[0]
     if name == "sky-grid":
         return match_sky_grid(suns, direction)
-    if name == "days":
+    if name == "days" and day is not None:
         return match_days_of_year(suns, direction, day)
-    near = match_typical_days(suns, direction, day) if name == "typical-days" else nearest_sun(suns, direction)
+    if name == "typical-days" and day is not None:
+        near = match_typical_days(suns, direction, day)
+    else:
+        near = KDTree(suns.direction).query(direction)[1]
     return near[:, None], np.ones((len(near), 1))
 
 
-def nearest_sun(suns, direction):
-    """The traced sun nearest to each direction, unit vectors (t, 3): (t,) int."""
-    return KDTree(suns.direction).query(direction)[1]
+def values_at(values, index, weight):
+    """Values of the traced suns, (s, n), at the intervals that they represent: (t, n).
+
+    Parameters
+    ----------
+    values : numpy.ndarray, (s, n)
+        In any unit.
+    index, weight : numpy.ndarray, (t, k)
+        As of `SunMatch`. A single sun, k = 1, has the weight 1.
+    """
+    if index.shape[1] == 1:
+        return np.take(values, index[:, 0], axis=0, mode="clip")
+    return sum(
+        np.take(values, index[:, column], axis=0, mode="clip") * weight[:, column, None]
+        for column in range(index.shape[1])
+    )
 
 
-def match_low_suns(suns, direction):
-    """Traced suns that represent suns below 2°, and their weights: (t, 1) int and float; of a sky grid (t, 3)."""
-    if suns.way.startswith("sky-grid"):
-        return match_sky_grid(suns, direction)
-    return nearest_sun(suns, direction)[:, None], np.ones((len(direction), 1))
+def largest_mismatch(suns, direction, index, weight):
+    """Largest angle between the sun of an interval, unit vectors (t, 3), and a traced one that represents it: [°]."""
+    angle = 0.0
+    for column in range(index.shape[1]):
+        used = weight[:, column] != 0
+        cosine = np.einsum("hi,hi->h", suns.direction[index[used, column]], direction[used])
+        angle = max(angle, float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).max(initial=0.0)))
+    return angle
+
+
+def weigh_by_year(suns, times, interval, latitude, longitude, *, position=None):
+    """Weight each sun with the share of the sunny intervals that it represents, by `match_suns`.
+
+    Parameters and errors as in `match_suns`.
+
+    Returns
+    -------
+    Suns
+        Unchanged if no interval is sunny.
+    """
+    match = match_suns(suns, times, interval, latitude, longitude, position=position)
+    share = np.bincount(match.index.ravel(), weights=match.weight.ravel(), minlength=len(suns))
+    share = np.maximum(share, 0.0)  # an outer node of the interpolation may have a negative sum
+    return replace(suns, weight=share / share.sum()) if share.sum() > 0 else suns

@@ -1,19 +1,16 @@
-"""Suns of a few typical days instead of the whole year (paper, section 2.3)."""
+"""Suns of a few typical days instead of the whole year, and which of them stands for each hour (paper, section 2.3)."""
 
 import numpy as np
 import pandas as pd
-import tsam
-from threadpoolctl import threadpool_limits
 
-from .match_typical_days import match_typical_days
-from .solar_days import whole_solar_days
-from .solar_position import is_sunny, solar_position, sun_direction
+from .solar_position import DAY, is_sunny, solar_position, sun_direction, whole_solar_days
 from .suns import Suns
 
+NEAR = np.cos(np.radians(15.0))  # motion of the sun in one hour
 RESTARTS = 10  # of the k-means, from different initial centres; the best is kept
 
 
-def typical_day_suns(times, interval, latitude, longitude, *, count=12, seed=0):
+def typical_day_suns(times, interval, latitude, longitude, *, count, seed=0):
     """Suns of typical days, found by k-means over the days' sun positions.
 
     Days are those of local solar time, so that results do not depend on longitude; where hours and meridian agree, the
@@ -40,10 +37,10 @@ def typical_day_suns(times, interval, latitude, longitude, *, count=12, seed=0):
     Returns
     -------
     Suns
-        Way "typical-days:N"; `weight` is the share of the sunny intervals that are matched to each sun.
+        Sampling "typical-days:N"; `weight` is the share of the sunny intervals that are matched to each sun.
     """
     axis = whole_solar_days(times, interval, longitude)
-    steps = pd.Timedelta(days=1) // interval
+    steps = DAY // interval
     sun = solar_position(axis, interval, latitude, longitude)
     sunny = is_sunny(sun["apparent_zenith"])
     member = np.repeat(cluster_days(sun, steps, count, seed), steps)
@@ -78,10 +75,13 @@ def cluster_days(sun, steps, count, seed):
     -------
     numpy.ndarray, (days,) int
     """
+    import tsam  # loading it takes as long as tracing a small scene
+    from threadpoolctl import threadpool_limits
+
     azimuth = np.radians(sun["solar_azimuth"].to_numpy())
     table = pd.DataFrame(
         {"sine": np.sin(azimuth), "cosine": np.cos(azimuth), "zenith": sun["apparent_zenith"].to_numpy()},
-        index=pd.date_range("2021-01-01", periods=len(sun), freq=pd.Timedelta(days=1) / steps),
+        index=pd.date_range("2021-01-01", periods=len(sun), freq=DAY / steps),
     )
     method = tsam.KMeans(n_init=RESTARTS, random_state=seed)
     cluster = tsam.ClusterConfig(method=method, representation="mean")
@@ -110,4 +110,43 @@ def weigh_suns(suns, direction, day):
         return suns
     share = np.bincount(match_typical_days(suns, direction, day), minlength=len(suns)) / len(direction)
     kept = share > 0
-    return Suns(suns.way, suns.direction[kept], share[kept], suns.day[kept], suns.step[kept])
+    return Suns(suns.sampling, suns.direction[kept], share[kept], suns.day[kept], suns.step[kept])
+
+
+def match_typical_days(suns, direction, day):
+    """The traced sun that represents each sunny interval.
+
+    Each solar day is assigned the typical day with the smallest mean angle between its suns and those of the day; each
+    interval the nearest sun of that typical day, or, if that is more than 15° away, the nearest of all suns.
+
+    Parameters
+    ----------
+    suns : Suns
+        Suns of typical days.
+    direction : numpy.ndarray, (t, 3)
+        Towards the suns of the sunny intervals.
+    day : numpy.ndarray, (t,) int
+        Solar day of each interval.
+
+    Returns
+    -------
+    numpy.ndarray, (t,) int64
+        Index into the suns.
+    """
+    typical = np.unique(suns.day)
+    nearest = np.empty((len(direction), len(typical)), np.int64)
+    cosine = np.empty((len(direction), len(typical)))
+    for column, own in enumerate(typical):
+        members = np.flatnonzero(suns.day == own)
+        projection = direction @ suns.direction[members].T
+        place = projection.argmax(axis=1)
+        nearest[:, column] = members[place]
+        cosine[:, column] = projection[np.arange(len(direction)), place]
+    # Sum the angles over each day and choose the typical day with the least.
+    _, number = np.unique(day, return_inverse=True)
+    angles = np.zeros((number.max(initial=-1) + 1, len(typical)))
+    np.add.at(angles, number, np.arccos(np.clip(cosine, -1.0, 1.0)))
+    row = np.arange(len(direction))
+    chosen = angles.argmin(axis=1)[number]
+    chosen = np.where(cosine[row, chosen] < NEAR, cosine.argmax(axis=1), chosen)
+    return nearest[row, chosen]

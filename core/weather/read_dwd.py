@@ -10,8 +10,7 @@ import pyproj
 
 from ..errors import InputError
 from ..files.open_input import open_text
-from .record import Record
-from .typical_year import TYPICAL_YEAR
+from .weather import TYPICAL_YEAR, Record
 
 ZONE = pd.Timedelta(hours=1)  # Central European Time throughout the year
 GERMANY = {"latitude": (46.0, 56.0), "longitude": (5.0, 16.0)}  # [°]

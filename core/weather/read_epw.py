@@ -9,8 +9,7 @@ import pandas as pd
 import pvlib
 
 from ..files.open_input import open_text
-from .record import Record, read_numbers
-from .typical_year import coerce_year
+from .weather import Record, coerce_year, read_numbers
 
 COLUMNS = {
     "ghi": "ghi",

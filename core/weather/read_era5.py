@@ -12,7 +12,7 @@ from scipy.io import netcdf_file
 from ..errors import InputError
 from ..files.open_netcdf import open_netcdf
 from .grid_point import interpolate_point, name_axes
-from .record import Record
+from .weather import Record
 
 # Possible names of each variable; mean rates are those of the same hour in Wm⁻².
 NAMES = {

@@ -8,19 +8,15 @@ from pathlib import Path
 from ..errors import InputError
 from ..sun.solar_position import POSITION
 from .add_sun import add_sun
-from .check_weather import check_values, check_weather
-from .check_years import check_years, describe_checks, describe_leap_days
-from .clear_sky import clear_sky
-from .climate import climate
-from .download_pvgis import download_pvgis
+from .check_weather import check_values, check_weather, check_years, describe_checks, describe_leap_days
+from .climate import clear_sky, climate
 from .read_dwd import read_dwd, read_try
 from .read_epw import read_epw
 from .read_era5 import read_era5
-from .read_psm import read_psm
-from .read_pvgis import read_pvgis
-from .read_tmy3 import read_tmy3
+from .read_nsrdb import read_psm, read_tmy3
+from .read_pvgis import download_pvgis, read_pvgis
 from .read_weather_csv import read_weather_csv
-from .record import change_record, join_records
+from .weather import change_record, join_records
 
 CURE = "give ERA5 as NetCDF, EPW, TMY3, PVGIS, NSRDB PSM, DWD, a csv with tz-aware times, climate, pvgis or clear-sky"
 

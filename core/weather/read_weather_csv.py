@@ -8,7 +8,7 @@ import pandas as pd
 
 from ..errors import InputError
 from ..files.open_input import open_text
-from .record import Record, read_numbers
+from .weather import Record, read_numbers
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
 COMMAS = "write commas between columns, and points in numbers"

@@ -5,14 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..energy.check_inputs import check_transfer
-from ..energy.counted_area import find_counted_area
-from ..energy.diffuse_incidence import diffuse_incidence_factors
+from ..energy.counted_area import find_counted_area, find_groups
 from ..energy.fill_behind import order_neighbours
-from ..energy.groups import find_groups
+from ..energy.power import diffuse_incidence_factors
 from ..energy.sum_block import Block, take_block
 from ..errors import InputError
-from ..sky.light_sources import name_untraced, sources_of
-from ..sun.match_sky_grid import SkyTriangles, triangulate_sky
+from ..sun.sky_grid import SkyTriangles, triangulate_sky
+from ..sun.sky_models import name_untraced, sources_of
 from .group_errors import GroupErrors, find_group_errors
 
 SINGLE = np.float32
@@ -98,7 +97,7 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
 
 def check_sky_grid(source, transfer):
     """Refuse a Transfer that was not traced for the whole sky."""
-    way = transfer.suns.way
+    way = transfer.suns.sampling
     if not way.startswith("sky-grid"):
         raise InputError(
             source,

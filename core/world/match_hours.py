@@ -3,9 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from ..sun.match_sky_grid import match_triangles
-from ..sun.solar_position import is_sunny, sun_direction
-from ..sun.sun_of_places import sun_of_place
+from ..sun.sky_grid import match_triangles
+from ..sun.solar_position import is_sunny, sun_direction, sun_of_place
 from .sum_groups import Sunlight
 
 WAYS = ("exact", "paper")

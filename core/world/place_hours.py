@@ -6,12 +6,10 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..energy.fast_power import HALF, MIDDLE
-from ..energy.power_model import spectral_factor
+from ..energy.power import HALF, MIDDLE, spectral_factor
 from ..results.write_groups import split_hours
-from ..sky.sky_models import split_sky
-from ..sun.solar_days import local_middle
-from ..sun.solar_position import sun_direction
+from ..sun.sky_models import split_sky
+from ..sun.solar_position import local_middle, sun_direction
 
 MONTHS, HOURS = 12, 24
 SINGLE = np.float32

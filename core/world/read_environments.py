@@ -4,7 +4,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..results.read_transfer import read_transfer
-from ..sky.light_sources import model_traced
+from ..sun.sky_models import model_traced
 from .environment import build_environment
 from .unshaded import unshaded_transfer
 

@@ -8,20 +8,20 @@ import pvlib
 import pytest
 from weathers import BARROW, HOUR, PVGIS, TMY3
 
-from citypv.core.climate.climate_grid import look_up_normals, measure_land_influence
-from citypv.core.climate.make_climates import (
+from citypv.core.commands.command_line import main
+from citypv.core.errors import InputError
+from citypv.core.request import Request
+from citypv.core.study import read_year
+from citypv.core.weather.climate import (
     cleanest_sky,
+    climate,
     draw_irradiance,
     look_up_altitude,
     make_climates,
     monthly_sums,
     raise_sky,
 )
-from citypv.core.commands.command_line import main
-from citypv.core.errors import InputError
-from citypv.core.request import Request
-from citypv.core.study import read_year
-from citypv.core.weather.climate import climate
+from citypv.core.weather.climate_grid import look_up_normals, measure_land_influence
 from citypv.core.weather.read_weather import read_weather
 
 # Cells of the 0.25° grid as its source gives them: GHI [kWh/m² per day], temperature [°C], rms of wind speed [ms⁻¹].

@@ -12,9 +12,8 @@ from weathers import ERA5, HOUR
 
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.potential import sum_potential
+from citypv.core.energy.energy import split_years, sum_potential
 from citypv.core.energy.pv_system import build_system
-from citypv.core.energy.years import split_years
 from citypv.core.methods import METHODS, settings_of_method
 from citypv.core.request import Request
 from citypv.core.results.write_buildings import write_buildings

@@ -12,15 +12,15 @@ from weathers import BERLIN, plain_table, year_of
 
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.horizon.horizon import STEPS, TerrainHorizon, is_above
-from citypv.core.horizon.lost_sky import lost_sky
-from citypv.core.horizon.read_horizon_table import read_horizon_table
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.sun.hourly import hourly_suns
+from citypv.core.sun.choose_suns import hourly_suns
+from citypv.core.sun.horizon import STEPS, TerrainHorizon, is_above
+from citypv.core.sun.read_horizon import read_horizon_table
+from citypv.core.sun.terrain_loss import lost_sky
 from citypv.core.weather.weather import Weather
 
 HOUR = pd.Timedelta(hours=1)

@@ -13,9 +13,6 @@ from test_horizon import HOUR
 from citypv.core.commands.judge_light import judge_terrain
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.files.read_heights import HeightGrid, read_heights
-from citypv.core.horizon.horizon import STEPS, elevation_at
-from citypv.core.horizon.horizon_of_terrain import height_at, horizon_of_terrain
-from citypv.core.horizon.read_horizon import read_horizon
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
@@ -23,7 +20,10 @@ from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import prepare_study, read_year
-from citypv.core.sun.hourly import hourly_suns
+from citypv.core.sun.choose_suns import hourly_suns
+from citypv.core.sun.horizon import STEPS, elevation_at
+from citypv.core.sun.horizon_of_terrain import height_at, horizon_of_terrain
+from citypv.core.sun.read_horizon import read_horizon
 from citypv.core.transfer.prepare_scene import prepare_scene
 
 DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.tif"

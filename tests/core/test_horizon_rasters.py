@@ -10,12 +10,12 @@ from rasterio.transform import Affine
 from citypv.core.errors import InputError
 from citypv.core.files.read_heights import read_heights
 from citypv.core.files.read_terrain import read_terrain
-from citypv.core.horizon.horizon import STEPS
-from citypv.core.horizon.horizon_of_terrain import horizon_of_terrain
-from citypv.core.horizon.read_horizon import read_horizon
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import prepare_study, read_year
+from citypv.core.sun.horizon import STEPS
+from citypv.core.sun.horizon_of_terrain import horizon_of_terrain
+from citypv.core.sun.read_horizon import read_horizon
 
 LATITUDE, STEP = -17.0, 0.004
 HILLS = ((0.1, 0.2, 900, 0.03), (-0.15, 0.05, 600, 0.02), (0.02, -0.25, 1200, 0.04), (-0.02, -0.06, 300, 0.01))

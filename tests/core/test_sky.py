@@ -17,8 +17,8 @@ from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.sky.horizon_band import HEIGHT, horizon_directions, weight_of_band
 from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.horizon_band import HEIGHT, HORIZON
 from citypv.core.weather.read_weather import read_weather
 
 NEW_YORK = DATA / "USA_NY_New.York-CentralPark_TMY3.epw.gz"
@@ -207,11 +207,11 @@ def test_the_band_is_weighed_like_a_line_at_the_horizon():
         normal = np.array([[np.sin(up), 0.0, np.cos(up)]])
         met = np.maximum(normal @ directions, 0)[0]
         front = met > 0
-        weight = weight_of_band(np.repeat(normal, front.sum(), axis=0), directions[:, front].T)
+        weight = HORIZON.weigh(np.repeat(normal, front.sum(), axis=0), directions[:, front].T)
         light = np.zeros(len(met))
         light[front] = np.pi * weight * met[front] / np.cos(elevation[front])
         assert light.mean() == pytest.approx(np.sin(up), rel=0.01)
-        towards = horizon_directions(normal.astype(np.float32), *rng.random((2, 1, 1000), np.float32))
+        towards = HORIZON.sample(normal.astype(np.float32), *rng.random((2, 1, 1000), np.float32))
         assert (towards @ normal[0] > -1e-6).all() and (towards[..., 2] >= 0).all()
 
 

@@ -22,7 +22,7 @@ from citypv.core.plots.world_axes import (
     write_longitude,
 )
 from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.record import Record
+from citypv.core.weather.weather import Record
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment
 from citypv.core.world.sources import station_source

@@ -8,10 +8,10 @@ import pytest
 from citypv.core.commands.command_line import main
 from citypv.core.energy.pv_system import default_system
 from citypv.core.errors import InputError
-from citypv.core.horizon.horizon import STEPS, TerrainHorizon
 from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.sun.keep_suns import keep_suns
+from citypv.core.sun.horizon import STEPS, TerrainHorizon
 from citypv.core.sun.sky_grid import sky_grid_suns
+from citypv.core.sun.suns import interrupted_suns
 from citypv.core.world.environment import build_environment
 
 from .transfers import Horizons
@@ -24,9 +24,9 @@ def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run():
     suns = choose_suns("days:2", times, HOUR, 52.5, 13.4)
     with pytest.raises(InputError, match=r"days:2, which holds for one latitude only; .*--suns sky-grid"):
         build_environment("town", "transfer.nc", Horizons(9).transfer(suns), system)
-    part = keep_suns(sky_grid_suns(100), 40)
+    part = interrupted_suns(sky_grid_suns(100), 40)
     with pytest.raises(InputError, match="40 directions"):
-        build_environment("town", "transfer.nc", Horizons(9).transfer(replace(part, way="sky-grid:100")), system)
+        build_environment("town", "transfer.nc", Horizons(9).transfer(replace(part, sampling="sky-grid:100")), system)
     with pytest.raises(InputError, match="--sky isotropic"):
         build_environment("town", "transfer.nc", Horizons(9).transfer(sky_grid_suns(16)), system, "perez")
     whole = Horizons(9).transfer(sky_grid_suns(16))

@@ -31,7 +31,7 @@ from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.solar_position import solar_position, sun_direction
 from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.clear_sky import clear_sky
+from citypv.core.weather.climate import clear_sky
 
 NUMBERS = [np.nan, np.inf, -np.inf, 1e38, -1e300, 1e10]
 HOUR = pd.Timedelta(hours=1)
@@ -200,7 +200,7 @@ def test_broken_suns_to_match():
     for number in NUMBERS:
         broken = replace(suns, direction=spoiled(suns.direction, (3, 1), number))
         refused("direction of the suns: row 3 is", match_suns, broken, TIMES, HOUR, 52, 13)
-    refused("the way 'moon' is unknown", match_suns, replace(suns, way="moon"), TIMES, HOUR, 52, 13)
+    refused("the sampling 'moon' is unknown", match_suns, replace(suns, sampling="moon"), TIMES, HOUR, 52, 13)
     few = {name: getattr(suns, name)[:0] for name in ("direction", "weight", "day", "step")}
     refused("suns: none was traced", match_suns, replace(suns, **few), TIMES, HOUR, 52, 13)
     grid = choose_suns("sky-grid:64", TIMES, HOUR, 52, 13)

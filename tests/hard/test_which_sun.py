@@ -15,7 +15,7 @@ from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.solar_position import solar_position, sun_direction
 from citypv.core.sun.suns import Suns
 from citypv.core.weather.add_sun import add_sun, complete_irradiance
-from citypv.core.weather.clear_sky import clear_sky
+from citypv.core.weather.climate import clear_sky
 
 HOUR = pd.Timedelta(hours=1)
 GROUND = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 6)

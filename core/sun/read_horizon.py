@@ -1,5 +1,15 @@
-"""Read the horizon of a scene: from a raster of heights around it, or from a file with angles."""
+"""Read the horizon of a scene: from a raster of heights around it, or from a file with angles.
 
+Four formats of angles are told apart by their content:
+    azimuth,elevation       two columns, azimuth clockwise from north [°], any order and spacing, header optional;
+                            the other way round if the header names them so
+    PVGIS printhorizon CSV  columns A and H_hor, A from the south, west positive
+    PVGIS printhorizon JSON the same
+    PVGIS user horizon      elevations only, equally spaced, from north clockwise
+"""
+
+import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,13 +19,17 @@ from ..files.open_input import open_input
 from ..files.read_heights import open_placed, read_heights
 from ..files.read_terrain import RASTERS, RELIEFS
 from ..scene.find_ground import find_ground
-from .horizon import STEPS
+from .horizon import STEPS, TerrainHorizon
 from .horizon_of_terrain import GEODESIC, horizon_of_terrain
-from .read_horizon_table import read_horizon_table
 
 REACH = 50_000.0  # [m] terrain further away is left out: a peak of 2,000 m rises by less than 2.1° beyond it
 AT_ONCE = 1 << 16  # triangles of ground that are looked at together, so that they need little memory
 MESHES = (*RELIEFS, ".obj")
+CURE = "give lines of azimuth,elevation in degrees, or a horizon file of PVGIS"
+LARGEST = 4_000_000  # bytes of a file of angles
+HIGHEST = 90.0  # [°]
+ELEVATION_FIRST = re.compile(r"\W*(elev|height|h_hor|horizon|altitude)\w*\W.*\bazi", re.IGNORECASE)
+OF_PVGIS = re.compile(r"\s*A\W+H_hor\b")  # header of its columns
 
 
 def check_horizon(path):
@@ -70,32 +84,20 @@ def read_horizon(path, scene):
     """
     if not is_raster(path):
         return read_horizon_table(path), []
-    low, high = box_of_buildings(scene)
+    own = scene.triangle_surface >= 0
+    points = scene.vertices[scene.triangles[own if own.any() else slice(None)].ravel(), :2]
+    low, high = points.min(axis=0), points.max(axis=0)
     middle, (west, south), (east, north) = (low + high) / 2, low, high
     posts = [middle, *(np.array(corner) for corner in ((west, south), (east, south), (east, north), (west, north)))]
     places = [place_on_earth(scene.site, post) for post in posts]
     grids = read_heights(path, places[0], REACH)
-    ground, found = ground_of_model(scene), []
+    drawn = find_ground(scene) if scene.terrain_laid else find_ground(scene) & own  # or measured, not generated
+    ground, found = np.asarray(scene.vertices, float)[scene.triangles[drawn], :2], []
     for place, post in zip(places, posts, strict=True):
         start = np.maximum(distance_to_box(post, low, high), distance_to_end(post, ground))
         eye = found[0].eye if found else np.nan  # of corners that stand in water, which may be a gap
         found.append(horizon_of_terrain(grids, place, start, REACH, otherwise=eye))
     return found[0], found[1:]
-
-
-def box_of_buildings(scene):
-    """Lowest and highest x and y of the triangles that belong to surfaces: (2,) float64 [m] each."""
-    own = scene.triangle_surface >= 0
-    points = scene.vertices[scene.triangles[own if own.any() else slice(None)].ravel(), :2]
-    return points.min(axis=0), points.max(axis=0)
-
-
-def ground_of_model(scene):
-    """Corners in plan of the triangles of ground that is drawn or measured, not generated: (g, 3, 2) float64 [m]."""
-    ground = find_ground(scene)
-    if not scene.terrain_laid:
-        ground &= scene.triangle_surface >= 0
-    return np.asarray(scene.vertices, float)[scene.triangles[ground], :2]
 
 
 def place_on_earth(site, point):
@@ -161,3 +163,81 @@ def cross_edges(start, end):
     across = ahead[0] * along[1] - ahead[1] * along[0]
     offset = start[edge, 0] * along[1] - start[edge, 1] * along[0]
     return step, np.divide(offset, across, out=np.zeros(len(edge)), where=across != 0)
+
+
+def read_horizon_table(path):
+    """Horizon from a file of angles.
+
+    Parameters
+    ----------
+    path : path-like
+        Text, plain or gzip-compressed. Elevations below the horizontal count as 0.
+
+    Returns
+    -------
+    TerrainHorizon
+
+    Raises
+    ------
+    InputError
+        The file is not one of the formats above, or an angle is out of range.
+    """
+    with open_input(path) as stream:
+        content = stream.read(LARGEST + 1)
+    if len(content) > LARGEST or b"\0" in content:
+        raise InputError(path, "is not a horizon file", CURE)
+    text = content.decode("utf-8-sig", errors="replace")
+    azimuth, elevation = angles_of_json(path, text) if text.lstrip().startswith("{") else angles_of_text(path, text)
+    if len(azimuth) < 3:
+        raise InputError(path, f"has {len(azimuth)} angles", "give at least three around the site")
+    bad = ~(np.abs(azimuth) <= 540) | ~(np.abs(elevation) < HIGHEST)  # also true for NaN
+    if bad.any():
+        row = int(np.flatnonzero(bad)[0])
+        problem = f"azimuth {azimuth[row]:g}°, elevation {elevation[row]:g}° (entry {row + 1}) is out of range"
+        raise InputError(path, problem, "give azimuths from 0 to 360° and elevations below 90°")
+    order = np.argsort(azimuth % 360, kind="stable")
+    around = np.arange(STEPS) * (360.0 / STEPS)
+    heights = np.interp(around, (azimuth % 360)[order], elevation[order], period=360.0)
+    return TerrainHorizon(np.maximum(heights, 0), str(path))
+
+
+def angles_of_json(path, text):
+    """Azimuths from north and elevations of PVGIS' JSON."""
+    try:
+        rows = json.loads(text)["outputs"]["horizon_profile"]
+        values = np.array([(row["A"], row["H_hor"]) for row in rows], float).reshape(-1, 2)
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(path, "is not a horizon of PVGIS", CURE) from error
+    return values[:, 0] + 180, values[:, 1]
+
+
+def angles_of_text(path, text):
+    """Azimuths from north and elevations of a text."""
+    rows, lines, header = [], [], ""
+    for number, line in enumerate(text.splitlines(), start=1):
+        fields = [field for field in re.split(r"[,;\s]+", line.strip()) if field]
+        try:
+            values = [float(field) for field in fields]
+        except ValueError:
+            if rows and OF_PVGIS.match(header):
+                break  # PVGIS explains its columns below them
+            if rows:
+                raise InputError(f"{path}:{number}", f"{line.strip()[:40]!r} are no numbers", CURE) from None
+            header = line
+            continue
+        if values:
+            rows.append(values)
+            lines.append(number)
+    widths = {len(row) for row in rows}
+    if OF_PVGIS.match(header) and rows and min(widths) >= 2:
+        return np.array([row[0] + 180 for row in rows]), np.array([row[1] for row in rows])
+    if widths == {2}:
+        first, second = np.array(rows).T
+        return (second, first) if ELEVATION_FIRST.match(header) else (first, second)
+    if rows and (widths == {1} or len(rows) == 1):
+        values = np.array([value for row in rows for value in row])
+        return np.arange(len(values)) * (360.0 / len(values)), values
+    other = next((line for line, row in zip(lines, rows, strict=True) if len(row) != len(rows[0])), None)
+    if other is None:
+        raise InputError(path, "has neither two columns nor one", CURE)
+    raise InputError(f"{path}:{other}", "has more or fewer columns than the lines before", CURE)
