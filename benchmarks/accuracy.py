@@ -43,7 +43,7 @@ from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.selfcheck.plain_scenes import join_parts
 from citypv.core.study import trace_round
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.sun.suns import Suns, progressive_order
 from citypv.core.transfer.patch_light import Round
 from citypv.core.transfer.prepare_scene import build_tree, prepare_scene

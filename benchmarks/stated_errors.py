@@ -24,7 +24,7 @@ from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.study import read_scene, read_year
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.sun.suns import progressive_order
 
 SMALL = 20.0  # [m²]

@@ -5,6 +5,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 
 from ..operators.attributes import TITLES
 from ..operators.build_properties import build_properties
+from ..operators.choose_preset import DAYS
 from ..operators.effect_switches import build_switches
 from ..operators.read_materials import MATERIALS
 from ..operators.show_result import follow_choice, follow_switch
@@ -91,7 +92,7 @@ class Settings(bpy.types.PropertyGroup):
     )
     # Trace
     suns: EnumProperty(name="Suns", description="Sun positions to trace", items=SUNS)
-    days: IntProperty(name="Days", description="Number of days, spread over the year", default=24, min=1, max=365)
+    days: IntProperty(name="Days", description="Number of days, spread over the year", default=DAYS, min=1, max=365)
     typical_days: IntProperty(name="Days", description="Number of typical days", default=12, min=1, max=365)
     sky_grid: IntProperty(name="Directions", description="Number of sky directions", default=1654, min=10)
     albedo_source: EnumProperty(name="Albedo from", description="Source of the albedo of the surfaces", items=ALBEDOS)

@@ -29,10 +29,9 @@ from .racks.parse_racks import parse_racks
 from .request import check_request
 from .results.list_findings import rows_of_names
 from .scene.build_scene import build_scene
-from .sun.choose_suns import choose_suns, parse_sampling
-from .sun.match_suns import weigh_by_year
 from .sun.read_horizon import check_horizon
 from .sun.sky_models import choose_sky
+from .sun.sun_sampling import choose_suns, parse_sampling, weigh_by_year
 from .sun.suns import progressive_order
 from .transfer.merge_transfers import seed_of_round
 from .transfer.prepare_scene import continue_sampling, prepare_scene, reseed

@@ -6,6 +6,7 @@ from math import isfinite
 import bpy
 
 from ..core.presets import PRESET_WORDS, PRESETS
+from ..core.request import Request
 from .attributes import PREFIX
 from .build_properties import UNSET
 from .compile_loops import compile_loops
@@ -14,6 +15,7 @@ from .run_step import Step
 from .session import find_own_city
 
 PRICES = PREFIX + "prices"  # property of the city
+DAYS = int(Request.suns.partition(":")[2])  # traced by default
 NUMBERS = {"days": "days", "typical-days": "typical_days", "sky-grid": "sky_grid"}  # way -> property with its number
 ITEMS = [(name, name.capitalize(), words) for name, words in PRESET_WORDS.items()]
 

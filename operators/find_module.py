@@ -10,7 +10,7 @@ MOST = 100  # suggestions
 
 def suggest_modules(settings, context, text):
     """Names of modules that have all words of a text, those of the Sandia library first: list of str."""
-    from ..core.energy.pick_module import CEC, SANDIA, join_letters, read_library, split_words
+    from ..core.energy.pv_system import CEC, SANDIA, join_letters, read_library, split_words
 
     words = split_words(text)
     names = dict.fromkeys(name for library in (SANDIA, CEC) for name in read_library(library))
@@ -38,7 +38,7 @@ class FindModule(bpy.types.Operator):
 
     def execute(self, context):
         """Set the module."""
-        from ..core.energy.pick_module import pick_module
+        from ..core.energy.pv_system import pick_module
 
         try:
             module = pick_module(self.text)

@@ -21,8 +21,7 @@ def chart_surfaces(session, rows):
     rows : (k,) int
         Surfaces. Of more than `MOST` there is no day curve (zeros).
     """
-    from ..core.energy.pick_module import area_of_kwp
-    from ..core.energy.pv_system import build_system
+    from ..core.energy.pv_system import area_of_kwp, build_system
 
     energy, area = session.energy, session.transfer.surfaces.area
     counted = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]

@@ -150,8 +150,7 @@ def describe_surfaces(session, rows):
     list of str
     """
     from ..core.energy.energy import sum_potential
-    from ..core.energy.pick_module import area_of_kwp
-    from ..core.energy.pv_system import build_system
+    from ..core.energy.pv_system import area_of_kwp, build_system
 
     surfaces, energy, system = session.transfer.surfaces, session.energy, build_system(session.request)
     total = sum_potential(rows, surfaces.area, energy, system)

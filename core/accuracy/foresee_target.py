@@ -14,7 +14,7 @@ from itertools import product
 import numpy as np
 
 from ..progress import silent
-from ..sun.choose_suns import choose_suns
+from ..sun.sun_sampling import choose_suns
 from ..sun.suns import progressive_order
 from .fill_untraced import fill_untraced
 from .pilot import choose_neighbourhood

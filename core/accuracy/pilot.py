@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..progress import silent
-from ..sun.choose_suns import choose_suns
+from ..sun.sun_sampling import choose_suns
 from ..sun.suns import progressive_order
 from .pilot_run import RUNS, SUNS, trace_part
 from .survey import survey_city

@@ -12,8 +12,8 @@ from ..radiosity.sun_sampling_error import PATCHES as LOOKED_AT
 from ..radiosity.sun_sampling_error import trace_sun_samples
 from ..request import Request
 from ..scene.scene import Scene
-from ..sun.choose_suns import choose_suns
 from ..sun.sky_models import choose_sky
+from ..sun.sun_sampling import choose_suns
 from ..threads import map_in_order, usable_threads
 from ..transfer.transfer import Transfer
 from ..weather.weather import Weather

@@ -23,7 +23,7 @@ from ..accuracy.time_electricity import time_electricity
 from ..accuracy.time_patches import time_patches
 from ..accuracy.yield_errors import SAMPLED
 from ..request import option_of
-from ..sun.choose_suns import choose_suns
+from ..sun.sun_sampling import choose_suns
 from ..sun.suns import progressive_order
 from ..transfer.prepare_scene import build_tree, prepare_scene
 from .refine_run import ADAPTIVE, MOMENT, WRITING

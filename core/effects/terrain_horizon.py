@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..sun.horizon import TerrainHorizon, is_above
-from ..sun.match_suns import match_suns
 from ..sun.sky_models import split_sky
 from ..sun.solar_position import MINIMUM_ELEVATION, sun_direction
+from ..sun.sun_sampling import match_suns
 from ..sun.terrain_loss import (
     bound_between,
     bound_of_horizon,

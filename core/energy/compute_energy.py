@@ -2,25 +2,24 @@
 
 import os
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from ..sun.match_suns import largest_mismatch
 from ..sun.sky_models import SOURCES, SkyParts, split_sky
 from ..sun.solar_position import is_sunny
+from ..sun.sun_sampling import largest_mismatch
 from ..weather.weather import darken_hours
 from .check_inputs import check_hours, check_sky, check_transfer
 from .counted_area import find_counted_area, find_groups
-from .energy import Energy, HourlySeries, join_seasons
-from .fill_behind import order_neighbours
+from .energy import Energy, HourlySeries, join_seasons, states_of_year
 from .hours import Hours, prepare_hours
 from .power import PowerTables, PvlibCurves, diffuse_incidence_factors, tabulate_power
 from .pv_system import default_system
 from .standard_errors import standard_errors_of_hours
-from .sum_block import BlockSums, add_sources, direct_part, run_model, sum_block, take_block
+from .sum_block import BlockSums, add_sources, direct_part, order_neighbours, run_model, sum_block, take_block
 
 BLOCK = 1024  # surfaces at a time: enough that threads wait little for the interpreter, few enough for the cache
 PLAIN_LIMIT = 1e6  # surface-hours up to which pvlib itself is called; for more, tables take half of its time or less
@@ -124,10 +123,8 @@ def compute_seasons(transfer, weather, settings, **details):
     -------
     Energy
     """
-    in_leaf = np.isin((weather.data.index + weather.interval / 2).month, transfer.leaf_months)
-    states = replace(transfer, bare=None), replace(transfer.bare, record=transfer.record)
     parts, sunny = [], []
-    for state, own in zip(states, (in_leaf, ~in_leaf), strict=True):
+    for state, own in states_of_year(transfer, weather.data.index, weather.interval):
         year = darken_hours(weather, ~own)
         parts.append(compute_energy(state, year, *settings, **details))
         sunny.append(float(is_sunny(year.data["apparent_zenith"]).sum()))

@@ -1,4 +1,4 @@
-"""Which surfaces carry modules, and on how much of their area."""
+"""Which surfaces carry modules, on how much of their area, and in which group of kind and orientation they count."""
 
 from dataclasses import dataclass
 
@@ -7,6 +7,8 @@ import numpy as np
 from ..racks.rack_names import find_racked_roofs
 from ..scene.classify import SMALLEST_ELIGIBLE_AREA, classify
 
+KINDS = ("facade", "roof", "rack")  # of groups, in this order
+ORIENTATIONS = ("north", "east", "south", "west")
 HALF = 0.5  # of a surface: if more of it is covered, it carries no modules
 STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, without an orientation
 
@@ -39,8 +41,12 @@ def find_counted_area(transfer, system):
     """
     surfaces = transfer.surfaces
     kind, orientation, eligible = np.array(surfaces.kind), np.array(surfaces.orientation), np.array(surfaces.eligible)
-    if system.overhangs:
-        take_overhangs(surfaces, kind, orientation, eligible)
+    if system.overhangs:  # walls that lean outward are facades, as in the paper
+        tilt, thematic = np.asarray(surfaces.surface_tilt), np.asarray(surfaces.thematic, str)
+        chosen = np.flatnonzero((kind == "downward") & (tilt < STEEPEST_UNDERSIDE) & (thematic != "GroundSurface"))
+        upright, azimuth = np.full(len(chosen), 90.0), surfaces.surface_azimuth[chosen]
+        found = classify(surfaces.area[chosen], upright, azimuth, thematic[chosen])
+        kind[chosen], orientation[chosen], eligible[chosen] = found
     area, covered = np.asarray(surfaces.area, float), np.asarray(transfer.covered_share, float)
     open_area = area * (1.0 - np.minimum(covered, 1.0))
     closure = np.asarray(surfaces.thematic, str) == "ClosureSurface"
@@ -55,19 +61,6 @@ def find_counted_area(transfer, system):
     counted_area = np.where(eligible | flat_roof, counted_area, 0.0)
     share = np.array([system.usable.get(name, 1.0) for name in kind.tolist()])
     return CountedArea(kind, orientation, eligible, flat_roof, open_area, counted_area, counted_area * share)
-
-
-def take_overhangs(surfaces, kind, orientation, eligible):
-    """Classify walls that lean outward as facades, as in the paper; changes kind, orientation, eligible in place."""
-    tilt, thematic = np.asarray(surfaces.surface_tilt), np.asarray(surfaces.thematic, str)
-    chosen = np.flatnonzero((kind == "downward") & (tilt < STEEPEST_UNDERSIDE) & (thematic != "GroundSurface"))
-    upright = np.full(len(chosen), 90.0)
-    found = classify(surfaces.area[chosen], upright, surfaces.surface_azimuth[chosen], thematic[chosen])
-    kind[chosen], orientation[chosen], eligible[chosen] = found
-
-
-KINDS = ("facade", "roof", "rack")
-ORIENTATIONS = ("north", "east", "south", "west")
 
 
 @dataclass
@@ -109,8 +102,4 @@ def find_groups(counted, area):
 def rank_group(pair):
     """Facades before roofs and racks, then north, east, south, west; other names follow in the alphabet's order."""
     kind, orientation = pair
-    return (
-        KINDS.index(kind) if kind in KINDS else len(KINDS),
-        ORIENTATIONS.index(orientation) if orientation in ORIENTATIONS else len(ORIENTATIONS),
-        pair,
-    )
+    return [*KINDS, kind].index(kind), [*ORIENTATIONS, orientation].index(orientation), pair

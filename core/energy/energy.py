@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 import numpy as np
 import pandas as pd
 
-from .pick_module import area_of_kwp
+from .pv_system import area_of_kwp
 
 # How a field of a year follows from those of two seasons; a field without either must be the same in both.
 SUM, MEAN = ({"of_seasons": rule} for rule in ("sum", "mean"))
@@ -52,6 +52,28 @@ class Energy:
     capacity_factor_ac: np.ndarray | None = field(default=None, metadata=SUM)  # (T, g) AC power over nominal DC power
     sky: str = "isotropic"  # model of the diffuse sky
     series: HourlySeries | None = None  # of the requested surfaces
+
+
+def states_of_year(transfer, times, interval):
+    """States of a Transfer's trees, and in which intervals each holds, by the month of their middle.
+
+    Parameters
+    ----------
+    transfer : Transfer
+        With leafless trees in `bare`, in leaf in its `leaf_months`; else in one state all year.
+    times : pandas.DatetimeIndex, (t,)
+        Start of each interval.
+    interval : pandas.Timedelta
+
+    Returns
+    -------
+    list of (Transfer, numpy.ndarray)
+        (t,) bool each.
+    """
+    if transfer.bare is None:
+        return [(transfer, np.ones(len(times), bool))]
+    in_leaf = np.isin((times + interval / 2).month, transfer.leaf_months)
+    return [(replace(transfer, bare=None), in_leaf), (replace(transfer.bare, record=transfer.record), ~in_leaf)]
 
 
 def join_seasons(one, other, share):

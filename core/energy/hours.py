@@ -6,8 +6,8 @@ import numpy as np
 import pvlib
 
 from ..sun.horizon import is_above
-from ..sun.match_suns import match_suns
 from ..sun.solar_position import MINIMUM_ELEVATION, is_sunny, sun_direction
+from ..sun.sun_sampling import match_suns
 from .power import cell_heating, spectral_factor
 
 CHUNK = 128  # hours at a time
@@ -35,11 +35,6 @@ class Hours:
 
     def __len__(self):
         return len(self.interval)
-
-    @property
-    def cos_zenith(self):
-        """Cosine of the sun's apparent zenith angle, 0 below the horizon: (h, 1)."""
-        return np.maximum(self.direction[:, 2:], 0.0)
 
     def rows(self, first, last):
         """Hours first to last-1, as views."""

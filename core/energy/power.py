@@ -19,8 +19,7 @@ import numpy as np
 import pvlib
 from scipy.interpolate import PchipInterpolator
 
-from .pick_module import SANDIA, convert_power
-from .pv_system import PvSystem
+from .pv_system import SANDIA, PvSystem, convert_power
 
 HIGHEST_AIRMASS = 10.0  # up to which the coefficients of f₁ were fitted; beyond it the polynomials diverge
 STANDARD_TEMPERATURE = 25.0  # [°C] of cells at standard test conditions
@@ -157,12 +156,6 @@ def dc_power(effective, temp_cell, module):
     return pvlib.pvsystem.max_power_point(*diode, method="newton")["p_mp"] / module.nominal_power
 
 
-def ac_power(power, system):
-    """AC power after losses and the inverter, over nominal DC power, from the capacity factor."""
-    power = np.maximum(power, 0.0) * (1.0 - system.losses / 100.0)
-    return power if system.inverter is None else convert_power(power, system.inverter)
-
-
 # -- the arithmetic --
 
 
@@ -218,8 +211,9 @@ class PvlibCurves:
         return power
 
     def ac(self, power):
-        """AC power over nominal DC power, from the capacity factor."""
-        return ac_power(power, self.system)
+        """AC power after losses and the inverter, over nominal DC power, from the capacity factor."""
+        power, inverter = np.maximum(power, 0.0) * (1.0 - self.system.losses / 100.0), self.system.inverter
+        return power if inverter is None else convert_power(power, inverter)
 
 
 @dataclass
@@ -269,7 +263,7 @@ def tabulate_power(system):
     efficiency = np.linalg.solve(np.vander(nodes, terms, increasing=True), power / irradiance)
     root = np.linspace(0.0, np.sqrt(MOST_POWER), POWER_NODES)
     fed = np.maximum(root, root[1] / 2) ** 2
-    tables = (values.astype(np.float32) for values in (incidence, efficiency, ac_power(fed, system) / fed))
+    tables = (values.astype(np.float32) for values in (incidence, efficiency, exact.ac(fed) / fed))
     incidence, efficiency, conversion = tables
     return PowerTables(incidence, efficiency, np.float32(exact.diffuse_share), conversion)
 

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from ..transfer.noise import no_parts, own_diffuse, own_direct, variance_of_mean
+from .energy import states_of_year
 
 PROPORTION = 0.1  # relative difference in yield per irradiance between direct, diffuse and reflected light
 
@@ -93,7 +94,7 @@ def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
     """
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
     found = []
-    for state, holds in states_of_year(transfer, weather):
+    for state, holds in states_of_year(transfer, weather.data.index, weather.interval):
         light = [(weather.data["dni"].to_numpy() + sky.circumsolar) @ holds, sky.dome @ holds]
         light += [of_source @ holds for of_source in sky.sources.values()]
         annual = np.array(light) * (weather.interval / pd.Timedelta(hours=1)) / years / 1000.0
@@ -101,14 +102,6 @@ def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
     own, passed_on, discretisation, points = zip(*found, strict=True)
     own = add_deviations(own)
     return np.where(np.isnan(full_load_hours), np.nan, own), sum(passed_on), sum(discretisation), add_deviations(points)
-
-
-def states_of_year(transfer, weather):
-    """States of a Transfer's trees, and the intervals of the weather in which each holds: (T,) float, 0 or 1."""
-    if transfer.bare is None:
-        return [(transfer, np.ones(len(weather.data)))]
-    in_leaf = np.isin((weather.data.index + weather.interval / 2).month, transfer.leaf_months)
-    return [(transfer, in_leaf.astype(float)), (transfer.bare, (~in_leaf).astype(float))]
 
 
 def add_deviations(variances):

@@ -1,4 +1,7 @@
-"""Light and yield of a city in each hour of the average days of the twelve months."""
+"""Light and yield of a city in each hour of the average days of the twelve months.
+
+Hours are those of the standard time of the nearest meridian of 15°.
+"""
 
 from dataclasses import dataclass
 
@@ -6,12 +9,20 @@ import numpy as np
 import pandas as pd
 
 from ..sun.horizon import is_above
-from ..sun.match_suns import largest_mismatch, match_suns, values_at
 from ..sun.solar_position import is_sunny, solar_position, sun_direction
-from .fill_behind import filled_share, order_neighbours
-from .pick_module import area_of_kwp
+from ..sun.sun_sampling import largest_mismatch, match_suns, values_at
+from .energy import states_of_year
+from .pv_system import area_of_kwp
+from .sum_block import filled_share, order_neighbours
 
 NAMES = [pd.Timestamp(2001, month, 1).month_name() for month in range(1, 13)]
+# Days whose extraterrestrial irradiation is nearest to the month's mean: S. A. Klein (1977),
+# https://doi.org/10.1016/0038-092X(77)90001-9, table 1.
+AVERAGE_DAYS = (17, 16, 16, 15, 15, 11, 17, 16, 15, 15, 14, 10)
+HOURS = 24
+COUNT = 12 * HOURS
+HOUR = pd.Timedelta(hours=1)
+BLOCK = 1024  # surfaces at a time
 
 
 @dataclass
@@ -55,8 +66,11 @@ def build_timeline(transfer, weather, energy, system):
         np.nan_to_num(mean_of_months(weather.data[name], axis.times, axis.interval, axis.longitude))
         for name in ("dni", "dhi")
     )
+    # Hours are means over whole polygons, power is that of the modules on their counted area.
     by_month = energy.full_load_hours_by_month
-    energy_by_month = _sum_months(transfer, energy, system)
+    rows = np.flatnonzero(energy.eligible & (energy.counted_area > 0) & np.isfinite(energy.full_load_hours))
+    kwp = energy.module_area[rows] / area_of_kwp(system.module)
+    energy_by_month = (kwp * transfer.surfaces.area[rows] / energy.counted_area[rows]) @ by_month[rows] / 1000.0
     return Timeline(relative, direction, dni, dhi, by_month, energy_by_month, zone_of(axis.longitude))
 
 
@@ -67,22 +81,6 @@ def describe_moment(timeline, moment):
     sun = f"sun {height:.0f}° high, {timeline.dni[moment]:.0f} W/m²" if height >= 0 else "night"
     energy = f"{timeline.energy_by_month[month]:,.0f}".replace(",", " ")
     return f"{NAMES[month]} {hour:02d}–{hour + 1:02d} h (UTC{timeline.zone:+d}), {sun}; {energy} MWh in {NAMES[month]}"
-
-
-def _sum_months(transfer, energy, system):
-    # Hours are means over whole polygons, power is that of the modules on their counted area.
-    rows = np.flatnonzero(energy.eligible & (energy.counted_area > 0) & np.isfinite(energy.full_load_hours))
-    kwp = energy.module_area[rows] / area_of_kwp(system.module)
-    spread = transfer.surfaces.area[rows] / energy.counted_area[rows]
-    return (kwp * spread) @ energy.full_load_hours_by_month[rows] / 1000.0
-
-
-# Days whose extraterrestrial irradiation is nearest to the month's mean: S. A. Klein (1977),
-# https://doi.org/10.1016/0038-092X(77)90001-9, table 1.
-AVERAGE_DAYS = (17, 16, 16, 15, 15, 11, 17, 16, 15, 15, 14, 10)
-HOURS = 24
-COUNT = 12 * HOURS
-HOUR = pd.Timedelta(hours=1)
 
 
 def zone_of(longitude):
@@ -133,9 +131,6 @@ def mean_of_months(values, times, interval, longitude):
     return np.divide(total, count, out=np.full(COUNT, np.nan), where=count > 0)
 
 
-BLOCK = 1024  # surfaces at a time
-
-
 def relative_direct(transfer, times, interval, latitude, longitude):
     """Direct irradiance of surfaces per DNI, with all reflections of it.
 
@@ -165,32 +160,31 @@ def relative_direct(transfer, times, interval, latitude, longitude):
     relative = np.zeros((len(times), len(transfer.surfaces)), np.float32)
     if not lit.any():
         return relative, direction
-    for state, own in _states(transfer, (times + interval / 2).month.to_numpy()):
+    for state, own in states_of_year(transfer, times, interval):
         rows = np.flatnonzero(lit & own)
         match = match_suns(state.suns, times, interval, latitude, longitude, position=sun)
-        relative[rows] = _add_blocks(state, direction[rows], match.index[rows], match.weight[rows])
+        relative[rows] = light_of_state(state, direction[rows], match.index[rows], match.weight[rows])
     return relative, direction
 
 
-def _states(transfer, month):
-    # Trees carry leaves in some months and not in the others.
-    if transfer.bare is None:
-        return [(transfer, np.ones(len(month), bool))]
-    in_leaf = np.isin(month, transfer.leaf_months)
-    return [(transfer, in_leaf), (transfer.bare, ~in_leaf)]
+def light_of_state(transfer, direction, index, weight):
+    """Direct sunlight, light by way of the open ground, and all other reflections of sunlight per DNI: (t, n) float32.
 
-
-def _add_blocks(transfer, direction, index, weight):
-    # (t, n): direct sunlight, light by way of the open ground, and all other reflections of sunlight.
+    Parameters
+    ----------
+    transfer : Transfer
+    direction : numpy.ndarray, (t, 3)
+        Towards the sun.
+    index, weight : numpy.ndarray, (t, k)
+        As of `SunMatch`.
+    """
     suns, surfaces = transfer.suns, transfer.surfaces
     neighbours, found = order_neighbours(suns), np.empty((len(direction), len(surfaces)), np.float32)
-    match, reach = (index, weight), largest_mismatch(suns, direction, index, weight)
-    height = np.maximum(direction[:, 2:], 0.0)
+    reach, height = largest_mismatch(suns, direction, index, weight), np.maximum(direction[:, 2:], 0.0)
     for first in range(0, len(surfaces), BLOCK):
         rows = slice(first, first + BLOCK)
-        normal = surfaces.normal[rows].T
         visible = filled_share(transfer, rows, neighbours, reach)
-        part = values_at(visible, *match) * np.maximum(direction @ normal, 0)
-        part += values_at(np.asarray(transfer.direct_reflected[rows]).T, *match)
+        part = values_at(visible, index, weight) * np.maximum(direction @ surfaces.normal[rows].T, 0)
+        part += values_at(np.asarray(transfer.direct_reflected[rows]).T, index, weight)
         found[:, rows] = part + height * (transfer.far_ground_view_factor[rows] * transfer.ground_albedo)
     return found

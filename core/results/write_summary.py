@@ -13,8 +13,7 @@ import numpy as np
 from ..accuracy.error_budget import WHAT, budget_groups, budget_surfaces
 from ..accuracy.yield_errors import split_errors
 from ..energy.energy import split_years, sum_potential
-from ..energy.pick_module import area_of_kwp
-from ..energy.pv_system import build_system
+from ..energy.pv_system import area_of_kwp, build_system
 from ..racks.rack_names import RACK, find_racked_roofs
 from ..scene.add_backs import surface_of_triangles
 from ..weather.weather import distance_of_weather

@@ -108,8 +108,19 @@ def match_days_of_year(suns, direction, day):
         at = own[:, None, None], np.arange(4)[None, :, None], steps[:, None, :]
         index[part] = seasons[at].reshape(-1, 16)
         weight[part] = (season_weight[at] * step_weight[:, None, :]).reshape(-1, 16)
-    take_nearest(suns, direction, index, weight)
-    return drop_empty_columns(index, weight)
+    # Use the nearest traced sun where it is closer than the interpolated one.
+    place = np.einsum("tk,tkx->tx", weight, suns.direction[index])
+    length = np.linalg.norm(place, axis=1)
+    place[length > 0] /= length[length > 0, None]
+    distance, nearest = KDTree(suns.direction).query(direction)
+    worse = np.linalg.norm(place - direction, axis=1) > distance
+    index[worse], weight[worse] = 0, 0.0
+    index[worse, 0], weight[worse, 0] = nearest[worse], 1.0
+    # As many columns as the fullest row needs, zeros last.
+    order = np.argsort(weight == 0, axis=1, kind="stable")
+    index, weight = (np.take_along_axis(part, order, axis=1) for part in (index, weight))
+    columns = max(1, int((weight != 0).sum(axis=1).max(initial=1)))
+    return np.where(weight != 0, index, 0)[:, :columns], weight[:, :columns]
 
 
 def join_days(table, phase, place):
@@ -179,25 +190,6 @@ def join_steps(path, known, direction):
     fine = np.einsum("tx,tx->t", left, right) > FINE_STEP
     have[:, [0, 3]] &= ~fine[:, None]
     return steps, cubic_weights(share, np.broadcast_to(AROUND.astype(float), steps.shape), have)
-
-
-def take_nearest(suns, direction, index, weight):
-    """Use the nearest traced sun where it is closer than the interpolated one; changes index and weight, (t, k)."""
-    place = np.einsum("tk,tkx->tx", weight, suns.direction[index])
-    length = np.linalg.norm(place, axis=1)
-    place[length > 0] /= length[length > 0, None]
-    distance, nearest = KDTree(suns.direction).query(direction)
-    worse = np.linalg.norm(place - direction, axis=1) > distance
-    index[worse], weight[worse] = 0, 0.0
-    index[worse, 0], weight[worse, 0] = nearest[worse], 1.0
-
-
-def drop_empty_columns(index, weight):
-    """Index and weight, (t, k), with only as many columns as the fullest row needs, zeros last."""
-    order = np.argsort(weight == 0, axis=1, kind="stable")
-    index, weight = (np.take_along_axis(part, order, axis=1) for part in (index, weight))
-    columns = max(1, int((weight != 0).sum(axis=1).max(initial=1)))
-    return np.where(weight != 0, index, 0)[:, :columns], weight[:, :columns]
 
 
 def cubic_weights(place, nodes, known):

@@ -13,6 +13,9 @@ import pvlib
 from .sky_models import split_sky
 from .terrain_loss import SunlitYear, sunlit_year
 
+OVERCAST = 0.25  # irradiance below a closed cover of clouds over that of a clear sky
+HOURS = 8760  # by which suns are counted
+MEAN_DISTANCE = pd.Timestamp("2021-04-04", tz="UTC")  # a day at which the sun is as far as on average
 TURBIDITY = 3.0  # Linke's, where no place is known: about the mean over land
 
 
@@ -47,11 +50,6 @@ def clear_irradiance(zenith, middle, place, altitude, pressure):
     extra = pvlib.irradiance.get_extra_radiation(middle)
     sky = pvlib.clearsky.ineichen(angle, airmass, turbidity, altitude, extra, perez_enhancement=False)
     return sky[["ghi", "dhi", "dni"]].fillna(0.0)
-
-
-OVERCAST = 0.25  # irradiance below a closed cover of clouds over that of a clear sky
-HOURS = 8760  # by which suns are counted
-MEAN_DISTANCE = pd.Timestamp("2021-04-04", tz="UTC")  # a day at which the sun is as far as on average
 
 
 @dataclass

@@ -19,8 +19,7 @@ from ..files.open_input import open_input
 from ..files.read_heights import open_placed, read_heights
 from ..files.read_terrain import RASTERS, RELIEFS
 from ..scene.find_ground import find_ground
-from .horizon import STEPS, TerrainHorizon
-from .horizon_of_terrain import GEODESIC, horizon_of_terrain
+from .horizon import GEODESIC, STEPS, TerrainHorizon, horizon_of_terrain
 
 REACH = 50_000.0  # [m] terrain further away is left out: a peak of 2,000 m rises by less than 2.1° beyond it
 AT_ONCE = 1 << 16  # triangles of ground that are looked at together, so that they need little memory
@@ -87,9 +86,12 @@ def read_horizon(path, scene):
     own = scene.triangle_surface >= 0
     points = scene.vertices[scene.triangles[own if own.any() else slice(None)].ravel(), :2]
     low, high = points.min(axis=0), points.max(axis=0)
-    middle, (west, south), (east, north) = (low + high) / 2, low, high
-    posts = [middle, *(np.array(corner) for corner in ((west, south), (east, south), (east, north), (west, north)))]
-    places = [place_on_earth(scene.site, post) for post in posts]
+    corners = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
+    posts = np.array([(low + high) / 2, *corners])
+    site, places = scene.site, []
+    for east, north in posts:
+        azimuth, distance = np.degrees(np.arctan2(east, north)), np.hypot(east, north)
+        places.append(GEODESIC.fwd(site.longitude, site.latitude, azimuth, distance)[1::-1])
     grids = read_heights(path, places[0], REACH)
     drawn = find_ground(scene) if scene.terrain_laid else find_ground(scene) & own  # or measured, not generated
     ground, found = np.asarray(scene.vertices, float)[scene.triangles[drawn], :2], []
@@ -98,13 +100,6 @@ def read_horizon(path, scene):
         eye = found[0].eye if found else np.nan  # of corners that stand in water, which may be a gap
         found.append(horizon_of_terrain(grids, place, start, REACH, otherwise=eye))
     return found[0], found[1:]
-
-
-def place_on_earth(site, point):
-    """Latitude and longitude [°] of a point (2,) [m] in the frame of a scene."""
-    azimuth, distance = np.degrees(np.arctan2(point[0], point[1])), np.hypot(*point)
-    longitude, latitude, _ = GEODESIC.fwd(site.longitude, site.latitude, azimuth, distance)
-    return float(latitude), float(longitude)
 
 
 def distance_to_box(point, low, high):
@@ -187,7 +182,14 @@ def read_horizon_table(path):
     if len(content) > LARGEST or b"\0" in content:
         raise InputError(path, "is not a horizon file", CURE)
     text = content.decode("utf-8-sig", errors="replace")
-    azimuth, elevation = angles_of_json(path, text) if text.lstrip().startswith("{") else angles_of_text(path, text)
+    if text.lstrip().startswith("{"):
+        try:
+            rows = json.loads(text)["outputs"]["horizon_profile"]
+            azimuth, elevation = np.array([(row["A"] + 180, row["H_hor"]) for row in rows], float).reshape(-1, 2).T
+        except (ValueError, KeyError, TypeError) as error:
+            raise InputError(path, "is not a horizon of PVGIS", CURE) from error
+    else:
+        azimuth, elevation = angles_of_text(path, text)
     if len(azimuth) < 3:
         raise InputError(path, f"has {len(azimuth)} angles", "give at least three around the site")
     bad = ~(np.abs(azimuth) <= 540) | ~(np.abs(elevation) < HIGHEST)  # also true for NaN
@@ -199,16 +201,6 @@ def read_horizon_table(path):
     around = np.arange(STEPS) * (360.0 / STEPS)
     heights = np.interp(around, (azimuth % 360)[order], elevation[order], period=360.0)
     return TerrainHorizon(np.maximum(heights, 0), str(path))
-
-
-def angles_of_json(path, text):
-    """Azimuths from north and elevations of PVGIS' JSON."""
-    try:
-        rows = json.loads(text)["outputs"]["horizon_profile"]
-        values = np.array([(row["A"], row["H_hor"]) for row in rows], float).reshape(-1, 2)
-    except (ValueError, KeyError, TypeError) as error:
-        raise InputError(path, "is not a horizon of PVGIS", CURE) from error
-    return values[:, 0] + 180, values[:, 1]
 
 
 def angles_of_text(path, text):

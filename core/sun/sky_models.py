@@ -17,6 +17,7 @@ import pvlib
 
 from .horizon_band import HORIZON
 
+MODELS = ("isotropic", "perez")
 SOURCES = {HORIZON.name: HORIZON}  # traced parts of the sky by their names in files
 RAYS_SHARE = 4  # hemisphere rays for each ray towards the horizon, which is a small part of the light
 MOST_SHARE = 16  # the same of a horizon that is next to nothing
@@ -53,32 +54,13 @@ def split_sky(weather, model):
     Parameters
     ----------
     weather : Weather
-    model : {"isotropic", "perez"}
+    model : str
+        Of MODELS. Perez' has the coefficients "allsitescomposite1990" of pvlib; with the sun below the horizon, where
+        it is not defined, the sky is isotropic.
 
     Returns
     -------
     SkyParts
-    """
-    return MODELS[model](weather)
-
-
-def isotropic_sky(weather):
-    """Light of the isotropic sky, all of it from the dome: SkyParts."""
-    dhi = weather.data["dhi"].to_numpy(float)
-    return SkyParts(dhi, np.zeros(len(dhi)), np.zeros(len(dhi)), {})
-
-
-def perez_sky(weather):
-    """Light of the sky of Perez et al., with the coefficients "allsitescomposite1990" of pvlib.
-
-    Parameters
-    ----------
-    weather : Weather
-
-    Returns
-    -------
-    SkyParts
-        With the sun below the horizon, where the model is not defined, the sky is isotropic.
 
     Notes
     -----
@@ -90,6 +72,8 @@ def perez_sky(weather):
     """
     data = weather.data
     dhi, zenith = data["dhi"].to_numpy(float), data["apparent_zenith"].to_numpy(float)
+    if model == "isotropic":
+        return SkyParts(dhi, np.zeros(len(dhi)), np.zeros(len(dhi)), {})
     airmass = pvlib.atmosphere.get_relative_airmass(zenith, "kastenyoung1989")
     defined = np.isfinite(airmass) & (dhi > 0)
     parts = pvlib.irradiance.perez(
@@ -106,9 +90,6 @@ def perez_sky(weather):
     height = np.maximum(np.cos(np.radians(zenith)), np.cos(np.radians(LOWEST)))
     horizon = np.where(defined, parts["poa_horizon"] / np.sin(tilt), 0.0)
     return SkyParts(dome, around / height, around, {HORIZON.name: horizon})
-
-
-MODELS = {"isotropic": isotropic_sky, "perez": perez_sky}
 
 
 def sources_of(model):

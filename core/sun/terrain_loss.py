@@ -17,6 +17,12 @@ from .sky_models import SOURCES
 from .solar_position import is_sunny, solar_position, sun_direction
 
 CHUNK = 512  # normals at a time
+HOUR = pd.Timedelta(hours=1)
+ROOT = np.sqrt(0.5)
+SIDES = ((0, 1), (1, 0), (0, -1), (-1, 0))
+# A level surface, four walls, and four roofs of 45°.
+NORMALS = [(0, 0, 1), *((x, y, 0) for x, y in SIDES), *((x * ROOT, y * ROOT, ROOT) for x, y in SIDES)]
+NORMALS = np.array(NORMALS, float)
 
 
 def lost_sky(normal, horizon):
@@ -59,17 +65,6 @@ def lose_some(normal, turn, height):
 
     share = np.where(faces, integral(high) - integral(low), 0.0)
     return np.maximum(share, 0).sum(axis=1) * 2 / len(turn)  # da/π = 2/STEPS
-
-
-HOUR = pd.Timedelta(hours=1)
-ROOT = np.sqrt(0.5)
-# A level surface, four walls, and four roofs of 45°.
-NORMALS = np.array(
-    [(0, 0, 1)]
-    + [(x, y, 0) for x, y in ((0, 1), (1, 0), (0, -1), (-1, 0))]
-    + [(x * ROOT, y * ROOT, ROOT) for x, y in ((0, 1), (1, 0), (0, -1), (-1, 0))],
-    float,
-)
 
 
 def suns_of_year(latitude, longitude, year=2021):

@@ -54,7 +54,12 @@ def typical_day_suns(times, interval, latitude, longitude, *, count, seed=0):
     mean = total[used] / np.linalg.norm(total[used], axis=1, keepdims=True)
     day, step = (used // steps).astype(np.int32), (used % steps).astype(np.int32)
     suns = Suns(f"typical-days:{count}", mean, np.zeros(len(used)), day, step)
-    return weigh_suns(suns, direction[sunny], np.repeat(np.arange(len(axis) // steps), steps)[sunny])
+    if not sunny.any():
+        return suns
+    matched = match_typical_days(suns, direction[sunny], np.repeat(np.arange(len(axis) // steps), steps)[sunny])
+    share = np.bincount(matched, minlength=len(suns)) / len(matched)
+    kept = share > 0
+    return Suns(suns.sampling, mean[kept], share[kept], day[kept], step[kept])
 
 
 def cluster_days(sun, steps, count, seed):
@@ -88,29 +93,6 @@ def cluster_days(sun, steps, count, seed):
     with threadpool_limits(1):  # so few days take longer with more threads, whose sums come in any order
         result = tsam.aggregate(table, n_clusters=count, cluster=cluster, preserve_column_means=False)
     return np.asarray(result.cluster_assignments)
-
-
-def weigh_suns(suns, direction, day):
-    """Weight each sun with the share of sunny intervals matched to it; drop suns without any.
-
-    Parameters
-    ----------
-    suns : Suns
-        Suns of typical days, not weighted yet.
-    direction : numpy.ndarray, (t, 3)
-        Towards the suns of the sunny intervals.
-    day : numpy.ndarray, (t,) int
-        Solar day of each of them.
-
-    Returns
-    -------
-    Suns
-    """
-    if not len(direction):
-        return suns
-    share = np.bincount(match_typical_days(suns, direction, day), minlength=len(suns)) / len(direction)
-    kept = share > 0
-    return Suns(suns.sampling, suns.direction[kept], share[kept], suns.day[kept], suns.step[kept])
 
 
 def match_typical_days(suns, direction, day):

@@ -42,9 +42,7 @@ def scale_direct(parts, growth):
 class SourceLight:
     """Relative irradiance of n surfaces by a traced source of light in the sky, in its unit (`sun.horizon_band`)."""
 
-    view_factor: (
-        np.ndarray
-    )  # (n,) without reflections, at most 1; where all of it is free, `HorizonBand.unshaded`
+    view_factor: np.ndarray  # (n,) without reflections, at most 1; where all of it is free, `HorizonBand.unshaded`
     relative: np.ndarray  # (n,) reflections included
     standard_error: np.ndarray  # (n,) of `relative`
 

@@ -1,4 +1,4 @@
-"""Add sun positions at mid-interval to weather, and complete GHI, DHI and DNI."""
+"""Add sun positions at mid-interval to weather, and complete GHI, DHI and DNI (paper, Eq. 5)."""
 
 import numpy as np
 import pandas as pd
@@ -9,15 +9,7 @@ from ..sun.solar_position import POSITION, is_sunny, solar_position
 from .weather import Weather
 
 HORIZON_CUTS = ("measured", "neglect")
-COLUMNS = [
-    "ghi",
-    "dhi",
-    "dni",
-    "temp_air",
-    "wind_speed",
-    "pressure",
-    *POSITION,
-]
+COLUMNS = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure", *POSITION]
 
 
 def add_sun(record, interval, horizon_cut="measured", position=None):
@@ -80,73 +72,19 @@ def complete_irradiance(given, apparent_zenith, horizon_cut="measured"):
     """
     if horizon_cut not in HORIZON_CUTS:
         raise InputError("horizon_cut", f"{horizon_cut!r} is unknown", f"give one of {', '.join(HORIZON_CUTS)}")
-    sunny = is_sunny(apparent_zenith)
+    sunny, height = is_sunny(apparent_zenith), np.maximum(np.cos(np.radians(apparent_zenith)), 0.0)
     ghi, dhi, dni = (given.get(name) for name in ("ghi", "dhi", "dni"))
     # Intervals with direct light: sun above the horizon, or above 2° if DNI has to be derived.
     direct = sunny if dni is None or horizon_cut == "neglect" else np.asarray(apparent_zenith) < 90.0
     if ghi is None:
-        ghi = compute_ghi(dhi, dni, apparent_zenith)
+        ghi = dhi + dni * height  # Eq. 5
     if dhi is None:
         # Direct above global irradiance comes from the sun's motion within the interval: then DHI is 0.
-        dhi = np.maximum(compute_dhi(ghi, dni, apparent_zenith), 0.0)
+        dhi = np.maximum(ghi - dni * height, 0.0)  # Eq. 5
     if dni is None:
         dni = np.zeros_like(ghi)
-        dni[sunny] = compute_dni(ghi[sunny], np.minimum(dhi, ghi)[sunny], apparent_zenith[sunny])
+        dni[sunny] = (ghi - np.minimum(dhi, ghi))[sunny] / height[sunny]  # Eq. 5
     irradiance = {"ghi": ghi, "dhi": np.where(direct, dhi, ghi), "dni": np.where(direct, dni, 0.0)}
     if horizon_cut == "neglect":
         return {name: np.where(sunny, values, 0.0) for name, values in irradiance.items()}
     return irradiance
-
-
-def compute_dni(ghi, dhi, zenith):
-    """Direct normal irradiance of hours with the sun well above the horizon (paper, Eq. 5).
-
-    Parameters
-    ----------
-    ghi, dhi : array_like, (t,)
-        Global and diffuse horizontal irradiance [Wm⁻²].
-    zenith : array_like, (t,)
-        Zenith angle of the sun [°], below 90.
-
-    Returns
-    -------
-    numpy.ndarray, (t,)
-        Direct normal irradiance [Wm⁻²].
-    """
-    return (np.asarray(ghi) - np.asarray(dhi)) / np.cos(np.radians(zenith))  # Eq. 5
-
-
-def compute_dhi(ghi, dni, zenith):
-    """Diffuse horizontal irradiance [Wm⁻²] from the global and the direct normal one (paper, Eq. 5).
-
-    Parameters
-    ----------
-    ghi, dni : array_like, (t,)
-        Global horizontal and direct normal irradiance [Wm⁻²].
-    zenith : array_like, (t,)
-        Zenith angle of the sun [°].
-
-    Returns
-    -------
-    numpy.ndarray, (t,)
-        Diffuse horizontal irradiance [Wm⁻²].
-    """
-    return np.asarray(ghi) - np.asarray(dni) * np.maximum(np.cos(np.radians(zenith)), 0.0)  # Eq. 5
-
-
-def compute_ghi(dhi, dni, zenith):
-    """Global horizontal irradiance [Wm⁻²] from the diffuse and the direct normal one (paper, Eq. 5).
-
-    Parameters
-    ----------
-    dhi, dni : array_like, (t,)
-        Diffuse horizontal and direct normal irradiance [Wm⁻²].
-    zenith : array_like, (t,)
-        Zenith angle of the sun [°].
-
-    Returns
-    -------
-    numpy.ndarray, (t,)
-        Global horizontal irradiance [Wm⁻²].
-    """
-    return np.asarray(dhi) + np.asarray(dni) * np.maximum(np.cos(np.radians(zenith)), 0.0)  # Eq. 5

@@ -1,4 +1,7 @@
-"""Refuse weather from which full load hours cannot be computed."""
+"""Refuse weather from which full load hours cannot be computed, and say how well each of its years fits the sun.
+
+Years are checked separately, so that good ones do not hide a bad one.
+"""
 
 from dataclasses import asdict, replace
 from itertools import pairwise
@@ -9,25 +12,17 @@ import pandas as pd
 from ..errors import InputError
 from .add_sun import add_sun
 from .check_irradiance import check_given, check_irradiance
-from .check_sun_times import (
-    SunTimes,
-    check_closure,
-    check_shift,
-    cure_of_shift,
-    fits_another_sun,
-    measure_sun_times,
-    round_shift,
-)
+from .check_sun_times import SunTimes, check_closure, check_shift, cure_of_shift, measure_sun_times
 from .weather import IRRADIANCES
 
 DAY = pd.Timedelta(days=1)
 HOUR = pd.Timedelta(hours=1)
+SHORTEST_YEAR = pd.Timedelta(days=350)
+LONGEST_REST = pd.Timedelta(days=2)  # of an adjacent year, when the record's year is that of another time zone
 
 # Values outside are impossible on Earth: another unit, or a marker for missing values.
 LIMITS = {
-    "ghi": (-1.0, 2000.0, "Wm⁻²"),
-    "dhi": (-1.0, 2000.0, "Wm⁻²"),
-    "dni": (-1.0, 2000.0, "Wm⁻²"),
+    **dict.fromkeys(IRRADIANCES, (-1.0, 2000.0, "Wm⁻²")),
     "temp_air": (-95.0, 70.0, "°C"),
     "wind_speed": (0.0, 120.0, "ms⁻¹"),
     "pressure": (30e3, 115e3, "Pa"),
@@ -54,27 +49,27 @@ def check_weather(record):
     InputError
         With the file, the place in it, and the cure.
     """
-    check_variables(record)
+    columns = set(record.data.columns)
+    missing = [name for name in ("temp_air", "wind_speed") if name not in columns]
+    light = sorted(columns & set(IRRADIANCES))
+    if len(light) < 2:
+        missing.append(f"two of ghi, dhi, dni (there: {', '.join(light) or 'none'})")
+    if missing:
+        raise InputError(record.source, "missing: " + ", ".join(missing), "add these columns to the weather")
     interval = check_time_axis(record.data.index, record.source)
-    check_finite(record)
+    for name in sorted(columns & set(LIMITS), key=list(LIMITS).index):
+        unknown = np.flatnonzero(~np.isfinite(record.data[name].to_numpy(dtype=float)))
+        if len(unknown):
+            place = f"{name} is missing at {record.data.index[unknown[0]]} ({len(unknown)} values in total)"
+            raise InputError(record.source, place, "fill the missing values")
     check_values(record, lowest_only=True)
     return interval
 
 
-def check_variables(record):
-    """Refuse a record without air temperature, wind speed or two of ghi, dhi and dni."""
-    columns = set(record.data.columns)
-    missing = [name for name in ("temp_air", "wind_speed") if name not in columns]
-    if len(columns & {"ghi", "dhi", "dni"}) < 2:
-        missing.append(
-            "two of ghi, dhi, dni (there: " + (", ".join(sorted(columns & {"ghi", "dhi", "dni"})) or "none") + ")"
-        )
-    if missing:
-        raise InputError(record.source, "missing: " + ", ".join(missing), "add these columns to the weather")
-
-
 def check_time_axis(times, source):
     """Refuse gaps, duplicates, intervals longer than one hour and anything but whole years.
+
+    Whole calendar years may be left out between others.
 
     Parameters
     ----------
@@ -93,33 +88,14 @@ def check_time_axis(times, source):
     step = times[1:] - times[:-1]
     disorder = np.flatnonzero(step <= pd.Timedelta(0))
     if len(disorder):
-        stamp = times[disorder[0] + 1]
-        raise InputError(
-            source, f"the time {stamp} is repeated or out of order", "sort the times and remove duplicates"
-        )
+        problem = f"the time {times[disorder[0] + 1]} is repeated or out of order"
+        raise InputError(source, problem, "sort the times and remove duplicates")
     interval = step.to_series().mode().iloc[0]
     if interval > HOUR or DAY % interval != pd.Timedelta(0):
         raise InputError(source, f"the times are {interval} apart", "give weather of every hour (or a part of one)")
-    check_whole_years(times, interval, source)
-    return interval
-
-
-def check_whole_years(times, interval, source):
-    """Refuse gaps and part years; whole calendar years may be left out between others.
-
-    Parameters
-    ----------
-    times : pandas.DatetimeIndex, (t,)
-        Start of each interval, ascending.
-    interval : pandas.Timedelta
-        Length of the intervals.
-    source : str
-        The file, for the message.
-    """
-    breaks = np.flatnonzero((times[1:] - times[:-1] != interval) & ~skips_leap_day(times, interval)) + 1
-    bounds = [0, *breaks, len(times)]
-    spans = [(last - first) * interval for first, last in pairwise(bounds)]
-    whole = [count_years(span) > 0 for span in spans]
+    breaks = np.flatnonzero((step != interval) & ~skips_leap_day(times, interval)) + 1
+    spans = [(last - first) * interval for first, last in pairwise([0, *breaks, len(times)])]
+    whole = [365 * DAY <= span <= 366 * int(span // (365 * DAY)) * DAY for span in spans]
     if len(breaks) and not all(whole):
         end, start = times[breaks[0] - 1] + interval, times[breaks[0]]
         what = "a gap" if start > end else "an overlap"
@@ -127,6 +103,7 @@ def check_whole_years(times, interval, source):
     if not all(whole):
         problem = f"covers {spans[0] / DAY:.2f} days, from {times[0]} to {times[-1] + interval}"
         raise InputError(source, problem, "give one or more full years: full load hours need full years")
+    return interval
 
 
 def skips_leap_day(times, interval):
@@ -144,39 +121,8 @@ def skips_leap_day(times, interval):
         Whether the step to the next time is such a gap, in any time zone.
     """
     middle = times[:-1] + interval + DAY / 2  # of the day that is left out, if it is
-    leap_day = (middle.month == 2) & (middle.day == 29) | (
-        (middle.month == 3) & (middle.day == 1) & middle.is_leap_year
-    )
-    leap_day |= (middle.month == 2) & (middle.day == 28) & middle.is_leap_year
+    leap_day = middle.is_leap_year & np.isin(middle.dayofyear, (59, 60, 61))
     return np.asarray((times[1:] - times[:-1] == DAY + interval) & leap_day)
-
-
-def count_years(span):
-    """How many whole years a time span is: 365 to 366 days each, else 0.
-
-    Parameters
-    ----------
-    span : pandas.Timedelta
-        Length of an unbroken time axis.
-
-    Returns
-    -------
-    int
-        Number of years, 0 where the span is not whole years.
-    """
-    years = int(span // (365 * DAY))
-    return years if span <= 366 * years * DAY else 0
-
-
-def check_finite(record):
-    """Refuse missing values, naming the first time."""
-    for name in LIMITS:
-        if name not in record.data.columns:
-            continue
-        missing = np.flatnonzero(~np.isfinite(record.data[name].to_numpy(dtype=float)))
-        if len(missing):
-            place = f"{name} is missing at {record.data.index[missing[0]]} ({len(missing)} values in total)"
-            raise InputError(record.source, place, "fill the missing values")
 
 
 def check_values(record, *, lowest_only=False):
@@ -196,12 +142,7 @@ def check_values(record, *, lowest_only=False):
         if len(outside):
             first = outside[0]
             place = f"{name} is {values[first]:g} {unit} at {record.data.index[first]}"
-            cure = f"give values from {lowest:g} to {highest:g} {unit}"
-            raise InputError(record.source, place, cure)
-
-
-SHORTEST_YEAR = pd.Timedelta(days=350)
-LONGEST_REST = pd.Timedelta(days=2)  # of an adjacent year, when the record's year is that of another time zone
+            raise InputError(record.source, place, f"give values from {lowest:g} to {highest:g} {unit}")
 
 
 def check_years(record, interval, position):
@@ -256,28 +197,34 @@ def cut_years(record, interval):
     return {str(names[number]): slice(first[number], first[number] + count[number]) for number in kept}
 
 
-def describe_leap_days(record, interval):
-    """A note if 29 February is missing."""
+def describe_checks(record, interval, checks):
+    """Notes: whether 29 February is missing, and how well the irradiance fits the sun, of the worst years.
+
+    Parameters
+    ----------
+    record : Record
+    interval : pandas.Timedelta
+    checks : dict
+        Of `check_years`.
+
+    Returns
+    -------
+    list of str
+    """
+    notes, years = [], [SunTimes(**one) for one in checks.values()]
     days = record.data.index[:-1][skips_leap_day(record.data.index, interval)]
-    return [f"29 February {', '.join(str((day + interval).year) for day in days)} is missing"] if len(days) else []
-
-
-def describe_checks(checks):
-    """Notes on how well the irradiance fits the sun, of the worst year of each measure."""
-    notes = []
-    closures = [one for one in checks.values() if one["closure_residual"] is not None]
+    if len(days):
+        notes.append(f"29 February {', '.join(str((day + interval).year) for day in days)} is missing")
+    closures = [one for one in years if one.closure_residual is not None]
     if closures:
-        worst = max(closures, key=lambda one: one["closure_residual"])
-        notes.append(
-            "GHI = DHI + DNI cos z to {:.2f} % of GHI; best with the sun shifted by {:+d} min ({:.2f} %)".format(
-                100 * worst["closure_residual"], worst["closure_shift"], 100 * worst["closure_residual_shifted"]
-            )
-        )
-    daylights = [SunTimes(**one) for one in checks.values() if one["daylight_shift"] is not None]
+        worst = max(closures, key=lambda one: one.closure_residual)
+        note = f"GHI = DHI + DNI cos z to {100 * worst.closure_residual:.2f} % of GHI; best with the sun shifted by"
+        notes.append(f"{note} {worst.closure_shift:+d} min ({100 * worst.closure_residual_shifted:.2f} %)")
+    daylights = [one for one in years if one.daylight_shift is not None]
     if daylights:
         worst = max(daylights, key=lambda one: abs(one.daylight_shift))
         note = f"clear days fit the sun best with times shifted by {worst.daylight_shift:+d} min"
-        if fits_another_sun(worst):
-            note += f": walls to the east and west may be wrong; {cure_of_shift(round_shift(worst.daylight_shift, 5))}"
+        if worst.of_another_sun:
+            note += f": walls to the east and west may be wrong; {cure_of_shift(worst.daylight_shift, 5)}"
         notes.append(note)
     return notes

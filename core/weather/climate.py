@@ -1,4 +1,8 @@
-"""The built-in climate as weather of one place; clear sky at sea."""
+"""Weather of places without a file: the built-in climate, and the clear sky.
+
+The climate is a climatology, neither a forecast nor a record of any year: monthly sums of GHI are those of long-term
+means, days and hours are random.
+"""
 
 import numpy as np
 import pandas as pd
@@ -11,8 +15,19 @@ from .climate_grid import look_up_normals
 from .draw_clearness import draw_days, draw_hours, draw_normals, rank_days, scale_to_sums
 from .weather import Record
 
+INTERVAL = pd.Timedelta(hours=1)
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
 LABEL = "built-in climate (climatology: long-term monthly means, synthetic days)"
+TEMP_AIR = 15.0  # [°C] of the clear sky
+WIND_SPEED = 1.0  # [ms⁻¹] of the clear sky
+CLEAN_TURBIDITY = 2.0  # Linke turbidity of very clean, dry air
+CLOSEST = 0.97  # largest monthly sum as a share of that of the cleanest sky
+ROUNDING = 3  # decimals of the irradiance [Wm⁻²]: processors differ far below that
+SINE_ROUNDING = 9  # decimals of the sine of the sun's elevation for splitting it, for the same reason
+RAYLEIGH = np.sqrt(np.pi / 4)  # mean over root mean square of wind speeds
+# First annual harmonic of air temperature over that of GHI [K/Wm⁻²], for air from the sea and from land.
+GAIN_SEA, GAIN_LAND = 0.03, 0.19
+LAG = 29.0  # [days] of land temperature behind irradiance (Stine et al. 2009)
 
 
 def climate(latitude, longitude, year=2021, seed=0):
@@ -42,10 +57,6 @@ def climate(latitude, longitude, year=2021, seed=0):
     return Record(data, latitude, longitude, altitude, "climate", LABEL)
 
 
-TEMP_AIR = 15.0  # [°C]
-WIND_SPEED = 1.0  # [ms⁻¹]
-
-
 def clear_sky(latitude, longitude, altitude, year, sun=None):
     """One year of the clear-sky model of Ineichen and Perez with pvlib's monthly Linke turbidity.
 
@@ -69,9 +80,7 @@ def clear_sky(latitude, longitude, altitude, year, sun=None):
     -----
     :doi:`10.1016/S0038-092X(02)00045-2`; an upper bound of a real year.
     """
-    if not 1900 <= year <= 2100:
-        raise InputError("--year", f"{year} is not from 1900 to 2100", "give a year in that range")
-    times = pd.date_range(f"{year}-01-01", f"{year + 1}-01-01", freq=INTERVAL, inclusive="left", tz="UTC")
+    times = hours_of_year(year)
     zenith = (solar_position(times, INTERVAL, latitude, longitude) if sun is None else sun)["apparent_zenith"]
     pressure = pvlib.atmosphere.alt2pres(altitude)
     data = clear_irradiance(zenith, times + INTERVAL / 2, (latitude, longitude), altitude, pressure).set_axis(times)
@@ -80,13 +89,11 @@ def clear_sky(latitude, longitude, altitude, year, sun=None):
     return Record(data, latitude, longitude, altitude, "clear-sky", label)
 
 
-INTERVAL = pd.Timedelta(hours=1)
-CLEAN_TURBIDITY = 2.0  # Linke turbidity of very clean, dry air
-CLOSEST = 0.97  # largest monthly sum as a share of that of the cleanest sky
-ROUNDING = 3  # decimals of the irradiance [Wm⁻²]: processors differ far below that
-SINE_ROUNDING = 9  # decimals of the sine of the sun's elevation for splitting it, for the same reason
-
-RAYLEIGH = np.sqrt(np.pi / 4)  # mean over root mean square of wind speeds
+def hours_of_year(year):
+    """Starts of the hours of a calendar year in UTC, which must be from 1900 to 2100: pandas.DatetimeIndex."""
+    if not 1900 <= year <= 2100:
+        raise InputError("--year", f"{year} is not from 1900 to 2100", "give a year in that range")
+    return pd.date_range(f"{year}-01-01", f"{year + 1}-01-01", freq=INTERVAL, inclusive="left", tz="UTC")
 
 
 def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
@@ -97,7 +104,7 @@ def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
     latitudes, longitudes : array_like, (p,)
         Places [°], all on land.
     year, seed
-        As in `weather.climate.climate`.
+        As in `climate`.
     zenith : numpy.ndarray, (p, t), optional
         Apparent zenith of the sun at mid-interval [°], if known.
 
@@ -112,18 +119,16 @@ def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
     InputError
         If a place is not on land.
     """
-    if not 1900 <= year <= 2100:
-        raise InputError("--year", f"{year} is not from 1900 to 2100", "give a year in that range")
+    times = hours_of_year(year)
     places = list(zip(np.atleast_1d(latitudes), np.atleast_1d(longitudes), strict=True))
     normals = [look_up_normals(*place) for place in places]
     for place, found in zip(places, normals, strict=True):
         if found is None:
             problem = f"no land near {place[0]:.2f}°, {place[1]:.2f}°"
             raise InputError("climate", problem, "give a place on land, or clear-sky")
-    times = pd.date_range(f"{year}-01-01", f"{year + 1}-01-01", freq=INTERVAL, inclusive="left", tz="UTC")
     altitude = np.array([look_up_altitude(*place) for place in places])[:, None]  # (p, 1) [m]
     annual = np.array([[found.ghi] for found in normals]) * 1000.0 * len(times) / 24  # (p, 1) [Wh/m²]
-    sky = raise_sky(cleanest_sky(places, times, altitude, zenith), annual)
+    sky = cleanest_sky(places, times, altitude, annual, zenith)
     monthly = monthly_sums(annual, normals, sky, times)
     ghi, dhi, dni = draw_irradiance(places, times, sky, monthly, seed)
     shape = ghi.shape
@@ -143,7 +148,7 @@ def look_up_altitude(latitude, longitude):
     return float(pvlib.location.lookup_altitude(latitude, longitude))
 
 
-def cleanest_sky(places, times, altitude, zenith=None):
+def cleanest_sky(places, times, altitude, annual, zenith=None):
     """Sun position, extraterrestrial irradiance, and irradiance under the cleanest sky.
 
     Parameters
@@ -154,6 +159,8 @@ def cleanest_sky(places, times, altitude, zenith=None):
         Start of each hour.
     altitude : numpy.ndarray, (p, 1)
         [m].
+    annual : numpy.ndarray, (p, 1)
+        Sum of GHI of the climate [Wh/m²]; where it is more than that of the cleanest sky, this is scaled up.
     zenith : numpy.ndarray, (p, t), optional
         Apparent zenith of the sun [°], if known.
 
@@ -176,13 +183,9 @@ def cleanest_sky(places, times, altitude, zenith=None):
     airmass = pvlib.atmosphere.get_absolute_airmass(pvlib.atmosphere.get_relative_airmass(risen), pressure)
     clean = pvlib.clearsky.ineichen(risen, airmass, CLEAN_TURBIDITY, altitude, extra)
     ghi, dni = (np.where(zenith < 90, clean[name], 0.0) for name in ("ghi", "dni"))
-    return {"zenith": zenith, "sine": sine, "outside": extra * sine, "ghi": ghi, "dni": dni, "pressure": pressure}
-
-
-def raise_sky(sky, annual):
-    """The cleanest sky, scaled up where the climate's annual sum [Wh/m²] exceeds it."""
-    factor = np.maximum(1.0, annual / (CLOSEST * sky["ghi"].sum(axis=1, keepdims=True)))
-    return sky | {"ghi": sky["ghi"] * factor, "dni": sky["dni"] * factor}
+    factor = np.maximum(1.0, annual / (CLOSEST * ghi.sum(axis=1, keepdims=True)))
+    sky = {"ghi": ghi * factor, "dni": dni * factor, "outside": extra * sine, "pressure": pressure}
+    return sky | {"zenith": zenith, "sine": sine}
 
 
 def starts_of_months(times):
@@ -209,7 +212,7 @@ def monthly_sums(annual, normals, sky, times):
 
 
 def draw_irradiance(places, times, sky, monthly, seed):
-    """GHI, DHI and DNI of each hour [Wm⁻²]: three (p, t).
+    """GHI, DHI and DNI of each hour [Wm⁻²]: three (p, t), with GHI = DHI + DNI·cos θ in every hour.
 
     Notes
     -----
@@ -237,21 +240,11 @@ def draw_irradiance(places, times, sky, monthly, seed):
     clearness = np.empty_like(hours)
     np.put_along_axis(clearness, local, hours, axis=1)
     ghi = (scale_to_sums(clearness, cleanest, outside, monthly, starts) * outside).round(ROUNDING)
-    return (ghi, *split_irradiance(ghi, sky, times))
-
-
-def split_irradiance(ghi, sky, times):
-    """DHI and DNI [Wm⁻²] of GHI by DISC: two (p, t). GHI = DHI + DNI·cos θ holds in every hour."""
     day = np.broadcast_to(times.dayofyear.to_numpy(), ghi.shape)
     dni = np.nan_to_num(pvlib.irradiance.disc(ghi, sky["zenith"], day, pressure=sky["pressure"])["dni"])
     dni = np.minimum(dni, np.minimum(sky["dni"], 0.97 * ghi / np.maximum(sky["sine"], 1e-3)))
     dni = np.where(is_sunny(sky["zenith"]), dni, 0.0).round(ROUNDING)
-    return ghi - dni * sky["sine"].round(SINE_ROUNDING), dni
-
-
-# First annual harmonic of air temperature over that of GHI [K/Wm⁻²], for air from the sea and from land.
-GAIN_SEA, GAIN_LAND = 0.03, 0.19
-LAG = 29.0  # [days] of land temperature behind irradiance (Stine et al. 2009)
+    return ghi, ghi - dni * sky["sine"].round(SINE_ROUNDING), dni
 
 
 def air_temperature(places, times, normals, outside, ghi):

@@ -1,4 +1,4 @@
-"""One or several years of weather at one place."""
+"""One or several years of weather at one place, as read from files and as used; how far that place is from the city."""
 
 from dataclasses import dataclass, field, replace
 
@@ -8,6 +8,13 @@ import pyproj
 
 from ..errors import InputError
 from ..sun.suns import TimeAxis
+
+IRRADIANCES = ("ghi", "dhi", "dni")
+SAME_PLACE = 0.05  # [°] by which the places of joined files may differ
+TYPICAL_YEAR = 2021  # a year without a leap day
+TYPICAL_LEAP_YEAR = 2020
+FARTHEST = 150.0  # [km] from the city to the place of the weather, unless the user allows more
+KM_PER_DEGREE = 111.2  # along a meridian
 
 
 @dataclass
@@ -39,10 +46,6 @@ def darken_hours(weather, dark):
     night = {"ghi": 0.0, "dni": 0.0, "dhi": 0.0, "apparent_zenith": 180.0}
     data = weather.data.assign(**{name: weather.data[name].mask(dark, value) for name, value in night.items()})
     return replace(weather, data=data)
-
-
-IRRADIANCES = ("ghi", "dhi", "dni")
-SAME_PLACE = 0.05  # [°] by which the places of joined files may differ
 
 
 @dataclass
@@ -140,14 +143,9 @@ def read_numbers(path, column):
     words = numbers.isna() & column.notna()
     if words.any():
         row = int(words.to_numpy().argmax())
-        raise InputError(
-            path, f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is not a number", "correct it"
-        )
+        problem = f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is not a number"
+        raise InputError(path, problem, "correct it")
     return numbers.to_numpy(dtype=float)
-
-
-TYPICAL_YEAR = 2021  # a year without a leap day
-TYPICAL_LEAP_YEAR = 2020
 
 
 def coerce_year(data):
@@ -178,10 +176,6 @@ def coerce_year(data):
     return data.set_axis(moved, axis=0).sort_index(kind="stable"), True
 
 
-FARTHEST = 150.0  # [km] from the city to the place of the weather, unless the user allows more
-KM_PER_DEGREE = 111.2  # along a meridian
-
-
 def check_distance(weather, site, allowed=None, suns=None):
     """Refuse weather from a place too far from the city, or from the latitude of the traced suns.
 
@@ -200,29 +194,20 @@ def check_distance(weather, site, allowed=None, suns=None):
     ------
     InputError
     """
-    farthest = FARTHEST if allowed is None else allowed
-    place = f"its place ({weather.latitude:.2f}°, {weather.longitude:.2f}°)"
+    if suns is not None and suns.sampling.startswith("sky-grid"):
+        return
     if suns is None:
-        away = distance_of_weather(weather, site)
-        if away > farthest:
-            raise InputError(
-                weather.label,
-                f"{place} is {away:,.0f} km from the city ({site.latitude:.2f}°, {site.longitude:.2f}°)",
-                f"give weather of the city's own place, or {allow(away)}",
-            )
-    elif not suns.sampling.startswith("sky-grid"):
-        away = KM_PER_DEGREE * abs(weather.latitude - site.latitude)
-        if away > farthest:
-            raise InputError(
-                weather.label,
-                f"{place} is {away:,.0f} km from the latitude {site.latitude:.2f}° that was traced",
-                f"give weather of that latitude, trace --suns sky-grid:N, or {allow(away)}",
-            )
-
-
-def allow(away):
-    """The option that allows a distance [km]."""
-    return f"--allow-distance {int(np.ceil(away / 10) * 10)}"
+        away, words = distance_of_weather(weather, site), f"city ({site.latitude:.2f}°, {site.longitude:.2f}°)"
+        cure = "give weather of the city's own place"
+    else:
+        away, words = (
+            KM_PER_DEGREE * abs(weather.latitude - site.latitude),
+            f"latitude {site.latitude:.2f}° that was traced",
+        )
+        cure = "give weather of that latitude, trace --suns sky-grid:N"
+    if away > (FARTHEST if allowed is None else allowed):
+        problem = f"its place ({weather.latitude:.2f}°, {weather.longitude:.2f}°) is {away:,.0f} km from the {words}"
+        raise InputError(weather.label, problem, f"{cure}, or --allow-distance {int(np.ceil(away / 10) * 10)}")
 
 
 def describe_distance(weather, site):

@@ -6,9 +6,8 @@ import numpy as np
 
 from ..energy.check_inputs import check_transfer
 from ..energy.counted_area import find_counted_area, find_groups
-from ..energy.fill_behind import order_neighbours
 from ..energy.power import diffuse_incidence_factors
-from ..energy.sum_block import Block, take_block
+from ..energy.sum_block import Block, order_neighbours, take_block
 from ..errors import InputError
 from ..sun.sky_grid import SkyTriangles, triangulate_sky
 from ..sun.sky_models import name_untraced, sources_of

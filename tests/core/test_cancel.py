@@ -17,8 +17,7 @@ from citypv.core.progress import CancelledError, silent
 from citypv.core.radiosity import sun_blocks
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.sun.match_suns import match_suns, weigh_by_year
+from citypv.core.sun.sun_sampling import choose_suns, match_suns, weigh_by_year
 from citypv.core.sun.suns import end_of_days, interrupted_suns, progressive_order
 from citypv.core.transfer import kept_matrix
 from citypv.core.weather.read_weather import read_weather

@@ -19,7 +19,6 @@ from citypv.core.weather.climate import (
     look_up_altitude,
     make_climates,
     monthly_sums,
-    raise_sky,
 )
 from citypv.core.weather.climate_grid import look_up_normals, measure_land_influence
 from citypv.core.weather.read_weather import read_weather
@@ -83,8 +82,8 @@ def test_months_are_met_to_the_rounding():
     made = make_climates(*zip(*places, strict=True))
     normals = [look_up_normals(*place) for place in places]
     annual = np.array([[found.ghi] for found in normals]) * 365_000
-    sky = cleanest_sky(places, made["times"], np.array([[look_up_altitude(*place)] for place in places]))
-    target = monthly_sums(annual, normals, raise_sky(sky, annual), made["times"])
+    sky = cleanest_sky(places, made["times"], np.array([[look_up_altitude(*place)] for place in places]), annual)
+    target = monthly_sums(annual, normals, sky, made["times"])
     np.testing.assert_allclose(target.sum(axis=1, keepdims=True), annual, rtol=1e-9)
     for ghi, sums in zip(made["ghi"], target, strict=True):
         np.testing.assert_allclose(monthly(pd.DataFrame({"ghi": ghi}, index=made["times"])), sums, rtol=1e-5, atol=0.05)
@@ -249,8 +248,7 @@ def test_with_the_stations_months_the_direct_part_is_near(path, dni):
     place = station.latitude, station.longitude
     times = pd.date_range("2021", "2022", freq="h", inclusive="left", tz="UTC")
     months = monthly(station.data)[None]
-    sky = cleanest_sky([place], times, np.array([[look_up_altitude(*place)]]))
-    sky = raise_sky(sky, months.sum(axis=1, keepdims=True))
+    sky = cleanest_sky([place], times, np.array([[look_up_altitude(*place)]]), months.sum(axis=1, keepdims=True))
     drawn = [draw_irradiance([place], times, sky, months, seed) for seed in range(3)]
     for ghi, _, direct in drawn:
         assert ghi.sum() == pytest.approx(months.sum(), rel=1e-3)  # a file's dark months may exceed any sky

@@ -20,7 +20,7 @@ from citypv.core.results.write_buildings import write_buildings
 from citypv.core.results.write_groups import write_groups
 from citypv.core.results.write_series import write_series
 from citypv.core.results.write_summary import describe_years, sum_totals
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
 KWP = 5.431181  # [m²/kWp] of the default module: 1.631 m², 300.303 W

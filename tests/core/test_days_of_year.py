@@ -6,10 +6,9 @@ import pytest
 from test_suns import sunny_directions
 from weathers import HOUR, year_of
 
-from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.days_of_year import EPOCH, cubic_weights, merge_steps
-from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.solar_position import solar_days
+from citypv.core.sun.sun_sampling import choose_suns, match_suns
 from citypv.core.sun.suns import Suns, interrupted_suns, progressive_order
 
 PLACES = [

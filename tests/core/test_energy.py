@@ -9,12 +9,12 @@ from weathers import BARROW, ERA5, HOUR
 
 from citypv.core.energy import compute_energy as module_under_test
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.fill_behind import fill_behind, order_neighbours
 from citypv.core.energy.hours import prepare_hours
 from citypv.core.energy.pv_system import build_system, default_system
+from citypv.core.energy.sum_block import fill_behind, order_neighbours
 from citypv.core.request import Request
-from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.sky_models import split_sky
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
 MODULE = "SunPower_SPR_300_WHT__2007__E__"

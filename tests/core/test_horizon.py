@@ -17,9 +17,9 @@ from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.sun.choose_suns import hourly_suns
 from citypv.core.sun.horizon import STEPS, TerrainHorizon, is_above
 from citypv.core.sun.read_horizon import read_horizon_table
+from citypv.core.sun.sun_sampling import hourly_suns
 from citypv.core.sun.terrain_loss import lost_sky
 from citypv.core.weather.weather import Weather
 

@@ -12,9 +12,9 @@ from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import read_year
-from citypv.core.sun.choose_suns import hourly_suns
 from citypv.core.sun.horizon import STEPS
 from citypv.core.sun.read_horizon import distance_to_end, read_horizon
+from citypv.core.sun.sun_sampling import hourly_suns
 
 SYSTEM, X, Y = "EPSG:32632", 500_000.0, 5_500_000.0  # on the central meridian, where the grid points north
 POST, HALF = 50.0, 12_000.0  # [m]

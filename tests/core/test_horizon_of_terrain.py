@@ -20,10 +20,9 @@ from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import prepare_study, read_year
-from citypv.core.sun.choose_suns import hourly_suns
-from citypv.core.sun.horizon import STEPS, elevation_at
-from citypv.core.sun.horizon_of_terrain import height_at, horizon_of_terrain
+from citypv.core.sun.horizon import STEPS, elevation_at, height_at, horizon_of_terrain
 from citypv.core.sun.read_horizon import read_horizon
+from citypv.core.sun.sun_sampling import hourly_suns
 from citypv.core.transfer.prepare_scene import prepare_scene
 
 DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.tif"

@@ -13,8 +13,7 @@ from citypv.core.files.read_terrain import read_terrain
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import prepare_study, read_year
-from citypv.core.sun.horizon import STEPS
-from citypv.core.sun.horizon_of_terrain import horizon_of_terrain
+from citypv.core.sun.horizon import STEPS, horizon_of_terrain
 from citypv.core.sun.read_horizon import read_horizon
 
 LATITUDE, STEP = -17.0, 0.004

@@ -23,7 +23,7 @@ from citypv.core.results.write_groups import write_groups
 from citypv.core.results.write_summary import peak_memory
 from citypv.core.results.write_timeseries import write_timeseries
 from citypv.core.results.write_transfer import write_transfer
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
 FACES = (

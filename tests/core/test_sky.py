@@ -17,8 +17,8 @@ from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.horizon_band import HEIGHT, HORIZON
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
 NEW_YORK = DATA / "USA_NY_New.York-CentralPark_TMY3.epw.gz"

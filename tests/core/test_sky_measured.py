@@ -23,8 +23,8 @@ from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
-from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.sky_models import choose_sky, split_sky
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.transfer.prepare_scene import prepare_scene
 from citypv.core.transfer.transfer import SourceLight
 from citypv.core.weather.read_weather import read_weather

@@ -14,8 +14,8 @@ from citypv.core.request import Request
 from citypv.core.results.share_of_sky import share_of_sky, state_sky
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import prepare_study, read_year, trace_scene
-from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.sky_models import SkyParts, choose_share
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
 MODULE = "SunPower_SPR_300_WHT__2007__E__"

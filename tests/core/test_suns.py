@@ -7,10 +7,9 @@ import pytest
 from weathers import HOUR, year_of
 
 from citypv.core.errors import InputError
-from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.sun.solar_position import is_sunny, solar_days, solar_position, sun_direction, whole_solar_days
+from citypv.core.sun.sun_sampling import choose_suns, match_suns
 
 PLACES = [(0.0, 0.0), (30.0, 0.0), (52.5, 13.4), (-33.4, -70.8), (12.0, 7.4), (66.56, 25.0), (90.0, 0.0), (-90.0, 0.0)]
 DATE_LINE = [(-17.0, 179.9), (-17.0, -179.9)]

@@ -12,8 +12,8 @@ from citypv.__main__ import main
 from citypv.core import study
 from citypv.core.errors import InputError
 from citypv.core.request import Request
-from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.solar_position import sun_direction
+from citypv.core.sun.sun_sampling import match_suns
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.weather.weather import check_distance, distance_of_weather
 

@@ -18,7 +18,7 @@ from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.add_sun import add_sun
 from citypv.core.weather.climate import clear_sky
 

@@ -17,7 +17,7 @@ from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import read_year
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 
 pytestmark = pytest.mark.once
 
