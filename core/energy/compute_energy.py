@@ -162,9 +162,10 @@ def prepare_task(transfer, weather, system, electric, sky):
     """Data shared by all blocks: Task. Up to PLAIN_LIMIT surface-hours are computed by pvlib itself, more by tables."""
     hours = prepare_hours(transfer.suns, weather, system, sky, transfer.terrain)
     plain = electric.sum() * len(hours) < PLAIN_LIMIT
+    single = {name: one.astype(np.float32) if one.dtype.kind == "f" else one for name, one in vars(hours).items()}
     return Task(
         transfer,
-        hours if plain else hours.as_type(np.float32),
+        hours if plain else Hours(**single),
         PvlibCurves(system) if plain else tabulate_power(system),
         system.feeds_grid,
         diffuse_incidence_factors(transfer.surfaces.surface_tilt, system, [SOURCES[name] for name in sky.sources]),

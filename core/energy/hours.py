@@ -40,11 +40,6 @@ class Hours:
         """Hours first to last-1, as views."""
         return Hours(**{name: values[first:last] for name, values in vars(self).items()})
 
-    def as_type(self, dtype):
-        """Convert all floating-point values to another precision."""
-        values = {name: one.astype(dtype) if one.dtype.kind == "f" else one for name, one in vars(self).items()}
-        return Hours(**values)
-
     def chunks(self):
         """Runs of at most CHUNK hours within one month: list of (month, first, last)."""
         runs = []

@@ -65,8 +65,7 @@ def read_dwd(path, place=None):
         what = f"the last {missing} h of {year} (night) are missing in {path.name}"
         notes.append(f"{what}: filled with the hour before")
     table.index = pd.date_range(f"{year}-01-01", periods=len(table), freq="h", tz="UTC") - ZONE
-    latitude, longitude, altitude = place or find_place(path, head)
-    return Record(table, latitude, longitude, altitude, str(path), f"DWD {path.name}", notes)
+    return Record(table, *(place or find_place(path, head)), str(path), f"DWD {path.name}", notes)
 
 
 def read_columns(path, names, rows, columns):
@@ -129,18 +128,14 @@ def read_try(path, place=None):
         problem = f"row {first + 1} is of day {day_and_hour[0][first]:.0f}, hour {day_and_hour[1][first]:.0f}"
         raise InputError(path, problem, "give every hour of the year in order")
     table.index = times - ZONE
-    latitude, longitude, altitude = place or find_try_place(path, lines)
-    return Record(table, latitude, longitude, altitude, str(path), f"DWD TRY {path.name} (typical year)")
-
-
-def find_try_place(path, lines):
-    """Latitude and longitude [°] and altitude [m] of a test reference year."""
-    values = []
-    for name in ("Rechtswert", "Hochwert", "Hoehenlage"):
-        found = next((re.search(rf":\s*({NUMBER})", line) for line in lines if line.startswith(name)), None)
-        if not found:
-            raise InputError(path, f"no line {name} in its header", "give --weather-place LATITUDE LONGITUDE")
-        values.append(float(found[1].replace(",", ".")))
-    globe = pyproj.Transformer.from_crs(TRY_PLANE, "EPSG:4326", always_xy=True)
-    longitude, latitude = globe.transform(values[0], values[1])
-    return round(latitude, 5), round(longitude, 5), values[2]
+    if place is None:
+        values = []
+        for name in ("Rechtswert", "Hochwert", "Hoehenlage"):
+            found = next((re.search(rf":\s*({NUMBER})", line) for line in lines if line.startswith(name)), None)
+            if not found:
+                raise InputError(path, f"no line {name} in its header", "give --weather-place LATITUDE LONGITUDE")
+            values.append(float(found[1].replace(",", ".")))
+        globe = pyproj.Transformer.from_crs(TRY_PLANE, "EPSG:4326", always_xy=True)
+        longitude, latitude = globe.transform(*values[:2])
+        place = round(latitude, 5), round(longitude, 5), values[2]
+    return Record(table, *place, str(path), f"DWD TRY {path.name} (typical year)")

@@ -182,7 +182,11 @@ def open_file(path, file, stack):
     None instead where it has no weather variable.
     """
     try:
-        check_length(file)
+        # Beyond the end of a truncated file in the classic format the NetCDF library reads zeros.
+        with file.open("rb") as stream:
+            if stream.read(4) in (b"CDF\x01", b"CDF\x02"):
+                stream.seek(0)
+                netcdf_file(stream, "r", mmap=True).variables.clear()  # mapping the arrays fails if bytes are missing
         dataset = stack.enter_context(open_netcdf(file, drop_variables=["number"]))
     except InputError as error:
         raise InputError(path, error.problem, error.cure) from error
@@ -206,19 +210,6 @@ def open_file(path, file, stack):
         scales[ours] = UNITS[ours][unit]
         rates |= {ours} & set(ACCUMULATED) if unit == "Wm-2" else set()
     return dataset, names, scales, rates
-
-
-def check_length(file):
-    """Raise an error if a file in NetCDF's classic format is truncated.
-
-    The NetCDF library reads zeros beyond the end of such a file. (HDF5 files store their length.)
-    """
-    with file.open("rb") as stream:
-        if stream.read(4) in (b"CDF\x01", b"CDF\x02"):
-            stream.seek(0)
-            # Mapping every array onto the file fails if bytes are missing.
-            classic = netcdf_file(stream, "r", mmap=True)
-            classic.variables.clear()
 
 
 def merge_versions(dataset):

@@ -31,6 +31,7 @@ PSM |= {"Pressure": "pressure"}
 EPW_MISSING = {"ghi": 9999, "dhi": 9999, "dni": 9999, "temp_air": 99.9, "wind_speed": 999, "pressure": 999999}
 TMY3_MISSING, PSM_MISSING = -9000.0, -990.0
 
+HOUR = pd.Timedelta(hours=1)
 HEADER_LINES = 8  # of EPW
 OFFSET = re.compile(r"irradiance time offset \(h\)\s*:\s*([-+]?\d*\.?\d+)", re.IGNORECASE)
 DATE, TIME = "Date (MM/DD/YYYY)", "Time (HH:MM)"  # of TMY3
@@ -109,16 +110,15 @@ def read_tmy3(path):
     zone, latitude, longitude, altitude = map(float, place)
     # Some sources end a name with two brackets.
     table.columns = [re.sub(r"\)+$", ")", str(name).strip()) for name in table.columns]
-    ends = read_ends(path, table)
-    copies = table.assign(end=ends).duplicated().to_numpy()
-    table, ends = table[~copies], ends[~copies]
+    copies = table.duplicated().to_numpy()
+    table = table[~copies]
     # A column without any value is as good as none.
     data = pd.DataFrame({ours: read_numbers(path, table[name]) for name, ours in TMY3.items() if name in table})
     data = data.dropna(axis=1, how="all")
     data = data.mask(data <= TMY3_MISSING)
     if "pressure" in data:
         data["pressure"] *= 100.0  # mbar to Pa
-    data.index = find_starts(ends).tz_localize(int(3600 * zone))
+    data.index = read_starts(path, table).tz_localize(int(3600 * zone))
     data, typical = coerce_year(data)
     data.index = data.index.tz_convert("UTC")
     notes = ["typical year"] * typical + [f"{copies.sum()} repeated row left out"] * bool(copies.any())
@@ -126,8 +126,12 @@ def read_tmy3(path):
     return Record(data, latitude, longitude, altitude, str(path), label)
 
 
-def read_ends(path, table):
-    """End of each interval in the file's time zone, from date and time; the time 24:00 is midnight after the date."""
+def read_starts(path, table):
+    """Start of each interval in the file's time zone, from date and time of its end; 24:00 is midnight after the date.
+
+    Typical years have no 29 February, but February may come from a leap year: then a stamp of 0:00 on 1 March ends the
+    28th. A real leap year has more of the 29th than its last hour.
+    """
     days = pd.to_datetime(table[DATE], format="%m/%d/%Y", errors="coerce")
     parts = table[TIME].astype(str).str.extract(r"^\s*(\d{1,2}):(\d{2})").astype(float)
     ends = days + pd.to_timedelta(60.0 * parts[0] + parts[1], unit="min")
@@ -135,20 +139,11 @@ def read_ends(path, table):
         row = int(ends.isna().to_numpy().argmax())
         problem = f"{table[DATE].iloc[row]!r}, {table[TIME].iloc[row]!r} (row {row + 1}) is not a date and a time"
         raise InputError(path, problem, "write them as MM/DD/YYYY and HH:MM; or download the file again if it is cut")
-    return pd.DatetimeIndex(ends)
-
-
-def find_starts(ends):
-    """Start of each interval, from their ends, (t,) without time zone.
-
-    Typical years have no 29 February, but February may come from a leap year: then a stamp of 0:00 on 1 March ends the
-    28th. A real leap year has more of the 29th than its last hour.
-    """
+    ends = pd.DatetimeIndex(ends)
     steps = ends[1:] - ends[:-1]
-    interval = steps.to_series().mode().iloc[0] if len(steps) else pd.Timedelta(hours=1)
-    starts = ends - interval
+    starts = ends - (steps.to_series().mode().iloc[0] if len(steps) else HOUR)
     leap_day = (starts.month == 2) & (starts.day == 29)
-    if leap_day.sum() * interval <= pd.Timedelta(hours=1):
+    if leap_day.sum() * (ends - starts)[:1].sum() <= HOUR:
         starts = starts.where(~leap_day, starts - pd.Timedelta(days=1))
     return starts
 

@@ -1,25 +1,40 @@
 """The Perez sky: against pvlib on open planes, the horizon against closed forms, gather against forward."""
 
 import gzip
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pvlib
 import pytest
+from mirror_street import finish
 from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
+from test_forward_agrees import SUNS, refined
+from test_tracing import three_houses
 from thorough import THOROUGH
 from weathers import BARROW, DATA
 
 from citypv.core.effects.perez import surfaces_that_count
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.pv_system import build_system
+from citypv.core.errors import InputError
 from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.photons.trace_hybrid import trace_hybrid
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
+from citypv.core.results.read_transfer import read_transfer
+from citypv.core.results.write_transfer import write_transfer
 from citypv.core.sun.horizon_band import HEIGHT, HORIZON
+from citypv.core.sun.sky_models import split_sky
 from citypv.core.sun.sun_sampling import choose_suns
+from citypv.core.transfer.merge_transfers import merge_transfers
 from citypv.core.weather.read_weather import read_weather
+from citypv.core.world.compute_world import compute_world
+from citypv.core.world.environment import build_environment
+from citypv.core.world.sources import station_source
+from citypv.core.world.unshaded import unshaded_transfer
 
 NEW_YORK = DATA / "USA_NY_New.York-CentralPark_TMY3.epw.gz"
 STATIONS = {
@@ -171,22 +186,6 @@ def test_the_horizon_over_a_court():
     assert_mean(found, error, expected)
 
 
-@pytest.mark.slow
-@pytest.mark.once
-def test_the_horizon_with_reflections_is_that_of_photons():
-    scene, wall, ground = street(4)
-    settings = {"sky": "perez", "max_bounces": 3, "far_ground": False}
-    gather = trace(scene, samples=4096, max_bounces=3, far_ground=False)
-    forward = trace_forward(scene, suns_towards([[0.3, 0.2, 1.0]]), Request(samples=6000, **settings), silent)
-    for rows in (wall, ground):
-        for name in ("view_factor", "relative"):
-            one, other = mean_of(gather, rows, name), mean_of(forward, rows, name)
-            assert other[1] < 0.002
-            assert abs(one[0] - other[0]) < 4 * np.hypot(one[1], other[1])
-    tally = forward.record.photons["horizon"]
-    assert sum(tally.values()) == 2 * tally["emitted"] > 0
-
-
 @pytest.mark.parametrize("tilt", [20, 60, 90, 100, 120])
 def test_photons_of_the_horizon_on_an_open_plane(tilt):
     forward = trace_forward(
@@ -235,3 +234,54 @@ def test_surfaces_for_which_the_sky_is_chosen(eligible, counted):
     tilt[2] = 30.0 if any(eligible) else 1.0
     surfaces = SimpleNamespace(eligible=eligible, kind=kind, surface_tilt=tilt)
     assert surfaces_that_count(surfaces).tolist() == counted
+
+
+def test_the_horizon_goes_through_files_and_rounds(tmp_path):
+    scene, request = open_plane(35, 200), Request(sky="perez", effects={"sky-rays": True})
+    suns = suns_towards([[0.3, 0.2, 1.0]])
+    merged = merge_transfers([trace_gather(scene, suns, replace(request, seed=seed), silent) for seed in (0, 1)])
+    assert merged.record.source_rays == {"horizon": 128}
+    write_transfer(tmp_path / "transfer.nc", merged)
+    again = read_transfer(tmp_path / "transfer.nc")
+    assert again.record.source_rays == merged.record.source_rays and list(again.sources) == ["horizon"]
+    for name, values in vars(merged.sources["horizon"]).items():
+        np.testing.assert_array_equal(getattr(again.sources["horizon"], name), values)
+    write_transfer(tmp_path / "even.nc", replace(merged, sources={}))
+    assert read_transfer(tmp_path / "even.nc").sources == {}
+
+
+@pytest.mark.once
+def test_the_horizon_in_a_street_with_mirrors_is_that_of_photons(tmp_path):
+    """Reflections of all kinds, and the horizon's light by way of mirrors, in gather and in forward."""
+    scene = refined(three_houses(), 10.0)
+    path = finish(tmp_path, "surface,albedo,material\nfacade,0.8,mirror\n")
+    settings = Request(albedo=0.5, ground_albedo=0.4, albedo_file=path, samples=256, sky="perez")
+    hybrid = trace_hybrid(scene, SUNS, settings, silent)
+    forward = trace_forward(scene, SUNS, replace(settings, estimator="forward", samples=400), silent)
+    assert set(forward.record.photons) == {"sky", "far ground", "suns", "horizon"}
+    tally = forward.record.photons["horizon"]
+    assert sum(tally.values()) == 2 * tally["emitted"] > 0
+    for kind in ("facade", "flat"):
+        rows = np.flatnonzero(scene.surfaces.kind == kind)
+        (one, own), (other, error) = (mean_of(traced, rows, "relative") for traced in (hybrid, forward))
+        assert np.hypot(own, error) < 0.02
+        assert_mean(one, np.hypot(own, error), other)
+
+
+@pytest.mark.once
+def test_irradiation_is_that_of_all_parts_of_the_sky():
+    """Unshaded planes: what the horizon adds to the year in closed form; a world map as a yield."""
+    transfer, system = unshaded_transfer(), build_system(Request(diffuse_iam=True))
+    weather = read_weather("clear-sky", 52.5, 13.4, 34.0)
+    found = compute_energy(transfer, weather, system, threads=1, sky="perez")
+    parts, normal, light = split_sky(weather, "perez"), transfer.surfaces.normal, transfer.sources["horizon"]
+    with pytest.raises(InputError, match="without the light of the horizon;"):
+        compute_energy(replace(transfer, sources={}), weather, system, sky="perez")
+    none = replace(light, view_factor=0 * light.relative, relative=0 * light.relative)
+    without = compute_energy(replace(transfer, sources={"horizon": none}), weather, system, threads=1, sky="perez")
+    gained = (found.poa_global_annual - without.poa_global_annual) * 1000
+    np.testing.assert_allclose(gained, parts.sources["horizon"].sum() * np.hypot(*normal[:, :2].T), rtol=1e-3)
+    environment = build_environment("open", "closed form", transfer, system, "perez")
+    world = compute_world([environment], station_source([weather], ["here"]), system, threads=1, sky="perez")
+    expected = found.capacity_factor.sum(axis=0) / found.years
+    np.testing.assert_allclose(world.full_load_hours[0, 0, :, 0], expected, rtol=1e-4)

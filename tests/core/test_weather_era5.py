@@ -83,12 +83,10 @@ def test_era5_in_two_files_of_a_zip(tmp_path):
 
 
 def test_era5_of_several_years_with_one_left_out(tmp_path):
-    for year in (2015, 2017):
+    for year, days in ((2015, -731), (2017, 0)):
         save_era5(
             tmp_path / f"{year}.nc",
-            lambda dataset, year=year: dataset.assign_coords(
-                time=dataset["time"] + np.timedelta64((year - 2017) * 365 + (1 if year < 2016 else 0) * -1, "D")
-            ),
+            lambda dataset, days=days: dataset.assign_coords(time=dataset["time"] + np.timedelta64(days, "D")),
         )
     weather = read_weather(tmp_path, *BERLIN)
     assert len(weather.data) == 2 * 8760
@@ -98,23 +96,14 @@ def test_era5_of_several_years_with_one_left_out(tmp_path):
 def test_era5_without_a_variable_or_with_another_unit(tmp_path):
     refuse(save_era5(tmp_path / "a.nc", lambda dataset: dataset.drop_vars(["fdir", "t2m"])), "fdir, t2m", "missing")
 
-    def watts(dataset):
-        dataset["ssrd"].attrs["units"] = "W m**-2"
-        return dataset
-
     # Joules that are called watts.
-    refuse(save_era5(tmp_path / "b.nc", watts), "ghi", "times 1/3600")
-
-    def miles(dataset):
-        dataset["u10"].attrs["units"] = "mph"
-        return dataset
-
-    refuse(save_era5(tmp_path / "m.nc", miles), "u10", "mph")
+    watts = save_era5(tmp_path / "b.nc", lambda dataset: spell(dataset, {"ssrd": "W m**-2"}))
+    refuse(watts, "ghi", "times 1/3600")
+    refuse(save_era5(tmp_path / "m.nc", lambda dataset: spell(dataset, {"u10": "mph"})), "u10", "mph")
     refuse(save_era5(tmp_path / "c.nc", lambda dataset: dataset.isel(time=slice(0, 4000))), "full years")
     refuse(save_era5(tmp_path / "d.nc", lambda dataset: dataset.drop_isel(time=[1000, 1001])), "gap", "2017-02-11")
-    refuse(
-        save_era5(tmp_path / "e.nc", lambda dataset: dataset.where(dataset["time"].dt.month != 5)), "2017-0", "missing"
-    )
+    may = save_era5(tmp_path / "e.nc", lambda dataset: dataset.where(dataset["time"].dt.month != 5))
+    refuse(may, "2017-0", "missing")
 
 
 def test_place_outside_the_grid():
@@ -188,11 +177,8 @@ def test_era5_without_29_february(tmp_path):
     assert len(weather.data) == 8760
     assert "29 February 2016 is missing" in weather.notes
     # A day that is missing elsewhere is a gap.
-    refuse(
-        save_era5(tmp_path / "gap.nc", lambda dataset: dataset.drop_isel(time=np.arange(2000, 2024))),
-        "gap",
-        "2017-03-25",
-    )
+    gap = save_era5(tmp_path / "gap.nc", lambda dataset: dataset.drop_isel(time=np.arange(2000, 2024)))
+    refuse(gap, "gap", "2017-03-25")
 
 
 def test_era5_calendar_without_leap_days(tmp_path):

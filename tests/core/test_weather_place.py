@@ -130,7 +130,6 @@ def test_a_shift_on_the_command_line(city, tmp_path, capfd):
     ("options", "word"),
     [
         (["--time-shift", "900"], "--time-shift"),
-        (["--time-shift", "nan"], "--time-shift"),
         (["--allow-distance", "-1"], "--allow-distance"),
         (["--weather-place", "91", "0"], "--weather-place"),
         (["--weather-without", "temp"], "--weather-without"),
