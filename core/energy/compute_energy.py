@@ -24,6 +24,7 @@ from .sum_block import BlockSums, add_sources, direct_part, order_neighbours, ru
 BLOCK = 1024  # surfaces at a time: enough that threads wait little for the interpreter, few enough for the cache
 PLAIN_LIMIT = 1e6  # surface-hours up to which pvlib itself is called; for more, tables take half of its time or less
 YEAR = pd.Timedelta(days=365)
+AREAS = ("eligible", "flat_roof", "open_area", "counted_area", "module_area")  # of CountedArea, also of Energy
 
 
 def compute_energy(transfer, weather, system=None, threads=None, progress=None, *, series=(), sky="isotropic"):
@@ -96,11 +97,7 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
         capacity_factor=spread_hours(sums.capacity_factor, task.hours, len(weather.data)),
         years=years,
         longitude=weather.longitude,
-        eligible=counted.eligible,
-        flat_roof=counted.flat_roof,
-        open_area=counted.open_area,
-        counted_area=counted.counted_area,
-        module_area=counted.module_area,
+        **{name: getattr(counted, name) for name in AREAS},
         specific_yield=np.where(electric, sums.specific_yield * hour / years, np.nan) if ac else None,
         capacity_factor_ac=spread_hours(sums.capacity_factor_ac, task.hours, len(weather.data)) if ac else None,
         sky=sky,

@@ -62,10 +62,8 @@ def build_timeline(transfer, weather, energy, system):
     axis = weather.axis
     hours = month_hours(axis.times[len(axis.times) // 2].year, axis.longitude)
     relative, direction = relative_direct(transfer, *axis._replace(times=hours, interval=HOUR))
-    dni, dhi = (
-        np.nan_to_num(mean_of_months(weather.data[name], axis.times, axis.interval, axis.longitude))
-        for name in ("dni", "dhi")
-    )
+    when = axis.times, axis.interval, axis.longitude
+    dni, dhi = (np.nan_to_num(mean_of_months(weather.data[name], *when)) for name in ("dni", "dhi"))
     # Hours are means over whole polygons, power is that of the modules on their counted area.
     by_month = energy.full_load_hours_by_month
     rows = np.flatnonzero(energy.eligible & (energy.counted_area > 0) & np.isfinite(energy.full_load_hours))

@@ -84,9 +84,9 @@ def without_hidden(suns, horizon):
     -------
     Suns
     """
-    return (
-        suns if horizon is None else replace(suns, weight=np.where(is_above(horizon, suns.direction), suns.weight, 0.0))
-    )
+    if horizon is None:
+        return suns
+    return replace(suns, weight=np.where(is_above(horizon, suns.direction), suns.weight, 0.0))
 
 
 @njit(nogil=True, cache=True)

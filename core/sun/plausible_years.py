@@ -110,8 +110,6 @@ def hours_of_suns(suns):
     share = np.cumsum(np.maximum(suns.weight, 0))
     row = np.searchsorted(share / share[-1], (np.arange(HOURS) + 0.5) / HOURS)
     east, north, up = suns.direction[row].T
-    places = {
-        "apparent_zenith": np.degrees(np.arccos(np.clip(up, -1, 1))),
-        "solar_azimuth": np.degrees(np.arctan2(east, north)) % 360,
-    }
+    zenith, azimuth = np.degrees(np.arccos(np.clip(up, -1, 1))), np.degrees(np.arctan2(east, north)) % 360
+    places = {"apparent_zenith": zenith, "solar_azimuth": azimuth}
     return SunHours(pd.DataFrame(places, index=pd.DatetimeIndex([MEAN_DISTANCE] * len(row))), pd.Timedelta(hours=1))

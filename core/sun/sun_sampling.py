@@ -225,20 +225,15 @@ def values_at(values, index, weight):
     """
     if index.shape[1] == 1:
         return np.take(values, index[:, 0], axis=0, mode="clip")
-    return sum(
-        np.take(values, index[:, column], axis=0, mode="clip") * weight[:, column, None]
-        for column in range(index.shape[1])
-    )
+    parts = zip(index.T, weight.T, strict=True)
+    return sum(np.take(values, one, axis=0, mode="clip") * share[:, None] for one, share in parts)
 
 
 def largest_mismatch(suns, direction, index, weight):
     """Largest angle between the sun of an interval, unit vectors (t, 3), and a traced one that represents it: [°]."""
-    angle = 0.0
-    for column in range(index.shape[1]):
-        used = weight[:, column] != 0
-        cosine = np.einsum("hi,hi->h", suns.direction[index[used, column]], direction[used])
-        angle = max(angle, float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).max(initial=0.0)))
-    return angle
+    hour, column = np.nonzero(weight)
+    cosine = np.einsum("hi,hi->h", suns.direction[index[hour, column]], direction[hour])
+    return float(np.degrees(np.arccos(np.clip(cosine.min(initial=1.0), -1.0, 1.0))))
 
 
 def weigh_by_year(suns, times, interval, latitude, longitude, *, position=None):

@@ -84,10 +84,8 @@ def cluster_days(sun, steps, count, seed):
     from threadpoolctl import threadpool_limits
 
     azimuth = np.radians(sun["solar_azimuth"].to_numpy())
-    table = pd.DataFrame(
-        {"sine": np.sin(azimuth), "cosine": np.cos(azimuth), "zenith": sun["apparent_zenith"].to_numpy()},
-        index=pd.date_range("2021-01-01", periods=len(sun), freq=DAY / steps),
-    )
+    features = {"sine": np.sin(azimuth), "cosine": np.cos(azimuth), "zenith": sun["apparent_zenith"].to_numpy()}
+    table = pd.DataFrame(features, index=pd.date_range("2021-01-01", periods=len(sun), freq=DAY / steps))
     method = tsam.KMeans(n_init=RESTARTS, random_state=seed)
     cluster = tsam.ClusterConfig(method=method, representation="mean")
     with threadpool_limits(1):  # so few days take longer with more threads, whose sums come in any order

@@ -6,10 +6,10 @@ import pvlib
 
 from ..errors import InputError
 from ..sun.solar_position import POSITION, is_sunny, solar_position
-from .weather import Weather
+from .weather import IRRADIANCES, Weather
 
 HORIZON_CUTS = ("measured", "neglect")
-COLUMNS = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure", *POSITION]
+COLUMNS = [*IRRADIANCES, "temp_air", "wind_speed", "pressure", *POSITION]
 
 
 def add_sun(record, interval, horizon_cut="measured", position=None):
@@ -31,24 +31,17 @@ def add_sun(record, interval, horizon_cut="measured", position=None):
     Weather
         With the sun at mid-interval and all three irradiances.
     """
-    sun = position
-    if position is None:
-        sun = solar_position(record.data.index, interval, record.latitude, record.longitude)
+    place = record.latitude, record.longitude
+    sun = solar_position(record.data.index, interval, *place) if position is None else position
     # Negative irradiance down to -1 W/m² comes from packing in the file or the dark signal of an instrument.
-    given = {
-        name: record.data[name].to_numpy(float).clip(min=0.0) for name in record.data if name in ("ghi", "dhi", "dni")
-    }
+    given = {name: record.data[name].to_numpy(float).clip(min=0.0) for name in IRRADIANCES if name in record.data}
     irradiance = complete_irradiance(given, sun["apparent_zenith"].to_numpy(), horizon_cut)
-    if "pressure" in record.data:
-        pressure = record.data["pressure"].to_numpy(float)
-    else:
-        pressure = np.full(len(sun), pvlib.atmosphere.alt2pres(record.altitude))
-    weather = {
-        "temp_air": record.data["temp_air"].to_numpy(float),
-        "wind_speed": record.data["wind_speed"].to_numpy(float),
-    }
-    data = pd.DataFrame(irradiance | weather | {"pressure": pressure}, index=sun.index).join(sun)[COLUMNS]
-    return Weather(data, interval, record.latitude, record.longitude, record.altitude, record.label, list(record.notes))
+    weather = {"pressure": np.full(len(sun), pvlib.atmosphere.alt2pres(record.altitude))}
+    for name in ("temp_air", "wind_speed", "pressure"):
+        if name in record.data:
+            weather[name] = record.data[name].to_numpy(float)
+    data = pd.DataFrame(irradiance | weather, index=sun.index).join(sun)[COLUMNS]
+    return Weather(data, interval, *place, record.altitude, record.label, list(record.notes))
 
 
 def complete_irradiance(given, apparent_zenith, horizon_cut="measured"):

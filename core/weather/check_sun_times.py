@@ -79,12 +79,8 @@ def sun_track(times, latitude, longitude):
     declination = np.asarray(pvlib.solarposition.declination_spencer71(day))
     minutes = ((times - times.normalize()) / MINUTE).to_numpy()
     minutes = minutes + np.asarray(pvlib.solarposition.equation_of_time_spencer71(day))
-    tilt = np.radians(latitude)
-    return SunTrack(
-        sine=np.sin(tilt) * np.sin(declination),
-        cosine=np.cos(tilt) * np.cos(declination),
-        hour_angle=np.radians(minutes / 4 + longitude - 180.0),
-    )
+    tilt, hour_angle = np.radians(latitude), np.radians(minutes / 4 + longitude - 180.0)
+    return SunTrack(np.sin(tilt) * np.sin(declination), np.cos(tilt) * np.cos(declination), hour_angle)
 
 
 def haurwitz(cos_zenith):

@@ -1,5 +1,6 @@
 """Axes of gridded weather, and one place of it."""
 
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -117,14 +118,10 @@ def interpolate_point(source, dataset, latitude, longitude, point):
         raise InputError(source, problem, "give weather of the city's own place")
     values = sum(
         weight_row * weight_column * dataset.isel(latitude=row, longitude=column, drop=True)
-        for row, weight_row in rows
-        for column, weight_column in columns
+        for (row, weight_row), (column, weight_column) in product(rows, columns)
     )
-    place = (
-        latitude + sum(weight * north[row] for row, weight in rows),
-        longitude + sum(weight * east[column] for column, weight in columns),
-    )
-    return values, GridPoint(*(round(value, 5) for value in place))
+    up, right = (sum(weight * away[line] for line, weight in lines) for away, lines in ((north, rows), (east, columns)))
+    return values, GridPoint(round(latitude + up, 5), round(longitude + right, 5))
 
 
 def weigh_neighbours(distance, point):

@@ -200,10 +200,8 @@ def check_distance(weather, site, allowed=None, suns=None):
         away, words = distance_of_weather(weather, site), f"city ({site.latitude:.2f}°, {site.longitude:.2f}°)"
         cure = "give weather of the city's own place"
     else:
-        away, words = (
-            KM_PER_DEGREE * abs(weather.latitude - site.latitude),
-            f"latitude {site.latitude:.2f}° that was traced",
-        )
+        away, words = KM_PER_DEGREE * abs(weather.latitude - site.latitude), f"latitude {site.latitude:.2f}°"
+        words += " that was traced"
         cure = "give weather of that latitude, trace --suns sky-grid:N"
     if away > (FARTHEST if allowed is None else allowed):
         problem = f"its place ({weather.latitude:.2f}°, {weather.longitude:.2f}°) is {away:,.0f} km from the {words}"
