@@ -28,11 +28,8 @@ CELLS = {
     (52.625, 13.375): (2.723, 9.852, 3.766),  # Berlin
     (-33.375, -70.625): (5.645, 16.141, 2.611),  # Santiago
     (71.125, -156.625): (2.475, -8.383, 5.797),  # Utqiagvik
-    (30.125, 31.375): (5.566, 22.656, 3.812),  # Cairo
     (66.875, 179.625): (2.586, -7.969, 3.695),  # Chukotka, east of Greenwich
     (66.875, -179.625): (2.535, -7.945, 3.85),  # Chukotka, west of Greenwich
-    (-54.875, -68.375): (2.381, 3.568, 4.766),  # Tierra del Fuego
-    (83.375, -32.125): (1.895, -17.953, 4.164),  # the north of Greenland
 }
 # Months of the 3° grid as its source gives them [Wm⁻²].
 MONTHS = {

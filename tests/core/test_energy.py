@@ -1,9 +1,9 @@
 """Irradiance and full load hours against pvlib called directly."""
 
 import numpy as np
-import pandas as pd
 import pvlib
 import pytest
+from planes import SANDIA, cell_temperature, light_on_plane, sapm_power, spectral_by_pvlib
 from transfers import Horizons, unshaded_transfer
 from weathers import BARROW, ERA5, HOUR
 
@@ -17,7 +17,6 @@ from citypv.core.sun.sky_models import split_sky
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
-MODULE = "SunPower_SPR_300_WHT__2007__E__"
 TILT = [90, 90, 90, 90, 30, 30, 0, 45, 60, 90, 15, 75]
 AZIMUTH = [180, 90, 270, 0, 180, 0, 0, 135, 350, 210, 45, 300]
 
@@ -31,27 +30,16 @@ def suns_of(weather, way):
     return choose_suns(way, *weather.axis)
 
 
-def pvlib_called_directly(weather, tilt, azimuth, name=MODULE, *, share=1.0, diffuse=None):
+def pvlib_called_directly(weather, tilt, azimuth, name=SANDIA, *, share=1.0, diffuse=None):
     """In-plane irradiance and power of one surface: (poa, capacity factor).
 
     Unshaded under an isotropic sky above ground of albedo 0.25; or by its visible share and its diffuse light.
     """
-    data = weather.data
-    sun = data["apparent_zenith"], data["solar_azimuth"]
-    aoi = pvlib.irradiance.aoi(tilt, azimuth, *sun)
-    direct = share * pvlib.irradiance.beam_component(tilt, azimuth, *sun, data["dni"])
-    if diffuse is None:
-        horizontal = data["dhi"] + data["dni"] * np.maximum(np.cos(np.radians(sun[0])), 0)
-        ground = pvlib.irradiance.get_ground_diffuse(tilt, horizontal, 0.25)
-        diffuse = pvlib.irradiance.isotropic(tilt, data["dhi"]) + ground
-    airmass = pvlib.atmosphere.get_relative_airmass(sun[0])
-    airmass = np.minimum(pvlib.atmosphere.get_absolute_airmass(airmass, data["pressure"]), 10)
-    module = pvlib.pvsystem.retrieve_sam("SandiaMod")[name]
-    effective = pvlib.pvsystem.sapm_effective_irradiance(direct, diffuse, airmass, aoi, module)
-    mounting = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"]["open_rack_glass_polymer"]
-    temp_cell = pvlib.temperature.sapm_cell(direct + diffuse, data["temp_air"], data["wind_speed"], **mounting)
-    power = pvlib.pvsystem.sapm(effective, temp_cell, module)["p_mp"]
-    return direct + diffuse, power.fillna(0.0) / (module["Impo"] * module["Vmpo"])
+    data, module = weather.data, pvlib.pvsystem.retrieve_sam("SandiaMod")[name]
+    direct, sky, ground, aoi = light_on_plane(data, tilt, azimuth)
+    direct, diffuse = share * direct, sky + ground if diffuse is None else diffuse
+    effective = spectral_by_pvlib(data, name) * (direct * pvlib.iam.sapm(aoi, module) + module["FD"] * diffuse)
+    return direct + diffuse, sapm_power(effective, cell_temperature(data, direct + diffuse), name)
 
 
 def test_cell_temperature_of_the_chain():
@@ -175,16 +163,6 @@ def test_ground_and_downward_have_no_full_load_hours(berlin):
     poa, _ = pvlib_called_directly(berlin, 135, 180)
     assert energy.poa_global_annual[1] == pytest.approx(poa.sum() / 1000, rel=1e-9)
     assert energy.poa_global_annual[2] == pytest.approx(berlin.data["ghi"].sum() / 1000, rel=1e-6)
-
-
-def test_several_years_are_averaged(berlin):
-    twice = pd.concat([berlin.data, berlin.data.set_axis(berlin.data.index + pd.Timedelta(days=365))])
-    both = type(berlin)(twice, HOUR, berlin.latitude, berlin.longitude, 0.0, "twice")
-    transfer = unshaded_transfer(suns_of(berlin, "typical-days:12"), TILT, AZIMUTH)
-    one, two = compute_energy(transfer, berlin), compute_energy(transfer, both)
-    assert two.years == 2
-    np.testing.assert_allclose(two.full_load_hours, one.full_load_hours, rtol=5e-4)
-    np.testing.assert_allclose(two.poa_global_annual, one.poa_global_annual, rtol=5e-4)
 
 
 def test_standard_errors(berlin):

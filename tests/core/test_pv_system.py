@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pvlib
 import pytest
+from planes import SANDIA, cell_temperature, light_on_plane, sapm_power, spectral_by_pvlib
 from transfers import Horizons, unshaded_transfer
 from weathers import ERA5
 
@@ -18,7 +19,6 @@ from citypv.core.study import check_settings
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
-SANDIA = "SunPower_SPR_300_WHT__2007__E__"
 CEC = "Canadian_Solar_Inc__CS5P_220M"
 INVERTER = "ABB__MICRO_0_25_I_OUTD_US_208__208V_"
 PARAMETERS = {
@@ -39,22 +39,6 @@ def hourly(berlin):
     return choose_suns("hourly", berlin.data.index, berlin.interval, berlin.latitude, berlin.longitude)
 
 
-def light_on_plane(weather, tilt, azimuth, albedo=0.25):
-    """Direct, sky and ground irradiance on an unshaded plane and the angle of incidence, straight from pvlib."""
-    data = weather.data
-    sun = data["apparent_zenith"], data["solar_azimuth"]
-    aoi = pvlib.irradiance.aoi(tilt, azimuth, *sun)
-    direct = pvlib.irradiance.beam_component(tilt, azimuth, *sun, data["dni"])
-    horizontal = data["dhi"] + data["dni"] * np.maximum(np.cos(np.radians(data["apparent_zenith"])), 0)
-    ground = pvlib.irradiance.get_ground_diffuse(tilt, horizontal, albedo)
-    return direct, pvlib.irradiance.isotropic(tilt, data["dhi"]), ground, aoi
-
-
-def cell_temperature(weather, poa, mounting):
-    parameters = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"][PARAMETERS[mounting]]
-    return pvlib.temperature.sapm_cell(poa, weather.data["temp_air"], weather.data["wind_speed"], **parameters)
-
-
 def cec_power(effective, temp_cell):
     """Capacity factor by pvlib's single-diode model, solved the slow way."""
     module = pvlib.pvsystem.retrieve_sam("CECMod")[CEC]
@@ -66,15 +50,15 @@ def cec_power(effective, temp_cell):
     return power / (module["I_mp_ref"] * module["V_mp_ref"])
 
 
-@pytest.mark.parametrize(("mounting", "iam"), zip(PARAMETERS, ("module", "ashrae", "module"), strict=True))
+@pytest.mark.parametrize(("mounting", "iam"), list(zip(PARAMETERS, ("module", "ashrae", "module"), strict=True)))
 def test_cec_modules_hour_by_hour(berlin, hourly, mounting, iam):
     system = build_system(Request(module=CEC, mounting=mounting, iam=iam))
     rows = np.arange(len(TILT))
     series = compute_energy(unshaded_transfer(hourly, TILT, AZIMUTH), berlin, system, series=rows).series
     law = {"module": pvlib.iam.physical, "ashrae": pvlib.iam.ashrae}[iam]
     for row, (tilt, azimuth) in enumerate(zip(TILT, AZIMUTH, strict=True)):
-        direct, sky, ground, aoi = light_on_plane(berlin, tilt, azimuth)
-        temp_cell = cell_temperature(berlin, direct + sky + ground, mounting)
+        direct, sky, ground, aoi = light_on_plane(berlin.data, tilt, azimuth)
+        temp_cell = cell_temperature(berlin.data, direct + sky + ground, PARAMETERS[mounting])
         expected = cec_power(direct * law(aoi) + sky + ground, temp_cell)
         np.testing.assert_allclose(series.poa_direct[:, row], direct, atol=1e-3)
         np.testing.assert_allclose(series.poa_diffuse[:, row], sky + ground, atol=1e-3)
@@ -88,19 +72,13 @@ def test_diffuse_light_loses_by_marions_integral(berlin, hourly, iam):
     without = compute_energy(unshaded_transfer(hourly, TILT, AZIMUTH), berlin, build_system(Request(iam=iam)))
     module = pvlib.pvsystem.retrieve_sam("SandiaMod")[SANDIA]
     model, own = ("sapm", {"module": module}) if iam == "module" else ("physical", {})
-    data = berlin.data
-    airmass = pvlib.atmosphere.get_absolute_airmass(
-        pvlib.atmosphere.get_relative_airmass(data["apparent_zenith"]), data["pressure"]
-    )
-    spectral = pvlib.spectrum.spectral_factor_sapm(np.minimum(airmass, 10), module)
     for row, (tilt, azimuth) in enumerate(zip(TILT, AZIMUTH, strict=True)):
-        direct, sky, ground, aoi = light_on_plane(berlin, tilt, azimuth)
+        direct, sky, ground, aoi = light_on_plane(berlin.data, tilt, azimuth)
         kept = pvlib.iam.marion_diffuse(model, tilt, **own)
         law = pvlib.iam.sapm(aoi, module) if iam == "module" else pvlib.iam.physical(aoi)
-        effective = spectral * (direct * law + sky * kept["sky"] + ground * kept["ground"])
-        temp_cell = cell_temperature(berlin, direct + sky + ground, "insulated-back")
-        power = pvlib.pvsystem.sapm(effective, temp_cell, module)["p_mp"].fillna(0) / (module["Impo"] * module["Vmpo"])
-        assert energy.full_load_hours[row] == pytest.approx(power.sum(), rel=5e-5)
+        effective = spectral_by_pvlib(berlin.data) * (direct * law + sky * kept["sky"] + ground * kept["ground"])
+        temp_cell = cell_temperature(berlin.data, direct + sky + ground, PARAMETERS["insulated-back"])
+        assert energy.full_load_hours[row] == pytest.approx(sapm_power(effective, temp_cell).sum(), rel=5e-5)
     assert (energy.full_load_hours < without.full_load_hours * 0.985).all()
 
 
@@ -108,7 +86,6 @@ SYSTEMS = [
     {},
     {"module": CEC},
     {"module": "First_Solar__Inc__FS_385"},
-    {"mounting": "insulated-back"},
     {"mounting": "close-mount", "diffuse_iam": True},
     {"losses": 14.0, "inverter": "pvwatts", "dc_ac_ratio": 1.3},
     {"module": CEC, "inverter": INVERTER, "iam": "ashrae"},
