@@ -186,7 +186,8 @@ def open_file(path, file, stack):
         with file.open("rb") as stream:
             if stream.read(4) in (b"CDF\x01", b"CDF\x02"):
                 stream.seek(0)
-                netcdf_file(stream, "r", mmap=True).variables.clear()  # mapping the arrays fails if bytes are missing
+                classic = netcdf_file(stream, "r", mmap=True)  # mapping the arrays fails if bytes are missing
+                classic.variables.clear()
         dataset = stack.enter_context(open_netcdf(file, drop_variables=["number"]))
     except InputError as error:
         raise InputError(path, error.problem, error.cure) from error
