@@ -86,28 +86,20 @@ def read_horizon(path, scene):
     own = scene.triangle_surface >= 0
     points = scene.vertices[scene.triangles[own if own.any() else slice(None)].ravel(), :2]
     low, high = points.min(axis=0), points.max(axis=0)
-    corners = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
-    posts = np.array([(low + high) / 2, *corners])
+    corners = np.array([(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])])
+    posts = [(low + high) / 2, *corners]
     site, places = scene.site, []
     for east, north in posts:
         azimuth, distance = np.degrees(np.arctan2(east, north)), np.hypot(east, north)
         places.append(GEODESIC.fwd(site.longitude, site.latitude, azimuth, distance)[1::-1])
     grids = read_heights(path, places[0], REACH)
     drawn = find_ground(scene) if scene.terrain_laid else find_ground(scene) & own  # or measured, not generated
-    ground, found = np.asarray(scene.vertices, float)[scene.triangles[drawn], :2], []
+    model = np.concatenate([scene.vertices[scene.triangles[drawn], :2], corners[[[0, 1, 2], [0, 2, 3]]]])
+    found = []
     for place, post in zip(places, posts, strict=True):
-        start = np.maximum(distance_to_box(post, low, high), distance_to_end(post, ground))
         eye = found[0].eye if found else np.nan  # of corners that stand in water, which may be a gap
-        found.append(horizon_of_terrain(grids, place, start, REACH, otherwise=eye))
+        found.append(horizon_of_terrain(grids, place, distance_to_end(post, model), REACH, otherwise=eye))
     return found[0], found[1:]
-
-
-def distance_to_box(point, low, high):
-    """Distance from a point in a box to its edge, for each azimuth of a horizon: (STEPS,) float64 [m]."""
-    turn = np.radians(np.arange(STEPS) * (360.0 / STEPS))
-    direction = np.stack([np.sin(turn), np.cos(turn)])
-    room = np.where(direction > 0, (high - point)[:, None], (point - low)[:, None])
-    return (room / np.maximum(np.abs(direction), 1e-12)).min(axis=0)
 
 
 def distance_to_end(point, triangles):

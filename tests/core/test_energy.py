@@ -197,16 +197,6 @@ def test_weather_without_light(berlin):
     assert (energy.full_load_hours_standard_error == 0).all()
 
 
-def test_weather_of_another_place_reuses_the_transfer(berlin):
-    """A sky grid traced for Berlin serves the Arctic."""
-    transfer = unshaded_transfer(suns_of(berlin, "sky-grid:500"), TILT, AZIMUTH)
-    barrow = read_weather(BARROW, 71.3, -156.8)
-    energy = compute_energy(transfer, barrow)
-    for row in (0, 1, 6):
-        _, capacity_factor = pvlib_called_directly(barrow, TILT[row], AZIMUTH[row])
-        assert energy.full_load_hours[row] == pytest.approx(capacity_factor.sum(), rel=1e-9)
-
-
 def test_no_surface_at_all(berlin):
     energy = compute_energy(unshaded_transfer(suns_of(berlin, "typical-days:4"), [], []), berlin)
     assert len(energy.full_load_hours) == 0 and energy.groups == [] and energy.capacity_factor.shape == (8760, 0)

@@ -162,15 +162,6 @@ def test_the_spectral_polynomial_ends_where_its_coefficients_do():
     assert (spectral_factor(np.array([1.0, np.nan]), build_system(Request(module=CEC))) == 1).all()
 
 
-def test_no_spikes_at_dusk(berlin, hourly):
-    """At air masses beyond 10 a west wall gives no more than it would at 10."""
-    energy = compute_energy(unshaded_transfer(hourly, [90], [270]), berlin, series=[0])
-    poa = energy.series.poa_direct[:, 0] + energy.series.poa_diffuse[:, 0]
-    low = (berlin.data["apparent_zenith"] > 85).to_numpy() & (poa > 0)
-    assert low.sum() > 300
-    assert (energy.series.capacity_factor[low, 0] <= 1.15 * poa[low] / 1000).all()
-
-
 def test_module_names():
     module = pick_module(SANDIA)
     assert module.nominal_power == pytest.approx(300.303) and module.library == "SandiaMod"

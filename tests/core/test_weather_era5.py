@@ -154,18 +154,6 @@ def test_era5_one_file_for_each_variable_beside_others(tmp_path):
         read_weather(tmp_path, *BERLIN)
 
 
-def test_era5_floors_of_packing(tmp_path):
-    def floor(dataset):
-        dataset["ssrd"] = dataset["ssrd"].where(dataset["ssrd"] > 1.0, 2e-10)
-        dataset["fdir"] = dataset["fdir"].where(dataset["fdir"] > 1.0, 2e-10)
-        return dataset
-
-    weather = read_weather(save_era5(tmp_path / "floor.nc", floor), *BERLIN)
-    assert annual_sums(weather)[0] == pytest.approx(1031.4, abs=0.06)
-    night = weather.data["apparent_zenith"] > 100
-    assert weather.data.loc[night, ["ghi", "dhi", "dni"]].to_numpy().max() < 1e-12
-
-
 def leap_year(dataset):
     """The year 2017 on the calendar of 2016 without its 29 February."""
     times = pd.date_range("2016-01-01", "2016-12-31T23:00", freq="h")
@@ -204,13 +192,3 @@ def test_era5_joules_of_a_quarter_of_an_hour(tmp_path):
     weather = read_weather(right, *BERLIN, time_shift=-60)  # the copy begins an hour late
     assert weather.interval == pd.Timedelta(minutes=15)
     assert annual_sums(weather)[0] == pytest.approx(1031.4, abs=0.06)
-
-
-def test_era5_watts_without_a_unit(tmp_path):
-    def bare(dataset):
-        dataset = dataset.assign(ssrd=dataset["ssrd"] / 3600.0, fdir=dataset["fdir"] / 3600.0)
-        for name in ("ssrd", "fdir"):
-            dataset[name].attrs.pop("units", None)
-        return dataset
-
-    refuse(save_era5(tmp_path / "bare.nc", bare), "0.286 kWh/m² of ghi", "times 3600 would fit", "Wm⁻²")
