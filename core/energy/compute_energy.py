@@ -77,8 +77,9 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     by_month = np.where(electric[:, None], sums.capacity_factor_by_month * hour / years, np.nan)
     poa = sums.poa_global * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
-    annual = full_load_hours, poa, years
-    errors, *errors_of_means = standard_errors_of_hours(transfer, weather, annual, groups, parts)
+    errors, *errors_of_means = standard_errors_of_hours(
+        transfer, weather, full_load_hours, poa, years, groups=groups, sky=parts
+    )
     ac = system.feeds_grid
     return Energy(
         direct_relative_annual=sums.direct_relative / max(task.hours.sunny.sum(), 1.0),

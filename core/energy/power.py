@@ -159,14 +159,16 @@ def dc_power(effective, temp_cell, module):
 # -- the arithmetic --
 
 
-def capacity_factor(curves, light, aoi_projection, hours):
+def capacity_factor(curves, direct, diffuse, diffuse_taken, aoi_projection, hours):
     """DC power over nominal power of surfaces at hours.
 
     Parameters
     ----------
     curves : PvlibCurves or PowerTables
-    light : tuple of three numpy.ndarray, (h, n)
-        Direct and diffuse irradiance on the surfaces, and the diffuse one after its incidence angle modifier [Wm⁻²].
+    direct, diffuse : numpy.ndarray, (h, n)
+        Irradiance on the surfaces [Wm⁻²].
+    diffuse_taken : numpy.ndarray, (h, n)
+        Diffuse irradiance after its incidence angle modifier [Wm⁻²].
     aoi_projection : numpy.ndarray, (h, n)
         Cosine of the angle of incidence, not negative; overwritten.
     hours : Hours
@@ -176,7 +178,6 @@ def capacity_factor(curves, light, aoi_projection, hours):
     -------
     numpy.ndarray, (h, n)
     """
-    direct, diffuse, diffuse_taken = light
     effective = curves.incidence_at(aoi_projection)
     effective *= direct
     effective += np.multiply(diffuse_taken, curves.diffuse_share, out=aoi_projection)

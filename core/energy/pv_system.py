@@ -255,8 +255,8 @@ def search_library(text, libraries, *, option):
             return library, text
     known = list(dict.fromkeys((library, name) for library in libraries for name in read_library(library)))
     wanted, words = join_letters(text), split_words(text)
-    whole, part = lambda one: one == wanted, lambda one: wanted in one
-    for fits in (whole, part, lambda one: all(word in one for word in words)) if wanted else ():
+    rules = [lambda one: one == wanted, lambda one: wanted in one, lambda one: all(word in one for word in words)]
+    for fits in rules if wanted else ():
         found = [(library, name) for library, name in known if fits(join_letters(name))]
         if len({name for _, name in found}) == 1:
             return found[0]

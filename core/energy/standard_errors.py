@@ -9,7 +9,7 @@ from .energy import states_of_year
 PROPORTION = 0.1  # relative difference in yield per irradiance between direct, diffuse and reflected light
 
 
-def standard_errors_of_hours(transfer, weather, sums, groups, sky):
+def standard_errors_of_hours(transfer, weather, full_load_hours, poa, years, *, groups, sky):
     """Standard errors of full load hours: of surfaces, of the means of groups, and of the mean of all groups together.
 
     Errors of irradiance are converted proportionally; that of the direct part is taken as that of its mean weighted
@@ -22,8 +22,8 @@ def standard_errors_of_hours(transfer, weather, sums, groups, sky):
     transfer : Transfer
         Its record has the error of sun sampling if it was measured.
     weather : Weather
-    sums : tuple of (n,), (n,) and float
-        Full load hours [h] and irradiation [kWh/m²] of the surfaces per year, and the number of years of the weather.
+    full_load_hours, poa, years
+        As in `carry_to_hours`.
     groups : Groups
     sky : SkyParts
         Of the weather.
@@ -37,8 +37,7 @@ def standard_errors_of_hours(transfer, weather, sums, groups, sky):
     whole : float
         [h] Of the mean over the counted area of all groups, from rays and points only.
     """
-    full_load_hours = sums[0]
-    own, passed_on, discretisation, _ = carry_to_hours(transfer, weather, *sums, sky=sky)
+    own, passed_on, discretisation, _ = carry_to_hours(transfer, weather, full_load_hours, poa, years, sky=sky)
     names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
     rms = np.array([sun_sampling_share(transfer.record, name, "rms") for name in names])
     sampling = own + variance_of_mean(passed_on) + discretisation**2

@@ -112,12 +112,14 @@ def measure_sun_times(data, interval, latitude, longitude):
     given = {name: data[name].to_numpy(float) for name in ("ghi", "dhi", "dni") if name in data}
     if not any(values.any() for values in given.values()):
         return SunTimes(*6 * [None])
-    closure = None, None, None
-    if len(given) == 3 and given["ghi"].any():
-        ghi, dhi, dni = given.values()
-        residual = lambda shift: float(np.abs(ghi - dhi - dni * track.cos_zenith(shift)).sum() / ghi.sum())  # noqa: E731
-        closure = search_shift(residual)
-    return SunTimes(*closure, *search_shift(compare_daylight(given, interval, track)))
+
+    def closure(shift):
+        left = given["ghi"] - given["dhi"] - given["dni"] * track.cos_zenith(shift)
+        return float(np.abs(left).sum() / given["ghi"].sum())
+
+    closes = len(given) == 3 and given["ghi"].any()
+    found = search_shift(closure) if closes else (None, None, None)
+    return SunTimes(*found, *search_shift(compare_daylight(given, interval, track)))
 
 
 def search_shift(residual):
