@@ -159,7 +159,7 @@ def dc_power(effective, temp_cell, module):
 # -- the arithmetic --
 
 
-def capacity_factor(curves, direct, diffuse, diffuse_taken, aoi_projection, hours):
+def capacity_factor(curves, direct, diffuse, diffuse_taken, aoi_projection, *, hours):
     """DC power over nominal power of surfaces at hours.
 
     Parameters

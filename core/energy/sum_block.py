@@ -179,7 +179,7 @@ def run_model(model, block, hours, direct, projection):
         effective = diffuse * reflected + hours.dome * (block.sky * (sky - reflected))
         if sources:
             effective += split_sources(hours) @ (block.source_view * (np.stack([*sources, *sources]) - reflected))
-    return direct, diffuse, capacity_factor(model, direct, diffuse, effective, projection, hours)
+    return direct, diffuse, capacity_factor(model, direct, diffuse, effective, projection, hours=hours)
 
 
 def split_sources(hours):

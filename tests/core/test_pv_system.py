@@ -120,7 +120,7 @@ def test_table_of_incidence_from_straight_to_grazing(given):
     zero, one = np.zeros((1, 1), np.float32), np.ones((1, 1), np.float32)
     hours = SimpleNamespace(heating=zero, temp_air=25 * one, wind_speed=one, spectral_factor=one)
     direct = (800 * cosine).astype(np.float32)
-    found = capacity_factor(tabulate_power(system), direct, 0 * direct, 0 * direct, cosine.copy(), hours)
+    found = capacity_factor(tabulate_power(system), direct, 0 * direct, 0 * direct, cosine.copy(), hours=hours)
     effective = direct[0].astype(float) * incidence_factor(aoi, system)
     lit = effective > 1e-3
     exact = dc_power(effective[lit], np.full(lit.sum(), 25.0), system.module)
@@ -221,6 +221,6 @@ def test_shares_that_overshoot_below_zero_give_no_power():
     hours = SimpleNamespace(heating=zero, temp_air=25 * one, wind_speed=one, spectral_factor=one)
     direct, diffuse = np.array([[-5.0, -5.0]], np.float32), np.array([[1.0, 50.0]], np.float32)
     curves = tabulate_power(build_system(Request()))
-    found = capacity_factor(curves, direct, diffuse, diffuse.copy(), np.full_like(direct, 0.7), hours)
+    found = capacity_factor(curves, direct, diffuse, diffuse.copy(), np.full_like(direct, 0.7), hours=hours)
     assert found[0, 0] == 0
     assert 0.1 < found[0, 1] / (45 / 1000) < 1.1
