@@ -1,4 +1,4 @@
-"""The horizon of distant terrain as seen from one place: an elevation angle for every azimuth.
+"""The horizon of distant terrain as seen from one place: an elevation angle for every azimuth, from heights around it.
 
 elevation
    │        ▲ hidden: below the line a ray that leaves the scene meets terrain, and no sun is seen
@@ -6,6 +6,10 @@ elevation
    │＿＿／     ╲＿＿＿
    └────────────────── azimuth
    N    E    S    W    N
+
+eye ─────────────────────── horizontal        A post at distance d lies lower by about (1 - k) d²/2R than
+ ●┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄ ▲ ↕ drop                    its height says: light in air bends towards the Earth, as
+═══════════╲_____╱═╲___                       if the Earth had the radius R/(1 - k).
 """
 
 from dataclasses import dataclass, replace
@@ -17,6 +21,10 @@ from numba import njit
 from ..errors import InputError
 
 STEPS = 1440  # azimuths at which a horizon is stored: every 0.25°
+EARTH_RADIUS = 6_371_000.0  # [m] mean; the local one differs by 0.4 %, which is 0.001° at 50 km
+REFRACTION = 0.13  # coefficient k of terrestrial refraction (Gauss); Brunner 1984, Hirt et al. 2010
+NODE = 1000.0  # [m] along a line of sight places of the raster are computed so often, and linear between
+GEODESIC = pyproj.Geod(ellps="WGS84")
 
 
 @dataclass
@@ -117,12 +125,6 @@ def mark_hidden(fate, directions, sine, seen, hidden):
             limit = sine[before] * (1 - share) + sine[(before + 1) % steps] * share
             if height < limit:
                 fate[patch, ray] = hidden
-
-
-EARTH_RADIUS = 6_371_000.0  # [m] mean; the local one differs by 0.4 %, which is 0.001° at 50 km
-REFRACTION = 0.13  # coefficient k of terrestrial refraction (Gauss); Brunner 1984, Hirt et al. 2010
-NODE = 1000.0  # [m] along a line of sight places of the raster are computed so often, and linear between
-GEODESIC = pyproj.Geod(ellps="WGS84")
 
 
 def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, otherwise=np.nan):

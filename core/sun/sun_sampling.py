@@ -1,4 +1,4 @@
-"""Choose the suns to trace, from the user's setting: the sun sampling."""
+"""The sun sampling: which suns are traced, and which of them represent each interval of a time axis."""
 
 from dataclasses import dataclass, replace
 
@@ -22,6 +22,7 @@ from .solar_position import (
 from .suns import Suns, TimeAxis, check_suns
 from .typical_days import match_typical_days, typical_day_suns
 
+SAMPLINGS = ("hourly", "days", "typical-days", "sky-grid")
 CURE = "give hourly, days:N, typical-days:N or sky-grid:N"
 FEWEST_DIRECTIONS, MOST_DIRECTIONS = 16, 1_000_000
 
@@ -88,7 +89,7 @@ def parse_sampling(sampling):
     name, _, number = str(sampling).partition(":")
     if sampling == "hourly":
         return name, 0
-    if name not in ("days", "typical-days", "sky-grid") or not (number.isascii() and number.isdigit()):
+    if name not in SAMPLINGS[1:] or not (number.isascii() and number.isdigit()):
         raise InputError("--suns", f"{sampling!r} is unknown", CURE)
     count, least = int(number), FEWEST_DIRECTIONS if name == "sky-grid" else 1
     if count < least:
@@ -118,9 +119,6 @@ def hourly_suns(times, interval, latitude, longitude, position=None):
     weight = np.full(len(direction), 1.0 / max(len(direction), 1))
     day = day - day[:1].sum()  # of the first interval, if any
     return Suns("hourly", direction, weight, day[sunny].astype(np.int32), step[sunny].astype(np.int32))
-
-
-SAMPLINGS = ("hourly", "days", "typical-days", "sky-grid")
 
 
 @dataclass
