@@ -1,6 +1,6 @@
 """Capacity factors of the groups of an environment at each hour: the loop over hours and surfaces.
 
-The arithmetic is that of `energy.sum_block` with `energy.fast_power`, in one pass without arrays of hours × surfaces.
+The arithmetic is that of `energy.sum_block` with `energy.power`, in one pass without arrays of hours × surfaces.
 """
 
 from dataclasses import dataclass
