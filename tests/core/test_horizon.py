@@ -38,6 +38,15 @@ def valley(height):
     return TerrainHorizon(np.where((azimuth >= 45) & (azimuth < 135), float(height), 0.0))
 
 
+def with_sun(table):
+    """A table of weather in Berlin with what the readers of weather add."""
+    position = pvlib.solarposition.get_solarposition(table.index + HOUR / 2, *BERLIN)
+    zenith = position["apparent_zenith"].to_numpy()
+    beam = (table["ghi"] - table["dhi"]) / np.maximum(np.cos(np.radians(zenith)), 1e-3)
+    sun = {"apparent_zenith": zenith, "solar_azimuth": position["azimuth"].to_numpy()}
+    return table.assign(dni=np.where(zenith < 88, beam, 0.0), pressure=101325.0, **sun)
+
+
 def write_angles(path, horizon, step=4):
     """The horizon as azimuth,elevation."""
     rows = zip(horizon.azimuth[::step], horizon.elevation[::step], strict=True)
