@@ -4,7 +4,7 @@ import bpy
 
 from ..core.effects.table import PLANNING
 from ..core.progress import SUN_STAGE
-from ..core.sun.sky_models import SOURCES
+from ..core.sun.horizon_band import SOURCES
 from .compile_loops import COMPILING, compile_loops
 from .keep_report import keep_report
 from .plan_effects import keep_plan

@@ -13,7 +13,8 @@ from ..effects.pilot import draw_starts, random_points
 from ..sampling.hemisphere_rays import rays_from_patches
 from ..sampling.sample_points import cosine_direction
 from ..scene.scene import FAR
-from ..sun.sky_models import SOURCES, split_sky
+from ..sun.horizon_band import SOURCES
+from ..sun.sky_models import split_sky
 from .coarsen_surroundings import WIDTH
 from .tiles import RISE
 

@@ -14,7 +14,7 @@ from ..effects.judge_effects import judge
 from ..effects.switched_off import JUDGED, is_left_out, measure_left_out
 from ..results.effect_shares import draw_surfaces
 from ..study import compute_energy
-from ..sun.sky_models import SOURCES
+from ..sun.horizon_band import SOURCES
 from ..sun.terrain_loss import lost_sky
 from ..transfer.take_rows import take_rows
 

@@ -17,7 +17,7 @@ from ..patches.stop_in_crowns import measure_reach
 from ..sampling.hemisphere_rays import points_of_patches, rays_from_patches
 from ..sampling.sample_points import cosine_direction
 from ..sun.horizon import TerrainHorizon, is_above
-from ..sun.sky_models import SOURCES
+from ..sun.horizon_band import SOURCES
 from ..sun.suns import Suns
 from ..trees.canopy import Canopy
 

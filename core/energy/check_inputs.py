@@ -4,7 +4,8 @@ import numpy as np
 
 from ..check_arrays import UNIT, check_array, check_unit
 from ..errors import InputError
-from ..sun.sky_models import SOURCES, name_untraced
+from ..sun.horizon_band import SOURCES
+from ..sun.sky_models import name_untraced
 from ..sun.solar_position import check_place, check_times
 from ..sun.suns import check_suns
 from ..transfer.kept_matrix import is_on_disk, row_blocks

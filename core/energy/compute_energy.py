@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from ..sun.sky_models import SOURCES, SkyParts, split_sky
+from ..sun.horizon_band import SOURCES
+from ..sun.sky_models import SkyParts, split_sky
 from ..sun.solar_position import is_sunny
 from ..sun.sun_sampling import largest_mismatch
 from ..weather.weather import darken_hours

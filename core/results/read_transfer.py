@@ -11,7 +11,7 @@ from ..files.open_netcdf import open_netcdf
 from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
 from ..sun.horizon import TerrainHorizon
-from ..sun.sky_models import SOURCES
+from ..sun.horizon_band import SOURCES
 from ..sun.suns import Suns
 from ..transfer.trace_record import record_of_dict
 from ..transfer.transfer import ErrorParts, SourceLight, Transfer

@@ -6,7 +6,7 @@ import h5netcdf
 import numpy as np
 
 from ..progress import silent
-from ..sun.sky_models import SOURCES
+from ..sun.horizon_band import SOURCES
 from ..transfer.kept_matrix import row_blocks
 from .netcdf_file import netcdf_file, write_variables
 from .transfer_fields import (

@@ -146,6 +146,7 @@ class HorizonBand:
 
 
 HORIZON = HorizonBand()
+SOURCES = {HORIZON.name: HORIZON}  # traced parts of the sky by their names in files
 
 
 def visible_height(slope, cosine):

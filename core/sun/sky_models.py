@@ -18,7 +18,6 @@ import pvlib
 from .horizon_band import HORIZON
 
 MODELS = ("isotropic", "perez")
-SOURCES = {HORIZON.name: HORIZON}  # traced parts of the sky by their names in files
 RAYS_SHARE = 4  # hemisphere rays for each ray towards the horizon, which is a small part of the light
 MOST_SHARE = 16  # the same of a horizon that is next to nothing
 NOISE_SHARE = 0.1  # of the variance of the dome's light: what that of the horizon may add to it

@@ -13,7 +13,7 @@ import pandas as pd
 
 from ..check_arrays import UNIT, check_array
 from .horizon import TerrainHorizon, is_above
-from .sky_models import SOURCES
+from .horizon_band import SOURCES
 from .solar_position import is_sunny, solar_position, sun_direction
 
 CHUNK = 512  # normals at a time

@@ -4,8 +4,8 @@ import numpy as np
 
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..scene.scene import Site, Surfaces
+from ..sun.horizon_band import SOURCES
 from ..sun.sky_grid import sky_grid_suns
-from ..sun.sky_models import SOURCES
 from ..transfer.transfer import SourceLight, Transfer
 
 ROOF_TILT = 35.0  # [°]; the paper's roofs have mean tilts of 28 to 42°
