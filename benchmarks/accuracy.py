@@ -43,9 +43,8 @@ from citypv.core.request import Request
 from citypv.core.results.picture import DOTS, make_figure, make_logarithmic, plain_style
 from citypv.core.selfcheck.plain_scenes import join_parts
 from citypv.core.study import trace_round
-from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.sun.spread_suns import spread_suns
-from citypv.core.sun.suns import Suns
+from citypv.core.sun.sun_sampling import choose_suns
+from citypv.core.sun.suns import Suns, progressive_order
 from citypv.core.transfer.patch_light import Round
 from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
 
@@ -139,7 +138,7 @@ class Midtown:
     def suns(self, way):
         """As a run chooses them."""
         year = self.weather.data.index, self.weather.interval, self.weather.latitude, self.weather.longitude
-        return spread_suns(choose_suns(way, *year, position=self.weather.data))
+        return progressive_order(choose_suns(way, *year, position=self.weather.data))
 
     def error(self, transfer):
         """The same as of the town; cosines are those of every hour, as in a run."""
@@ -156,7 +155,7 @@ def relative_rms(found, true):
 def run(city, trace, changes, threads, way="days:24"):
     """Processor seconds of tracing, and error [%]; of settings that this run has traced before, these numbers."""
     request, suns = Request(**{**SETTINGS, **changes}, threads=threads), city.suns(way)
-    key = trace.__name__, suns.way, str(request)
+    key = trace.__name__, suns.sampling, str(request)
     if key not in city.traced:
         before = time.process_time()
         transfer = trace(city.scene, suns, request, silent)

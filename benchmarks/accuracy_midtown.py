@@ -26,7 +26,7 @@ from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
 from citypv.core.selfcheck.plain_scenes import join_parts
 from citypv.core.study import read_scene, read_year
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 
 ROOT = Path(__file__).parents[1]
 FILE = ROOT / "tests" / "data" / "obj" / "nyc_midtown_citicorp_1km.obj.gz"

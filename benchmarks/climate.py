@@ -19,20 +19,13 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from citypv.core.climate.make_climates import (
-    cleanest_sky,
-    draw_irradiance,
-    look_up_altitude,
-    make_climates,
-    raise_sky,
-)
-from citypv.core.energy.pick_module import pick_module
+from citypv.core.energy.pv_system import pick_module
 from citypv.core.sun.solar_position import solar_position
 from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.read_epw import read_epw
+from citypv.core.weather.climate import cleanest_sky, draw_irradiance, look_up_altitude, make_climates
 from citypv.core.weather.read_pvgis import read_pvgis
-from citypv.core.weather.read_tmy3 import read_tmy3
-from citypv.core.weather.record import Record
+from citypv.core.weather.read_station_files import read_epw, read_tmy3
+from citypv.core.weather.weather import Record
 
 HOUR = pd.Timedelta(hours=1)
 WALLS = {"N": 0.0, "E": 90.0, "S": 180.0, "W": 270.0}
@@ -148,9 +141,8 @@ def synthesise(years, own, seed):
     made = make_climates([place[0]], [place[1]], 2021, seed)
     times = made["times"]
     if own:
-        sky = cleanest_sky([place], times, np.array([[look_up_altitude(*place)]]))
         monthly = np.mean([monthly_ghi(year) for year in years], axis=0)[None]
-        sky = raise_sky(sky, monthly.sum(axis=1, keepdims=True))
+        sky = cleanest_sky([place], times, np.array([[look_up_altitude(*place)]]), monthly.sum(axis=1, keepdims=True))
         made["ghi"], made["dhi"], made["dni"] = draw_irradiance([place], times, sky, monthly, seed)
     data = pd.DataFrame({name: values[0] for name, values in made.items() if name != "times"}, index=times)
     sun = solar_position(times, HOUR, *place)

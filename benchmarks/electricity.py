@@ -24,7 +24,7 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.request import Request
 from citypv.core.results.write_summary import peak_memory
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.transfer.kept_matrix import keep_matrix
 from citypv.core.transfer.take_rows import take_rows
 from citypv.core.weather.read_weather import read_weather
@@ -68,7 +68,9 @@ def make_transfer(count, suns):
 
 def replace_suns(suns, count):
     """The first suns only."""
-    return replace(suns, **{one.name: getattr(suns, one.name)[:count] for one in fields(suns) if one.name != "way"})
+    return replace(
+        suns, **{one.name: getattr(suns, one.name)[:count] for one in fields(suns) if one.name != "sampling"}
+    )
 
 
 def pvlib_power(weather, transfer, row, series, system):

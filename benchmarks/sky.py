@@ -21,9 +21,9 @@ from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.selfcheck.plain_scenes import join_parts, rectangle
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.record import Record
+from citypv.core.weather.weather import Record
 
 DATA = Path(__file__).parents[1] / "tests" / "data" / "sky"
 HOUR = pd.Timedelta(hours=1)

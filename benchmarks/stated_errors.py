@@ -24,8 +24,8 @@ from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.study import read_scene, read_year
-from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.sun.spread_suns import spread_suns
+from citypv.core.sun.sun_sampling import choose_suns
+from citypv.core.sun.suns import progressive_order
 
 SMALL = 20.0  # [m²]
 FEW_HOURS = 0.5  # [h] below which a scatter means nothing
@@ -35,7 +35,7 @@ def run_seeds(scene, request, seeds):
     """Of every seed full load hours, their stated errors, those of groups and their stated errors, covered shares."""
     weather = read_year(scene.site, request)
     year = weather.data.index, weather.interval, scene.site.latitude, scene.site.longitude
-    suns = spread_suns(choose_suns(request.suns, *year, request.seed))
+    suns = progressive_order(choose_suns(request.suns, *year, request.seed))
     runs = []
     for seed in range(seeds):
         started = time.perf_counter()

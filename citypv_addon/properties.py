@@ -99,7 +99,7 @@ class Settings(bpy.types.PropertyGroup):
     )
     # Trace
     suns: EnumProperty(name="Suns", description="Sun positions to trace", items=SUNS)
-    days: IntProperty(name="Days", description="Number of days, spread over the year", default=24, min=1, max=365)
+    days: IntProperty(name="Days", description="Number of days, spread over the year", default=DAYS, min=1, max=365)
     typical_days: IntProperty(name="Days", description="Number of typical days", default=12, min=1, max=365)
     sky_grid: IntProperty(name="Directions", description="Number of sky directions", default=1654, min=10)
     albedo_source: EnumProperty(name="Albedo from", description="Source of the albedo of the surfaces", items=ALBEDOS)

@@ -20,7 +20,6 @@ from .effects.table import check_effects, check_needs
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
 from .errors import InputError
-from .horizon.read_horizon import check_horizon
 from .materials.read_albedo import check_materials
 from .photons.trace_forward import trace_forward
 from .photons.trace_hybrid import trace_hybrid
@@ -30,16 +29,16 @@ from .read.read_terrain import read_terrain
 from .request import check_request
 from .results.list_findings import rows_of_names
 from .scene.build_scene import build_scene
-from .sky.choose_sky import choose_sky
-from .sun.check_distance import check_distance
-from .sun.choose_suns import choose_suns, parse_way
-from .sun.keep_suns import weigh_by_year
-from .sun.spread_suns import spread_suns
+from .sun.read_horizon import check_horizon
+from .sun.sky_models import choose_sky
+from .sun.sun_sampling import choose_suns, parse_sampling, weigh_by_year
+from .sun.suns import progressive_order
 from .transfer.merge_transfers import seed_of_round
 from .transfer.prepare_scene import continue_sampling, prepare_scene, reseed
 from .transfer.trace_seasons import trace_seasons
 from .transfer.transfer import scale_direct
 from .weather.read_weather import check_sources, read_weather
+from .weather.weather import check_distance
 
 ESTIMATORS = {"gather": trace_hybrid, "forward": trace_forward}
 
@@ -53,7 +52,7 @@ def check_settings(request):
     """
     check_request(request)
     check_effects(request)
-    parse_way(request.suns)
+    parse_sampling(request.suns)
     parse_racks(request.racks)
     parse_months(request.leaf_months)
     build_system(request)
@@ -175,7 +174,7 @@ def prepare_study(scene, weather, request, *, materials=None, progress=silent):
 
 def choose_year(weather, request):
     """Sun positions to trace for the year of a weather: Suns."""
-    return spread_suns(choose_suns(request.suns, *weather.axis, request.seed, position=weather.data))
+    return progressive_order(choose_suns(request.suns, *weather.axis, request.seed, position=weather.data))
 
 
 def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepared=None):

@@ -1,4 +1,4 @@
-"""Make core/climate/climate_grid.npz, the world's climate that ships with the program, from its two sources.
+"""Make core/weather/climate_grid.npz, the world's climate that ships with the program, from its two sources.
 
     .venv/bin/python tools/make_climate_grid.py pvcz_land_025deg_annual.csv.gz \
         gsee_merra2_monthly_mean_daily_irradiance_3deg.npz
@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-TARGET = Path(__file__).resolve().parent.parent / "core" / "climate" / "climate_grid.npz"
+TARGET = Path(__file__).resolve().parent.parent / "core" / "weather" / "climate_grid.npz"
 CELL, SOUTH, WEST, SHAPE = 0.25, -59.875, -179.875, (576, 1440)  # of the fine grid: centre of its first cell [°]
 STEPS = {"ghi": 0.005, "temp_air": 0.1, "wind_speed": 0.1}  # kept steps: [kWh/m² per day], [°C], [ms⁻¹]
 COLUMNS = {"ghi": "GHI_mean_kWh_m2_day", "temp_air": "T_air_mean_C", "wind_speed": "wind_speed_rms"}
@@ -75,7 +75,7 @@ def nearest_land(latitude, longitude, known):
 def extraterrestrial(latitude):
     """Monthly mean irradiance on a horizontal plane outside the atmosphere [Wm⁻²]: (12,).
 
-    Of the hours of 2021 in UTC at 0° E, with refraction, as core/climate/make_climates.py multiplies the clearness.
+    Of the hours of 2021 in UTC at 0° E, with refraction, as core/weather/climate.py multiplies the clearness.
     """
     middle = pd.date_range("2021-01-01T00:30", periods=8760, freq="h", tz="UTC")
     zenith = pvlib.solarposition.get_solarposition(middle, latitude, 0.0)["apparent_zenith"]

@@ -4,7 +4,7 @@ import numpy as np
 import pvlib
 
 from ..energy.standard_errors import carry_to_hours, noise_of_mean, sun_sampling_share
-from ..sky.sky_models import split_sky
+from ..sun.sky_models import split_sky
 from .refine import rounds_needed
 from .seconds_to_halve import seconds_of_rounds
 from .yield_errors import SAMPLED, SOURCES, quantile_by_area, split_errors

@@ -14,8 +14,8 @@ from itertools import product
 import numpy as np
 
 from ..progress import silent
-from ..sun.choose_suns import choose_suns
-from ..sun.spread_suns import spread_suns
+from ..sun.sun_sampling import choose_suns
+from ..sun.suns import progressive_order
 from .fill_untraced import fill_untraced
 from .pilot import choose_neighbourhood
 from .pilot_run import RUNS, trace_part
@@ -68,7 +68,7 @@ def foresee_target(inputs, progress=silent):
 def trace_square(inputs, way, progress):
     """PilotRun of a square in the middle of the city under suns chosen in some way, and its Transfer."""
     scene, prepared, weather, request = inputs
-    suns = spread_suns(choose_suns(way, *weather.axis, request.seed, position=weather.data))
+    suns = progressive_order(choose_suns(way, *weather.axis, request.seed, position=weather.data))
     square, counted = choose_neighbourhood(prepared, PATCHES, INNER)
     progress("pilot", 0, 1, "runs")
     run, transfer = trace_part((scene, prepared, weather, request, suns), square, RUNS["A"], counted)

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..progress import silent
-from ..sun.choose_suns import choose_suns
-from ..sun.spread_suns import spread_suns
+from ..sun.sun_sampling import choose_suns
+from ..sun.suns import progressive_order
 from .pilot_run import RUNS, SUNS, trace_part
 from .survey import survey_city
 from .time_electricity import time_electricity
@@ -55,7 +55,7 @@ def run_pilot(scene, prepared, weather, request, progress=silent):
     -------
     Pilot
     """
-    suns = spread_suns(choose_suns(SUNS, *weather.axis, request.seed, position=weather.data))
+    suns = progressive_order(choose_suns(SUNS, *weather.axis, request.seed, position=weather.data))
     inputs = scene, prepared, weather, request, suns
     square, counted = choose_neighbourhood(prepared, PATCHES, INNER)
     runs, transfers = {}, {}

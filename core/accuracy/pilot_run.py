@@ -13,7 +13,7 @@ from ..photons.trace_hybrid import trace_hybrid
 from ..progress import SUN_STAGE
 from ..radiosity.sun_visibility import POINTS_PER_TASK
 from ..radiosity.trace_hemisphere import RAYS_PER_TASK
-from ..sky.choose_sky import choose_sky
+from ..sun.sky_models import choose_sky
 from ..transfer.take_rows import take_rows
 from .part_of_city import keep_patches, spread_transfer
 from .survey import whole_replicates

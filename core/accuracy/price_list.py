@@ -7,7 +7,7 @@ import numpy as np
 
 from ..presets import PRESETS
 from ..progress import silent
-from ..sun.choose_suns import choose_suns
+from ..sun.sun_sampling import choose_suns
 from ..transfer.prepare_scene import build_tree, prepare_scene
 from .fill_untraced import fill_untraced
 from .pilot import run_pilot

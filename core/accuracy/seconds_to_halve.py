@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..energy.standard_errors import carry_to_hours, sun_sampling_share
-from ..sky.sky_models import split_sky
+from ..sun.sky_models import split_sky
 from ..transfer.noise import variance_of_mean
 
 ONCE = ("plan and tree",)  # stages that rounds do not repeat

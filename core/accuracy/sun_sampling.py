@@ -12,8 +12,8 @@ from ..radiosity.sun_sampling_error import PATCHES as LOOKED_AT
 from ..radiosity.sun_sampling_error import trace_sun_samples
 from ..request import Request
 from ..scene.scene import Scene
-from ..sky.choose_sky import choose_sky
-from ..sun.choose_suns import choose_suns
+from ..sun.sky_models import choose_sky
+from ..sun.sun_sampling import choose_suns
 from ..threads import map_in_order, usable_threads
 from ..transfer.transfer import Transfer
 from ..weather.weather import Weather
@@ -50,7 +50,7 @@ def measure_ways(traced, ways, progress=silent, *, prepared=None, patches=LOOKED
         under `groups`.
     """
     scene, weather, transfer, request = traced
-    if all(suns.way == "hourly" for suns in ways) or not transfer.surfaces.eligible.any():
+    if all(suns.sampling == "hourly" for suns in ways) or not transfer.surfaces.eligible.any():
         return [no_error(0) for _ in ways]
     hourly = choose_suns("hourly", *weather.axis, request.seed, position=weather.data)
     every = [*ways, hourly]

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
-from ..sky.choose_sky import choose_sky
+from ..sun.sky_models import choose_sky
 from ..transfer.take_rows import take_rows
 
 FEWER, MORE = 256, 2_048  # surfaces timed; tables are made for either

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..energy.standard_errors import carry_to_hours, sun_sampling_share
-from ..sky.sky_models import split_sky
+from ..sun.sky_models import split_sky
 from ..transfer.noise import variance_of_mean
 
 # Sources that fall with every round, and the power of the number of samples with which their variance does: of digital

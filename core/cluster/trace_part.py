@@ -21,9 +21,9 @@ from ..results.write_summary import finite, peak_memory
 from ..sampling.hemisphere_rays import rays_from_patches
 from ..sampling.sample_points import cosine_direction
 from ..scene.scene import FAR, OWN, Scene
-from ..sky.light_sources import SOURCES
-from ..sky.sky_models import split_sky
 from ..study import measure_sun_sampling, trace_scene
+from ..sun.horizon_band import SOURCES
+from ..sun.sky_models import split_sky
 from ..sun.suns import Suns
 from ..transfer.prepare_scene import build_tree, prepare_scene
 from ..transfer.take_rows import take_rows

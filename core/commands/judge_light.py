@@ -13,9 +13,9 @@ import numpy as np
 from ..accuracy.effect_shares import draw_surfaces
 from ..effects.judge_effects import judge
 from ..effects.switched_off import JUDGED, is_left_out, measure_left_out
-from ..horizon.lost_sky import lost_sky
-from ..sky.light_sources import SOURCES
 from ..study import compute_energy
+from ..sun.horizon_band import SOURCES
+from ..sun.terrain_loss import lost_sky
 from ..transfer.take_rows import take_rows
 
 KEY = "terrain-horizon"

@@ -34,10 +34,10 @@ from ..study import (
     read_year,
     trace_scene,
 )
-from ..sun.check_distance import describe_distance
 from ..transfer.kept_matrix import is_on_disk
 from ..transfer.patch_light import Round
 from ..transfer.prepare_scene import build_tree
+from ..weather.weather import describe_distance
 from .judge_light import judge_light
 from .refine_run import RunInputs, refine_run, wants_rounds
 from .report_outcome import describe_overrun, report_outcome

@@ -23,8 +23,8 @@ from ..accuracy.time_electricity import time_electricity
 from ..accuracy.time_patches import time_patches
 from ..accuracy.yield_errors import SAMPLED
 from ..request import option_of
-from ..sun.choose_suns import choose_suns
-from ..sun.spread_suns import spread_suns
+from ..sun.sun_sampling import choose_suns
+from ..sun.suns import progressive_order
 from ..transfer.prepare_scene import build_tree, prepare_scene
 from .refine_run import ADAPTIVE, MOMENT, WRITING
 
@@ -122,7 +122,7 @@ def make_offers(inputs, free, progress):
 def price_rounds(inputs, square):
     """Prices from patches drawn from the whole city, and from the run of a square."""
     scene, prepared, weather, request = inputs
-    suns = spread_suns(choose_suns(SUNS, *weather.axis, request.seed, position=weather.data))
+    suns = progressive_order(choose_suns(SUNS, *weather.axis, request.seed, position=weather.data))
     empty, timed = time_patches((scene, prepared, weather, request, suns), square)
     pilot = Pilot({"A": square}, timed, empty, survey_city(prepared, request), 0.0, None)
     return raise_prices(price_pilot(pilot, 0.0, request.patch_size, len(scene.surfaces)), square)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from ..check_arrays import UNIT, check_array
-from ..horizon.lost_sky import lost_sky
+from ..sun.terrain_loss import lost_sky
 
 NORMAL_STEPS = 1e6  # in which components of normals are told apart
 NORMAL_BITS = 21  # of such a step, from -HALF_RANGE on

@@ -6,7 +6,7 @@ building heights a long row of them hides (1 - cos β)/2 of its sky, with tan β
 
 import numpy as np
 
-from ..horizon.horizon import is_above
+from ..sun.horizon import is_above
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
 from .effect import Effect
 from .terrain_horizon import largest_share

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
-from ..sky.light_sources import RAYS_SHARE, SOURCES, choose_share
-from ..sky.sky_models import split_sky
+from ..sun.horizon_band import SOURCES
+from ..sun.sky_models import RAYS_SHARE, choose_share, split_sky
 from ..sun.solar_position import sun_direction
 from .effect import Effect
 

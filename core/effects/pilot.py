@@ -13,12 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..city.canopy import Canopy
-from ..horizon.horizon import TerrainHorizon, is_above
 from ..patches.classify_rays import meets_back
 from ..patches.stop_in_crowns import measure_reach
 from ..sampling.hemisphere_rays import points_of_patches, rays_from_patches
 from ..sampling.sample_points import cosine_direction
-from ..sky.light_sources import SOURCES
+from ..sun.horizon import TerrainHorizon, is_above
+from ..sun.horizon_band import SOURCES
 from ..sun.suns import Suns
 
 PATHS = 8192
@@ -36,7 +36,7 @@ class Surroundings:
     suns: Suns | None
     canopy: Canopy | None = None  # without leaves, where trees lose them: then more light is reflected
     terrain: TerrainHorizon | None = None
-    sources: tuple = ()  # of (SkySource, its light over that of the sky's dome)
+    sources: tuple = ()  # of (HorizonBand, its light over that of the sky's dome)
     mirrors: object = None  # `specular.Mirrors`; None: every face reflects by Lambert's law
 
     def brightness(self, directions):

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..patches.facing_scene import FacingScene
 from ..progress import silent
-from ..sky.light_sources import sources_of
+from ..sun.sky_models import sources_of
 from .effect import Effect, Inputs
 from .pilot import Pilot
 from .switched_off import BOUNDED, JUDGED, SURPLUS, bound_off, is_left_out, is_switched_off
@@ -63,7 +63,7 @@ class EffectPlan:
 
     @property
     def sources(self) -> tuple:
-        """Sources of light in the sky that are traced beside its dome: of SkySource."""
+        """Sources of light in the sky that are traced beside its dome: of HorizonBand."""
         return sources_of(self["perez"].setting.model)
 
     @property

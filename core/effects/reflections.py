@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from ..sky.plausible_years import even_year, hours_of_suns, plausible_years
-from ..sky.sky_models import split_sky
-from ..sky.terrain_loss import sunlit_year
+from ..sun.plausible_years import even_year, hours_of_suns, plausible_years
+from ..sun.sky_models import split_sky
+from ..sun.terrain_loss import sunlit_year
 from .effect import Effect
 from .perez import choose_model
 from .pilot import LONGEST, surroundings_in, trace_pilot

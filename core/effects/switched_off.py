@@ -14,8 +14,8 @@ import numpy as np
 
 from ..city.foliage import choose_foliage
 from ..materials.read_albedo import brdfs_of_triangles
-from ..sky.sky_models import split_sky
-from ..sky.terrain_loss import sunlit_year
+from ..sun.sky_models import split_sky
+from ..sun.terrain_loss import sunlit_year
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
 from .pilot import LONGEST, height_of_suns, surroundings_in, trace_pilot
 from .specular import find_mirrors

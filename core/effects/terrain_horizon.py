@@ -4,12 +4,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..horizon.horizon import TerrainHorizon, is_above
-from ..horizon.horizon_share import bound_between, bound_of_horizon, hidden_shares, suns_of_year
-from ..sky.sky_models import split_sky
-from ..sky.terrain_loss import first_light, light_behind, sum_direct, sunlit_year
-from ..sun.match_suns import match_suns
+from ..sun.horizon import TerrainHorizon, is_above
+from ..sun.sky_models import split_sky
 from ..sun.solar_position import MINIMUM_ELEVATION, sun_direction
+from ..sun.sun_sampling import match_suns
+from ..sun.terrain_loss import (
+    bound_between,
+    bound_of_horizon,
+    first_light,
+    hidden_shares,
+    light_behind,
+    sum_direct,
+    sunlit_year,
+    suns_of_year,
+)
 from .effect import Effect
 
 KEY = "terrain-horizon"

@@ -4,12 +4,15 @@ import numpy as np
 
 from ..check_arrays import UNIT, check_array, check_unit
 from ..errors import InputError
-from ..sky.light_sources import SOURCES, name_untraced
-from ..sun.check_suns import check_place, check_suns, check_times
+from ..sun.horizon_band import SOURCES
+from ..sun.sky_models import name_untraced
+from ..sun.solar_position import check_place, check_times
+from ..sun.suns import check_suns
 from ..transfer.kept_matrix import is_on_disk, row_blocks
 from ..weather.check_weather import LIMITS
 
 ANGLES = ("apparent_zenith", "solar_azimuth")
+ERROR_PARTS = ("diffuse_passed_on", "direct_passed_on", "diffuse_discretisation", "direct_discretisation", "covariance")
 SHARES = ("covered_share", "sky_view_factor", "far_ground_view_factor")
 
 
@@ -28,7 +31,8 @@ def check_transfer(transfer):
     """
     check_suns(transfer.suns)
     surfaces, count, suns = transfer.surfaces, len(transfer.surfaces), len(transfer.suns)
-    check_unit_or_none("normal", surfaces.normal, count)
+    normal = check_array("normal", surfaces.normal, (count, 3), least=-1 - UNIT, most=1 + UNIT)
+    check_unit("normal", normal[normal.any(axis=1)])  # zero for surfaces without area
     check_array("area", surfaces.area, (count,), least=0)
     check_array("eligible", surfaces.eligible, (count,), kind="b")
     for name in ("kind", "orientation"):
@@ -47,18 +51,11 @@ def check_transfer(transfer):
         for field, values in vars(light).items():
             most = {"most": 1 + UNIT} if field == "view_factor" else {}
             check_array(SOURCES[name].variable(field), values, (count,), least=0, **most)
-    if transfer.error_parts is not None:
-        check_parts(transfer.error_parts, count)
+    for name in ERROR_PARTS if transfer.error_parts is not None else ():
+        values = getattr(transfer.error_parts, name)
+        check_array(name, values, (count, "r") if name.endswith("passed_on") else (count,))
     if not 0 <= transfer.ground_albedo <= 1:
         raise InputError("ground_albedo", f"{transfer.ground_albedo}", "give a number from 0 to 1")
-
-
-def check_parts(parts, count):
-    """Refuse parts of standard errors whose shapes do not match the number of surfaces."""
-    for name in ("diffuse_passed_on", "direct_passed_on"):
-        check_array(name, getattr(parts, name), (count, "r"))
-    for name in ("diffuse_discretisation", "direct_discretisation", "covariance"):
-        check_array(name, getattr(parts, name), (count,))
 
 
 def check_per_sun(name, matrix, shape, **bounds):
@@ -68,12 +65,6 @@ def check_per_sun(name, matrix, shape, **bounds):
         return
     for rows, values in row_blocks(matrix):
         check_array(f"{name} from row {rows.start} on", values, values.shape, least=0, **bounds)
-
-
-def check_unit_or_none(name, normal, count):
-    """Refuse normals that are not of unit length, or zero for surfaces without area."""
-    normal = check_array(name, normal, (count, 3), least=-1 - UNIT, most=1 + UNIT)
-    check_unit(name, normal[normal.any(axis=1)])
 
 
 def check_sky(transfer, sky):

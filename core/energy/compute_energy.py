@@ -2,34 +2,30 @@
 
 import os
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from ..sky.light_sources import SOURCES
-from ..sky.sky_models import SkyParts, split_sky
+from ..sun.horizon_band import SOURCES
+from ..sun.sky_models import SkyParts, split_sky
 from ..sun.solar_position import is_sunny
-from ..sun.values_at import largest_mismatch
+from ..sun.sun_sampling import largest_mismatch
 from ..weather.weather import darken_hours
 from .check_inputs import check_hours, check_sky, check_transfer
-from .counted_area import find_counted_area
-from .diffuse_incidence import diffuse_incidence_factors
-from .energy import Energy, join_energies
-from .fast_power import FastPower, tabulate_power
-from .fill_behind import order_neighbours
-from .groups import find_groups
-from .hourly_series import compute_series
+from .counted_area import find_counted_area, find_groups
+from .energy import Energy, HourlySeries, join_seasons, states_of_year
 from .hours import Hours, prepare_hours
-from .plain_power import PlainPower
+from .power import PowerTables, PvlibCurves, diffuse_incidence_factors, tabulate_power
 from .pv_system import default_system
-from .standard_errors import YearSums, standard_errors_of_hours
-from .sum_block import BlockSums, sum_block, take_block
+from .standard_errors import standard_errors_of_hours
+from .sum_block import BlockSums, add_sources, direct_part, order_neighbours, run_model, sum_block, take_block
 
 BLOCK = 1024  # surfaces at a time: enough that threads wait little for the interpreter, few enough for the cache
 PLAIN_LIMIT = 1e6  # surface-hours up to which pvlib itself is called; for more, tables take half of its time or less
 YEAR = pd.Timedelta(days=365)
+AREAS = ("eligible", "flat_roof", "open_area", "counted_area", "module_area")  # of CountedArea, also of Energy
 
 
 def compute_energy(transfer, weather, system=None, threads=None, progress=None, *, series=(), sky="isotropic"):
@@ -82,8 +78,9 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
     by_month = np.where(electric[:, None], sums.capacity_factor_by_month * hour / years, np.nan)
     poa = sums.poa_global * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
-    found = YearSums(full_load_hours, poa, years)
-    errors, *errors_of_means = standard_errors_of_hours(transfer, weather, found, groups, parts)
+    errors, *errors_of_means = standard_errors_of_hours(
+        transfer, weather, full_load_hours, poa, years, groups=groups, sky=parts
+    )
     ac = system.feeds_grid
     return Energy(
         direct_relative_annual=sums.direct_relative / max(task.hours.sunny.sum(), 1.0),
@@ -102,15 +99,11 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=None, 
         capacity_factor=spread_hours(sums.capacity_factor, task.hours, len(weather.data)),
         years=years,
         longitude=weather.longitude,
-        eligible=counted.eligible,
-        flat_roof=counted.flat_roof,
-        open_area=counted.open_area,
-        counted_area=counted.counted_area,
-        module_area=counted.module_area,
+        **{name: getattr(counted, name) for name in AREAS},
         specific_yield=np.where(electric, sums.specific_yield * hour / years, np.nan) if ac else None,
         capacity_factor_ac=spread_hours(sums.capacity_factor_ac, task.hours, len(weather.data)) if ac else None,
         sky=sky,
-        series=find_series(task, np.asarray(series, int), len(weather.data)) if len(series) else None,
+        series=compute_series(task, np.asarray(series, int), len(weather.data)) if len(series) else None,
     )
 
 
@@ -129,14 +122,12 @@ def compute_seasons(transfer, weather, settings, **details):
     -------
     Energy
     """
-    in_leaf = np.isin((weather.data.index + weather.interval / 2).month, transfer.leaf_months)
-    states = replace(transfer, bare=None), replace(transfer.bare, record=transfer.record)
     parts, sunny = [], []
-    for state, own in zip(states, (in_leaf, ~in_leaf), strict=True):
+    for state, own in states_of_year(transfer, weather.data.index, weather.interval):
         year = darken_hours(weather, ~own)
         parts.append(compute_energy(state, year, *settings, **details))
         sunny.append(float(is_sunny(year.data["apparent_zenith"]).sum()))
-    return join_energies(*parts, sunny[0] / max(sum(sunny), 1.0))
+    return join_seasons(*parts, sunny[0] / max(sum(sunny), 1.0))
 
 
 @dataclass
@@ -144,9 +135,8 @@ class Task:
     """Data shared by all blocks of surfaces."""
 
     transfer: object  # Transfer
-    hours: Hours  # float64
-    hours_as_computed: Hours  # in the precision of the blocks
-    model: PlainPower | FastPower
+    hours: Hours  # in the precision of the blocks
+    curves: PvlibCurves | PowerTables
     ac: bool  # whether to compute AC power
     iam: np.ndarray  # (2 + k, n) from `diffuse_incidence_factors`
     neighbours: np.ndarray  # (s, m) int, from `order_neighbours`
@@ -155,27 +145,27 @@ class Task:
 
     def block(self, rows, group_weight):
         """Data of some surfaces, rows (m,) int, with their weights in the groups, (m, g): Block."""
-        return take_block(
+        block = take_block(
             self.transfer,
             rows,
             group_weight=group_weight,
             neighbours=self.neighbours,
             reach=self.reach,
-            dtype=self.hours_as_computed.dni.dtype,
+            dtype=self.hours.dni.dtype,
             iam=self.iam[:, rows],
-            sky=self.sky,
         )
+        return add_sources(block, self.transfer, rows, self.sky)
 
 
 def prepare_task(transfer, weather, system, electric, sky):
     """Data shared by all blocks: Task. Up to PLAIN_LIMIT surface-hours are computed by pvlib itself, more by tables."""
     hours = prepare_hours(transfer.suns, weather, system, sky, transfer.terrain)
     plain = electric.sum() * len(hours) < PLAIN_LIMIT
+    single = {name: one.astype(np.float32) if one.dtype.kind == "f" else one for name, one in vars(hours).items()}
     return Task(
         transfer,
-        hours,
-        hours if plain else hours.as_type(np.float32),
-        PlainPower(system) if plain else tabulate_power(system),
+        hours if plain else Hours(**single),
+        PvlibCurves(system) if plain else tabulate_power(system),
         system.feeds_grid,
         diffuse_incidence_factors(transfer.surfaces.surface_tilt, system, [SOURCES[name] for name in sky.sources]),
         order_neighbours(transfer.suns),
@@ -202,13 +192,13 @@ def sum_surfaces(task, group_weight, electric, *, threads, progress):
     BlockSums
         Of all surfaces.
     """
-    blocks = [(rows, task.model) for rows in cut_blocks(np.flatnonzero(electric))]
-    blocks += [(rows, None) for rows in cut_blocks(np.flatnonzero(~electric))]
+    kinds = (np.flatnonzero(electric), task.curves), (np.flatnonzero(~electric), None)
+    blocks = [(rows[k : k + BLOCK], curves) for rows, curves in kinds for k in range(0, len(rows), BLOCK)]
 
     def run(block):
-        rows, model = block
-        ac = task.ac and model is not None
-        return rows, sum_block(task.block(rows, group_weight[rows]), task.hours_as_computed, model, ac=ac)
+        rows, curves = block
+        ac = task.ac and curves is not None
+        return rows, sum_block(task.block(rows, group_weight[rows]), task.hours, curves, ac=ac)
 
     count, hours, done = len(electric), len(task.hours), 0
     series = [np.zeros((length, group_weight.shape[1])) for length in (hours, hours if task.ac else 0)]
@@ -227,10 +217,17 @@ def sum_surfaces(task, group_weight, electric, *, threads, progress):
     return total
 
 
-def find_series(task, rows, count):
-    """Hourly series of the surfaces `rows`, (m,) int, on a time axis of `count` intervals: HourlySeries."""
+def compute_series(task, rows, count):
+    """Time series of the surfaces `rows`, (k,) int, on a time axis of `count` intervals: HourlySeries."""
     block = task.block(rows, np.zeros((len(rows), 0)))
-    return compute_series(rows, block, task.hours_as_computed, task.model, count=count, ac=task.ac)
+    values = np.zeros((3, count, len(rows)))
+    for _, first, last in task.hours.chunks():
+        part = task.hours.rows(first, last)
+        projection, direct = direct_part(block, part)
+        sunward, diffuse, power = run_model(task.curves, block, part, direct, projection)
+        poa_direct = sunward * (part.dni / np.where(part.sunward == 0, 1, part.sunward))
+        values[:, part.interval] = poa_direct, diffuse + (sunward - poa_direct), power
+    return HourlySeries(rows, *values, task.curves.ac(values[2].astype(block.normal.dtype)) if task.ac else None)
 
 
 def spread_hours(values, hours, count):
@@ -238,11 +235,6 @@ def spread_hours(values, hours, count):
     series = np.zeros((count, values.shape[1]))
     series[hours.interval] = values
     return series
-
-
-def cut_blocks(rows):
-    """Blocks of at most BLOCK surfaces: list of (n,) int."""
-    return [rows[first : first + BLOCK] for first in range(0, len(rows), BLOCK)]
 
 
 def count_years(weather):

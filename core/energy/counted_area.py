@@ -1,4 +1,4 @@
-"""Which surfaces carry modules, and on how much of their area."""
+"""Which surfaces carry modules, on how much of their area, and in which group of kind and orientation they count."""
 
 from dataclasses import dataclass
 
@@ -7,6 +7,8 @@ import numpy as np
 from ..city.racks import find_racked_roofs
 from ..scene.classify import SMALLEST_ELIGIBLE_AREA, classify
 
+KINDS = ("facade", "roof", "rack")  # of groups, in this order
+ORIENTATIONS = ("north", "east", "south", "west")
 HALF = 0.5  # of a surface: if more of it is covered, it carries no modules
 STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, without an orientation
 
@@ -39,8 +41,12 @@ def find_counted_area(transfer, system):
     """
     surfaces = transfer.surfaces
     kind, orientation, eligible = np.array(surfaces.kind), np.array(surfaces.orientation), np.array(surfaces.eligible)
-    if system.overhangs:
-        take_overhangs(surfaces, kind, orientation, eligible)
+    if system.overhangs:  # walls that lean outward are facades, as in the paper
+        tilt, thematic = np.asarray(surfaces.surface_tilt), np.asarray(surfaces.thematic, str)
+        chosen = np.flatnonzero((kind == "downward") & (tilt < STEEPEST_UNDERSIDE) & (thematic != "GroundSurface"))
+        upright, azimuth = np.full(len(chosen), 90.0), surfaces.surface_azimuth[chosen]
+        found = classify(surfaces.area[chosen], upright, azimuth, thematic[chosen])
+        kind[chosen], orientation[chosen], eligible[chosen] = found
     area, covered = np.asarray(surfaces.area, float), np.asarray(transfer.covered_share, float)
     open_area = area * (1.0 - np.minimum(covered, 1.0))
     closure = np.asarray(surfaces.thematic, str) == "ClosureSurface"
@@ -57,10 +63,43 @@ def find_counted_area(transfer, system):
     return CountedArea(kind, orientation, eligible, flat_roof, open_area, counted_area, counted_area * share)
 
 
-def take_overhangs(surfaces, kind, orientation, eligible):
-    """Classify walls that lean outward as facades, as in the paper; changes kind, orientation, eligible in place."""
-    tilt, thematic = np.asarray(surfaces.surface_tilt), np.asarray(surfaces.thematic, str)
-    chosen = np.flatnonzero((kind == "downward") & (tilt < STEEPEST_UNDERSIDE) & (thematic != "GroundSurface"))
-    upright = np.full(len(chosen), 90.0)
-    found = classify(surfaces.area[chosen], upright, surfaces.surface_azimuth[chosen], thematic[chosen])
-    kind[chosen], orientation[chosen], eligible[chosen] = found
+@dataclass
+class Groups:
+    """The groups that have eligible surfaces."""
+
+    names: list  # (g,) of (kind, orientation)
+    count: np.ndarray  # (g,) surfaces
+    area: np.ndarray  # (g,) [m²] counted area
+    weight: np.ndarray  # (n, g) area of each surface over the group's counted area
+
+
+def find_groups(counted, area):
+    """Group the eligible surfaces by kind and orientation.
+
+    Results are means over whole polygons, with zero for covered parts; weighted with A / Σ A · (1 − covered_share) they
+    become means over the open area of the group.
+
+    Parameters
+    ----------
+    counted : CountedArea
+    area : numpy.ndarray, (n,)
+        Whole area of the surfaces [m²].
+
+    Returns
+    -------
+    Groups
+    """
+    kind, orientation, eligible = counted.kind, counted.orientation, counted.eligible
+    pairs = sorted(set(zip(kind[eligible].tolist(), orientation[eligible].tolist(), strict=True)), key=rank_group)
+    members = [eligible & (kind == name) & (orientation == side) for name, side in pairs]
+    total = np.array([counted.counted_area[member].sum() for member in members])
+    weight = np.zeros((len(kind), len(pairs)))
+    for column, member in enumerate(members):
+        weight[member, column] = np.asarray(area)[member] / total[column]
+    return Groups(pairs, np.array([member.sum() for member in members], int), total, weight)
+
+
+def rank_group(pair):
+    """Facades before roofs and racks, then north, east, south, west; other names follow in the alphabet's order."""
+    kind, orientation = pair
+    return [*KINDS, kind].index(kind), [*ORIENTATIONS, orientation].index(orientation), pair

@@ -1,45 +1,46 @@
-"""Results of a Transfer with one weather and one PV system."""
+"""Results of a Transfer with one weather and one PV system: what surfaces and groups get and give, and its totals."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 
 import numpy as np
 import pandas as pd
 
-from .hourly_series import HourlySeries
+from .pv_system import area_of_kwp
 
-ADDED = (
-    "poa_global_annual",
-    "full_load_hours",
-    "full_load_hours_standard_error",
-    "full_load_hours_by_month",
-    "group_standard_error",
-    "sampling_error",
-    "capacity_factor",
-    "specific_yield",
-    "capacity_factor_ac",
-)
-AVERAGED = ("direct_relative_annual", "direct_relative_annual_standard_error")
-OF_SERIES = ("poa_direct", "poa_diffuse", "capacity_factor", "capacity_factor_ac")
+# How a field of a year follows from those of two seasons; a field without either must be the same in both.
+SUM, MEAN = ({"of_seasons": rule} for rule in ("sum", "mean"))
+WHOLE_YEAR = pd.Timedelta(days=364)  # shorter years are not reported separately
+
+
+@dataclass
+class HourlySeries:
+    """Time series of k surfaces."""
+
+    rows: np.ndarray  # (k,) int, row indices of the surfaces
+    poa_direct: np.ndarray = field(metadata=SUM)  # (T, k) [Wm⁻²] direct sunlight
+    poa_diffuse: np.ndarray = field(metadata=SUM)  # (T, k) [Wm⁻²] sky with circumsolar light, and all reflected light
+    capacity_factor: np.ndarray = field(metadata=SUM)  # (T, k) DC power over nominal power
+    capacity_factor_ac: np.ndarray | None = field(metadata=SUM)  # (T, k) AC power over nominal DC power; None without
 
 
 @dataclass
 class Energy:
     """Irradiance and full load hours of n surfaces, capacity factors of the groups."""
 
-    direct_relative_annual: np.ndarray  # (n,) mean over intervals with the sun above 2°, reflections included
-    direct_relative_annual_standard_error: np.ndarray  # (n,)
-    poa_global_annual: np.ndarray  # (n,) [kWh/m²] per year
-    full_load_hours: np.ndarray  # (n,) [h] per year, DC; NaN for ground and downward surfaces
-    full_load_hours_standard_error: np.ndarray  # (n,) [h] from rays, discretisation and choice of suns
-    full_load_hours_by_month: np.ndarray  # (n, 12) [h]
+    direct_relative_annual: np.ndarray = field(metadata=MEAN)  # (n,) over suns above 2°, reflections included
+    direct_relative_annual_standard_error: np.ndarray = field(metadata=MEAN)  # (n,)
+    poa_global_annual: np.ndarray = field(metadata=SUM)  # (n,) [kWh/m²] per year
+    full_load_hours: np.ndarray = field(metadata=SUM)  # (n,) [h] per year, DC; NaN for ground and downward surfaces
+    full_load_hours_standard_error: np.ndarray = field(metadata=SUM)  # (n,) [h] from rays, patch sizes and suns
+    full_load_hours_by_month: np.ndarray = field(metadata=SUM)  # (n, 12) [h]
     times: pd.DatetimeIndex  # (T,) UTC, start of each interval
     interval: pd.Timedelta
     groups: list  # (g,) of (kind, orientation), those that have eligible surfaces
     group_count: np.ndarray  # (g,) eligible surfaces
     group_area: np.ndarray  # (g,) [m²] counted area
-    group_standard_error: np.ndarray  # (g,) [h] of the mean full load hours of each group
-    sampling_error: float  # [h] of the mean over the counted area of all groups, from rays and points only
-    capacity_factor: np.ndarray  # (T, g) float64, mean over the group's counted area
+    group_standard_error: np.ndarray = field(metadata=SUM)  # (g,) [h] of the mean full load hours of each group
+    sampling_error: float = field(metadata=SUM)  # [h] of the mean over the counted area of all groups, from rays only
+    capacity_factor: np.ndarray = field(metadata=SUM)  # (T, g) float64, mean over the group's counted area
     years: float  # number of years of the weather
     longitude: float  # [°] of the weather
     eligible: np.ndarray  # (n,) bool: carries modules
@@ -47,33 +48,113 @@ class Energy:
     open_area: np.ndarray  # (n,) [m²] not inside or under buildings
     counted_area: np.ndarray  # (n,) [m²] counted area of eligible surfaces and flat roofs; 0 for others
     module_area: np.ndarray  # (n,) [m²] of it that carries modules
-    specific_yield: np.ndarray | None = None  # (n,) [kWh/kWp] per year, AC; None without losses and inverter
-    capacity_factor_ac: np.ndarray | None = None  # (T, g) AC power over nominal DC power
+    specific_yield: np.ndarray | None = field(default=None, metadata=SUM)  # (n,) [kWh/kWp] per year, AC; None without
+    capacity_factor_ac: np.ndarray | None = field(default=None, metadata=SUM)  # (T, g) AC power over nominal DC power
     sky: str = "isotropic"  # model of the diffuse sky
     series: HourlySeries | None = None  # of the requested surfaces
 
 
-def join_energies(one, other, share):
-    """Energy of a year from two with weathers that are dark in each other's hours; errors add up, as of the same rays.
+def states_of_year(transfer, times, interval):
+    """States of a Transfer's trees, and in which intervals each holds, by the month of their middle.
 
     Parameters
     ----------
-    one, other : Energy
+    transfer : Transfer
+        With leafless trees in `bare`, in leaf in its `leaf_months`; else in one state all year.
+    times : pandas.DatetimeIndex, (t,)
+        Start of each interval.
+    interval : pandas.Timedelta
+
+    Returns
+    -------
+    list of (Transfer, numpy.ndarray)
+        (t,) bool each.
+    """
+    if transfer.bare is None:
+        return [(transfer, np.ones(len(times), bool))]
+    in_leaf = np.isin((times + interval / 2).month, transfer.leaf_months)
+    return [(replace(transfer, bare=None), in_leaf), (replace(transfer.bare, record=transfer.record), ~in_leaf)]
+
+
+def join_seasons(one, other, share):
+    """Results of a year from two with weathers that are dark in each other's hours; errors add up, as of the same rays.
+
+    Parameters
+    ----------
+    one, other : Energy or HourlySeries
     share : float
         Part of the sunny hours that belongs to the first.
 
     Returns
     -------
-    Energy
+    Energy or HourlySeries
     """
-    joined = {name: add_known(getattr(one, name), getattr(other, name)) for name in ADDED}
-    joined |= {name: share * getattr(one, name) + (1 - share) * getattr(other, name) for name in AVERAGED}
-    if one.series is not None:
-        values = {name: add_known(getattr(one.series, name), getattr(other.series, name)) for name in OF_SERIES}
-        joined["series"] = replace(one.series, **values)
+    joined = {}
+    for part in fields(one):
+        here, there, rule = getattr(one, part.name), getattr(other, part.name), part.metadata.get("of_seasons")
+        if is_dataclass(here):
+            joined[part.name] = join_seasons(here, there, share)
+        elif rule is not None and here is not None:
+            joined[part.name] = here + there if rule == "sum" else share * here + (1 - share) * there
+        elif not np.array_equal(here, there):
+            raise TypeError(f"{part.name} differs between seasons: say in its field how to join it")
     return replace(one, **joined)
 
 
-def add_known(one, other):
-    """Sum of two results; None if the first is None: a run has a result in both seasons or in none."""
-    return None if one is None else one + other
+def sum_potential(rows, area, energy, system):
+    """Total power and energy and mean full load hours of some surfaces.
+
+    Parameters
+    ----------
+    rows : numpy.ndarray
+        Surfaces, (k,) int or (n,) bool; those without full load hours are skipped.
+    area : numpy.ndarray, (n,)
+        Whole area of the surfaces [m²].
+    energy : Energy
+    system : PvSystem
+
+    Returns
+    -------
+    dict of str to float
+        eligible_area (counted) and module_area [m²], kwp [kWp], full_load_hours [h] (Σ FLH·A over the counted area),
+        mwh_per_year [MWh] DC; with losses or an inverter also specific_yield [kWh/kWp] and mwh_ac_per_year [MWh].
+        Hours are None without any area.
+    """
+    rows = np.flatnonzero(rows) if np.asarray(rows).dtype == bool else np.asarray(rows)
+    rows = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
+    counted, kwp = energy.counted_area[rows], energy.module_area[rows] / area_of_kwp(system.module)
+    spread = area[rows] / counted  # hours are means over whole polygons; here over the counted area
+    total = {"eligible_area": counted.sum(), "module_area": energy.module_area[rows].sum(), "kwp": kwp.sum()}
+    columns = {"full_load_hours": ("mwh_per_year", energy.full_load_hours)}
+    if energy.specific_yield is not None:
+        columns["specific_yield"] = ("mwh_ac_per_year", energy.specific_yield)
+    for name, (sum_name, values) in columns.items():
+        hours = values[rows] * spread
+        total[name] = (counted @ hours) / counted.sum() if len(rows) else None
+        total[sum_name] = kwp @ hours / 1000
+    return {name: None if value is None else float(value) for name, value in total.items()}
+
+
+def split_years(times, interval):
+    """Years of a time axis, counted from its first instant.
+
+    There may be gaps between years, and a year may start at another hour than in UTC.
+
+    Parameters
+    ----------
+    times : pandas.DatetimeIndex, (T,)
+        Start of each interval, tz-aware, ascending.
+    interval : pandas.Timedelta
+
+    Returns
+    -------
+    list of (int, numpy.ndarray)
+        Calendar year that contains most of it, and its intervals (k,) int; incomplete years are skipped.
+    """
+    years, first = [], times[0]
+    for number in range(times[-1].year - first.year + 1):
+        start, stop = first + pd.DateOffset(years=number), first + pd.DateOffset(years=number + 1)
+        inside = np.flatnonzero((times >= start) & (times < stop))
+        if len(inside) * interval >= WHOLE_YEAR:
+            years.append(((start + (stop - start) / 2).year, inside))
+    return years

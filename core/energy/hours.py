@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import pvlib
 
-from ..horizon.horizon import is_above
-from ..sun.match_suns import match_suns
+from ..sun.horizon import is_above
 from ..sun.solar_position import MINIMUM_ELEVATION, is_sunny, sun_direction
-from .power_model import cell_temperature, spectral_factor
+from ..sun.sun_sampling import match_suns
+from .power import cell_heating, spectral_factor
 
 CHUNK = 128  # hours at a time
 
@@ -27,8 +27,7 @@ class Hours:
     dome: np.ndarray  # (h, 1) [Wm⁻²] part of DHI that comes evenly from the whole sky
     sources: np.ndarray  # (h, k) [Wm⁻²] by each traced source, in its unit; negative where it is darker than the dome
     level: np.ndarray  # (h, 1) [Wm⁻²] of unshaded ground by DNI and circumsolar light
-    temp_air: np.ndarray  # (h, 1) [°C]
-    wind_speed: np.ndarray  # (h, 1) [ms⁻¹]
+    temp_air: np.ndarray  # (h, 1) [°C] cell temperature without irradiance
     spectral_factor: np.ndarray  # (h, 1) f₁ of the Sandia model, see `spectral_factor`
     heating: np.ndarray  # (h, 1) [Km²W⁻¹] cell temperature above air temperature, per POA irradiance
     match: np.ndarray  # (h, k) int, traced suns that represent the hour
@@ -37,23 +36,9 @@ class Hours:
     def __len__(self):
         return len(self.interval)
 
-    @property
-    def cos_zenith(self):
-        """Cosine of the sun's apparent zenith angle, 0 below the horizon: (h, 1)."""
-        return np.maximum(self.direction[:, 2:], 0.0)
-
     def rows(self, first, last):
         """Hours first to last-1, as views."""
         return Hours(**{name: values[first:last] for name, values in vars(self).items()})
-
-    def as_type(self, dtype):
-        """Convert all floating-point values to another precision."""
-        return Hours(
-            **{
-                name: values.astype(dtype) if values.dtype.kind == "f" else values
-                for name, values in vars(self).items()
-            }
-        )
 
     def chunks(self):
         """Runs of at most CHUNK hours within one month: list of (month, first, last)."""
@@ -95,29 +80,25 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
     match = match_suns(suns, *weather.axis._replace(times=data.index), lowest=lowest, position=data)
     relative = pvlib.atmosphere.get_relative_airmass(data["apparent_zenith"].to_numpy(), "kastenyoung1989")
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, data["pressure"].to_numpy())
-    # The model is linear in the irradiance: 1 Wm⁻² in air of 0 °C gives the slope.
-    wind_speed = data["wind_speed"].to_numpy()
-    at_rest = cell_temperature(np.zeros(len(data)), data["temp_air"].to_numpy(), wind_speed, system)
-    heating = pvlib.temperature.sapm_cell(1.0, 0.0, wind_speed, **system.thermal) if system.temperature else 0 * at_rest
-    column = {name: data[name].to_numpy()[:, None] for name in ("dni", "wind_speed")}
+    dark, heating = cell_heating(data["temp_air"].to_numpy(), data["wind_speed"].to_numpy(), system)
+    dni = data["dni"].to_numpy()[:, None]
     direction = sun_direction(data["apparent_zenith"], data["solar_azimuth"])
     above = is_above(terrain, direction).astype(float)[:, None]
-    level = column["dni"] * np.maximum(direction[:, 2:], 0.0) + sky.circumsolar_horizontal[used, None]
-    column["dni"] = column["dni"] * above
+    level = dni * np.maximum(direction[:, 2:], 0.0) + sky.circumsolar_horizontal[used, None]
     return Hours(
         interval=used,
         month=np.sort(month, kind="stable"),
         direction=direction,
         sunny=sunny.astype(float)[:, None],
         open=above,
+        dni=dni * above,
         sunward=sunward * above,
         dome=sky.dome[used, None],
         sources=sky.of_sources[used],
         level=level * above,
         spectral_factor=spectral_factor(airmass, system)[:, None],
-        temp_air=at_rest[:, None],
+        temp_air=dark[:, None],
         heating=heating[:, None],
         match=match.index,
         match_weight=match.weight.astype(float),
-        **column,
     )

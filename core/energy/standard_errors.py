@@ -1,24 +1,15 @@
 """Standard errors of full load hours: from rays, discretisation, and the suns that represent the year."""
 
-from typing import NamedTuple
-
 import numpy as np
 import pandas as pd
 
 from ..transfer.noise import no_parts, own_diffuse, own_direct, variance_of_mean
+from .energy import states_of_year
 
 PROPORTION = 0.1  # relative difference in yield per irradiance between direct, diffuse and reflected light
 
 
-class YearSums(NamedTuple):
-    """What surfaces get and give per year."""
-
-    full_load_hours: np.ndarray  # (n,) [h]
-    poa: np.ndarray  # (n,) [kWh/m²] irradiance
-    years: float  # number of years of the weather
-
-
-def standard_errors_of_hours(transfer, weather, sums, groups, sky):
+def standard_errors_of_hours(transfer, weather, full_load_hours, poa, years, *, groups, sky):
     """Standard errors of full load hours: of surfaces, of the means of groups, and of the mean of all groups together.
 
     Errors of irradiance are converted proportionally; that of the direct part is taken as that of its mean weighted
@@ -31,7 +22,8 @@ def standard_errors_of_hours(transfer, weather, sums, groups, sky):
     transfer : Transfer
         Its record has the error of sun sampling if it was measured.
     weather : Weather
-    sums : YearSums
+    full_load_hours, poa, years
+        As in `carry_to_hours`.
     groups : Groups
     sky : SkyParts
         Of the weather.
@@ -45,8 +37,7 @@ def standard_errors_of_hours(transfer, weather, sums, groups, sky):
     whole : float
         [h] Of the mean over the counted area of all groups, from rays and points only.
     """
-    full_load_hours = sums.full_load_hours
-    own, passed_on, discretisation, _ = carry_to_hours(transfer, weather, *sums, sky=sky)
+    own, passed_on, discretisation, _ = carry_to_hours(transfer, weather, full_load_hours, poa, years, sky=sky)
     names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
     rms = np.array([sun_sampling_share(transfer.record, name, "rms") for name in names])
     sampling = own + variance_of_mean(passed_on) + discretisation**2
@@ -102,7 +93,7 @@ def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
     """
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
     found = []
-    for state, holds in states_of_year(transfer, weather):
+    for state, holds in states_of_year(transfer, weather.data.index, weather.interval):
         light = [(weather.data["dni"].to_numpy() + sky.circumsolar) @ holds, sky.dome @ holds]
         light += [of_source @ holds for of_source in sky.sources.values()]
         annual = np.array(light) * (weather.interval / pd.Timedelta(hours=1)) / years / 1000.0
@@ -110,14 +101,6 @@ def carry_to_hours(transfer, weather, full_load_hours, poa, years, *, sky):
     own, passed_on, discretisation, points = zip(*found, strict=True)
     own = add_deviations(own)
     return np.where(np.isnan(full_load_hours), np.nan, own), sum(passed_on), sum(discretisation), add_deviations(points)
-
-
-def states_of_year(transfer, weather):
-    """States of a Transfer's trees, and the intervals of the weather in which each holds: (T,) float, 0 or 1."""
-    if transfer.bare is None:
-        return [(transfer, np.ones(len(weather.data)))]
-    in_leaf = np.isin((weather.data.index + weather.interval / 2).month, transfer.leaf_months)
-    return [(transfer, in_leaf.astype(float)), (transfer.bare, (~in_leaf).astype(float))]
 
 
 def add_deviations(variances):

@@ -1,11 +1,25 @@
-"""Sum irradiance and power of a block of surfaces over all hours."""
+"""Sum irradiance and power of a block of surfaces over all hours.
 
-from dataclasses import dataclass
+A traced sun represents hours around it. It may be just behind a wall, where nothing is traced, while the sun of an
+actual hour is just in front of it:
+
+        wall
+         |   × actual hour
+         |
+      ×  |       the traced sun gets the visible share of the next traced sun in front of the wall
+         |
+"""
+
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import KDTree
 
-from ..sun.values_at import values_at
-from .fill_behind import filled_share
+from ..sun.sun_sampling import values_at
+from .power import capacity_factor
+
+GRAZING = 1e-6  # cosine of incidence up to which a sun counts as behind
+NEAREST = 24  # other suns that are considered
 
 
 @dataclass
@@ -36,8 +50,8 @@ class BlockSums:
     capacity_factor_ac: np.ndarray  # (h, g); (0, g) without AC
 
 
-def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, iam, sky=None):
-    """Extract some surfaces of a Transfer.
+def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, iam):
+    """Extract some surfaces of a Transfer, without the light of traced parts of the sky.
 
     Parameters
     ----------
@@ -54,22 +68,19 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, iam, s
         Precision to compute in.
     iam : numpy.ndarray, (2 + k, n)
         Of these surfaces, from `diffuse_incidence_factors`.
-    sky : SkyParts, optional
-        With k traced sources; without it, none.
 
     Returns
     -------
     Block
     """
-    normal = transfer.surfaces.normal[rows].T
-    sources, source_view = sources_of_rows(transfer, rows, sky)
+    none = np.zeros((0, len(rows)), dtype)
     return Block(
-        normal=normal.astype(dtype),
+        normal=transfer.surfaces.normal[rows].T.astype(dtype),
         diffuse=transfer.diffuse_relative[rows].astype(dtype),
         far_ground=(transfer.far_ground_view_factor[rows] * transfer.ground_albedo).astype(dtype),
         sky=np.minimum(transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]).astype(dtype),
-        sources=sources.astype(dtype),
-        source_view=source_view.astype(dtype),
+        sources=none,
+        source_view=none,
         iam=iam.astype(dtype),
         visible_share=filled_share(transfer, rows, neighbours, reach, dtype),
         reflected=np.ascontiguousarray(transfer.direct_reflected[rows].T, dtype=dtype),
@@ -77,24 +88,20 @@ def take_block(transfer, rows, *, group_weight, neighbours, reach, dtype, iam, s
     )
 
 
-def sources_of_rows(transfer, rows, sky):
-    """Light of the k traced sources on n surfaces, per irradiance in the units of the sources.
+def add_sources(block, transfer, rows, sky):
+    """The block of some rows with the light of the k traced parts of a sky, per irradiance in their units.
 
-    A source darker than the dome takes light away, from no surface more than the dome gives it.
-
-    Returns
-    -------
-    sources, source_view : numpy.ndarray, (2 k, n)
-        [–] Reflections included, and without them: first as far as the k sources are brighter than the dome, then as
-        far as they are darker.
+    A part darker than the dome takes light away, from no surface more than the dome gives it.
     """
-    if sky is None or not sky.sources:
-        return np.zeros((2, 0, len(rows)))
+    if not sky.sources:
+        return block
     traced = [transfer.sources[name] for name in sky.sources]
     view = np.stack([light.view_factor[rows] for light in traced])
     reflected = np.stack([light.relative[rows] for light in traced]) - view
     views = np.concatenate([view, np.minimum(view, sky.caps[:, None] * transfer.sky_view_factor[rows])])
-    return views + np.tile(reflected, (2, 1)), views
+    light = views + np.tile(reflected, (2, 1))
+    dtype = block.normal.dtype
+    return replace(block, sources=light.astype(dtype), source_view=views.astype(dtype))
 
 
 def sum_block(block, hours, model, *, ac=False):
@@ -105,7 +112,7 @@ def sum_block(block, hours, model, *, ac=False):
     block : Block
     hours : Hours
         In the block's precision.
-    model : PlainPower, FastPower or None
+    model : PvlibCurves, PowerTables or None
         None skips power.
     ac : bool
         Whether to compute AC power.
@@ -119,8 +126,8 @@ def sum_block(block, hours, model, *, ac=False):
     weights = np.concatenate([hours.sunny * hours.open, hours.sunward], axis=1)
     direct_sums = np.zeros((2, count))
     by_month, specific_yield = np.zeros((count, 12)), np.zeros(count)
-    capacity_factor = np.zeros((len(hours), groups), dtype)
-    capacity_factor_ac = np.zeros((len(hours) if ac else 0, groups), dtype)
+    of_groups = np.zeros((len(hours), groups), dtype)
+    of_groups_ac = np.zeros((len(hours) if ac else 0, groups), dtype)
     for month, first, last in hours.chunks():
         part = hours.rows(first, last)
         projection, direct = direct_part(block, part)
@@ -130,13 +137,13 @@ def sum_block(block, hours, model, *, ac=False):
         power = run_model(model, block, part, direct, projection)[-1]
         ones = np.ones(last - first, dtype)
         by_month[:, month] += ones @ power
-        capacity_factor[first:last] = power @ block.group_weight
+        of_groups[first:last] = power @ block.group_weight
         if ac:
             power = model.ac(power)
             specific_yield += ones @ power
-            capacity_factor_ac[first:last] = power @ block.group_weight
+            of_groups_ac[first:last] = power @ block.group_weight
     relative, poa = add_linear_parts(block, hours, weights, direct_sums)
-    return BlockSums(relative, poa, by_month, capacity_factor, specific_yield, capacity_factor_ac)
+    return BlockSums(relative, poa, by_month, of_groups, specific_yield, of_groups_ac)
 
 
 def direct_part(block, hours):
@@ -155,30 +162,24 @@ def run_model(model, block, hours, direct, projection):
     Returns
     -------
     poa_direct, poa_diffuse : numpy.ndarray, (h, n)
-        [Wm⁻²] Circumsolar light is part of the first.
+        [Wm⁻²] Circumsolar light is part of the first; dome, traced parts of the sky, reflections and far ground of the
+        second.
     capacity_factor : numpy.ndarray, (h, n)
         [–] DC power over nominal power.
     """
     direct *= hours.sunward
-    diffuse = diffuse_part(block, hours)
+    diffuse = values_at(block.reflected, hours.match, hours.match_weight)
+    diffuse *= hours.sunward
+    diffuse += np.concatenate([hours.dome, hours.level], axis=1) @ np.stack([block.diffuse, block.far_ground])
+    if hours.sources.any():
+        diffuse += split_sources(hours) @ block.sources
     effective = diffuse
     if (block.iam < 1).any():
         sky, reflected, *sources = block.iam
         effective = diffuse * reflected + hours.dome * (block.sky * (sky - reflected))
         if sources:
             effective += split_sources(hours) @ (block.source_view * (np.stack([*sources, *sources]) - reflected))
-    return direct, diffuse, model.dc(direct, diffuse, effective, projection, hours)
-
-
-def diffuse_part(block, hours):
-    """Irradiance treated as diffuse: dome, traced sources, reflections and far ground: (h, n) [Wm⁻²]."""
-    diffuse = values_at(block.reflected, hours.match, hours.match_weight)
-    diffuse *= hours.sunward
-    shared = np.concatenate([hours.dome, hours.level], axis=1)
-    diffuse += shared @ np.stack([block.diffuse, block.far_ground])
-    if hours.sources.any():
-        diffuse += split_sources(hours) @ block.sources
-    return diffuse
+    return direct, diffuse, capacity_factor(model, direct, diffuse, effective, projection, hours=hours)
 
 
 def split_sources(hours):
@@ -205,7 +206,7 @@ def add_linear_parts(block, hours, weights, direct_sums):
     """
     sums = direct_sums.copy()
     weights = weights.astype(float)
-    level = hours.sunny * hours.open * hours.cos_zenith, hours.level
+    level = hours.sunny * hours.open * np.maximum(hours.direction[:, 2:], 0.0), hours.level
     for row in range(2):
         share = weights[:, row, None] * hours.match_weight
         per_sun = np.bincount(hours.match.ravel(), weights=share.ravel(), minlength=len(block.reflected))
@@ -213,3 +214,80 @@ def add_linear_parts(block, hours, weights, direct_sums):
         sums[row] += float(level[row].sum(dtype=float)) * block.far_ground.astype(float)
     poa = sums[1] + float(hours.dome.sum(dtype=float)) * block.diffuse.astype(float)
     return sums[0], poa + split_sources(hours).sum(axis=0, dtype=float) @ block.sources.astype(float)
+
+
+def order_neighbours(suns):
+    """For each sun, the others in the order in which their visible shares are used instead.
+
+    Parameters
+    ----------
+    suns : Suns
+
+    Returns
+    -------
+    numpy.ndarray, (s, m) int
+        First those of the same day, by the number of steps between them; then the nearest in the sky.
+    """
+    if not len(suns):
+        return np.zeros((0, 1), int)
+    count = min(NEAREST + 1, len(suns))
+    near = KDTree(suns.direction).query(suns.direction, k=np.arange(1, count + 1))[1]
+    if suns.day[0] < 0:
+        return near
+    # Sort all suns of a day by their distance in steps; a short day repeats its last sun.
+    longest = np.unique(suns.day, return_counts=True)[1].max()
+    same = np.empty((len(suns), longest), near.dtype)
+    for day in np.unique(suns.day):
+        members = np.flatnonzero(suns.day == day)
+        distance = np.abs(suns.step[members][:, None] - suns.step[members][None, :])
+        order = members[np.argsort(distance, axis=1, kind="stable")]
+        same[members] = order[:, np.minimum(np.arange(longest), len(members) - 1)]
+    return np.concatenate([same, near], axis=1)
+
+
+def fill_behind(visible_share, projection, neighbours, reach, openness):
+    """Give suns just behind a surface the visible share of the nearest sun in front of it.
+
+    Parameters
+    ----------
+    visible_share : numpy.ndarray, (s, n)
+        Share of each surface from which each sun is visible; filled in place.
+    projection : numpy.ndarray, (s, n)
+        Cosine between surface normals and suns, negative if behind.
+    neighbours : numpy.ndarray, (s, m) int
+        From `order_neighbours`.
+    reach : float
+        Largest angle between an hour and its traced suns [°]: suns further behind represent no hour in front.
+    openness : numpy.ndarray, (n,)
+        Share used if no traced sun is in front.
+    """
+    front = projection > GRAZING
+    sun, surface = np.nonzero(~front & (projection > -np.sin(np.radians(min(reach, 90.0)))))
+    visible_share[sun, surface] = openness[surface]
+    for rank in range(neighbours.shape[1]):
+        other = neighbours[sun, rank]
+        in_front = front[other, surface]
+        visible_share[sun[in_front], surface[in_front]] = visible_share[other[in_front], surface[in_front]]
+        sun, surface = sun[~in_front], surface[~in_front]
+        if not len(sun):
+            return
+
+
+def filled_share(transfer, rows, neighbours, reach, dtype=np.float32):
+    """Visible share of some surfaces of a Transfer for each sun, those just behind filled in: (s, n).
+
+    Parameters
+    ----------
+    transfer : Transfer
+    rows : numpy.ndarray or slice
+        n surfaces.
+    neighbours, reach
+        As in `fill_behind`.
+    dtype : numpy dtype
+    """
+    normal = transfer.surfaces.normal[rows].T
+    visible = np.array(transfer.visible_share[rows].T, dtype, order="C")
+    # For a surface that no traced sun reaches: the visible share of the part of the sky that it faces.
+    openness = np.clip(transfer.sky_view_factor[rows] / np.maximum((1.0 + normal[2]) / 2.0, 1e-9), 0.0, 1.0)
+    fill_behind(visible, transfer.suns.direction @ normal, neighbours, reach, openness)
+    return visible

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..horizon.horizon import TerrainHorizon
 from ..sampling.random_numbers import GOLDEN, key_of_names, mix
-from ..sky.sky_source import SkySource
+from ..sun.horizon import TerrainHorizon
+from ..sun.horizon_band import HorizonBand
 
 MARGIN = 64 * np.finfo(np.float32).eps  # of the largest coordinate: margin of the box
 INWARDS = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)  # lid, bottom, sides
@@ -32,7 +32,7 @@ class Source:
     rising: bool  # from below the horizon
     power: np.ndarray  # (6,) float64 [m²], power entering through each side of the box, per irradiance
     key: np.uint64  # of its random numbers
-    of: SkySource | None = None  # a traced source in the sky; None: sun, dome or ground
+    of: HorizonBand | None = None  # a traced source in the sky; None: sun, dome or ground
     terrain: TerrainHorizon | None = None  # of distant terrain, which covers a part of the light
     beyond: bool = False  # whether only light from below that horizon counts, or only that from above
 
@@ -97,7 +97,7 @@ def far_ground_source(box, seed):
 
 
 def part_of_sky(source, box, seed, horizon=None):
-    """A SkySource that gives an irradiance of 1 in its unit; light from below the horizon of terrain is left out."""
+    """A HorizonBand that gives an irradiance of 1 in its unit; light from below the horizon of terrain is left out."""
     key = key_of_names([source.name], seed)[0]
     return Source(source.name, *box, None, False, source.sides * side_areas(box.size), key, source, terrain=horizon)
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
-from ..horizon.horizon import is_above
 from ..materials.read_albedo import TriangleBrdfs
 from ..patches.classify_rays import meets_back
 from ..patches.facing_scene import FacingScene
@@ -17,6 +16,7 @@ from ..patches.patches import Patches
 from ..patches.stop_in_crowns import stop_in_crowns
 from ..sampling.hemisphere_rays import CELL_DIVISIONS
 from ..sampling.sample_points import cell_of_point
+from ..sun.horizon import is_above
 from .emit_photons import emit_photons
 from .scatter import draw_for_photons, leave_patches, scatter
 
@@ -36,7 +36,7 @@ class Tally:
     leaves: float = 0.0  # ended in crowns or at trunks
     covered: float = 0.0  # from the far ground, hit a covered cell below the ground
     cut: float = 0.0  # left after the last bounce
-    unweighed: float = 0.0  # from a part of the sky, by which photons count less than one: `SkySource.weigh`
+    unweighed: float = 0.0  # from a part of the sky, by which photons count less than one: `HorizonBand.weigh`
 
     def add(self, other):
         """Add another tally to this one."""
@@ -222,7 +222,7 @@ def weigh_first(target, source, photons, hit, tally):
     Parameters
     ----------
     target : Target
-    source : SkySource
+    source : HorizonBand
     photons : Photons
     hit : (m,) int32
     tally : Tally

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from ..horizon.horizon import is_above
 from ..radiosity.gather_context import GatherContext
 from ..sampling.random_numbers import key_of_names
+from ..sun.horizon import is_above
 from ..threads import map_in_order
 from .follow_photons import Target
 from .specular_faces import (

@@ -15,16 +15,14 @@ import numpy as np
 from scipy import sparse
 
 from ..effects.judge_effects import Measured, judge_effects
-from ..horizon.horizon import without_hidden
 from ..materials.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..patches.facing_scene import FacingScene
 from ..progress import SUN_STAGE, CancelledError, Clock
 from ..radiosity.measure_cover import find_cover
 from ..request import Request, check_request
 from ..scene.check_scene import check_scene
-from ..sun.check_suns import check_suns
-from ..sun.keep_suns import end_of_days, keep_suns
-from ..sun.suns import Suns
+from ..sun.horizon import without_hidden
+from ..sun.suns import Suns, check_suns, end_of_days, interrupted_suns
 from ..threads import usable_threads
 from ..transfer.incidence import projection_in_front
 from ..transfer.kept_matrix import keep_columns, keep_matrix
@@ -128,7 +126,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
-        suns=suns if direct.kept == len(suns) else keep_suns(suns, direct.kept),
+        suns=suns if direct.kept == len(suns) else interrupted_suns(suns, direct.kept),
         covered_share=covered_share,
         sky_view_factor=np.minimum(sky.first.mean(axis=0), 1),
         far_ground_view_factor=np.minimum(far.first.mean(axis=0), 1),

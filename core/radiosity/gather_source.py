@@ -6,7 +6,6 @@ import numpy as np
 
 from ..effects.receivers import fewer_rays
 from ..form_factors.form_factor_products import multiply_elements
-from ..horizon.horizon import mark_hidden
 from ..patches.find_covered import lie_in_earth
 from ..patches.settle_cells import enclosed_cells
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches, shift_replicates
@@ -18,6 +17,7 @@ from ..sampling.sample_points import (
     cell_of_point,
     sobol_digits,
 )
+from ..sun.horizon import mark_hidden
 from ..threads import map_in_order
 from ..transfer.transfer import SourceLight
 from .light_errors import ReflectedError, errors_of_surfaces
@@ -55,7 +55,7 @@ def gather_source(context, source, hemisphere, cells, specular=None):
     Parameters
     ----------
     context : GatherContext
-    source : SkySource
+    source : HorizonBand
     hemisphere : Hemisphere
     cells : int
         1, 4 or 16: into how many cells the light of a patch is resolved.
@@ -100,7 +100,7 @@ def trace_source(context, source, covered, cells):
     Parameters
     ----------
     context : GatherContext
-    source : SkySource
+    source : HorizonBand
     covered : (p, CELL_DIVISIONS²) bool
         Cells that lie inside or under something.
     cells : int
@@ -154,7 +154,7 @@ def trace_patches(context, source, some, sequence, cells):
     Parameters
     ----------
     context : GatherContext
-    source : SkySource
+    source : HorizonBand
     some : tuple of (c,) int and (c, CELL_DIVISIONS²) bool
         The patches, and their covered cells.
     sequence : (r, 4) uint32

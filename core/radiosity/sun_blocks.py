@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..progress import SUN_STAGE
-from ..sun.keep_suns import end_of_days
+from ..sun.suns import end_of_days
 
 BYTES_PER_BLOCK = 53e6  # of one array (patches × suns); about six exist at a time
 # An interruption loses a block, but small ones make reflections slower: compared to one block of all 143 suns, those of

@@ -9,7 +9,7 @@ from ..errors import InputError
 from ..patches.patches import take_patches
 from ..request import check_request
 from ..scene.check_scene import check_scene
-from ..sun.check_suns import check_suns
+from ..sun.suns import check_suns
 from ..threads import usable_threads
 from ..transfer.prepare_scene import prepare_scene
 from ..transfer.take_rows import take_rows
@@ -64,7 +64,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     found = []
     for suns in ways:
         if len(few):
-            progress(f"error check, {suns.way}", 0, 1, "rays")
+            progress(f"error check, {suns.sampling}", 0, 1, "rays")
         light = sun_visibility(
             ray_scene,
             few,
@@ -75,7 +75,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
             suns=block_of_suns(suns, slice(None)),
             behind=False,
             threads=usable_threads(request.threads),
-            progress=lambda share, rays, way=suns.way: progress(f"error check, {way}", rays, rays / share, "rays"),
+            progress=lambda share, rays, way=suns.sampling: progress(f"error check, {way}", rays, rays / share, "rays"),
         )
         found.append(take_surfaces(transfer, prepared.scene.triangle_surface[chosen], suns, light.visible_share))
     return found

@@ -4,14 +4,13 @@ import numpy as np
 
 from ..effects.judge_effects import Measured, judge_effects
 from ..errors import InputError
-from ..horizon.horizon import without_hidden
 from ..materials.read_albedo import materials_of_surfaces
 from ..progress import Clock
 from ..request import check_request
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..scene.check_scene import check_scene
-from ..sun.check_suns import check_suns
-from ..sun.keep_suns import keep_suns
+from ..sun.horizon import without_hidden
+from ..sun.suns import check_suns, interrupted_suns
 from ..transfer.prepare_scene import prepare_scene
 from ..transfer.surface_means import cover_of_surfaces
 from ..transfer.trace_record import TraceRecord, note_interruption
@@ -95,7 +94,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     transfer = Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
-        suns=suns if direct.kept == len(suns) else keep_suns(suns, direct.kept),
+        suns=suns if direct.kept == len(suns) else interrupted_suns(suns, direct.kept),
         covered_share=cover_of_surfaces(merge, hemisphere.covered_share),
         sky_view_factor=merge @ hemisphere.sky.mean(axis=1),
         far_ground_view_factor=merge @ hemisphere.far_ground.mean(axis=1),

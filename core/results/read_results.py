@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ..city.racks import find_racked_roofs
-from ..energy.groups import KINDS, ORIENTATIONS
+from ..energy.counted_area import KINDS, ORIENTATIONS
 from ..errors import InputError
 from ..scene.outline_surfaces import Outlines
 from .transfer_file import FORMAT, OUTLINES

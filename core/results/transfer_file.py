@@ -12,12 +12,12 @@ import h5netcdf
 import numpy as np
 
 from ..errors import InputError
-from ..horizon.horizon import TerrainHorizon
 from ..progress import silent
 from ..read.open_netcdf import open_netcdf
 from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
-from ..sky.light_sources import SOURCES
+from ..sun.horizon import TerrainHorizon
+from ..sun.horizon_band import SOURCES
 from ..sun.suns import Suns
 from ..transfer.kept_matrix import row_blocks
 from ..transfer.trace_record import record_of_dict

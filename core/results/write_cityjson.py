@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pyproj
 
-from ..energy.potential import sum_potential
+from ..energy.energy import sum_potential
 from ..progress import silent
 from ..scene.find_footprints import find_footprints
 from .columns import column_values, tabled_columns

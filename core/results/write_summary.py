@@ -13,12 +13,10 @@ import numpy as np
 from ..accuracy.error_budget import WHAT, budget_groups, budget_surfaces
 from ..accuracy.yield_errors import split_errors
 from ..city.racks import RACK, find_racked_roofs
-from ..energy.pick_module import area_of_kwp
-from ..energy.potential import sum_potential
-from ..energy.pv_system import build_system
-from ..energy.years import split_years
+from ..energy.energy import split_years, sum_potential
+from ..energy.pv_system import area_of_kwp, build_system
 from ..scene.add_backs import surface_of_triangles
-from ..sun.check_distance import distance_of_weather
+from ..weather.weather import distance_of_weather
 from .list_findings import list_findings
 
 LIBRARIES = ("embreex", "numba", "numpy", "pandas", "pvlib", "pyproj", "scipy", "tsam")
@@ -65,7 +63,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
         "settings": request.as_dict(),
         "sky": energy.sky,
         "traced": transfer.record.as_dict() if transfer.record else {},
-        "suns": {"way": transfer.suns.way, "count": len(transfer.suns)},
+        "suns": {"way": transfer.suns.sampling, "count": len(transfer.suns)},
         "seconds": seconds or {},
         "peak_memory_bytes": peak_memory(),
         "error_budget": budget_errors(transfer, energy, weather),

@@ -6,11 +6,10 @@ import h5netcdf
 import numpy as np
 import pandas as pd
 
-from ..energy.potential import sum_potential
+from ..energy.energy import split_years, sum_potential
 from ..energy.pv_system import build_system
-from ..energy.years import split_years
 from ..progress import ignore_share
-from ..sun.solar_days import local_middle
+from ..sun.solar_position import local_middle
 from .columns import column_values, tabled_columns
 from .netcdf_file import netcdf_file, write_variables
 

@@ -1,10 +1,25 @@
-"""The sun positions that are traced, and the time axes that they stand for."""
+"""The sun positions that are traced, in an order of which any first part is a representative sample.
 
-from dataclasses import dataclass
+A run may be interrupted: what it has traced by then stands for the whole year.
+"""
+
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.spatial import KDTree
+
+from ..check_arrays import UNIT, check_array, check_unit
+from ..errors import InputError
+
+TROPICAL_YEAR = 365.2422  # days: period of the sun's declination and the equation of time
+BELOW_HORIZON = -1e-6  # sine of the elevation down to which a sun counts as on the horizon (rounding)
+BY_DAYS = ("days:", "typical-days:")  # sun samplings whose number is that of days
+FEWEST_OF_SKY = 16  # directions of a sky grid needed to interpolate over the whole sky
+GOLDEN = (np.sqrt(5) - 1) / 2
+PLASTIC = 1.324717957244746  # the root of x³ = x + 1
+WALK_DAYS, WALK_SKY = 64, 4  # steps per day or direction; those never visited come last
 
 
 class TimeAxis(NamedTuple):
@@ -20,7 +35,7 @@ class TimeAxis(NamedTuple):
 class Suns:
     """Sun positions that are traced, and what is needed to represent a whole year by them."""
 
-    way: str  # "hourly", "days:24", "typical-days:12" or "sky-grid:1654"; "hourly:480" means 480 of the hours
+    sampling: str  # "hourly", "days:24", "typical-days:12" or "sky-grid:1654"; "hourly:480" means 480 of the hours
     direction: np.ndarray  # (s, 3) float64, unit vectors towards the sun: x east, y north, z up
     weight: np.ndarray  # (s,) float64, share of the year's sunny intervals that it represents; sums to 1
     day: np.ndarray  # (s,) int32, its day: a count, for "days" the ordinal of the date; -1 in a sky grid
@@ -30,9 +45,117 @@ class Suns:
         return len(self.direction)
 
 
-@dataclass
-class SunMatch:
-    """Which traced suns represent each interval of a time axis."""
+def check_suns(suns):
+    """Refuse suns without direction or weight, or below the horizon.
 
-    index: np.ndarray  # (T, k) int32 into the suns; 0 where the weight is 0
-    weight: np.ndarray  # (T, k) float64; rows sum to 1, or to 0 if the sun is too low; some are negative
+    Parameters
+    ----------
+    suns : Suns
+
+    Raises
+    ------
+    InputError
+    """
+    name = "direction of the suns"
+    check_array("weight of the suns", suns.weight, (len(np.asarray(suns.direction)),), least=0, most=1 + UNIT)
+    direction = check_unit(name, suns.direction)
+    low = direction[:, 2] < BELOW_HORIZON
+    if low.any():
+        first = int(np.flatnonzero(low)[0])
+        problem = f"row {first} is {direction[first]}, below the horizon"
+        raise InputError(name, problem, "leave out suns below the horizon")
+
+
+def progressive_order(suns):
+    """The same suns in the order in which they are traced.
+
+    Days stay whole. They are lined up from the one with the southernmost sun to the one with the northernmost, each as
+    long as its weight, and visited in steps of the golden ratio: days of large weight come early, and every season is
+    sampled soon. Days of the year, which are interpolated, are lined up by season instead, all of one length. The
+    directions of a sky grid are visited by a low-discrepancy sequence over the sky.
+
+    Parameters
+    ----------
+    suns : Suns
+
+    Returns
+    -------
+    Suns
+
+    Notes
+    -----
+    After any number of golden-ratio steps around a circle, the gaps have at most three different lengths. In the plane,
+    powers of the plastic number replace the golden ratio.
+
+    References
+    ----------
+    M. Roberts (2018), The unreasonable effectiveness of quasirandom sequences: the R-sequences.
+    """
+    if not len(suns):
+        return suns
+    order = order_sky(suns.direction) if suns.day[0] < 0 else order_days(suns)
+    return replace(suns, **{name: getattr(suns, name)[order] for name in ("direction", "weight", "day", "step")})
+
+
+def order_days(suns):
+    """Order of suns by days, the days in golden-ratio steps: (s,) int."""
+    _, number, length = np.unique(suns.day, return_inverse=True, return_counts=True)
+    if suns.sampling.startswith("days:"):
+        place, share = np.unique(suns.day) % TROPICAL_YEAR, np.ones(len(length))
+    else:
+        place, share = np.bincount(number, suns.direction[:, 1]) / length, np.bincount(number, suns.weight)
+    line = np.argsort(place, kind="stable")
+    end = np.cumsum(share[line] if share.any() else np.ones(len(line)))
+    steps = (0.5 + GOLDEN * np.arange(WALK_DAYS * len(line))) % 1 * end[-1]
+    visited = np.minimum(np.searchsorted(end, steps, side="right"), len(line) - 1)
+    rank = np.empty(len(line), int)
+    rank[line[order_of_visits(visited, len(line))]] = np.arange(len(line))
+    return np.argsort(rank[number], kind="stable")
+
+
+def order_sky(direction):
+    """Order of directions in which a walk through equal areas of the sky visits them: (s,) int."""
+    count = WALK_SKY * len(direction)
+    height, turn = ((0.5 + np.arange(count) / PLASTIC**power) % 1 for power in (1, 2))
+    radius, azimuth = np.sqrt(1 - height**2), 2 * np.pi * turn
+    walk = np.stack([radius * np.sin(azimuth), radius * np.cos(azimuth), height], axis=1)
+    return order_of_visits(KDTree(direction).query(walk)[1], len(direction))
+
+
+def order_of_visits(visited, count):
+    """Indices 0 to count-1 in the order of the first visit; those never visited come last: (count,) int."""
+    found, first = np.unique(visited, return_index=True)
+    return np.concatenate([found[np.argsort(first)], np.setdiff1d(np.arange(count), found)])
+
+
+def end_of_days(suns):
+    """Numbers of suns after which tracing can stop: (k,) int, ascending, the last one being their total number.
+
+    A day is usable only as a whole, and a sky grid only once it fills the sky.
+    """
+    if suns.sampling.startswith(BY_DAYS):
+        return np.append(np.flatnonzero(np.diff(suns.day)) + 1, len(suns))
+    first = min(FEWEST_OF_SKY, len(suns)) if suns.sampling.startswith("sky-grid") else 1
+    return np.arange(first, len(suns) + 1)
+
+
+def interrupted_suns(suns, count):
+    """The first suns, as if only these had been requested.
+
+    Parameters
+    ----------
+    suns : Suns
+    count : int
+        At least 1.
+
+    Returns
+    -------
+    Suns
+        `sampling` has their own number: of days, directions, or hourly suns. The weights are the given ones,
+        normalised; `match_suns.weigh_by_year` replaces them with those of the year.
+    """
+    name = suns.sampling.partition(":")[0]
+    number = len(np.unique(suns.day[:count])) if suns.sampling.startswith(BY_DAYS) else count
+    weight = suns.weight[:count]
+    weight = weight / weight.sum() if weight.any() else np.full(count, 1 / count)
+    return Suns(f"{name}:{number}", suns.direction[:count], weight, suns.day[:count], suns.step[:count])

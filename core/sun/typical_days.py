@@ -1,19 +1,18 @@
-"""Suns of a few typical days instead of the whole year (paper, section 2.3)."""
+"""Suns of a few typical days instead of the whole year, found by k-means (paper, section 2.3)."""
 
 import numpy as np
 import pandas as pd
 import tsam
 from threadpoolctl import threadpool_limits
 
-from .match_typical_days import match_typical_days
-from .solar_days import whole_solar_days
-from .solar_position import is_sunny, solar_position, sun_direction
+from .solar_position import DAY, is_sunny, solar_position, sun_direction, whole_solar_days
+from .sun_sampling import match_typical_days
 from .suns import Suns
 
 RESTARTS = 10  # of the k-means, from different initial centres; the best is kept
 
 
-def typical_day_suns(times, interval, latitude, longitude, *, count=12, seed=0):
+def typical_day_suns(times, interval, latitude, longitude, *, count, seed=0):
     """Suns of typical days, found by k-means over the days' sun positions.
 
     Days are those of local solar time, so that results do not depend on longitude; where hours and meridian agree, the
@@ -40,10 +39,10 @@ def typical_day_suns(times, interval, latitude, longitude, *, count=12, seed=0):
     Returns
     -------
     Suns
-        Way "typical-days:N"; `weight` is the share of the sunny intervals that are matched to each sun.
+        Sampling "typical-days:N"; `weight` is the share of the sunny intervals that are matched to each sun.
     """
     axis = whole_solar_days(times, interval, longitude)
-    steps = pd.Timedelta(days=1) // interval
+    steps = DAY // interval
     sun = solar_position(axis, interval, latitude, longitude)
     sunny = is_sunny(sun["apparent_zenith"])
     member = np.repeat(cluster_days(sun, steps, count, seed), steps)
@@ -57,7 +56,12 @@ def typical_day_suns(times, interval, latitude, longitude, *, count=12, seed=0):
     mean = total[used] / np.linalg.norm(total[used], axis=1, keepdims=True)
     day, step = (used // steps).astype(np.int32), (used % steps).astype(np.int32)
     suns = Suns(f"typical-days:{count}", mean, np.zeros(len(used)), day, step)
-    return weigh_suns(suns, direction[sunny], np.repeat(np.arange(len(axis) // steps), steps)[sunny])
+    if not sunny.any():
+        return suns
+    matched = match_typical_days(suns, direction[sunny], np.repeat(np.arange(len(axis) // steps), steps)[sunny])
+    share = np.bincount(matched, minlength=len(suns)) / len(matched)
+    kept = share > 0
+    return Suns(suns.sampling, mean[kept], share[kept], day[kept], step[kept])
 
 
 def cluster_days(sun, steps, count, seed):
@@ -79,35 +83,10 @@ def cluster_days(sun, steps, count, seed):
     numpy.ndarray, (days,) int
     """
     azimuth = np.radians(sun["solar_azimuth"].to_numpy())
-    table = pd.DataFrame(
-        {"sine": np.sin(azimuth), "cosine": np.cos(azimuth), "zenith": sun["apparent_zenith"].to_numpy()},
-        index=pd.date_range("2021-01-01", periods=len(sun), freq=pd.Timedelta(days=1) / steps),
-    )
+    features = {"sine": np.sin(azimuth), "cosine": np.cos(azimuth), "zenith": sun["apparent_zenith"].to_numpy()}
+    table = pd.DataFrame(features, index=pd.date_range("2021-01-01", periods=len(sun), freq=DAY / steps))
     method = tsam.KMeans(n_init=RESTARTS, random_state=seed)
     cluster = tsam.ClusterConfig(method=method, representation="mean")
     with threadpool_limits(1):  # so few days take longer with more threads, whose sums come in any order
         result = tsam.aggregate(table, n_clusters=count, cluster=cluster, preserve_column_means=False)
     return np.asarray(result.cluster_assignments)
-
-
-def weigh_suns(suns, direction, day):
-    """Weight each sun with the share of sunny intervals matched to it; drop suns without any.
-
-    Parameters
-    ----------
-    suns : Suns
-        Suns of typical days, not weighted yet.
-    direction : numpy.ndarray, (t, 3)
-        Towards the suns of the sunny intervals.
-    day : numpy.ndarray, (t,) int
-        Solar day of each of them.
-
-    Returns
-    -------
-    Suns
-    """
-    if not len(direction):
-        return suns
-    share = np.bincount(match_typical_days(suns, direction, day), minlength=len(suns)) / len(direction)
-    kept = share > 0
-    return Suns(suns.way, suns.direction[kept], share[kept], suns.day[kept], suns.step[kept])

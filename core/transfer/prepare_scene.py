@@ -14,7 +14,7 @@ from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..scene.add_backs import add_backs
 from ..scene.check_scene import check_scene
 from ..scene.scene import Scene
-from ..sky.light_sources import RAYS_SHARE
+from ..sun.sky_models import RAYS_SHARE
 from ..sun.suns import Suns
 from ..threads import usable_threads
 from .patch_light import Round

@@ -2,7 +2,7 @@
 
 from dataclasses import asdict, dataclass, field, fields
 
-from ..sky.light_sources import SOURCES
+from ..sun.horizon_band import SOURCES
 
 OF_SOURCE = "_rays"  # after the name of a traced source: its entry in files
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..horizon.horizon import TerrainHorizon
 from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
+from ..sun.horizon import TerrainHorizon
 from ..sun.suns import Suns
 from .patch_light import PatchLight
 from .trace_record import TraceRecord
@@ -40,9 +40,9 @@ def scale_direct(parts, growth):
 
 @dataclass
 class SourceLight:
-    """Relative irradiance of n surfaces by a traced source of light in the sky, in its unit (`sky.sky_source`)."""
+    """Relative irradiance of n surfaces by a traced source of light in the sky, in its unit (`sun.horizon_band`)."""
 
-    view_factor: np.ndarray  # (n,) without reflections, at most 1; where nothing stands before it, `SkySource.unshaded`
+    view_factor: np.ndarray  # (n,) without reflections, at most 1; where all of it is free, `HorizonBand.unshaded`
     relative: np.ndarray  # (n,) reflections included
     standard_error: np.ndarray  # (n,) of `relative`
 

@@ -17,10 +17,7 @@ LEAST_CLEARNESS, MOST_CLEARNESS = 0.2, 0.85  # of a year: GHI per irradiation ou
 BRIGHT = 0.99  # quantile of daytime GHI that is compared with the clear sky to find a factor
 NO_FACTOR = (0.6, 1.7)  # for ratios in this range the unit is right
 NEAR = 1.3  # a known factor is suggested if it explains the values to within this ratio
-OVERCAST, HIGH = (
-    0.25,
-    np.sin(np.radians(10.0)),
-)  # clearness below which, and sine of elevation above which, the sky is overcast
+OVERCAST, HIGH = 0.25, np.sin(np.radians(10.0))  # clearness below, and sine of elevation above which it is overcast
 LEAST_DIFFUSE = 0.6  # share of diffuse light under an overcast sky, median
 FEWEST_DULL = 24  # overcast hours needed for the check
 
@@ -48,7 +45,8 @@ def check_irradiance(data, interval, latitude, longitude, source):
     References
     ----------
     C. N. Long, Y. Shi (2008), An automated quality assessment and control algorithm for surface radiation measurements,
-    The Open Atmospheric Science Journal 2, 23-37, :doi:`10.2174/1874282300802010023`.
+    The Open Atmospheric Science Journal 2, 23-37, :doi:`10.2174/1874282300802010023`. D. G. Erbs et al. (1982),
+    :doi:`10.1016/0038-092X(82)90302-4`: with a clearness below 0.22 the diffuse fraction is at least 0.98.
     """
     middle = data.index + interval / 2
     track = sun_track(middle, latitude, longitude)
@@ -56,9 +54,26 @@ def check_irradiance(data, interval, latitude, longitude, source):
     half = interval / pd.Timedelta(minutes=2)
     highest = np.maximum(cos_zenith, np.maximum(track.cos_zenith(-half), track.cos_zenith(half)))
     normal = np.asarray(pvlib.irradiance.get_extra_radiation(middle.dayofyear, SOLAR_CONSTANT))  # (t,) [Wm⁻²]
-    check_possible(data, normal, highest, interval, source)
-    check_clearness(data["ghi"].to_numpy(), normal * cos_zenith, cos_zenith, interval, source)
-    check_dull_skies(data, normal * cos_zenith, cos_zenith, interval, source)
+    ghi, outside, day = data["ghi"].to_numpy(), normal * cos_zenith, highest > 0
+    for name, (factor, exponent, offset) in POSSIBLE.items():
+        above = (data[name].to_numpy() > factor * normal * highest**exponent + offset) & day
+        if above.sum() > MOST_ABOVE * max(day.sum(), 1):
+            limit = f"{factor:g} S cos(z)^{exponent:g} + {offset:g} Wm⁻²"
+            share = 100 * above.sum() / day.sum()
+            problem = f"{share:.0f} % of daytime {name} exceeds what is physically possible ({limit})"
+            raise InputError(source, problem, cure_of_factor(ghi, highest, interval))
+    found, most = (values.sum() * (interval / HOUR) / 1000.0 for values in (ghi, outside))
+    if most and not LEAST_CLEARNESS <= found / most <= MOST_CLEARNESS:
+        problem = f"{found:.3g} kWh/m² of ghi per year; at this latitude {LEAST_CLEARNESS * most:.0f} to"
+        problem += f" {MOST_CLEARNESS * most:.0f} are plausible"
+        raise InputError(source, problem, cure_of_factor(ghi, cos_zenith, interval))
+    # A direct column that contains GHI gives one half under skies whose diffuse fraction is at least 0.98.
+    dull = (cos_zenith > HIGH) & (ghi < OVERCAST * outside) & (ghi > 0)
+    if dull.sum() * (interval / HOUR) >= FEWEST_DULL:
+        share = float(np.median(data["dhi"].to_numpy()[dull] / ghi[dull]))
+        if share < LEAST_DIFFUSE:
+            problem = f"under overcast skies only {100 * share:.0f} % of the light is diffuse, but nearly all should be"
+            raise InputError(source, problem, "check the direct column: it may contain global irradiance")
 
 
 def check_given(given, dni, source):
@@ -86,50 +101,8 @@ def check_given(given, dni, source):
         raise InputError(source, "no direct light all year: DHI is never less than GHI", "check these columns")
 
 
-def check_possible(data, normal, cos_zenith, interval, source):
-    """Refuse irradiance of which more than 1 % exceeds the limits for the highest sun of the interval."""
-    day = cos_zenith > 0
-    for name, (factor, exponent, offset) in POSSIBLE.items():
-        limit = factor * normal * cos_zenith**exponent + offset
-        above = (data[name].to_numpy() > limit) & day
-        if above.sum() > MOST_ABOVE * max(day.sum(), 1):
-            share = 100 * above.sum() / day.sum()
-            problem = (
-                f"{share:.0f} % of daytime {name} exceeds what is physically possible ({factor:g} S cos(z)^{exponent:g}"
-            )
-            problem += f" + {offset:g} Wm⁻²)"
-            raise InputError(source, problem, cure_of_factor(data["ghi"].to_numpy(), cos_zenith, interval))
-
-
-def check_clearness(ghi, extra_horizontal, cos_zenith, interval, source):
-    """Refuse a year that is darker or brighter than any on Earth."""
-    hours = interval / HOUR / 1000.0
-    found, most = ghi.sum() * hours, extra_horizontal.sum() * hours
-    if not most or LEAST_CLEARNESS <= found / most <= MOST_CLEARNESS:
-        return
-    problem = f"{found:.3g} kWh/m² of ghi per year; at this latitude {LEAST_CLEARNESS * most:.0f} to"
-    problem += f" {MOST_CLEARNESS * most:.0f} are plausible"
-    raise InputError(source, problem, cure_of_factor(ghi, cos_zenith, interval))
-
-
-def check_dull_skies(data, extra_horizontal, cos_zenith, interval, source):
-    """Refuse much direct light from overcast skies: then the direct column is wrong.
-
-    With a clearness below 0.22 the diffuse fraction is at least 0.98 (Erbs et al. 1982,
-    :doi:`10.1016/0038-092X(82)90302-4`); a direct column that contains GHI gives one half.
-    """
-    ghi = data["ghi"].to_numpy()
-    dull = (cos_zenith > HIGH) & (ghi < OVERCAST * extra_horizontal) & (ghi > 0)
-    if dull.sum() * (interval / HOUR) < FEWEST_DULL:
-        return
-    share = float(np.median(data["dhi"].to_numpy()[dull] / ghi[dull]))
-    if share < LEAST_DIFFUSE:
-        problem = f"under overcast skies only {100 * share:.0f} % of the light is diffuse, but nearly all should be"
-        raise InputError(source, problem, "check the direct column: it may contain global irradiance")
-
-
 def cure_of_factor(ghi, cos_zenith, interval):
-    """Cure that names the factor with which GHI would be plausible."""
+    """Cure that names the factor with which GHI would be plausible, and the wrong unit that it results from."""
     day = cos_zenith > 0
     bright = float(np.quantile(ghi[day], BRIGHT)) if day.any() else 0.0
     if not bright > 0:
@@ -137,25 +110,6 @@ def cure_of_factor(ghi, cos_zenith, interval):
     wanted = float(np.quantile(haurwitz(cos_zenith[day]), BRIGHT)) / bright
     if NO_FACTOR[0] < wanted < NO_FACTOR[1]:
         return "check the place and the times of the weather"
-    factors = known_factors(interval)
-    nearest = min(factors, key=lambda factor: abs(np.log(factor / wanted)))
-    if abs(np.log(nearest / wanted)) > np.log(NEAR):
-        return f"check the unit; values times {wanted:.2g} would fit"
-    number = f"{nearest:g}" if nearest >= 1 else f"1/{1 / nearest:g}"
-    return f"values times {number} would fit: {factors[nearest]}"
-
-
-def known_factors(interval):
-    """Factors that result from wrong units, and what they mean.
-
-    Parameters
-    ----------
-    interval : pandas.Timedelta
-
-    Returns
-    -------
-    dict of float to str
-    """
     seconds = interval.total_seconds()
     factors = {
         1000.0: "they look like kWm⁻²",
@@ -169,4 +123,8 @@ def known_factors(interval):
     if interval < HOUR:
         factors[HOUR / interval] = "they look like energy per interval that was read as energy per hour"
         factors[interval / HOUR] = "they look like hourly sums repeated in every interval"
-    return factors
+    nearest = min(factors, key=lambda factor: abs(np.log(factor / wanted)))
+    if abs(np.log(nearest / wanted)) > np.log(NEAR):
+        return f"check the unit; values times {wanted:.2g} would fit"
+    number = f"{nearest:g}" if nearest >= 1 else f"1/{1 / nearest:g}"
+    return f"values times {number} would fit: {factors[nearest]}"

@@ -1,20 +1,28 @@
-"""Refuse weather from which full load hours cannot be computed."""
+"""Refuse weather from which full load hours cannot be computed, and say how well each of its years fits the sun.
 
+Years are checked separately, so that good ones do not hide a bad one.
+"""
+
+from dataclasses import asdict, replace
 from itertools import pairwise
 
 import numpy as np
 import pandas as pd
 
 from ..errors import InputError
+from .add_sun import add_sun
+from .check_irradiance import check_given, check_irradiance
+from .check_sun_times import SunTimes, check_closure, check_shift, cure_of_shift, measure_sun_times
+from .weather import IRRADIANCES
 
 DAY = pd.Timedelta(days=1)
 HOUR = pd.Timedelta(hours=1)
+SHORTEST_YEAR = pd.Timedelta(days=350)
+LONGEST_REST = pd.Timedelta(days=2)  # of an adjacent year, when the record's year is that of another time zone
 
 # Values outside are impossible on Earth: another unit, or a marker for missing values.
 LIMITS = {
-    "ghi": (-1.0, 2000.0, "Wm⁻²"),
-    "dhi": (-1.0, 2000.0, "Wm⁻²"),
-    "dni": (-1.0, 2000.0, "Wm⁻²"),
+    **dict.fromkeys(IRRADIANCES, (-1.0, 2000.0, "Wm⁻²")),
     "temp_air": (-95.0, 70.0, "°C"),
     "wind_speed": (0.0, 120.0, "ms⁻¹"),
     "pressure": (30e3, 115e3, "Pa"),
@@ -41,27 +49,27 @@ def check_weather(record):
     InputError
         With the file, the place in it, and the cure.
     """
-    check_variables(record)
+    columns = set(record.data.columns)
+    missing = [name for name in ("temp_air", "wind_speed") if name not in columns]
+    light = sorted(columns & set(IRRADIANCES))
+    if len(light) < 2:
+        missing.append(f"two of ghi, dhi, dni (there: {', '.join(light) or 'none'})")
+    if missing:
+        raise InputError(record.source, "missing: " + ", ".join(missing), "add these columns to the weather")
     interval = check_time_axis(record.data.index, record.source)
-    check_finite(record)
+    for name in sorted(columns & set(LIMITS), key=list(LIMITS).index):
+        unknown = np.flatnonzero(~np.isfinite(record.data[name].to_numpy(dtype=float)))
+        if len(unknown):
+            place = f"{name} is missing at {record.data.index[unknown[0]]} ({len(unknown)} values in total)"
+            raise InputError(record.source, place, "fill the missing values")
     check_values(record, lowest_only=True)
     return interval
 
 
-def check_variables(record):
-    """Refuse a record without air temperature, wind speed or two of ghi, dhi and dni."""
-    columns = set(record.data.columns)
-    missing = [name for name in ("temp_air", "wind_speed") if name not in columns]
-    if len(columns & {"ghi", "dhi", "dni"}) < 2:
-        missing.append(
-            "two of ghi, dhi, dni (there: " + (", ".join(sorted(columns & {"ghi", "dhi", "dni"})) or "none") + ")"
-        )
-    if missing:
-        raise InputError(record.source, "missing: " + ", ".join(missing), "add these columns to the weather")
-
-
 def check_time_axis(times, source):
     """Refuse gaps, duplicates, intervals longer than one hour and anything but whole years.
+
+    Whole calendar years may be left out between others.
 
     Parameters
     ----------
@@ -80,33 +88,14 @@ def check_time_axis(times, source):
     step = times[1:] - times[:-1]
     disorder = np.flatnonzero(step <= pd.Timedelta(0))
     if len(disorder):
-        stamp = times[disorder[0] + 1]
-        raise InputError(
-            source, f"the time {stamp} is repeated or out of order", "sort the times and remove duplicates"
-        )
+        problem = f"the time {times[disorder[0] + 1]} is repeated or out of order"
+        raise InputError(source, problem, "sort the times and remove duplicates")
     interval = step.to_series().mode().iloc[0]
     if interval > HOUR or DAY % interval != pd.Timedelta(0):
         raise InputError(source, f"the times are {interval} apart", "give weather of every hour (or a part of one)")
-    check_whole_years(times, interval, source)
-    return interval
-
-
-def check_whole_years(times, interval, source):
-    """Refuse gaps and part years; whole calendar years may be left out between others.
-
-    Parameters
-    ----------
-    times : pandas.DatetimeIndex, (t,)
-        Start of each interval, ascending.
-    interval : pandas.Timedelta
-        Length of the intervals.
-    source : str
-        The file, for the message.
-    """
-    breaks = np.flatnonzero((times[1:] - times[:-1] != interval) & ~skips_leap_day(times, interval)) + 1
-    bounds = [0, *breaks, len(times)]
-    spans = [(last - first) * interval for first, last in pairwise(bounds)]
-    whole = [count_years(span) > 0 for span in spans]
+    breaks = np.flatnonzero((step != interval) & ~skips_leap_day(times, interval)) + 1
+    spans = [(last - first) * interval for first, last in pairwise([0, *breaks, len(times)])]
+    whole = [365 * DAY <= span <= 366 * int(span // (365 * DAY)) * DAY for span in spans]
     if len(breaks) and not all(whole):
         end, start = times[breaks[0] - 1] + interval, times[breaks[0]]
         what = "a gap" if start > end else "an overlap"
@@ -114,6 +103,7 @@ def check_whole_years(times, interval, source):
     if not all(whole):
         problem = f"covers {spans[0] / DAY:.2f} days, from {times[0]} to {times[-1] + interval}"
         raise InputError(source, problem, "give one or more full years: full load hours need full years")
+    return interval
 
 
 def skips_leap_day(times, interval):
@@ -131,39 +121,8 @@ def skips_leap_day(times, interval):
         Whether the step to the next time is such a gap, in any time zone.
     """
     middle = times[:-1] + interval + DAY / 2  # of the day that is left out, if it is
-    leap_day = (middle.month == 2) & (middle.day == 29) | (
-        (middle.month == 3) & (middle.day == 1) & middle.is_leap_year
-    )
-    leap_day |= (middle.month == 2) & (middle.day == 28) & middle.is_leap_year
+    leap_day = middle.is_leap_year & np.isin(middle.dayofyear, (59, 60, 61))
     return np.asarray((times[1:] - times[:-1] == DAY + interval) & leap_day)
-
-
-def count_years(span):
-    """How many whole years a time span is: 365 to 366 days each, else 0.
-
-    Parameters
-    ----------
-    span : pandas.Timedelta
-        Length of an unbroken time axis.
-
-    Returns
-    -------
-    int
-        Number of years, 0 where the span is not whole years.
-    """
-    years = int(span // (365 * DAY))
-    return years if span <= 366 * years * DAY else 0
-
-
-def check_finite(record):
-    """Refuse missing values, naming the first time."""
-    for name in LIMITS:
-        if name not in record.data.columns:
-            continue
-        missing = np.flatnonzero(~np.isfinite(record.data[name].to_numpy(dtype=float)))
-        if len(missing):
-            place = f"{name} is missing at {record.data.index[missing[0]]} ({len(missing)} values in total)"
-            raise InputError(record.source, place, "fill the missing values")
 
 
 def check_values(record, *, lowest_only=False):
@@ -183,5 +142,89 @@ def check_values(record, *, lowest_only=False):
         if len(outside):
             first = outside[0]
             place = f"{name} is {values[first]:g} {unit} at {record.data.index[first]}"
-            cure = f"give values from {lowest:g} to {highest:g} {unit}"
-            raise InputError(record.source, place, cure)
+            raise InputError(record.source, place, f"give values from {lowest:g} to {highest:g} {unit}")
+
+
+def check_years(record, interval, position):
+    """Check the irradiance of each year against the sun and against physical limits.
+
+    Parameters
+    ----------
+    record : Record
+        Whole years, complete.
+    interval : pandas.Timedelta
+    position : pandas.DataFrame
+        Of `solar_position` for its times and place.
+
+    Returns
+    -------
+    dict
+        Year, as a string -> fields of `SunTimes`.
+    """
+    given = record.data[[name for name in IRRADIANCES if name in record.data]].clip(lower=0.0)
+    found = {}
+    for year, rows in cut_years(record, interval).items():
+        source = f"{record.source} (year {year})"
+        whole = add_sun(replace(record, data=record.data.iloc[rows]), interval, position=position.iloc[rows]).data
+        check_given(given.iloc[rows], whole["dni"].to_numpy(), source)
+        times = measure_sun_times(given.iloc[rows], interval, record.latitude, record.longitude)
+        check_shift(times, source)
+        check_irradiance(whole[["ghi", "dhi"]], interval, record.latitude, record.longitude, source)
+        check_closure(times, source)
+        found[year] = asdict(times)
+    return found
+
+
+def cut_years(record, interval):
+    """Rows of each calendar year in mean solar time of the place; all rows in one if it is not in calendar years.
+
+    Parameters
+    ----------
+    record : Record
+    interval : pandas.Timedelta
+
+    Returns
+    -------
+    dict of str to slice
+    """
+    times = record.data.index
+    years = (times + interval / 2 + pd.Timedelta(hours=record.longitude / 15)).year.to_numpy()
+    names, first, count = np.unique(years, return_index=True, return_counts=True)
+    spans = count * interval
+    if not all(span >= SHORTEST_YEAR or span <= LONGEST_REST for span in spans):
+        return {f"{years[0]}-{years[-1]}": slice(None)}
+    kept = [number for number, span in enumerate(spans) if span >= SHORTEST_YEAR]
+    return {str(names[number]): slice(first[number], first[number] + count[number]) for number in kept}
+
+
+def describe_checks(record, interval, checks):
+    """Notes: whether 29 February is missing, and how well the irradiance fits the sun, of the worst years.
+
+    Parameters
+    ----------
+    record : Record
+    interval : pandas.Timedelta
+    checks : dict
+        Of `check_years`.
+
+    Returns
+    -------
+    list of str
+    """
+    notes, years = [], [SunTimes(**one) for one in checks.values()]
+    days = record.data.index[:-1][skips_leap_day(record.data.index, interval)]
+    if len(days):
+        notes.append(f"29 February {', '.join(str((day + interval).year) for day in days)} is missing")
+    closures = [one for one in years if one.closure_residual is not None]
+    if closures:
+        worst = max(closures, key=lambda one: one.closure_residual)
+        note = f"GHI = DHI + DNI cos z to {100 * worst.closure_residual:.2f} % of GHI; best with the sun shifted by"
+        notes.append(f"{note} {worst.closure_shift:+d} min ({100 * worst.closure_residual_shifted:.2f} %)")
+    daylights = [one for one in years if one.daylight_shift is not None]
+    if daylights:
+        worst = max(daylights, key=lambda one: abs(one.daylight_shift))
+        note = f"clear days fit the sun best with times shifted by {worst.daylight_shift:+d} min"
+        if worst.of_another_sun:
+            note += f": walls to the east and west may be wrong; {cure_of_shift(worst.daylight_shift, 5)}"
+        notes.append(note)
+    return notes

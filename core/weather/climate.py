@@ -1,14 +1,33 @@
-"""The built-in climate as weather of one place; clear sky at sea."""
+"""Weather of places without a file: the built-in climate, and the clear sky.
 
+The climate is a climatology, neither a forecast nor a record of any year: monthly sums of GHI are those of long-term
+means, days and hours are random.
+"""
+
+import numpy as np
 import pandas as pd
+import pvlib
 
-from ..climate.climate_grid import look_up_normals
-from ..climate.make_climates import look_up_altitude, make_climates
-from .clear_sky import clear_sky
-from .record import Record
+from ..errors import InputError
+from ..sun.plausible_years import clear_irradiance
+from ..sun.solar_position import is_sunny, solar_position
+from .climate_grid import look_up_normals
+from .draw_clearness import draw_days, draw_hours, draw_normals, rank_days, scale_to_sums
+from .weather import Record
 
+INTERVAL = pd.Timedelta(hours=1)
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
 LABEL = "built-in climate (climatology: long-term monthly means, synthetic days)"
+TEMP_AIR = 15.0  # [°C] of the clear sky
+WIND_SPEED = 1.0  # [ms⁻¹] of the clear sky
+CLEAN_TURBIDITY = 2.0  # Linke turbidity of very clean, dry air
+CLOSEST = 0.97  # largest monthly sum as a share of that of the cleanest sky
+ROUNDING = 3  # decimals of the irradiance [Wm⁻²]: processors differ far below that
+SINE_ROUNDING = 9  # decimals of the sine of the sun's elevation for splitting it, for the same reason
+RAYLEIGH = np.sqrt(np.pi / 4)  # mean over root mean square of wind speeds
+# First annual harmonic of air temperature over that of GHI [K/Wm⁻²], for air from the sea and from land.
+GAIN_SEA, GAIN_LAND = 0.03, 0.19
+LAG = 29.0  # [days] of land temperature behind irradiance (Stine et al. 2009)
 
 
 def climate(latitude, longitude, year=2021, seed=0):
@@ -36,3 +55,239 @@ def climate(latitude, longitude, year=2021, seed=0):
     year_of_place = make_climates([latitude], [longitude], year, seed)
     data = pd.DataFrame({name: year_of_place[name][0] for name in NAMES}, index=year_of_place["times"])
     return Record(data, latitude, longitude, altitude, "climate", LABEL)
+
+
+def clear_sky(latitude, longitude, altitude, year, sun=None):
+    """One year of the clear-sky model of Ineichen and Perez with pvlib's monthly Linke turbidity.
+
+    Parameters
+    ----------
+    latitude, longitude : float
+        Place [°].
+    altitude : float
+        Of the place [m].
+    year : int
+        Calendar year, in UTC.
+    sun : pandas.DataFrame, optional
+        Of `solar_position` for the place and the year's hours, if known.
+
+    Returns
+    -------
+    Record
+        Hourly, with the irradiance at mid-interval, 15 °C and 1 ms⁻¹ throughout.
+
+    Notes
+    -----
+    :doi:`10.1016/S0038-092X(02)00045-2`; an upper bound of a real year.
+    """
+    times = hours_of_year(year)
+    zenith = (solar_position(times, INTERVAL, latitude, longitude) if sun is None else sun)["apparent_zenith"]
+    pressure = pvlib.atmosphere.alt2pres(altitude)
+    data = clear_irradiance(zenith, times + INTERVAL / 2, (latitude, longitude), altitude, pressure).set_axis(times)
+    data = data.assign(temp_air=TEMP_AIR, wind_speed=WIND_SPEED, pressure=pressure)
+    label = f"clear sky {year} (upper bound)"
+    return Record(data, latitude, longitude, altitude, "clear-sky", label)
+
+
+def hours_of_year(year):
+    """Starts of the hours of a calendar year in UTC, which must be from 1900 to 2100: pandas.DatetimeIndex."""
+    if not 1900 <= year <= 2100:
+        raise InputError("--year", f"{year} is not from 1900 to 2100", "give a year in that range")
+    return pd.date_range(f"{year}-01-01", f"{year + 1}-01-01", freq=INTERVAL, inclusive="left", tz="UTC")
+
+
+def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
+    """One typical year of each of many places, with the same random numbers for all.
+
+    Parameters
+    ----------
+    latitudes, longitudes : array_like, (p,)
+        Places [°], all on land.
+    year, seed
+        As in `climate`.
+    zenith : numpy.ndarray, (p, t), optional
+        Apparent zenith of the sun at mid-interval [°], if known.
+
+    Returns
+    -------
+    dict
+        times: start of each hour (UTC), (t,); ghi, dhi, dni [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹] and pressure [Pa]:
+        (p, t). It takes about 3 MB of memory per place.
+
+    Raises
+    ------
+    InputError
+        If a place is not on land.
+    """
+    times = hours_of_year(year)
+    places = list(zip(np.atleast_1d(latitudes), np.atleast_1d(longitudes), strict=True))
+    normals = [look_up_normals(*place) for place in places]
+    for place, found in zip(places, normals, strict=True):
+        if found is None:
+            problem = f"no land near {place[0]:.2f}°, {place[1]:.2f}°"
+            raise InputError("climate", problem, "give a place on land, or clear-sky")
+    altitude = np.array([look_up_altitude(*place) for place in places])[:, None]  # (p, 1) [m]
+    annual = np.array([[found.ghi] for found in normals]) * 1000.0 * len(times) / 24  # (p, 1) [Wh/m²]
+    sky = cleanest_sky(places, times, altitude, annual, zenith)
+    monthly = monthly_sums(annual, normals, sky, times)
+    ghi, dhi, dni = draw_irradiance(places, times, sky, monthly, seed)
+    shape = ghi.shape
+    return {
+        "times": times,
+        "ghi": ghi,
+        "dhi": dhi,
+        "dni": dni,
+        "temp_air": air_temperature(places, times, normals, sky["outside"], ghi),
+        "wind_speed": np.broadcast_to(np.array([[RAYLEIGH * found.wind_speed] for found in normals]), shape).round(2),
+        "pressure": np.broadcast_to(sky["pressure"], shape).round(1),
+    }
+
+
+def look_up_altitude(latitude, longitude):
+    """Altitude [m] of a place in pvlib's table (5 minutes of arc), 0 at sea."""
+    return float(pvlib.location.lookup_altitude(latitude, longitude))
+
+
+def cleanest_sky(places, times, altitude, annual, zenith=None):
+    """Sun position, extraterrestrial irradiance, and irradiance under the cleanest sky.
+
+    Parameters
+    ----------
+    places : list of (float, float)
+        Latitude and longitude [°], p of them.
+    times : pandas.DatetimeIndex, (t,)
+        Start of each hour.
+    altitude : numpy.ndarray, (p, 1)
+        [m].
+    annual : numpy.ndarray, (p, 1)
+        Sum of GHI of the climate [Wh/m²]; where it is more than that of the cleanest sky, this is scaled up.
+    zenith : numpy.ndarray, (p, t), optional
+        Apparent zenith of the sun [°], if known.
+
+    Returns
+    -------
+    dict
+        zenith (apparent) [°], sine (of the elevation, 0 at night), outside (horizontal, outside the atmosphere), ghi
+        and dni (clean) [Wm⁻²]: (p, t); pressure [Pa]: (p, 1).
+
+    Notes
+    -----
+    Model of Ineichen and Perez with a Linke turbidity of 2.
+    """
+    if zenith is None:
+        zenith = np.stack([solar_position(times, INTERVAL, *place)["apparent_zenith"].to_numpy() for place in places])
+    sine = np.maximum(np.cos(np.radians(zenith)), 0.0)
+    extra = pvlib.irradiance.get_extra_radiation(times + INTERVAL / 2).to_numpy()
+    pressure = pvlib.atmosphere.alt2pres(altitude)
+    risen = np.minimum(zenith, 89.99)
+    airmass = pvlib.atmosphere.get_absolute_airmass(pvlib.atmosphere.get_relative_airmass(risen), pressure)
+    clean = pvlib.clearsky.ineichen(risen, airmass, CLEAN_TURBIDITY, altitude, extra)
+    ghi, dni = (np.where(zenith < 90, clean[name], 0.0) for name in ("ghi", "dni"))
+    factor = np.maximum(1.0, annual / (CLOSEST * ghi.sum(axis=1, keepdims=True)))
+    sky = {"ghi": ghi * factor, "dni": dni * factor, "outside": extra * sine, "pressure": pressure}
+    return sky | {"zenith": zenith, "sine": sine}
+
+
+def starts_of_months(times):
+    """Index of the first hour of each month: (12,)."""
+    return np.searchsorted(times.month.to_numpy(), np.arange(1, 13))
+
+
+def monthly_sums(annual, normals, sky, times):
+    """Sum of GHI of each month [Wh/m²], (p, 12), adding up to the annual sum (p, 1).
+
+    The annual sum is distributed by the clearness of the months; each is limited to 97 % of the cleanest sky, and the
+    excess goes to the others.
+    """
+    starts = starts_of_months(times)
+    outside = np.add.reduceat(sky["outside"], starts, axis=1)
+    most = CLOSEST * np.add.reduceat(sky["ghi"], starts, axis=1)
+    share = np.stack([found.clearness for found in normals]) * outside
+    low, high = np.zeros(annual.shape), np.full(annual.shape, 3.0)
+    for _ in range(60):
+        middle = (low + high) / 2
+        short = np.minimum(share * middle, most).sum(axis=1, keepdims=True) < annual
+        low, high = np.where(short, middle, low), np.where(short, high, middle)
+    return np.minimum(share * (low + high) / 2, most)
+
+
+def draw_irradiance(places, times, sky, monthly, seed):
+    """GHI, DHI and DNI of each hour [Wm⁻²]: three (p, t), with GHI = DHI + DNI·cos θ in every hour.
+
+    Notes
+    -----
+    Days are drawn by Bendt et al. and hours by Aguiar and Collares-Pereira (see `draw_clearness`); the direct part is
+    that of DISC (E. L. Maxwell, SERI/TR-215-3087, 1987).
+    """
+    starts, outside = starts_of_months(times), sky["outside"]
+    cleanest = sky["ghi"] / np.maximum(outside, 1e-9)
+    shift = np.array([[round(longitude / 15)] for _, longitude in places])
+    local = (np.arange(len(times)) - shift) % len(times)  # (p, t) index in UTC of each local hour, cyclic over the year
+    by_day = (len(places), len(times) // 24, 24)
+
+    def to_local(values):
+        return np.take_along_axis(values, local, axis=1).reshape(by_day)
+
+    month = times.month.to_numpy()[::24] - 1
+    normals = draw_normals(seed, (25, by_day[1]))
+    mean = monthly / np.maximum(np.add.reduceat(outside, starts, axis=1), 1.0)
+    outside_of_day = to_local(outside).sum(axis=2)
+    cleanest_day = to_local(sky["ghi"]).sum(axis=2) / np.maximum(outside_of_day, 1e-9)
+    days = draw_days(mean, cleanest_day, rank_days(normals[0], month), month)
+    hours = draw_hours(days, to_local(cleanest), to_local(sky["sine"]), normals[1:].T)
+    flat = [values.reshape(len(places), -1) for values in (hours, to_local(cleanest), to_local(outside))]
+    hours = scale_to_sums(*flat, days * outside_of_day, np.arange(0, len(times), 24))
+    clearness = np.empty_like(hours)
+    np.put_along_axis(clearness, local, hours, axis=1)
+    ghi = (scale_to_sums(clearness, cleanest, outside, monthly, starts) * outside).round(ROUNDING)
+    day = np.broadcast_to(times.dayofyear.to_numpy(), ghi.shape)
+    dni = np.nan_to_num(pvlib.irradiance.disc(ghi, sky["zenith"], day, pressure=sky["pressure"])["dni"])
+    dni = np.minimum(dni, np.minimum(sky["dni"], 0.97 * ghi / np.maximum(sky["sine"], 1e-3)))
+    dni = np.where(is_sunny(sky["zenith"]), dni, 0.0).round(ROUNDING)
+    return ghi, ghi - dni * sky["sine"].round(SINE_ROUNDING), dni
+
+
+def air_temperature(places, times, normals, outside, ghi):
+    """Air temperature [°C] of each hour, (p, t): annual mean plus annual and daily cycle.
+
+    Parameters
+    ----------
+    places : list of (float, float)
+        Latitude and longitude [°].
+    times : pandas.DatetimeIndex, (t,)
+        Start of each hour.
+    normals : list of Normals
+    outside, ghi : numpy.ndarray, (p, t)
+        Irradiance on a horizontal plane, outside the atmosphere and on the ground [Wm⁻²].
+
+    Notes
+    -----
+    The annual cycle is the first harmonic of GHI times a gain, delayed by 29 days. The gain is interpolated between
+    those of air from the sea and from land by the share of land upwind, which explains most of its variance: A. R.
+    Stine et al., :doi:`10.1038/nature07675`; K. A. McKinnon et al., :doi:`10.1175/JCLI-D-13-00021.1`.
+
+    The daily cycle is that of D. G. Erbs, S. A. Klein, W. A. Beckman, ASHRAE J. 25 (6), 60 to 65 (1983): its range
+    follows from the clearness index, its shape is a sum of four harmonics. They give it for the mean day of a month;
+    here each hour uses the clearness of the 24 hours around it, so that sunny days have the warmest afternoons.
+    """
+    phase = 2j * np.pi * (np.arange(len(times)) + 0.5) / len(times)
+    harmonic = 2 * (ghi * np.exp(-phase)).mean(axis=1)  # (p,) [Wm⁻²]
+    influence = np.array([found.land_influence for found in normals])
+    gain = GAIN_SEA + (GAIN_LAND - GAIN_SEA) * influence  # (p,) [K/Wm⁻²]
+    lag = 2j * np.pi * LAG / (len(times) / 24)
+    yearly = ((gain * harmonic)[:, None] * np.exp(phase - lag)).real
+    clearness = sum_around(ghi) / np.maximum(sum_around(outside), 1.0)
+    swing = np.maximum(25.8 * clearness - 5.21, 0.0)  # [K]
+    longitude = np.array([[place[1]] for place in places])
+    solar = 2 * np.pi * (np.arange(len(times)) + 0.5 + longitude / 15 - 1) / 24  # 1 o'clock is 0
+    form = 0.4632 * np.cos(solar - 3.805) + 0.0984 * np.cos(2 * solar - 0.360)
+    form += 0.0168 * np.cos(3 * solar - 0.822) + 0.0138 * np.cos(4 * solar - 3.513)
+    cycles = yearly + swing * form
+    mean = np.array([[found.temp_air] for found in normals])
+    return (mean + cycles - cycles.mean(axis=1, keepdims=True)).round(3)
+
+
+def sum_around(values):
+    """Sum of the 24 hours around each hour, cyclic over the year: (p, t)."""
+    running = np.cumsum(np.pad(values, ((0, 0), (12, 12)), mode="wrap"), axis=1)
+    return running[:, 24:] - running[:, :-24]

@@ -1,5 +1,6 @@
 """Axes of gridded weather, and one place of it."""
 
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -44,13 +45,19 @@ def name_axes(source, dataset, cure):
         An axis is missing or out of range, there are further dimensions, or the calendar is not the usual one.
     """
     names = {"valid_time": "time", "lat": "latitude", "lon": "longitude"}
-    dataset = dataset.rename(
-        {old: new for old, new in names.items() if old in dataset.variables and new not in dataset}
-    )
+    renamed = {old: new for old, new in names.items() if old in dataset.variables and new not in dataset}
+    dataset = dataset.rename(renamed)
     for name in AXES:
         if name not in dataset.variables:
             raise InputError(source, f"no coordinate {name}", cure)
-    dataset = keep_axes(source, dataset)
+    known = {*AXES, "expver"}
+    dataset = dataset.squeeze([name for name, size in dataset.sizes.items() if size == 1 and name not in known])
+    # Members, steps of a forecast, lists of points.
+    further = [f"{name} ({size})" for name, size in dataset.sizes.items() if name not in known]
+    if further:
+        problem = f"has values along {', '.join(further)}, not only along {', '.join(AXES)}"
+        raise InputError(source, problem, "give one value for each time, latitude and longitude of a regular grid")
+    dataset = dataset.expand_dims([name for name in AXES if name not in dataset.dims])
     if "valid_time" in dataset.variables:  # of a forecast: time is when it began
         dataset = dataset.assign_coords(time=dataset["valid_time"].to_numpy()).drop_vars("valid_time")
     check_axes(source, dataset)
@@ -59,17 +66,6 @@ def name_axes(source, dataset, cure):
     if not np.issubdtype(dataset["time"].dtype, np.datetime64):
         raise InputError(source, "its times are not in a standard calendar", cure)
     return dataset
-
-
-def keep_axes(source, dataset):
-    """Drop further dimensions of length 1; refuse longer ones: members, steps of a forecast, lists of points."""
-    known = {*AXES, "expver"}
-    dataset = dataset.squeeze([name for name, size in dataset.sizes.items() if size == 1 and name not in known])
-    further = [f"{name} ({size})" for name, size in dataset.sizes.items() if name not in known]
-    if further:
-        problem = f"has values along {', '.join(further)}, not only along {', '.join(AXES)}"
-        raise InputError(source, problem, "give one value for each time, latitude and longitude of a regular grid")
-    return dataset.expand_dims([name for name in AXES if name not in dataset.dims])
 
 
 def check_axes(source, dataset):
@@ -116,17 +112,16 @@ def interpolate_point(source, dataset, latitude, longitude, point):
     rows = weigh_neighbours(north, point)
     columns = weigh_neighbours(east, point)
     if rows is None or columns is None:
-        raise InputError(source, describe_outside(dataset, latitude, longitude), "give weather of the city's own place")
+        (south, top), (west, right) = ((dataset[name].min().item(), dataset[name].max().item()) for name in AXES[1:])
+        problem = f"the place {latitude:.4f}° N, {longitude:.4f}° E is outside the grid"
+        problem += f" ({south:g} to {top:g}° N, {west:g} to {right:g}° E)"
+        raise InputError(source, problem, "give weather of the city's own place")
     values = sum(
         weight_row * weight_column * dataset.isel(latitude=row, longitude=column, drop=True)
-        for row, weight_row in rows
-        for column, weight_column in columns
+        for (row, weight_row), (column, weight_column) in product(rows, columns)
     )
-    place = (
-        latitude + sum(weight * north[row] for row, weight in rows),
-        longitude + sum(weight * east[column] for column, weight in columns),
-    )
-    return values, GridPoint(*(round(value, 5) for value in place))
+    up, right = (sum(weight * away[line] for line, weight in lines) for away, lines in ((north, rows), (east, columns)))
+    return values, GridPoint(round(latitude + up, 5), round(longitude + right, 5))
 
 
 def weigh_neighbours(distance, point):
@@ -158,12 +153,3 @@ def weigh_neighbours(distance, point):
         return [(nearest, 1.0)]
     share = other[second] / (other[second] + abs(distance[nearest]))
     return [(nearest, float(share)), (second, float(1.0 - share))]
-
-
-def describe_outside(dataset, latitude, longitude):
-    """Message for a place outside the grid."""
-    north, east = dataset["latitude"].to_numpy(), dataset["longitude"].to_numpy()
-    return (
-        f"the place {latitude:.4f}° N, {longitude:.4f}° E is outside the grid "
-        f"({north.min():g} to {north.max():g}° N, {east.min():g} to {east.max():g}° E)"
-    )

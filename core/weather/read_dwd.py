@@ -10,8 +10,7 @@ import pyproj
 
 from ..errors import InputError
 from ..read.open_input import open_text
-from .record import Record
-from .typical_year import TYPICAL_YEAR
+from .weather import TYPICAL_YEAR, Record
 
 ZONE = pd.Timedelta(hours=1)  # Central European Time throughout the year
 GERMANY = {"latitude": (46.0, 56.0), "longitude": (5.0, 16.0)}  # [°]
@@ -19,6 +18,7 @@ TABLE_COLUMNS = {"ghi": ("G_Bh", "G_Dh"), "dhi": ("G_Dh",), "temp_air": ("Ta",),
 TRY_COLUMNS = {"ghi": ("B", "D"), "dhi": ("D",), "temp_air": ("t",), "wind_speed": ("WG",)}
 TRY_PLANE = "EPSG:3034"  # Lambert's conformal conic of Europe, of Rechtswert and Hochwert
 MOST_MISSING = 3  # hours at the end of a year that are filled in, at night
+YEAR = r"(?<!\d)(19|20)\d\d(?!\d)"
 NUMBER = r"[-+]?\d+(?:[.,]\d+)?"
 
 
@@ -53,11 +53,19 @@ def read_dwd(path, place=None):
     if not (hours == np.arange(1, len(hours) + 1)).all():
         first = int(np.flatnonzero(hours != np.arange(1, len(hours) + 1))[0])
         raise InputError(path, f"row {first + 1} is of hour {hours[first]}", "give every hour of the year in order")
-    year = find_year(path, head)
-    table, notes = complete_year(path, table, year)
+    year = next((found for text in (*head, path.name) if (found := re.search(YEAR, text))), None)
+    if year is None:
+        raise InputError(path, "no year in its header or name", "put the year into the file's name")
+    year = int(year[0])
+    missing, notes = (8784 if pd.Timestamp(year, 1, 1).is_leap_year else 8760) - len(table), []
+    if 0 < missing <= MOST_MISSING:
+        if table["ghi"].iloc[-1] > 0:
+            raise InputError(path, f"the last {missing} hours of {year} are missing", "give the whole year")
+        table = pd.concat([table, table.iloc[[-1] * missing]], ignore_index=True)
+        what = f"the last {missing} h of {year} (night) are missing in {path.name}"
+        notes.append(f"{what}: filled with the hour before")
     table.index = pd.date_range(f"{year}-01-01", periods=len(table), freq="h", tz="UTC") - ZONE
-    latitude, longitude, altitude = place or find_place(path, head)
-    return Record(table, latitude, longitude, altitude, str(path), f"DWD {path.name}", notes)
+    return Record(table, *(place or find_place(path, head)), str(path), f"DWD {path.name}", notes)
 
 
 def read_columns(path, names, rows, columns):
@@ -76,15 +84,6 @@ def read_columns(path, names, rows, columns):
     return data.assign(pressure=100.0 * data["pressure"])
 
 
-def find_year(path, head):
-    """Calendar year of a station table, from its header or file name."""
-    for text in (*head, path.name):
-        found = re.search(r"(?<!\d)(19|20)\d\d(?!\d)", text)
-        if found:
-            return int(found[0])
-    raise InputError(path, "no year in its header or name", "put the year into the file's name")
-
-
 def find_place(path, head):
     """Latitude and longitude [°] and altitude [m] from the header line that contains numbers only."""
     for line in head:
@@ -96,20 +95,6 @@ def find_place(path, head):
             if all(low <= place[name] <= high for name, (low, high) in GERMANY.items()):
                 return latitude, longitude, numbers[2]
     raise InputError(path, "no place in Germany in its header", "give --weather-place LATITUDE LONGITUDE")
-
-
-def complete_year(path, table, year):
-    """Fill in missing night hours at the end of a year: table and notes."""
-    wanted = 8784 if pd.Timestamp(year, 1, 1).is_leap_year else 8760
-    missing = wanted - len(table)
-    if not 0 < missing <= MOST_MISSING:
-        return table, []
-    if table["ghi"].iloc[-1] > 0:
-        problem = f"the last {missing} hours of {year} are missing"
-        raise InputError(path, problem, "give the whole year")
-    last = table.iloc[[-1] * missing]
-    note = f"the last {missing} h of {year} (night) are missing in {path.name}: filled with the hour before"
-    return pd.concat([table, last], ignore_index=True), [note]
 
 
 def read_try(path, place=None):
@@ -143,18 +128,14 @@ def read_try(path, place=None):
         problem = f"row {first + 1} is of day {day_and_hour[0][first]:.0f}, hour {day_and_hour[1][first]:.0f}"
         raise InputError(path, problem, "give every hour of the year in order")
     table.index = times - ZONE
-    latitude, longitude, altitude = place or find_try_place(path, lines)
-    return Record(table, latitude, longitude, altitude, str(path), f"DWD TRY {path.name} (typical year)")
-
-
-def find_try_place(path, lines):
-    """Latitude and longitude [°] and altitude [m] of a test reference year."""
-    values = []
-    for name in ("Rechtswert", "Hochwert", "Hoehenlage"):
-        found = next((re.search(rf":\s*({NUMBER})", line) for line in lines if line.startswith(name)), None)
-        if not found:
-            raise InputError(path, f"no line {name} in its header", "give --weather-place LATITUDE LONGITUDE")
-        values.append(float(found[1].replace(",", ".")))
-    globe = pyproj.Transformer.from_crs(TRY_PLANE, "EPSG:4326", always_xy=True)
-    longitude, latitude = globe.transform(values[0], values[1])
-    return round(latitude, 5), round(longitude, 5), values[2]
+    if place is None:
+        values = []
+        for name in ("Rechtswert", "Hochwert", "Hoehenlage"):
+            found = next((re.search(rf":\s*({NUMBER})", line) for line in lines if line.startswith(name)), None)
+            if not found:
+                raise InputError(path, f"no line {name} in its header", "give --weather-place LATITUDE LONGITUDE")
+            values.append(float(found[1].replace(",", ".")))
+        globe = pyproj.Transformer.from_crs(TRY_PLANE, "EPSG:4326", always_xy=True)
+        longitude, latitude = globe.transform(*values[:2])
+        place = round(latitude, 5), round(longitude, 5), values[2]
+    return Record(table, *place, str(path), f"DWD TRY {path.name} (typical year)")

@@ -12,7 +12,7 @@ from scipy.io import netcdf_file
 from ..errors import InputError
 from ..read.open_netcdf import open_netcdf
 from .grid_point import interpolate_point, name_axes
-from .record import Record
+from .weather import Record
 
 # Possible names of each variable; mean rates are those of the same hour in Wm⁻².
 NAMES = {
@@ -25,7 +25,10 @@ NAMES = {
     "sp": ("sp", "surface_pressure"),
 }
 RATES = ("msdwswrf", "avg_sdswrf", "msdrswrf", "avg_sdirswrf")
-# Unit as normalised by `spell_unit` -> factor and offset to ours, per interval for accumulated variables.
+# J m**-2, J m-2, J/m^2 and J m⁻² become Jm-2.
+SPELLINGS = {"⁻": "-", "²": "2", "¹": "1", "**": "", "^": "", " ": "", ".": "", "·": ""}
+SPELLINGS |= {"/m2": "m-2", "/s": "s-1", "°C": "degC"}
+# Unit in that spelling -> factor and offset to ours, per interval for accumulated variables.
 UNITS = {
     "ssrd": {"Jm-2": (1.0, 0.0), "kJm-2": (1e3, 0.0), "Wm-2": (1.0, 0.0), "Whm-2": (3600.0, 0.0)},
     "t2m": {"K": (1.0, -273.15), "degC": (1.0, 0.0), "C": (1.0, 0.0), "celsius": (1.0, 0.0)},
@@ -87,25 +90,16 @@ def check_variables(source, names):
 
 def list_files(path, stack):
     """NetCDF files of a file, a folder or a zip, which is unpacked until the stack closes: list of paths."""
-    if path.is_dir():
-        files = sorted(path.glob("*.nc"))
-    elif zipfile.is_zipfile(path):
-        files = unzip_netcdf(path, Path(stack.enter_context(tempfile.TemporaryDirectory())))
-    else:
-        files = [path]
+    files = sorted(path.glob("*.nc")) if path.is_dir() else [path]
+    if not path.is_dir() and zipfile.is_zipfile(path):
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        with zipfile.ZipFile(path) as archive:
+            members = [member for member in archive.namelist() if member.endswith(".nc")]
+            files = [folder / f"{number}.nc" for number in range(len(members))]  # under new names
+            for file, member in zip(files, members, strict=True):
+                file.write_bytes(archive.read(member))
     if not files:
         raise InputError(path, "no .nc file inside", CURE)
-    return files
-
-
-def unzip_netcdf(path, folder):
-    """Unpack the NetCDF files of a zip into a folder, under new names: list of paths."""
-    files = []
-    with zipfile.ZipFile(path) as archive:
-        members = [member for member in archive.namelist() if member.endswith(".nc")]
-        for number, member in enumerate(members):
-            files.append(folder / f"{number}.nc")
-            files[-1].write_bytes(archive.read(member))
     return files
 
 
@@ -188,15 +182,19 @@ def open_file(path, file, stack):
     None instead where it has no weather variable.
     """
     try:
-        check_length(file)
+        # Beyond the end of a truncated file in the classic format the NetCDF library reads zeros.
+        with file.open("rb") as stream:
+            if stream.read(4) in (b"CDF\x01", b"CDF\x02"):
+                stream.seek(0)
+                classic = netcdf_file(stream, "r", mmap=True)  # mapping the arrays fails if bytes are missing
+                classic.variables.clear()
         dataset = stack.enter_context(open_netcdf(file, drop_variables=["number"]))
     except InputError as error:
         raise InputError(path, error.problem, error.cure) from error
     except (OSError, ValueError, KeyError, TypeError) as error:
         words = " ".join(str(error).split())[:160]
-        raise InputError(
-            path, f"cannot be read as NetCDF ({words})", "download the file again; it may be cut"
-        ) from error
+        problem = f"cannot be read as NetCDF ({words})"
+        raise InputError(path, problem, "download the file again; it may be cut") from error
     names = {ours: name for ours, known in NAMES.items() for name in known if name in dataset.data_vars}
     if not names:
         return None
@@ -204,33 +202,15 @@ def open_file(path, file, stack):
     scales, rates = {}, set()
     for ours, name in names.items():
         default = next(iter(UNITS[ours])) if name not in RATES else "Wm-2"
-        unit = spell_unit(dataset[name].attrs.get("units", default))
+        unit = dataset[name].attrs.get("units", default)
+        for other, own in SPELLINGS.items():
+            unit = unit.replace(other, own)
         if unit not in UNITS[ours]:
             known = " or ".join(UNITS[ours])
             raise InputError(path, f"{name} is in {dataset[name].attrs['units']!r}, not in {known}", CURE)
         scales[ours] = UNITS[ours][unit]
         rates |= {ours} & set(ACCUMULATED) if unit == "Wm-2" else set()
     return dataset, names, scales, rates
-
-
-def spell_unit(unit):
-    """Normalise the spelling of a unit: J m**-2, J m-2, J/m^2 and J m⁻² become Jm-2."""
-    for old, new in (("⁻", "-"), ("²", "2"), ("¹", "1"), ("**", ""), ("^", ""), (" ", ""), (".", ""), ("·", "")):
-        unit = unit.replace(old, new)
-    return unit.replace("/m2", "m-2").replace("/s", "s-1").replace("°C", "degC")
-
-
-def check_length(file):
-    """Raise an error if a file in NetCDF's classic format is truncated.
-
-    The NetCDF library reads zeros beyond the end of such a file. (HDF5 files store their length.)
-    """
-    with file.open("rb") as stream:
-        if stream.read(4) in (b"CDF\x01", b"CDF\x02"):
-            stream.seek(0)
-            # Mapping every array onto the file fails if bytes are missing.
-            classic = netcdf_file(stream, "r", mmap=True)
-            classic.variables.clear()
 
 
 def merge_versions(dataset):

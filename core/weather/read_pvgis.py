@@ -1,4 +1,8 @@
-"""Files of PVGIS (European Commission, Joint Research Centre): typical meteorological years and hourly series."""
+"""Weather of PVGIS (European Commission, Joint Research Centre): typical years and hourly series, read or downloaded.
+
+Irradiance is that of one satellite image per hour: the interval is centred on its time, which in typical years is
+"Irradiance Time Offset" hours after the stamp (UTC), and in hourly series the stamp itself.
+"""
 
 import io
 import json
@@ -10,23 +14,23 @@ import pvlib
 
 from ..errors import InputError
 from ..read.open_input import open_text
-from .record import Record
-from .typical_year import coerce_year
+from .weather import Record, coerce_year
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
+PLACE = ("Latitude (decimal degrees)", "Longitude (decimal degrees)", "Elevation (m)", "Irradiance Time Offset (h)")
 HALF_HOUR = pd.Timedelta(minutes=30)
 LEVEL = 0.01  # [°] slope up to which a plane counts as horizontal
 TYPICAL_HOURS = 8760
 NUMBER = r"\s*(?:[-+]?\d*\.?\d+(?:[eE][-+]?\d+)?|nan|NaN)\s*"
 AGAIN = "download the file again; it may be cut"
 CURE = "download from PVGIS the typical meteorological year (TMY), or hourly data with slope 0 and radiation components"
+TIMEOUT = (5.0, 60.0)  # [s] to reach the server, and for its answer
+NOT_REACHED = ("ConnectionError", "ConnectTimeout", "ProxyError", "SSLError")
+NO_NETWORK = "give a file, or --weather climate, which needs no network"
 
 
 def read_pvgis(path, file_format):
     """Read a typical meteorological year or an hourly series of PVGIS.
-
-    Irradiance is that of one satellite image per hour: the interval is centred on its time, which in typical years is
-    "Irradiance Time Offset" hours after the stamp (UTC), and in hourly series the stamp itself.
 
     Parameters
     ----------
@@ -45,52 +49,38 @@ def read_pvgis(path, file_format):
     if file_format == "csv":
         hourly, typical = "\ntime," in text, "time(UTC)" in text
     else:
-        outputs = parse_json(path, text).get("outputs", {})
+        try:
+            tree = json.loads(text)
+        except json.JSONDecodeError as error:
+            raise InputError(path, f"line {error.lineno} is not JSON ({error.msg})", CURE) from error
+        outputs = tree.get("outputs", {}) if isinstance(tree, dict) else {}
         hourly, typical = "hourly" in outputs, "tmy_hourly" in outputs
     if not (hourly or typical):
         raise InputError(path, "neither a typical year nor an hourly series of PVGIS", CURE)
     return (read_typical if typical else read_hourly)(path, text, file_format)
 
 
-def parse_json(path, text):
-    """Tree of a json file."""
-    try:
-        tree = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise InputError(path, f"line {error.lineno} is not JSON ({error.msg})", CURE) from error
-    return tree if isinstance(tree, dict) else {}
-
-
 def read_typical(path, text, file_format):
-    """Record of a typical year: path, text and format as in `read_pvgis`."""
+    """Record of a typical year: path, text and format as in `read_pvgis`; files before version 5.3 have no offset."""
     if file_format == "csv":
-        check_rows(path, text)
-    source = io.StringIO(text) if file_format == "json" else io.BytesIO(text.encode())
+        lines = text.splitlines()
+        count = next(line for line in lines if line.startswith("time(UTC)")).count(",")
+        rows = [line for line in lines if re.match(r"\d{8}:", line)]
+        for number, row in enumerate(rows, 1):
+            if not re.fullmatch(rf"[^,]*(?:,{NUMBER}){{{count}}}", row):
+                raise InputError(path, f"row {number} ({row[:40]}) is not {count + 1} fields of numbers", AGAIN)
+        if len(rows) != TYPICAL_HOURS:
+            raise InputError(path, f"{len(rows)} hours instead of {TYPICAL_HOURS}", AGAIN)
+        fields = dict(line.split(":", 1) for line in lines[:12] if ":" in line and not line[0].isdigit())
+        place, source = [fields.get(name, 0.0) for name in PLACE], io.BytesIO(text.encode())
+    else:
+        location, source = json.loads(text)["inputs"]["location"], io.StringIO(text)
+        names = ("latitude", "longitude", "elevation", "irradiance_time_offset")
+        place = [location.get(name, 0.0) for name in names]
     table, _ = pvlib.iotools.read_pvgis_tmy(source, pvgis_format=file_format)
-    latitude, longitude, altitude, offset = read_place(text, file_format)
+    latitude, longitude, altitude, offset = map(float, place)
     data = lay_intervals(table, offset)
     return Record(data, latitude, longitude, altitude, str(path), f"PVGIS {path.name} (typical year)")
-
-
-def check_rows(path, text):
-    """Refuse a typical year in csv with rows that are missing, cut or not of numbers.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file, for messages.
-    text : str
-        The whole file.
-    """
-    lines = text.splitlines()
-    names = next(line for line in lines if line.startswith("time(UTC)")).split(",")
-    rows = [line for line in lines if re.match(r"\d{8}:", line)]
-    for number, row in enumerate(rows, 1):
-        fields = row.split(",")
-        if len(fields) != len(names) or not all(re.fullmatch(NUMBER, field) for field in fields[1:]):
-            raise InputError(path, f"row {number} ({row[:40]}) is not {len(names)} fields of numbers", AGAIN)
-    if len(rows) != TYPICAL_HOURS:
-        raise InputError(path, f"{len(rows)} hours instead of {TYPICAL_HOURS}", AGAIN)
 
 
 def lay_intervals(table, offset):
@@ -101,31 +91,6 @@ def lay_intervals(table, offset):
     data, _ = coerce_year(data)
     data.index = data.index + pd.Timedelta(seconds=round(offset * 3600.0)) - HALF_HOUR
     return data
-
-
-def read_place(text, file_format):
-    """Latitude [°], longitude [°], altitude [m] and time offset [h] of a typical year.
-
-    Parameters
-    ----------
-    text : str
-        The whole file.
-    file_format : {"csv", "json"}
-        How it is written.
-
-    Returns
-    -------
-    tuple of float
-        The offset is 0 in files of PVGIS before version 5.3, which have none.
-    """
-    if file_format == "json":
-        place = json.loads(text)["inputs"]["location"]
-        return tuple(
-            float(place.get(key, 0.0)) for key in ("latitude", "longitude", "elevation", "irradiance_time_offset")
-        )
-    fields = dict(line.split(":", 1) for line in text.splitlines()[:12] if ":" in line and not line[0].isdigit())
-    names = ("Latitude (decimal degrees)", "Longitude (decimal degrees)", "Elevation (m)", "Irradiance Time Offset (h)")
-    return tuple(float(fields.get(name, 0.0)) for name in names)
 
 
 def read_hourly(path, text, file_format):
@@ -147,3 +112,45 @@ def read_hourly(path, text, file_format):
     data.index = pd.DatetimeIndex(table.index).tz_convert("UTC") - HALF_HOUR
     latitude, longitude, altitude = (float(place[name]) for name in ("latitude", "longitude", "elevation"))
     return Record(data.astype(float), latitude, longitude, altitude, str(path), f"PVGIS {path.name} (hourly series)")
+
+
+def download_pvgis(latitude, longitude, url=None):
+    """Download a typical year, with the same intervals as from a file.
+
+    Parameters
+    ----------
+    latitude, longitude : float
+        Place [°].
+    url : str, optional
+        URL of the server; by default that of pvlib.
+
+    Returns
+    -------
+    Record
+        Includes the horizon of distant terrain, from PVGIS.
+
+    Raises
+    ------
+    InputError
+        If there is no network, or PVGIS has no data for this place; with its message in one line.
+    """
+    longitude = (longitude + 180.0) % 360.0 - 180.0
+    address = url or pvlib.iotools.pvgis.URL
+    try:
+        table, meta = pvlib.iotools.get_pvgis_tmy(
+            latitude, longitude, timeout=TIMEOUT, coerce_year=None, map_variables=True, url=address
+        )
+        place = meta["inputs"]["location"]
+        data = lay_intervals(table, float(place.get("irradiance_time_offset", 0.0)))
+        altitude = float(place.get("elevation", 0.0))
+    except OSError as error:  # what requests raises, from a missing network to PVGIS' own refusal
+        words = f"{address} refused ({' '.join(str(error).split())[:160]})"
+        if error.__class__.__name__ in NOT_REACHED:
+            words = f"cannot reach {address} ({error.__class__.__name__})"
+        raise InputError("--weather pvgis", words, NO_NETWORK) from error
+    except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
+        raise InputError(
+            "--weather pvgis", f"{address} sent no typical year ({type(error).__name__})", NO_NETWORK
+        ) from error
+    label = f"PVGIS {place['latitude']:g}°, {place['longitude']:g}° (typical year, downloaded)"
+    return Record(data, place["latitude"], place["longitude"], altitude, "pvgis", label)

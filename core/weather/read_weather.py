@@ -8,19 +8,14 @@ from pathlib import Path
 from ..errors import InputError
 from ..sun.solar_position import POSITION
 from .add_sun import add_sun
-from .check_weather import check_values, check_weather
-from .check_years import check_years, describe_checks, describe_leap_days
-from .clear_sky import clear_sky
-from .climate import climate
-from .download_pvgis import download_pvgis
+from .check_weather import check_values, check_weather, check_years, describe_checks
+from .climate import clear_sky, climate
 from .read_dwd import read_dwd, read_try
-from .read_epw import read_epw
 from .read_era5 import read_era5
-from .read_psm import read_psm
-from .read_pvgis import read_pvgis
-from .read_tmy3 import read_tmy3
+from .read_pvgis import download_pvgis, read_pvgis
+from .read_station_files import read_epw, read_psm, read_tmy3
 from .read_weather_csv import read_weather_csv
-from .record import change_record, join_records
+from .weather import change_record, join_records
 
 CURE = "give ERA5 as NetCDF, EPW, TMY3, PVGIS, NSRDB PSM, DWD, a csv with tz-aware times, climate, pvgis or clear-sky"
 
@@ -69,18 +64,21 @@ def read_weather(source, latitude, longitude, altitude=0.0, **settings):
         latitude, longitude = reading.place
     sources = [str(one) for one in (source if isinstance(source, list | tuple) else [source])]
     if sources in (["clear-sky"], ["climate"]):
-        record = model_weather(sources[0], latitude, longitude, altitude, reading)
+        if sources == ["climate"]:
+            record = climate(latitude, longitude, reading.year, reading.seed)
+        else:
+            record = clear_sky(latitude, longitude, altitude, reading.year)
         return add_sun(record, check_weather(record), reading.horizon_cut)
     if sources == ["pvgis"]:
         records = [download_pvgis(latitude, longitude)]
     else:
-        records = read_records([Path(one) for one in sources], latitude, longitude, altitude, reading)
+        records = read_files([Path(one) for one in sources], (latitude, longitude, altitude), reading)
     record = change_record(join_records(records), reading.time_shift, reading.without)
     interval = check_weather(record)
     weather = add_sun(record, interval, reading.horizon_cut)
     weather.checks = check_years(record, interval, weather.data[POSITION])
     check_values(record)
-    weather.notes += describe_leap_days(record, interval) + describe_checks(weather.checks)
+    weather.notes += describe_checks(record, interval, weather.checks)
     return weather
 
 
@@ -102,42 +100,32 @@ def check_sources(source):
             recognise_weather(Path(one))
 
 
-def model_weather(name, latitude, longitude, altitude, reading):
-    """Record of the clear sky or the built-in climate of a place."""
-    if name == "climate":
-        return climate(latitude, longitude, reading.year, reading.seed)
-    return clear_sky(latitude, longitude, altitude, reading.year)
-
-
-def read_records(paths, latitude, longitude, altitude, reading):
+def read_files(paths, own, reading):
     """Records of files: one for all of ERA5, one for each other file.
 
     Parameters
     ----------
     paths : list of pathlib.Path
-    latitude, longitude, altitude : float
-        As in `read_weather`.
+    own : tuple of float
+        Latitude and longitude [°] and altitude [m] for files without a place.
     reading : Reading
 
     Returns
     -------
     list of Record
     """
-    kinds = [recognise_weather(path) for path in paths]
-    grids = [path for path, kind in zip(paths, kinds, strict=True) if kind == "era5"]
-    place = None if reading.place is None else (*reading.place, altitude)
-    records = []
-    if grids:
-        records.append(read_era5(grids, latitude, longitude, altitude, reading.point))
-    for path, kind in zip(paths, kinds, strict=True):
-        if kind != "era5":
-            own = place or (latitude, longitude, altitude)
-            record = read_record(path, kind, own, place)
+    kinds = {path: recognise_weather(path) for path in paths}
+    grids = [path for path in paths if kinds[path] == "era5"]
+    records = [read_era5(grids, *own, reading.point)] if grids else []
+    place = None if reading.place is None else (*reading.place, own[2])
+    for path in paths:
+        if kinds[path] != "era5":
+            record = read_file(path, kinds[path], own, place)
             records.append(record if place is None else replace(record, latitude=place[0], longitude=place[1]))
     return records
 
 
-def read_record(path, kind, own, place):
+def read_file(path, kind, own, place):
     """Read one file with the reader of its format.
 
     Parameters
@@ -146,7 +134,7 @@ def read_record(path, kind, own, place):
     kind : str
         Of `recognise_weather`.
     own : tuple of float
-        Latitude and longitude [°] and altitude [m] for files without a place.
+        As in `read_files`.
     place : tuple of float or None
         The same, if the user overrides the place of the files.
 
@@ -190,7 +178,15 @@ def recognise_weather(path):
     """
     if path.is_dir():
         return "era5"
-    head = read_head(path)
+    try:
+        with path.open("rb") as file:
+            head = file.read(4096)
+        if head.startswith(b"\x1f\x8b"):
+            with gzip.open(path, "rb") as file:
+                head = file.read(4096)
+    except (OSError, EOFError) as error:
+        words = getattr(error, "strerror", None) or str(error)
+        raise InputError(path, f"cannot be read ({words})", "give the path of a readable weather file") from error
     if not head.strip():
         raise InputError(path, "the file is empty", CURE)
     if head.startswith((b"CDF", b"\x89HDF")) or zipfile.is_zipfile(path):
@@ -211,17 +207,3 @@ def recognise_weather(path):
         if found:
             return kind
     raise InputError(path, "is not in a known weather format", CURE)
-
-
-def read_head(path):
-    """The first bytes of a file, decompressed if it is gz-compressed."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(4096)
-        if head.startswith(b"\x1f\x8b"):
-            with gzip.open(path, "rb") as file:
-                head = file.read(4096)
-    except (OSError, EOFError) as error:
-        words = getattr(error, "strerror", None) or str(error)
-        raise InputError(path, f"cannot be read ({words})", "give the path of a readable weather file") from error
-    return head

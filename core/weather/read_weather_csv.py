@@ -8,7 +8,7 @@ import pandas as pd
 
 from ..errors import InputError
 from ..read.open_input import open_text
-from .record import Record, read_numbers
+from .weather import Record, read_numbers
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
 COMMAS = "write commas between columns, and points in numbers"
@@ -45,7 +45,11 @@ def read_weather_csv(path, latitude, longitude, altitude):
     except pd.errors.ParserError as error:
         problem = f"a row has more fields than the header ({' '.join(str(error).split('error: ')[-1].split())})"
         raise InputError(path, problem, COMMAS) from error
-    names = name_columns(path, table.iloc[0])
+    names = [str(name).strip() for name in table.iloc[0]]
+    names = [name.lower() if name.lower() in NAMES else name for name in names]
+    twice = [name for name in NAMES if names.count(name) > 1]
+    if twice:
+        raise InputError(path, f"its header has {twice[0]} twice", "leave one of the two columns out")
     table = table.iloc[1:].reset_index(drop=True).set_axis(names, axis=1)
     if table.empty:
         raise InputError(path, "the table has no rows", "give a header and one row for each interval")
@@ -56,28 +60,6 @@ def read_weather_csv(path, latitude, longitude, altitude):
     times = read_times(path, table.iloc[:, 0])
     data = pd.DataFrame({name: read_numbers(path, table[name]) for name in names}).set_axis(times, axis=0)
     return Record(data, latitude, longitude, altitude, str(path), f"csv {path.name}")
-
-
-def name_columns(path, header):
-    """Names of the columns; those of weather variables in lower case, which may occur once.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file, for messages.
-    header : iterable of str
-        As in the file.
-
-    Returns
-    -------
-    list of str
-    """
-    names = [str(name).strip() for name in header]
-    names = [name.lower() if name.lower() in NAMES else name for name in names]
-    twice = [name for name in NAMES if names.count(name) > 1]
-    if twice:
-        raise InputError(path, f"its header has {twice[0]} twice", "leave one of the two columns out")
-    return names
 
 
 def read_times(path, column):

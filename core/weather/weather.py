@@ -1,10 +1,20 @@
-"""One or several years of weather at one place."""
+"""One or several years of weather at one place, as read from files and as used; how far that place is from the city."""
 
 from dataclasses import dataclass, field, replace
 
+import numpy as np
 import pandas as pd
+import pyproj
 
+from ..errors import InputError
 from ..sun.suns import TimeAxis
+
+IRRADIANCES = ("ghi", "dhi", "dni")
+SAME_PLACE = 0.05  # [°] by which the places of joined files may differ
+TYPICAL_YEAR = 2021  # a year without a leap day
+TYPICAL_LEAP_YEAR = 2020
+FARTHEST = 150.0  # [km] from the city to the place of the weather, unless the user allows more
+KM_PER_DEGREE = 111.2  # along a meridian
 
 
 @dataclass
@@ -36,3 +46,175 @@ def darken_hours(weather, dark):
     night = {"ghi": 0.0, "dni": 0.0, "dhi": 0.0, "apparent_zenith": 180.0}
     data = weather.data.assign(**{name: weather.data[name].mask(dark, value) for name, value in night.items()})
     return replace(weather, data=data)
+
+
+@dataclass
+class Record:
+    """The values of one file at one place, as they were read."""
+
+    data: pd.DataFrame  # index: UTC start of each interval; any of ghi, dhi, dni, temp_air, wind_speed, pressure
+    latitude: float  # [°]
+    longitude: float  # [°]
+    altitude: float  # [m]
+    source: str  # the file, for messages
+    label: str  # shown with the results
+    notes: list = field(default_factory=list)  # of str: what the user should know about the file
+
+
+def join_records(records):
+    """One record of several, in the order of time.
+
+    Parameters
+    ----------
+    records : list of Record
+
+    Returns
+    -------
+    Record
+
+    Raises
+    ------
+    InputError
+        If their places or columns differ.
+    """
+    first = records[0]
+    if len(records) == 1:
+        return first
+    for other in records[1:]:
+        if max(abs(other.latitude - first.latitude), abs(other.longitude - first.longitude)) > SAME_PLACE:
+            problem = f"its place {other.latitude:g}°, {other.longitude:g}° is not that of {first.source}"
+            problem += f" ({first.latitude:g}°, {first.longitude:g}°)"
+            raise InputError(other.source, problem, "give years of one place, or --weather-place LATITUDE LONGITUDE")
+        if set(other.data) != set(first.data):
+            differing = ", ".join(sorted(set(other.data) ^ set(first.data)))
+            raise InputError(other.source, f"not all files have {differing}", "give files with the same columns")
+    records = sorted(records, key=lambda record: record.data.index[0])
+    return replace(
+        first,
+        data=pd.concat([record.data for record in records]),
+        source=", ".join(record.source for record in records),
+        label=", ".join(record.label for record in records),
+        notes=[note for record in records for note in record.notes],
+    )
+
+
+def change_record(record, time_shift=0.0, without="none"):
+    """Shift the times and drop a column, as requested, with notes on it.
+
+    Parameters
+    ----------
+    record : Record
+    time_shift : float
+        [min] added to the times.
+    without : {"none", "ghi", "dhi", "dni"}
+        Column to drop.
+
+    Returns
+    -------
+    Record
+    """
+    if without not in ("none", *IRRADIANCES):
+        raise InputError("--weather-without", f"{without!r} is unknown", f"give one of none, {', '.join(IRRADIANCES)}")
+    data, notes = record.data, list(record.notes)
+    if without in data:
+        data = data.drop(columns=without)
+        notes.append(f"{without} of the file is not used")
+    if time_shift:
+        data = data.set_axis(data.index + pd.Timedelta(minutes=time_shift), axis=0)
+        notes.append(f"times shifted by {time_shift:+g} min")
+    return replace(record, data=data, notes=notes)
+
+
+def read_numbers(path, column):
+    """Numbers of one column; empty fields are missing values.
+
+    Parameters
+    ----------
+    path : path-like
+        The file, for messages.
+    column : pandas.Series
+        One column of the table, one row for each interval.
+
+    Returns
+    -------
+    numpy.ndarray, (t,)
+    """
+    numbers = pd.to_numeric(column, errors="coerce")
+    words = numbers.isna() & column.notna()
+    if words.any():
+        row = int(words.to_numpy().argmax())
+        problem = f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is not a number"
+        raise InputError(path, problem, "correct it")
+    return numbers.to_numpy(dtype=float)
+
+
+def coerce_year(data):
+    """Put the rows of a typical year into one calendar year, in order.
+
+    One real year, or several consecutive ones, are unchanged.
+
+    Parameters
+    ----------
+    data : pandas.DataFrame
+        Indexed by the tz-aware start of each interval in the file's own standard time.
+
+    Returns
+    -------
+    data : pandas.DataFrame
+        Indexed in the same time zone, ascending.
+    typical : bool
+        Whether the year was changed.
+    """
+    times = data.index
+    leap_day = bool(((times.month == 2) & (times.day == 29)).any())
+    steps = times[1:] - times[:-1]
+    if len(set(times.year)) == 1 or len(set(steps)) == 1:
+        return data, False
+    year = TYPICAL_LEAP_YEAR if leap_day else TYPICAL_YEAR
+    days = pd.to_datetime(pd.DataFrame({"year": year, "month": times.month, "day": times.day}))
+    moved = pd.DatetimeIndex(days).tz_localize(times.tz) + (times - times.normalize())
+    return data.set_axis(moved, axis=0).sort_index(kind="stable"), True
+
+
+def check_distance(weather, site, allowed=None, suns=None):
+    """Refuse weather from a place too far from the city, or from the latitude of the traced suns.
+
+    Parameters
+    ----------
+    weather : Weather
+    site : Site
+        latitude and longitude of the city [°].
+    allowed : float, optional
+        [km] Default 150.
+    suns : Suns, optional
+        Suns of a Transfer, which can be used with any weather of about the same latitude, or of any place if they are a
+        sky grid.
+
+    Raises
+    ------
+    InputError
+    """
+    if suns is not None and suns.sampling.startswith("sky-grid"):
+        return
+    if suns is None:
+        away, words = distance_of_weather(weather, site), f"city ({site.latitude:.2f}°, {site.longitude:.2f}°)"
+        cure = "give weather of the city's own place"
+    else:
+        away, words = KM_PER_DEGREE * abs(weather.latitude - site.latitude), f"latitude {site.latitude:.2f}°"
+        words += " that was traced"
+        cure = "give weather of that latitude, trace --suns sky-grid:N"
+    if away > (FARTHEST if allowed is None else allowed):
+        problem = f"its place ({weather.latitude:.2f}°, {weather.longitude:.2f}°) is {away:,.0f} km from the {words}"
+        raise InputError(weather.label, problem, f"{cure}, or --allow-distance {int(np.ceil(away / 10) * 10)}")
+
+
+def describe_distance(weather, site):
+    """Where the weather comes from as text, "" if it is the city's own place (within 1 km)."""
+    away = distance_of_weather(weather, site)
+    return f"from a place {away:,.0f} km away, whose sun is used" if away >= 1 else ""
+
+
+def distance_of_weather(weather, site):
+    """[km] from the city to the place of the weather, along the ellipsoid."""
+    globe = pyproj.Geod(ellps="WGS84")
+    return globe.inv(site.longitude, site.latitude, weather.longitude, weather.latitude)[2] / 1000

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..energy.compute_energy import count_years
-from ..energy.fast_power import tabulate_power
-from ..energy.groups import rank_group
+from ..energy.counted_area import rank_group
+from ..energy.power import tabulate_power
 from ..progress import silent
 from ..threads import map_in_order, usable_threads
 from .group_errors import carry_to_place

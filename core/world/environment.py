@@ -7,17 +7,15 @@ import numpy as np
 
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..energy.check_inputs import check_transfer
-from ..energy.counted_area import find_counted_area
-from ..energy.diffuse_incidence import diffuse_incidence_factors
-from ..energy.fill_behind import order_neighbours
-from ..energy.groups import find_groups
-from ..energy.sum_block import Block, take_block
+from ..energy.counted_area import find_counted_area, find_groups
+from ..energy.power import diffuse_incidence_factors
+from ..energy.sum_block import Block, order_neighbours, take_block
 from ..errors import InputError
 from ..results.transfer_file import read_transfer
 from ..scene.scene import Site, Surfaces
-from ..sky.light_sources import SOURCES, model_traced, name_untraced, sources_of
-from ..sun.match_sky_grid import SkyTriangles, triangulate_sky
-from ..sun.sky_grid import sky_grid_suns
+from ..sun.horizon_band import SOURCES
+from ..sun.sky_grid import SkyTriangles, sky_grid_suns, triangulate_sky
+from ..sun.sky_models import model_traced, name_untraced, sources_of
 from ..transfer.transfer import SourceLight, Transfer
 from .group_errors import GroupErrors, find_group_errors
 

@@ -8,14 +8,11 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..energy.fast_power import HALF, MIDDLE
-from ..energy.power_model import spectral_factor
+from ..energy.power import HALF, MIDDLE, spectral_factor
 from ..results.write_tables import split_hours
-from ..sky.sky_models import split_sky
-from ..sun.match_sky_grid import match_triangles
-from ..sun.solar_days import local_middle
-from ..sun.solar_position import is_sunny, sun_direction
-from ..sun.sun_of_places import geocentric_sun, sun_of_place
+from ..sun.sky_grid import match_triangles
+from ..sun.sky_models import split_sky
+from ..sun.solar_position import geocentric_sun, is_sunny, local_middle, sun_direction, sun_of_place
 from .sum_groups import Sunlight
 
 MONTHS, HOURS = 12, 24

@@ -5,16 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ..climate.climate_grid import look_up_normals
-from ..climate.make_climates import INTERVAL, look_up_altitude, make_climates
 from ..errors import InputError
-from ..sun.sun_of_places import geocentric_sun, sun_of_place
+from ..sun.solar_position import geocentric_sun, sun_of_place
 from ..weather.add_sun import add_sun
-from ..weather.check_weather import check_weather
-from ..weather.check_years import check_years
-from ..weather.clear_sky import clear_sky
-from ..weather.climate import LABEL, NAMES
-from ..weather.record import Record
+from ..weather.check_weather import check_weather, check_years
+from ..weather.climate import LABEL, NAMES, clear_sky
+from ..weather.weather import Record
 from .read_era5_grid import point_of_block, read_block
 
 SOUTH, NORTH, WEST, EAST = -60.0, 90.0, -180.0, 180.0  # the paper's band

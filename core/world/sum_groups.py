@@ -1,6 +1,6 @@
 """Capacity factors of the groups of an environment at each hour: the loop over hours and surfaces.
 
-The arithmetic is that of `energy.sum_block` with `energy.fast_power`, in one pass without arrays of hours × surfaces.
+The arithmetic is that of `energy.sum_block` with `energy.power`, in one pass without arrays of hours × surfaces.
 """
 
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from ..energy.fast_power import ANGLE_NODES, HIGHEST, IRRADIANCE_NODES
+from ..energy.power import ANGLE_NODES, HIGHEST, IRRADIANCE_NODES
 
 ROOT_SCALE = np.float32((IRRADIANCE_NODES - 1) / np.sqrt(HIGHEST))
 LAST_NODE = np.float32(IRRADIANCE_NODES - 1)
@@ -34,7 +34,7 @@ def sum_groups(environment, hours, sunlight, model):
     environment : Environment
     hours : PlaceHours
     sunlight : Sunlight
-    model : FastPower
+    model : PowerTables
 
     Returns
     -------

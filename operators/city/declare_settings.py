@@ -114,8 +114,7 @@ def name_switch(key):
 
 def suggest_modules(settings, context, text):
     """Names of modules that have all words of a text, those of the Sandia library first: list of str."""
-    from ...core.energy.pick_module import CEC, SANDIA
-    from ...core.energy.search_library import join_letters, read_library, split_words
+    from ...core.energy.pv_system import CEC, SANDIA, join_letters, read_library, split_words
 
     words = split_words(text)
     names = dict.fromkeys(name for library in (SANDIA, CEC) for name in read_library(library))
@@ -137,7 +136,7 @@ class FindModule(Action, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Set the module."""
-        from ...core.energy.pick_module import pick_module
+        from ...core.energy.pv_system import pick_module
 
         module = pick_module(self.text)
         context.scene.citypv.module = module.name

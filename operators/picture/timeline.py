@@ -37,9 +37,9 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
     def work(task, progress):
         """Compute light and yield of all frames, and the energy where it is not known."""
         from ...core.energy.pv_system import build_system
+        from ...core.energy.timeline import build_timeline
         from ...core.results.colour_map import choose_range
         from ...core.study import check_settings, compute_energy, read_year
-        from ...core.timeline.timeline import build_timeline
 
         session, kept, request = task
         check_settings(request)
@@ -150,7 +150,7 @@ def compute_again():
 
 def show_moment(stage):
     """Write light and yield of the scene's frame on the faces, and set sun and sky; return the moment as text."""
-    from ...core.timeline.timeline import describe_moment
+    from ...core.energy.timeline import describe_moment
 
     city, ground = find_city(stage)
     timeline = timeline_of(city)

@@ -33,7 +33,7 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         """Read the weather and compute the energy."""
         from ...core.accuracy.seconds_to_halve import seconds_to_halve
         from ...core.study import check_settings, compute_energy, read_year
-        from ...core.sun.check_distance import describe_distance
+        from ...core.weather.weather import describe_distance
 
         session, kept, request = task
         check_settings(request)
@@ -101,7 +101,7 @@ def rank_buildings(surfaces, energy, request):
     energy : core.energy.energy.Energy
     request : core.request.Request
     """
-    from ...core.energy.potential import sum_potential
+    from ...core.energy.energy import sum_potential
     from ...core.energy.pv_system import build_system
 
     system, names = build_system(request), np.array(surfaces.building_id, dtype=object).astype(str)

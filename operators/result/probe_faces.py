@@ -138,7 +138,7 @@ def describe_surfaces(session, rows):
     -------
     list of str
     """
-    from ...core.energy.potential import sum_potential
+    from ...core.energy.energy import sum_potential
     from ...core.energy.pv_system import build_system
 
     surfaces, energy = session.transfer.surfaces, session.energy
@@ -174,10 +174,9 @@ def chart_surfaces(session, rows):
     rows : (k,) int
         Surfaces. Of more than `MOST` there is no day curve (zeros).
     """
-    from ...core.energy.pick_module import area_of_kwp
-    from ...core.energy.pv_system import build_system
+    from ...core.energy.pv_system import area_of_kwp, build_system
     from ...core.study import compute_energy
-    from ...core.sun.solar_days import local_middle
+    from ...core.sun.solar_position import local_middle
     from ...core.transfer.take_rows import take_rows
 
     energy, area, curves = session.energy, session.transfer.surfaces.area, np.zeros((len(CURVES), 24))

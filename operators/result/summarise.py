@@ -14,7 +14,7 @@ SHOWN = ("kwp", "mwh_per_year", "full_load_hours")  # of sum_potential, in the t
 
 def sum_totals(surfaces, energy, request):
     """Power, energy and hours of all eligible surfaces, of roofs and of facades: dict of dicts (`sum_potential`)."""
-    from ...core.energy.potential import sum_potential
+    from ...core.energy.energy import sum_potential
     from ...core.energy.pv_system import build_system
 
     facade, system = surfaces.kind == "facade", build_system(request)

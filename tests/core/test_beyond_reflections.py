@@ -14,8 +14,8 @@ from citypv.core.effects.judge_effects import judge
 from citypv.core.effects.reflections import bound_beyond, certainty_of, look_at_years, share_beyond, years_of
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.request import Request
-from citypv.core.sky.plausible_years import OVERCAST, clear_year, hours_of_suns, overcast_year
 from citypv.core.study import prepare_study, read_scene, read_year, trace_scene
+from citypv.core.sun.plausible_years import OVERCAST, clear_year, hours_of_suns, overcast_year
 
 CHEAP = {"suns": "days:4", "samples": 64, "shadow_samples": 4, "threads": 1}
 SINGLE = {"samples": 16, "shadow_samples": 1, "suns": "days:2", "threads": 1}

@@ -17,10 +17,8 @@ from citypv.core.progress import CancelledError, silent
 from citypv.core.radiosity import sun_blocks
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.sun.keep_suns import end_of_days, keep_suns, weigh_by_year
-from citypv.core.sun.match_suns import match_suns
-from citypv.core.sun.spread_suns import spread_suns
+from citypv.core.sun.sun_sampling import choose_suns, match_suns, weigh_by_year
+from citypv.core.sun.suns import end_of_days, interrupted_suns, progressive_order
 from citypv.core.transfer import kept_matrix
 from citypv.core.weather.read_weather import read_weather
 
@@ -33,7 +31,7 @@ PER_SURFACE = ("diffuse_relative", "diffuse_relative_standard_error", "covered_s
 def suns_of(way, start="2021-03-01", days=60):
     """Suns of some days of spring, in the order in which they are traced."""
     times = pd.date_range(start, periods=24 * days, freq="h", tz="UTC")
-    return spread_suns(choose_suns(way, times, HOUR, *BERLIN))
+    return progressive_order(choose_suns(way, times, HOUR, *BERLIN))
 
 
 def cancel_at(stage, share, error=CancelledError):
@@ -82,7 +80,7 @@ def test_kept_suns_are_those_of_the_whole_run(estimator, way, share, on_disk, mo
     for name in PER_SURFACE:
         np.testing.assert_array_equal(getattr(part, name), getattr(whole, name))
     # Who had asked for these suns alone would have got the same, and the same error.
-    alone = trace(estimator, keep_suns(suns, count))
+    alone = trace(estimator, interrupted_suns(suns, count))
     np.testing.assert_array_equal(part.visible_share[every], alone.visible_share[every])
     error = alone.direct_annual_standard_error
     assert error.max() > 0
@@ -146,7 +144,7 @@ def test_the_order_of_suns_changes_no_sun(way):
     """Each sun has the same light wherever it comes in the order; the errors differ by rounding."""
     suns = suns_of(way, days=12)
     back = np.random.default_rng(0).permutation(len(suns))
-    other = type(suns)(suns.way, *(getattr(suns, name)[back] for name in ("direction", "weight", "day", "step")))
+    other = type(suns)(suns.sampling, *(getattr(suns, name)[back] for name in ("direction", "weight", "day", "step")))
     one, two = trace("gather", suns), trace("gather", other)
     np.testing.assert_array_equal(one.visible_share[:, back], two.visible_share)
     np.testing.assert_array_equal(one.direct_reflected[:, back], two.direct_reflected)
@@ -156,8 +154,8 @@ def test_the_order_of_suns_changes_no_sun(way):
 @pytest.mark.parametrize("way", ["hourly", "days:24", "typical-days:12", "sky-grid:1654"])
 def test_spreading_loses_no_sun_and_splits_no_day(way):
     suns = choose_suns(way, year_of(), HOUR, *BERLIN)
-    spread = spread_suns(suns)
-    assert spread.way == suns.way
+    spread = progressive_order(suns)
+    assert spread.sampling == suns.sampling
     one, other = (
         np.lexsort((part.step, part.day, part.direction[:, 2], part.direction[:, 0])) for part in (suns, spread)
     )
@@ -182,13 +180,13 @@ def mismatch(suns, times):
 @pytest.mark.parametrize("count", [24, 48, 96, 200, 480, 2000])
 def test_the_first_hours_stand_for_the_whole_year(count):
     """No hour is far from a traced sun: 15° an hour and 47° of declination, shared by the days that were traced."""
-    spread = spread_suns(choose_suns("hourly", year_of(), HOUR, *BERLIN))
+    spread = progressive_order(choose_suns("hourly", year_of(), HOUR, *BERLIN))
     days = count / 12
-    angles = mismatch(keep_suns(spread, count), year_of())
+    angles = mismatch(interrupted_suns(spread, count), year_of())
     assert angles.mean() < 47 / days + 1.5
     # By the calendar's order they stand for winter only.
     straight = choose_suns("hourly", year_of(), HOUR, *BERLIN)
-    assert mismatch(keep_suns(straight, count), year_of()).mean() > 1.5 * angles.mean()
+    assert mismatch(interrupted_suns(straight, count), year_of()).mean() > 1.5 * angles.mean()
 
 
 BOUNDS = {  # kept part of the suns -> percent of full load hours: of the mean, of single surfaces (rms)
@@ -205,11 +203,11 @@ def test_full_load_hours_of_a_part_of_the_suns(way):
     weather = read_weather(ERA5, *BERLIN, 35.0)
     year, skylines = (weather.data.index, weather.interval, *BERLIN), Horizons(150)
     true = compute_energy(skylines.transfer(choose_suns("hourly", *year)), weather).full_load_hours
-    spread = spread_suns(choose_suns(way, *year))
+    spread = progressive_order(choose_suns(way, *year))
     for share, (bias, rms) in BOUNDS[way].items():
         ends = end_of_days(spread)
         count = ends[ends <= np.ceil(share * len(spread))][-1]
-        kept = weigh_by_year(keep_suns(spread, count), *year)
+        kept = weigh_by_year(interrupted_suns(spread, count), *year)
         assert kept.weight.sum() == pytest.approx(1)
         difference = compute_energy(skylines.transfer(kept), weather).full_load_hours - true
         assert abs(np.nanmean(difference)) < bias / 100 * np.nanmean(true)
@@ -223,11 +221,11 @@ def test_kept_suns_are_weighed_by_the_year_they_stand_for():
     part = study.trace_scene(scene, weather, request, cancel_at("suns", 0.1))
     count = part.record.interrupted["suns_traced"]
     assert 0.05 < count / part.record.interrupted["of"] < 0.1 + 1 / 12  # a block is a twelfth
-    assert part.suns.way == f"hourly:{count}"
+    assert part.suns.sampling == f"hourly:{count}"
     match = match_suns(part.suns, weather.data.index, weather.interval, *BERLIN)
     share = np.bincount(match.index[match.weight[:, 0] > 0, 0], minlength=count)
     np.testing.assert_allclose(part.suns.weight, share / share.sum(), atol=1e-9)
-    alone = trace_gather(scene, keep_suns(part.suns, count), request, silent)
+    alone = trace_gather(scene, interrupted_suns(part.suns, count), request, silent)
     # Not the same surface by surface: the sums were made with other weights, and four points (two pairs) tell an error
     # roughly. But it is not too small on the whole.
     one, other = part.direct_annual_standard_error, alone.direct_annual_standard_error

@@ -12,14 +12,12 @@ from weathers import ERA5, HOUR
 
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.potential import sum_potential
+from citypv.core.energy.energy import split_years, sum_potential
 from citypv.core.energy.pv_system import build_system
-from citypv.core.energy.years import split_years
 from citypv.core.methods import METHODS, settings_of_method
 from citypv.core.request import Request
 from citypv.core.results.write_summary import describe_years, sum_totals
-from citypv.core.results.write_tables import write_buildings, write_groups, write_series
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
 KWP = 5.431181  # [m²/kWp] of the default module: 1.631 m², 300.303 W
@@ -33,7 +31,7 @@ def berlin():
 @pytest.fixture(scope="module")
 def transfer(berlin):
     """South walls alone, covered by 0 to 100 %, an overhang, a ceiling and three level roofs."""
-    suns = choose_suns("typical-days:2", berlin.data.index, berlin.interval, berlin.latitude, berlin.longitude)
+    suns = choose_suns("typical-days:2", *berlin.axis)
     covered = np.array([0.0, 0.2, 0.5, 0.51, 1.0, 0.0, 0.0, 0.0, 0.3, 0.8, 0.0])
     result = unshaded_transfer(suns, [90] * 5 + [100, 180, 0, 5, 10, 3], [180] * 6 + [0] * 5)
     result.surfaces.area[:] = [100, 50, 40, 300, 200, 30, 90, 60, 80, 70, 5]
@@ -107,7 +105,7 @@ def test_usable_shares_and_flat_roofs(transfer, berlin):
 
 
 def test_buildings_sum_up(berlin, tmp_path):
-    suns = choose_suns("typical-days:4", berlin.data.index, berlin.interval, berlin.latitude, berlin.longitude)
+    suns = choose_suns("typical-days:4", *berlin.axis)
     transfer = Horizons(60, 4).transfer(suns)
     transfer.covered_share[::3] = 0.4
     system = build_system(Request(losses=10.0, usable={"facade": 0.7}))
@@ -130,14 +128,13 @@ def three_years(berlin):
         data = berlin.data.copy()
         data[["ghi", "dhi", "dni"]] *= factor
         parts.append(data.set_axis(data.index + (pd.Timestamp(f"{year}-01-01") - pd.Timestamp("2017-01-01"))))
-    return [
-        type(berlin)(data, HOUR, berlin.latitude, berlin.longitude, 0.0, "one") for data in (*parts, pd.concat(parts))
-    ]
+    place = berlin.latitude, berlin.longitude
+    return [type(berlin)(data, HOUR, *place, 0.0, "one") for data in (*parts, pd.concat(parts))]
 
 
 def test_years_are_computed_each_and_averaged(berlin, tmp_path):
     *single, together = three_years(berlin)
-    suns = choose_suns("typical-days:4", berlin.data.index, berlin.interval, berlin.latitude, berlin.longitude)
+    suns = choose_suns("typical-days:4", *berlin.axis)
     transfer = Horizons(40, 2).transfer(suns)
     hours = np.array([compute_energy(transfer, one).full_load_hours for one in single])
     energy = compute_energy(transfer, together)
@@ -173,9 +170,8 @@ def test_years_of_a_time_axis(start, stop, expected):
     times = pd.date_range(start, stop, freq="h", inclusive="left", tz="UTC")
     years = split_years(times, HOUR)
     assert [year for year, _ in years] == expected
-    assert [len(inside) for _, inside in years] == [
-        8784 if year in (2016,) and start[5:7] != "03" else 8760 for year in expected
-    ]
+    leap = [year == 2016 and start[5:7] != "03" for year in expected]
+    assert [len(inside) for _, inside in years] == [8784 if one else 8760 for one in leap]
 
 
 def test_hours_of_the_sun(tmp_path):
@@ -193,7 +189,7 @@ def test_hours_of_the_sun(tmp_path):
 
 
 def test_series_of_single_surfaces(berlin, tmp_path):
-    suns = choose_suns("typical-days:4", berlin.data.index, berlin.interval, berlin.latitude, berlin.longitude)
+    suns = choose_suns("typical-days:4", *berlin.axis)
     transfer = Horizons(40, 2).transfer(suns)
     energy = compute_energy(transfer, berlin, build_system(Request(losses=20.0)), series=[7, 3])
     write_series(tmp_path / "series.csv", transfer, energy)

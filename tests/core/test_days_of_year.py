@@ -6,14 +6,10 @@ import pytest
 from test_suns import sunny_directions
 from weathers import HOUR, year_of
 
-from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.sun.cubic_weights import cubic_weights
-from citypv.core.sun.days_of_year import EPOCH, merge_steps
-from citypv.core.sun.keep_suns import keep_suns
-from citypv.core.sun.match_suns import match_suns
-from citypv.core.sun.solar_days import solar_days
-from citypv.core.sun.spread_suns import spread_suns
-from citypv.core.sun.suns import Suns
+from citypv.core.sun.days_of_year import EPOCH, cubic_weights, merge_steps
+from citypv.core.sun.solar_position import solar_days
+from citypv.core.sun.sun_sampling import choose_suns, match_suns
+from citypv.core.sun.suns import Suns, interrupted_suns, progressive_order
 
 PLACES = [
     (0.0, 0.0),
@@ -152,12 +148,12 @@ def test_days_are_spread_evenly():
 
 def test_the_first_days_share_the_year():
     """Whoever stops after some days keeps days of all seasons."""
-    suns = spread_suns(choose_suns("days:24", year_of(), HOUR, 52.5, 13.4))
+    suns = progressive_order(choose_suns("days:24", year_of(), HOUR, 52.5, 13.4))
     assert isinstance(suns, Suns)
     for days in (3, 5, 8, 13):
         last = np.flatnonzero(np.diff(suns.day))[days - 1] + 1
-        kept = keep_suns(suns, last)
-        assert kept.way == f"days:{days}"
+        kept = interrupted_suns(suns, last)
+        assert kept.sampling == f"days:{days}"
         dates = np.sort(np.unique(kept.day))
         assert np.diff(np.append(dates, dates[0] + 365)).max() <= 2.7 * 365 / days
     assert np.median(angles(kept, year_of(), HOUR, 52.5, 13.4)) < 0.1

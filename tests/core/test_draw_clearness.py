@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from citypv.core.climate.draw_clearness import (
+from citypv.core.weather.draw_clearness import (
     draw_days,
     draw_normals,
     exponential_quantile,

@@ -19,9 +19,9 @@ from citypv.core.energy.pv_system import build_system
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.sky.plausible_years import even_year
 from citypv.core.study import prepare_study, read_scene, read_year
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.plausible_years import even_year
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.transfer.prepare_scene import prepare_scene
 from citypv.core.weather.read_weather import read_weather
 

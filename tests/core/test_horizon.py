@@ -8,20 +8,20 @@ import pvlib
 import pytest
 from scenes import assert_mean, scene_of_triangles, suns_towards
 from transfers import unshaded_transfer
-from weathers import BERLIN, plain_table, year_of
+from weathers import BERLIN
 
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.horizon.horizon import STEPS, TerrainHorizon, is_above
-from citypv.core.horizon.lost_sky import lost_sky
-from citypv.core.horizon.read_horizon_table import read_horizon_table
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.sun.hourly import hourly_suns
-from citypv.core.weather.weather import Weather
+from citypv.core.sun.horizon import STEPS, TerrainHorizon, is_above
+from citypv.core.sun.read_horizon import read_horizon_table
+from citypv.core.sun.sun_sampling import hourly_suns
+from citypv.core.sun.terrain_loss import lost_sky
+from citypv.core.weather.read_weather import read_weather
 
 HOUR = pd.Timedelta(hours=1)
 TEN = np.radians(10)
@@ -36,6 +36,15 @@ def valley(height):
     """Ridges in the east and in the west, each a quarter of the horizon."""
     azimuth = uniform(0).azimuth % 180
     return TerrainHorizon(np.where((azimuth >= 45) & (azimuth < 135), float(height), 0.0))
+
+
+def with_sun(table):
+    """A table of weather in Berlin with what the readers of weather add."""
+    position = pvlib.solarposition.get_solarposition(table.index + HOUR / 2, *BERLIN)
+    zenith = position["apparent_zenith"].to_numpy()
+    beam = (table["ghi"] - table["dhi"]) / np.maximum(np.cos(np.radians(zenith)), 1e-3)
+    sun = {"apparent_zenith": zenith, "solar_azimuth": position["azimuth"].to_numpy()}
+    return table.assign(dni=np.where(zenith < 88, beam, 0.0), pressure=101325.0, **sun)
 
 
 def write_angles(path, horizon, step=4):
@@ -92,17 +101,12 @@ def slopes():
 def test_estimators_lose_the_sky_behind_a_ridge(slopes, tmp_path, estimator, shape):
     """Terrain above the horizontal reflects as the far ground does."""
     horizon = read_horizon_table(write_angles(tmp_path / "ridge.csv", shape(10), step=1))
-    request = Request(
-        estimator="forward" if estimator == "forward" else "gather",
-        horizon=str(tmp_path / "ridge.csv"),
-        effects={"sky-rays": True, "shadow-rays": True} if estimator == "rays" else {},
-        samples=1 << (17 if estimator == "forward" else 12),
-        max_bounces=1,
-        albedo=0.0,
-        ground_albedo=0.4,
-        threads=1,
-    )
-    trace = trace_forward if estimator == "forward" else trace_gather
+    settings = {"horizon": horizon.source, "max_bounces": 1, "albedo": 0.0, "ground_albedo": 0.4, "threads": 1}
+    if estimator == "forward":
+        request, trace = Request(estimator="forward", samples=1 << 17, **settings), trace_forward
+    else:
+        effects = {"sky-rays": True, "shadow-rays": True} if estimator == "rays" else {}
+        request, trace = Request(effects=effects, samples=1 << 12, **settings), trace_gather
     found = trace(slopes, suns_towards([[0, -0.6, 0.8]]), request, silent)
     upward = slopes.surfaces.normal[:, 2]
     lost = lost_sky(slopes.surfaces.normal, horizon)
@@ -139,15 +143,8 @@ def test_a_level_horizon_changes_no_bit(tmp_path):
 
 def test_suns_behind_the_ridge_are_off_hour_by_hour():
     """Unshaded level ground and walls: light of the hours in which pvlib has the sun above 10°."""
-    times = year_of(2021)
-    weather = Weather(
-        label="",
-        data=with_sun(plain_table(times)),
-        interval=HOUR,
-        latitude=BERLIN[0],
-        longitude=BERLIN[1],
-        altitude=0.0,
-    )
+    weather = read_weather("clear-sky", *BERLIN)
+    times = weather.data.index
     transfer = unshaded_transfer(hourly_suns(times, HOUR, *BERLIN), [0, 90, 90], [0, 180, 90])
     energy = compute_energy(replace(transfer, terrain=uniform(10)), weather, threads=1)
     sun = pvlib.solarposition.get_solarposition(times + HOUR / 2, *BERLIN)
@@ -162,17 +159,6 @@ def test_suns_behind_the_ridge_are_off_hour_by_hour():
         assert energy.poa_global_annual[row] == pytest.approx(poa / 1000, rel=1e-6)
     whole = compute_energy(transfer, weather, threads=1)
     assert (energy.full_load_hours < whole.full_load_hours).all()
-
-
-def with_sun(table):
-    """The table with what the readers of weather add."""
-    position = pvlib.solarposition.get_solarposition(table.index + HOUR / 2, *BERLIN)
-    zenith = position["apparent_zenith"].to_numpy()
-    cosine = np.cos(np.radians(zenith))
-    beam = np.where(zenith < 88, (table["ghi"] - table["dhi"]) / np.maximum(cosine, 1e-3), 0.0)
-    return table.assign(
-        dni=beam, pressure=101325.0, apparent_zenith=zenith, solar_azimuth=position["azimuth"].to_numpy()
-    )
 
 
 def test_a_low_horizon_is_left_out_with_its_height_as_the_reason(slopes, tmp_path):
@@ -194,21 +180,11 @@ def test_a_ridge_hides_the_horizon_of_perez(slopes, tmp_path):
     """The band at the horizon, 6.5° high: all of it behind a ridge of 10°, its upper half behind one of 3.25°."""
     for height, left in ((10.0, 0.0), (3.25, 0.5)):
         path = write_angles(tmp_path / f"{height}.csv", uniform(height))
-        for effects, estimator in (
-            ({}, "gather"),
-            ({"sky-rays": True, "shadow-rays": True}, "gather"),
-            ({}, "forward"),
-        ):
-            request = Request(
-                horizon=path,
-                sky="perez",
-                effects=effects,
-                estimator=estimator,
-                max_bounces=0,
-                samples=1 << 14,
-                threads=1,
-            )
-            trace = trace_forward if estimator == "forward" else trace_gather
+        rays = {"sky-rays": True, "shadow-rays": True}
+        for effects, trace in (({}, trace_gather), (rays, trace_gather), ({}, trace_forward)):
+            estimator = trace.__name__.removeprefix("trace_")
+            settings = {"horizon": path, "sky": "perez", "max_bounces": 0, "samples": 1 << 14, "threads": 1}
+            request = Request(effects=effects, estimator=estimator, **settings)
             found = trace(slopes, suns_towards([[0, -0.6, 0.8]]), request, silent)
             expected = left * np.sin(np.radians(slopes.surfaces.surface_tilt))
             assert_mean(found.sources["horizon"].view_factor, found.sources["horizon"].standard_error + 1e-3, expected)

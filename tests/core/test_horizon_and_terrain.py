@@ -6,15 +6,15 @@ import rasterio
 from cities import box, make_city
 from rasterio.transform import Affine
 
-from citypv.core.horizon.horizon import STEPS
-from citypv.core.horizon.read_horizon import distance_to_end, read_horizon
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.read.read_terrain import read_terrain
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import read_year
-from citypv.core.sun.hourly import hourly_suns
+from citypv.core.sun.horizon import STEPS
+from citypv.core.sun.read_horizon import distance_to_end, read_horizon
+from citypv.core.sun.sun_sampling import hourly_suns
 
 SYSTEM, X, Y = "EPSG:32632", 500_000.0, 5_500_000.0  # on the central meridian, where the grid points north
 POST, HALF = 50.0, 12_000.0  # [m]

@@ -15,7 +15,7 @@ from citypv.core.effects.effect import Effect
 from citypv.core.effects.plan_effects import EffectPlan
 from citypv.core.effects.terrain_horizon import Terrain
 from citypv.core.request import Request
-from citypv.core.sun.hourly import hourly_suns
+from citypv.core.sun.sun_sampling import hourly_suns
 from citypv.core.weather.weather import Weather
 
 KEY = "terrain-horizon"

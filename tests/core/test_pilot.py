@@ -16,7 +16,7 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.request import Request
 from citypv.core.selfcheck.plain_scenes import join_parts
 from citypv.core.study import read_scene, read_year
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
 
 SIDE = 40  # tiles of a metre

@@ -8,7 +8,6 @@ from scipy.special import expn
 
 from citypv.core.city.canopy import Canopy
 from citypv.core.effects.pilot import Surroundings, trace_pilot
-from citypv.core.horizon.horizon import STEPS, TerrainHorizon
 from citypv.core.patches.facing_scene import FacingScene
 from citypv.core.patches.patches import patches_of_scene
 

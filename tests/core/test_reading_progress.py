@@ -28,7 +28,7 @@ from citypv.core.results.write_cityjson import write_cityjson
 from citypv.core.results.write_gltf import write_gltf
 from citypv.core.results.write_tables import write_faces
 from citypv.core.scene.build_scene import build_scene
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.transfer import kept_matrix
 from citypv.core.weather.read_weather import read_weather
 

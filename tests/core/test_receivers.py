@@ -13,7 +13,7 @@ from citypv.core.radiosity.shadow_points import split_net
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.sampling.sample_points import grid_of
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 
 
 def on_ground():

@@ -22,7 +22,7 @@ from citypv.core.read import open_netcdf
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.results.write_summary import peak_memory
 from citypv.core.results.write_tables import write_faces, write_groups, write_timeseries
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
 FACES = (

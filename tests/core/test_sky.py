@@ -1,25 +1,37 @@
 """The Perez sky: against pvlib on open planes, the horizon against closed forms, gather against forward."""
 
-import gzip
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pvlib
 import pytest
+from mirror_street import finish
+from planes import ALBEDO, light_on_plane
 from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
+from test_forward_agrees import SUNS, refined
+from test_tracing import three_houses
 from thorough import THOROUGH
-from weathers import BARROW, DATA
+from weathers import BARROW, DATA, HOUR, read_pvlib_epw
 
 from citypv.core.effects.perez import surfaces_that_count
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.energy.pv_system import build_system
+from citypv.core.errors import InputError
 from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.photons.trace_hybrid import trace_hybrid
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.sky.horizon_band import HEIGHT, horizon_directions, weight_of_band
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.results.transfer_file import read_transfer, write_transfer
+from citypv.core.sun.horizon_band import HEIGHT, HORIZON
+from citypv.core.sun.sky_models import split_sky
+from citypv.core.sun.sun_sampling import choose_suns
+from citypv.core.transfer.merge_transfers import merge_transfers
 from citypv.core.weather.read_weather import read_weather
+from citypv.core.world.compute_world import compute_world
+from citypv.core.world.environment import build_environment, unshaded_transfer
+from citypv.core.world.sources import station_source
 
 NEW_YORK = DATA / "USA_NY_New.York-CentralPark_TMY3.epw.gz"
 STATIONS = {
@@ -30,7 +42,6 @@ STATIONS = {
 TILTS = (0.0, 10.0, 20.0, 30.0, 45.0, 60.0, 75.0, 90.0, 105.0, 120.0, 150.0)
 AZIMUTHS = (0.0, 90.0, 135.0, 180.0, 270.0)
 PLANES = [(tilt, azimuth) for tilt in TILTS for azimuth in (AZIMUTHS if tilt else (0.0,))]
-ALBEDO = 0.25
 
 
 def read_with_pvlib(path, *, low_suns):
@@ -38,36 +49,14 @@ def read_with_pvlib(path, *, low_suns):
 
     Unless `low_suns`, light of a sun below 2° counts as diffuse, as where DNI is computed and not measured.
     """
-    with gzip.open(path, "rt", encoding="latin-1") as file:
-        data, station = pvlib.iotools.read_epw(file)
-    middle = data.index + pd.Timedelta(minutes=30)
-    sun = pvlib.solarposition.get_solarposition(middle, station["latitude"], station["longitude"])
-    data["zenith"], data["azimuth"] = sun["apparent_zenith"].to_numpy(), sun["azimuth"].to_numpy()
-    data["extra"] = pvlib.irradiance.get_extra_radiation(middle).to_numpy()
+    data, station = read_pvlib_epw(path)
+    sun = pvlib.solarposition.get_solarposition(data.index + HOUR / 2, station["latitude"], station["longitude"])
+    names = {"apparent_zenith": "apparent_zenith", "azimuth": "solar_azimuth"}
+    data = data.join(sun[list(names)].rename(columns=names).set_axis(data.index))
     if not low_suns:
-        low = data["zenith"] > 88
+        low = data["apparent_zenith"] > 88
         data.loc[low, "dni"], data.loc[low, "dhi"] = 0.0, data.loc[low, "ghi"]
     return data
-
-
-def columns_of(weather):
-    """The same columns as the program has them."""
-    names = {"apparent_zenith": "zenith", "solar_azimuth": "azimuth"}
-    data = weather.data.rename(columns=names)[["ghi", "dni", "dhi", "zenith", "azimuth"]]
-    return data.assign(extra=pvlib.irradiance.get_extra_radiation(data.index + weather.interval / 2).to_numpy())
-
-
-def pvlib_alone(data, tilt, azimuth, model):
-    """Hourly irradiance of an open plane [Wm⁻²]; the Perez sky is isotropic with the sun below the horizon."""
-    horizontal = data["dhi"] + data["dni"] * np.cos(np.radians(data["zenith"])).clip(lower=0)
-    given = (tilt, azimuth, data["zenith"], data["azimuth"], data["dni"], horizontal, data["dhi"])
-    isotropic = pvlib.irradiance.get_total_irradiance(*given, albedo=ALBEDO, model="isotropic")["poa_global"]
-    if model == "isotropic":
-        return isotropic
-    airmass = pvlib.atmosphere.get_relative_airmass(data["zenith"])
-    more = {"airmass": airmass, "dni_extra": data["extra"], "albedo": ALBEDO, "model": "perez"}
-    found = pvlib.irradiance.get_total_irradiance(*given, **more)["poa_global"]
-    return found.where(airmass.notna() & (data["dhi"] > 0), isotropic)
 
 
 def open_plane(tilt, azimuth):
@@ -83,19 +72,19 @@ def open_plane(tilt, azimuth):
 @pytest.mark.parametrize("station", STATIONS)
 def test_a_year_on_open_planes(station):
     """Annual sums of the program's own chain under both skies: pvlib's to rounding in the same weather; in pvlib's own
-    reading of the file, with the sun of another year, within 0.2 %. Each station has every other plane, the second one
+    reading of the file within 0.2 %. Each station has every other plane, the second one
     those that the others leave out."""
     path, latitude, longitude = STATIONS[station]
     weather = read_weather(path, latitude, longitude)
     suns = choose_suns("hourly", *weather.axis)
-    own = columns_of(weather)
-    alone = read_with_pvlib(path, low_suns=bool((own["dni"][own["zenith"] > 88] > 0).any()))
+    own = weather.data
+    alone = read_with_pvlib(path, low_suns=bool((own["dni"][own["apparent_zenith"] > 88] > 0).any()))
     half = PLANES[list(STATIONS).index(station) % 2 :: 2]
     for tilt, azimuth in PLANES if THOROUGH else half:
         transfer = trace_gather(open_plane(tilt, azimuth), suns, Request(ground_albedo=ALBEDO, sky="perez"), silent)
         for sky in ("perez", "isotropic"):
             found = compute_energy(transfer, weather, sky=sky).poa_global_annual[0]
-            same, other = (pvlib_alone(data, tilt, azimuth, sky).sum() / 1000 for data in (own, alone))
+            same, other = (sum(light_on_plane(data, tilt, azimuth, sky)[:3]).sum() / 1000 for data in (own, alone))
             assert found == pytest.approx(same, rel=1e-6), (tilt, azimuth, sky)
             assert found == pytest.approx(other, rel=2e-3), (tilt, azimuth, sky)
 
@@ -171,22 +160,6 @@ def test_the_horizon_over_a_court():
     assert_mean(found, error, expected)
 
 
-@pytest.mark.slow
-@pytest.mark.once
-def test_the_horizon_with_reflections_is_that_of_photons():
-    scene, wall, ground = street(4)
-    settings = {"sky": "perez", "max_bounces": 3, "far_ground": False}
-    gather = trace(scene, samples=4096, max_bounces=3, far_ground=False)
-    forward = trace_forward(scene, suns_towards([[0.3, 0.2, 1.0]]), Request(samples=6000, **settings), silent)
-    for rows in (wall, ground):
-        for name in ("view_factor", "relative"):
-            one, other = mean_of(gather, rows, name), mean_of(forward, rows, name)
-            assert other[1] < 0.002
-            assert abs(one[0] - other[0]) < 4 * np.hypot(one[1], other[1])
-    tally = forward.record.photons["horizon"]
-    assert sum(tally.values()) == 2 * tally["emitted"] > 0
-
-
 @pytest.mark.parametrize("tilt", [20, 60, 90, 100, 120])
 def test_photons_of_the_horizon_on_an_open_plane(tilt):
     forward = trace_forward(
@@ -207,11 +180,11 @@ def test_the_band_is_weighed_like_a_line_at_the_horizon():
         normal = np.array([[np.sin(up), 0.0, np.cos(up)]])
         met = np.maximum(normal @ directions, 0)[0]
         front = met > 0
-        weight = weight_of_band(np.repeat(normal, front.sum(), axis=0), directions[:, front].T)
+        weight = HORIZON.weigh(np.repeat(normal, front.sum(), axis=0), directions[:, front].T)
         light = np.zeros(len(met))
         light[front] = np.pi * weight * met[front] / np.cos(elevation[front])
         assert light.mean() == pytest.approx(np.sin(up), rel=0.01)
-        towards = horizon_directions(normal.astype(np.float32), *rng.random((2, 1, 1000), np.float32))
+        towards = HORIZON.sample(normal.astype(np.float32), *rng.random((2, 1, 1000), np.float32))
         assert (towards @ normal[0] > -1e-6).all() and (towards[..., 2] >= 0).all()
 
 
@@ -235,3 +208,54 @@ def test_surfaces_for_which_the_sky_is_chosen(eligible, counted):
     tilt[2] = 30.0 if any(eligible) else 1.0
     surfaces = SimpleNamespace(eligible=eligible, kind=kind, surface_tilt=tilt)
     assert surfaces_that_count(surfaces).tolist() == counted
+
+
+def test_the_horizon_goes_through_files_and_rounds(tmp_path):
+    scene, request = open_plane(35, 200), Request(sky="perez", effects={"sky-rays": True})
+    suns = suns_towards([[0.3, 0.2, 1.0]])
+    merged = merge_transfers([trace_gather(scene, suns, replace(request, seed=seed), silent) for seed in (0, 1)])
+    assert merged.record.source_rays == {"horizon": 128}
+    write_transfer(tmp_path / "transfer.nc", merged)
+    again = read_transfer(tmp_path / "transfer.nc")
+    assert again.record.source_rays == merged.record.source_rays and list(again.sources) == ["horizon"]
+    for name, values in vars(merged.sources["horizon"]).items():
+        np.testing.assert_array_equal(getattr(again.sources["horizon"], name), values)
+    write_transfer(tmp_path / "even.nc", replace(merged, sources={}))
+    assert read_transfer(tmp_path / "even.nc").sources == {}
+
+
+@pytest.mark.once
+def test_the_horizon_in_a_street_with_mirrors_is_that_of_photons(tmp_path):
+    """Reflections of all kinds, and the horizon's light by way of mirrors, in gather and in forward."""
+    scene = refined(three_houses(), 10.0)
+    path = finish(tmp_path, "surface,albedo,material\nfacade,0.8,mirror\n")
+    settings = Request(albedo=0.5, ground_albedo=0.4, albedo_file=path, samples=256, sky="perez")
+    hybrid = trace_hybrid(scene, SUNS, settings, silent)
+    forward = trace_forward(scene, SUNS, replace(settings, estimator="forward", samples=400), silent)
+    assert set(forward.record.photons) == {"sky", "far ground", "suns", "horizon"}
+    tally = forward.record.photons["horizon"]
+    assert sum(tally.values()) == 2 * tally["emitted"] > 0
+    for kind in ("facade", "flat"):
+        rows = np.flatnonzero(scene.surfaces.kind == kind)
+        (one, own), (other, error) = (mean_of(traced, rows, "relative") for traced in (hybrid, forward))
+        assert np.hypot(own, error) < 0.02
+        assert_mean(one, np.hypot(own, error), other)
+
+
+@pytest.mark.once
+def test_irradiation_is_that_of_all_parts_of_the_sky():
+    """Unshaded planes: what the horizon adds to the year in closed form; a world map as a yield."""
+    transfer, system = unshaded_transfer(), build_system(Request(diffuse_iam=True))
+    weather = read_weather("clear-sky", 52.5, 13.4, 34.0)
+    found = compute_energy(transfer, weather, system, threads=1, sky="perez")
+    parts, normal, light = split_sky(weather, "perez"), transfer.surfaces.normal, transfer.sources["horizon"]
+    with pytest.raises(InputError, match="without the light of the horizon;"):
+        compute_energy(replace(transfer, sources={}), weather, system, sky="perez")
+    none = replace(light, view_factor=0 * light.relative, relative=0 * light.relative)
+    without = compute_energy(replace(transfer, sources={"horizon": none}), weather, system, threads=1, sky="perez")
+    gained = (found.poa_global_annual - without.poa_global_annual) * 1000
+    np.testing.assert_allclose(gained, parts.sources["horizon"].sum() * np.hypot(*normal[:, :2].T), rtol=1e-3)
+    environment = build_environment("open", "closed form", transfer, system, "perez")
+    world = compute_world([environment], station_source([weather], ["here"]), system, threads=1, sky="perez")
+    expected = found.capacity_factor.sum(axis=0) / found.years
+    np.testing.assert_allclose(world.full_load_hours[0, 0, :, 0], expected, rtol=1e-4)

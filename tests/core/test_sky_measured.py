@@ -21,10 +21,8 @@ from citypv.core.errors import InputError
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.results.transfer_file import read_transfer, write_transfer
-from citypv.core.sky.choose_sky import choose_sky
-from citypv.core.sky.sky_models import split_sky
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sky_models import choose_sky, split_sky
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.transfer.prepare_scene import prepare_scene
 from citypv.core.transfer.transfer import SourceLight
 from citypv.core.weather.read_weather import read_weather
@@ -115,10 +113,8 @@ def test_errors_of_the_horizon_are_carried_to_hours(berlin):
     plain = compute_energy(transfer, berlin, sky="perez")
     transfer.sources["horizon"].standard_error[:] = 0.05
     found = compute_energy(transfer, berlin, sky="perez")
-    more = replace(
-        transfer, sources={"horizon": SourceLight(*(0 * one for one in vars(transfer.sources["horizon"]).values()))}
-    )
-    change = plain.full_load_hours - compute_energy(more, berlin, sky="perez").full_load_hours
+    dark = compute_energy(horizon_of(transfer, 0), berlin, sky="perez")
+    change = plain.full_load_hours - dark.full_load_hours
     np.testing.assert_allclose(found.full_load_hours_standard_error, 0.05 * np.abs(change), rtol=0.15)
 
 
@@ -140,11 +136,8 @@ def test_the_plan_takes_perez_where_inclined_surfaces_count(berlin):
     effect = plan_of(level, berlin)["perez"]
     assert not effect.on and effect.bound == 0 and "no inclined surface" in effect.reason
     effect = plan_of(wall, berlin)["perez"]
-    assert (
-        effect.on
-        and effect.bound == 0
-        and "100 m² of inclined surfaces count; it changes unshaded ones by" in effect.reason
-    )
+    assert effect.on and effect.bound == 0
+    assert "100 m² of inclined surfaces count; it changes unshaded ones by" in effect.reason
     assert plan_of(wall)["perez"].on
     for settings in ({"sky": "isotropic"}, {"effects": {"perez": False}}):
         effect = plan_of(wall, berlin, **settings)["perez"]
@@ -174,19 +167,6 @@ def test_the_sky_of_a_transfer():
     weather = read_weather(BARROW, 71.32, -156.62)
     with pytest.raises(InputError, match="--sky perez: the Transfer was traced without the light of the horizon"):
         compute_energy(even, weather, sky="perez")
-
-
-def test_the_horizon_goes_through_a_file(tmp_path):
-    wall = scene_of_triangles(*strip([0, 0, 0], [10, 0, 0], [0, 0, 10], 1))
-    transfer = trace_gather(
-        wall, suns_towards([[0, 0, 1.0]]), Request(effects={"sky-rays": True, "shadow-rays": True}), silent
-    )
-    write_transfer(tmp_path / "transfer.nc", transfer)
-    again = read_transfer(tmp_path / "transfer.nc")
-    for name, values in vars(transfer.sources["horizon"]).items():
-        np.testing.assert_array_equal(getattr(again.sources["horizon"], name), values)
-    write_transfer(tmp_path / "even.nc", replace(transfer, sources={}))
-    assert read_transfer(tmp_path / "even.nc").sources == {}
 
 
 def test_the_command_tells_which_sky(tmp_path, capsys):

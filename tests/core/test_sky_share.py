@@ -4,6 +4,7 @@ import numpy as np
 import pvlib
 import pytest
 from cities import box, make_city
+from planes import light_on_plane, sapm_power
 from transfers import unshaded_transfer
 from weathers import ERA5
 
@@ -13,13 +14,11 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
-from citypv.core.sky.light_sources import choose_share
-from citypv.core.sky.sky_models import SkyParts
 from citypv.core.study import prepare_study, read_year, trace_scene
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sky_models import SkyParts, choose_share
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
-MODULE = "SunPower_SPR_300_WHT__2007__E__"
 TILT, AZIMUTH = [90, 90, 90, 30], [180, 90, 0, 180]
 PLAIN = {"aoi": False, "spectrum": False, "temperature": False}
 
@@ -27,24 +26,13 @@ PLAIN = {"aoi": False, "spectrum": False, "temperature": False}
 @pytest.fixture(scope="module")
 def berlin():
     weather = read_weather(ERA5, 52.51, 13.39)
-    suns = choose_suns("hourly", weather.data.index, weather.interval, weather.latitude, weather.longitude)
-    return weather, unshaded_transfer(suns, TILT, AZIMUTH)
+    return weather, unshaded_transfer(choose_suns("hourly", *weather.axis), TILT, AZIMUTH)
 
 
 def power_by_pvlib(weather, tilt, azimuth, sky):
     """Full load hours of an unshaded plane at 25 °C without losses at the glass, from pvlib."""
-    data, module = weather.data, pvlib.pvsystem.retrieve_sam("SandiaMod")[MODULE]
-    zenith, sun_azimuth = data["apparent_zenith"], data["solar_azimuth"]
-    direct = pvlib.irradiance.beam_component(tilt, azimuth, zenith, sun_azimuth, data["dni"])
-    extra = pvlib.irradiance.get_extra_radiation(data.index + weather.interval / 2).to_numpy()
-    airmass = pvlib.atmosphere.get_relative_airmass(zenith)
-    even = pvlib.irradiance.isotropic(tilt, data["dhi"])
-    uneven = pvlib.irradiance.perez(tilt, azimuth, data["dhi"], data["dni"], extra, zenith, sun_azimuth, airmass)
-    diffuse = even if sky == "isotropic" else np.where(airmass.notna() & (data["dhi"] > 0), uneven, even)
-    horizontal = data["dhi"] + data["dni"] * np.maximum(np.cos(np.radians(zenith)), 0)
-    light = direct + diffuse + pvlib.irradiance.get_ground_diffuse(tilt, horizontal, 0.25)
-    power = pvlib.pvsystem.sapm(light, 25.0 + 0 * light, module)["p_mp"]
-    return power.fillna(0).sum() / (module["Impo"] * module["Vmpo"])
+    light = sum(light_on_plane(weather.data, tilt, azimuth, sky)[:3])
+    return sapm_power(light, 25.0 + 0 * light).sum()
 
 
 def test_share_and_outcome_of_the_sky_are_those_of_pvlib(berlin):

@@ -7,11 +7,9 @@ import pytest
 from weathers import HOUR, year_of
 
 from citypv.core.errors import InputError
-from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.sky_grid import sky_grid_suns
-from citypv.core.sun.solar_days import solar_days, whole_solar_days
-from citypv.core.sun.solar_position import is_sunny, solar_position, sun_direction
+from citypv.core.sun.solar_position import is_sunny, solar_days, solar_position, sun_direction, whole_solar_days
+from citypv.core.sun.sun_sampling import choose_suns, match_suns
 
 PLACES = [(0.0, 0.0), (30.0, 0.0), (52.5, 13.4), (-33.4, -70.8), (12.0, 7.4), (66.56, 25.0), (90.0, 0.0), (-90.0, 0.0)]
 DATE_LINE = [(-17.0, 179.9), (-17.0, -179.9)]
@@ -205,17 +203,10 @@ def test_two_degrees_are_the_limit():
     assert is_sunny([88.0, 88.001, 0.0, 95.0]).tolist() == [True, False, True, False]
 
 
-@pytest.mark.parametrize(
-    "way", ["daily", "days", "days:0", "days:x", "typical-days", "typical-days:", "typical-days:0", "typical-days:-3"]
-)
-def test_words_that_mean_nothing(way):
-    with pytest.raises(InputError, match="--suns"):
-        choose_suns(way, year_of(), HOUR, 52.5, 13.4)
+NONSENSE = ["daily", "days", "days:0", "days:x", "typical-days:", "typical-days:-3", "typical-days:1.5", "hourly:2", ""]
 
 
-@pytest.mark.parametrize(
-    "way", ["days:400", "typical-days:400", "typical-days:1.5", "sky-grid:3", "hourly:2", "", "sky-grid:²"]
-)
-def test_numbers_that_cannot_be(way):
+@pytest.mark.parametrize("sampling", [*NONSENSE, "days:400", "typical-days:400", "sky-grid:3", "sky-grid:²"])
+def test_settings_that_mean_nothing_or_cannot_be(sampling):
     with pytest.raises(InputError, match="--suns"):
-        choose_suns(way, year_of(), HOUR, 52.5, 13.4)
+        choose_suns(sampling, year_of(), HOUR, 52.5, 13.4)

@@ -13,7 +13,7 @@ from citypv.core.request import Request
 from citypv.core.sampling.random_numbers import mix
 from citypv.core.scene.scene import OWN
 from citypv.core.study import read_scene, read_year, trace_scene
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
 
 SIDE, STEP, TILE = 9, 28.0, 40.0

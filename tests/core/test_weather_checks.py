@@ -19,7 +19,6 @@ from weathers import (
     annual_sums,
     lines_of,
     plain_table,
-    read_pvlib_epw,
     refuse,
     write_lines,
     write_table,
@@ -28,7 +27,6 @@ from weathers import (
 
 from citypv.core.errors import InputError
 from citypv.core.weather.add_sun import complete_irradiance
-from citypv.core.weather.check_irradiance import cure_of_factor
 from citypv.core.weather.check_sun_times import measure_sun_times, sun_track
 from citypv.core.weather.read_weather import read_weather
 
@@ -118,15 +116,6 @@ def test_weather_of_new_york_used_for_berlin(tmp_path):
     refuse(two, "fits the sun", "--weather-place", "--time-shift -3")
     weather = read_weather(two, *BERLIN, place=(40.65, -73.8))
     assert (weather.latitude, weather.longitude) == (40.65, -73.8)
-
-
-@pytest.mark.parametrize("shift", [-60, -30, 30, 60])
-def test_two_columns_and_another_time(tmp_path, shift):
-    data = read_weather(ERA5, *BERLIN).data[["ghi", "dhi", "temp_air", "wind_speed"]].rename_axis("time")
-    path = write_table(tmp_path / "late.csv", data.set_axis(data.index - pd.Timedelta(minutes=shift), axis=0))
-    refuse(path, "fits the sun", "--time-shift")
-    weather = read_weather(path, *BERLIN, time_shift=shift)
-    np.testing.assert_allclose(weather.data["ghi"], data["ghi"])
 
 
 @pytest.mark.parametrize("path", [BARROW, PVGIS, TMY3, STOCKHOLM], ids=lambda path: path.name[:12])
@@ -249,14 +238,6 @@ def test_years_too_dark_or_too_bright(tmp_path):
         refuse(write_table(tmp_path / f"{scale}.csv", table.assign(ghi=ghi, dhi=0.1 * ghi)), words)
 
 
-def test_a_factor_is_named_only_where_it_fits():
-    cos_zenith = np.linspace(0, 0.9, 500)
-    ghi = 1098.0 * cos_zenith
-    assert "times 1000" in cure_of_factor(ghi / 1000, cos_zenith, HOUR)
-    assert "times 4 " in cure_of_factor(ghi / 4, cos_zenith, HOUR / 4)
-    assert "check the unit" in cure_of_factor(ghi / 40, cos_zenith, HOUR)
-
-
 def test_a_direct_column_that_holds_the_global_irradiance():
     """Potsdam 2019: G_Bh + G_Dh sums up to 1,659 kWh/m²."""
     refuse(POTSDAM_2019, "under overcast skies only 50 %", "direct column", "2019")
@@ -282,14 +263,3 @@ def test_measured_direct_light_near_the_horizon_is_kept():
     assert list(derived["dhi"][1:]) == [30, 30, 30]
     neglected = complete_irradiance(given, zenith, "neglect")
     assert [list(neglected[name]) for name in ("ghi", "dhi", "dni")] == [[30, 0, 0, 0], [20, 0, 0, 0], [300, 0, 0, 0]]
-
-
-def test_sums_of_a_station_are_kept_but_for_a_sun_below_the_horizon():
-    table, place = read_pvlib_epw(BARROW)
-    weather = read_weather(BARROW, *BERLIN)
-    middle = table.index + HOUR / 2
-    zenith = pvlib.solarposition.get_solarposition(middle, place["latitude"], place["longitude"])["apparent_zenith"]
-    up = zenith.to_numpy() < 90
-    np.testing.assert_allclose(weather.data["dni"], np.where(up, table["dni"], 0.0))
-    np.testing.assert_allclose(weather.data["dhi"], np.where(up, table["dhi"], table["ghi"]))
-    np.testing.assert_allclose(weather.data["ghi"], table["ghi"])

@@ -186,11 +186,8 @@ def test_hourly_series_of_pvgis(tmp_path):
     ]
     place = {"latitude": 52.51, "longitude": 13.39, "elevation": 34.0}
     mounting = {"fixed": {"slope": {"value": 0, "optimal": False}, "azimuth": {"value": 0, "optimal": False}}}
-    tree = {
-        "inputs": {"location": place, "mounting_system": mounting},
-        "outputs": {"hourly": hourly},
-        "meta": {"inputs": {}},
-    }
+    inputs = {"location": place, "mounting_system": mounting}
+    tree = {"inputs": inputs, "outputs": {"hourly": hourly}, "meta": {"inputs": {}}}
     (tmp_path / "hourly.json").write_text(json.dumps(tree))
     pd.testing.assert_frame_equal(read_weather(tmp_path / "hourly.json", 0.0, 0.0).data, weather.data)
     mounting["fixed"]["slope"]["value"] = 30
@@ -203,13 +200,3 @@ def test_hourly_series_that_cannot_be_used(tmp_path):
         head, names, rows = hourly_pvgis(**settings)
         path = write_lines(tmp_path / f"{name}.csv", [*head, ",".join(names), *map(",".join, rows), ""])
         refuse(path, word, "hourly data with slope 0")
-
-
-def test_epw_of_two_years_in_one_file(tmp_path):
-    lines = lines_of(BARROW)
-    rows = [[",".join([year, *line.split(",")[1:]]) for line in lines[8:]] for year in ("2014", "2015")]
-    weather = read_weather(write_lines(tmp_path / "both.epw", lines[:8] + rows[0] + rows[1]), *BERLIN)
-    assert len(weather.data) == 2 * 8760
-    assert "typical" not in weather.label
-    files = [write_lines(tmp_path / f"{k}.epw", lines[:8] + part) for k, part in enumerate(rows)]
-    pd.testing.assert_frame_equal(read_weather(files, *BERLIN).data, weather.data)

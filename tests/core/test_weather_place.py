@@ -12,10 +12,10 @@ from citypv.__main__ import main
 from citypv.core import study
 from citypv.core.errors import InputError
 from citypv.core.request import Request
-from citypv.core.sun.check_distance import check_distance, distance_of_weather
-from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.solar_position import sun_direction
+from citypv.core.sun.sun_sampling import match_suns
 from citypv.core.weather.read_weather import read_weather
+from citypv.core.weather.weather import check_distance, distance_of_weather
 
 
 @pytest.fixture(scope="module")
@@ -130,7 +130,6 @@ def test_a_shift_on_the_command_line(city, tmp_path, capfd):
     ("options", "word"),
     [
         (["--time-shift", "900"], "--time-shift"),
-        (["--time-shift", "nan"], "--time-shift"),
         (["--allow-distance", "-1"], "--allow-distance"),
         (["--weather-place", "91", "0"], "--weather-place"),
         (["--weather-without", "temp"], "--weather-without"),

@@ -14,10 +14,8 @@ from citypv.core.errors import InputError
 from citypv.core.request import Request
 from citypv.core.results.write_tables import place_periods
 from citypv.core.results.write_tables import sum_periods as sum_rows
-from citypv.core.sun.match_sky_grid import match_sky_grid, match_triangles, triangulate_sky
-from citypv.core.sun.sky_grid import sky_grid_suns
-from citypv.core.sun.solar_position import solar_position
-from citypv.core.sun.sun_of_places import geocentric_sun, sun_of_place
+from citypv.core.sun.sky_grid import match_sky_grid, match_triangles, sky_grid_suns, triangulate_sky
+from citypv.core.sun.solar_position import geocentric_sun, solar_position, sun_of_place
 from citypv.core.transfer.transfer import SourceLight
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world

@@ -10,11 +10,12 @@ from citypv.core.commands.command_line import main
 from citypv.core.commands.world_tasks import stamp_files
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.errors import InputError
+from citypv.core.weather.climate import look_up_altitude
 from citypv.core.weather.read_era5 import read_era5
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.environment import unshaded_transfer
 from citypv.core.world.read_era5_grid import open_era5_grid
-from citypv.core.world.sources import look_up_altitude, regular_axes, thin_axis
+from citypv.core.world.sources import regular_axes, thin_axis
 
 from .weathers import ERA5
 

@@ -10,7 +10,7 @@ import xarray as xr
 from citypv.core.commands.command_line import main
 from citypv.core.energy.pv_system import default_system
 from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.record import Record
+from citypv.core.weather.weather import Record
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.draw_world import PICTURES, draw_world_months
 from citypv.core.world.draw_world_maps import (

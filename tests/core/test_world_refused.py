@@ -8,10 +8,10 @@ import pytest
 from citypv.core.commands.command_line import main
 from citypv.core.energy.pv_system import default_system
 from citypv.core.errors import InputError
-from citypv.core.horizon.horizon import STEPS, TerrainHorizon
-from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.sun.keep_suns import keep_suns
+from citypv.core.sun.horizon import STEPS, TerrainHorizon
 from citypv.core.sun.sky_grid import sky_grid_suns
+from citypv.core.sun.sun_sampling import choose_suns
+from citypv.core.sun.suns import interrupted_suns
 from citypv.core.world.environment import build_environment
 
 from .transfers import Horizons

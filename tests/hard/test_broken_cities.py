@@ -26,11 +26,10 @@ from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.classify import classify, measure_tilt
 from citypv.core.scene.grid_cells import split_into_cells
 from citypv.core.scene.refine import refine_triangles
-from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.solar_position import solar_position, sun_direction
+from citypv.core.sun.sun_sampling import choose_suns, match_suns
 from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.clear_sky import clear_sky
+from citypv.core.weather.climate import clear_sky
 
 HOUR = pd.Timedelta(hours=1)
 BERLIN = (52, 13)

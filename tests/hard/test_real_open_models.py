@@ -18,9 +18,9 @@ from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_city import read_city
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.clear_sky import clear_sky
+from citypv.core.weather.climate import clear_sky
 
 DATA = Path(__file__).parents[1] / "data"
 FILES = {

@@ -17,7 +17,7 @@ from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.study import read_year
-from citypv.core.sun.choose_suns import choose_suns
+from citypv.core.sun.sun_sampling import choose_suns
 
 SEEDS = 16
 PLACE = (52.5, 13.4)

@@ -17,7 +17,7 @@ from citypv.core.radiosity.trace_hemisphere import trace_hemisphere
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
 from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.clear_sky import clear_sky
+from citypv.core.weather.climate import clear_sky
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
 ROOM = join(room((0, 0, 0), (4, 5, 3)))

@@ -11,12 +11,11 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.solar_position import solar_position, sun_direction
+from citypv.core.sun.sun_sampling import choose_suns, match_suns
 from citypv.core.sun.suns import Suns
 from citypv.core.weather.add_sun import add_sun, complete_irradiance
-from citypv.core.weather.clear_sky import clear_sky
+from citypv.core.weather.climate import clear_sky
 
 HOUR = pd.Timedelta(hours=1)
 GROUND = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 6)

@@ -7,12 +7,8 @@ from pathlib import Path
 import numpy as np
 
 FILE = Path(__file__).with_name("climate_grid.npz")  # made by tools/make_climate_grid.py
-CELL, SOUTH, WEST, SHAPE = (
-    0.25,
-    -59.875,
-    -179.875,
-    (576, 1440),
-)  # fine grid: cell size and centre of the first cell [°], rows and columns
+CELL, SOUTH, WEST = 0.25, -59.875, -179.875  # fine grid: cell size and centre of the first cell [°]
+SHAPE = (576, 1440)  # rows and columns
 STEPS = {"ghi": 0.005, "temp_air": 0.1, "wind_speed": 0.1}
 SHARE_STEP = 0.002
 EARTH_RADIUS = 6371.0  # [km]
@@ -61,11 +57,15 @@ def look_up_normals(latitude, longitude):
         return None
     index = grid["number"][cell]
     annual = {name: float(grid[name][index]) for name in STEPS}
-    return Normals(
-        **annual,
-        clearness=interpolate_clearness(grid, latitude, longitude),
-        land_influence=measure_land_influence(grid["land"], cell, latitude),
-    )
+    # Bilinear between the four cells of the coarse grid around the place.
+    south, height, west, width = grid["clearness_axes"]
+    rows, columns, _ = grid["clearness"].shape
+    row = np.clip((latitude - south) / height, 0, rows - 1.000001)
+    column = ((longitude - west) / width) % columns
+    up, right = row - int(row), column - int(column)
+    around = grid["clearness"][np.ix_([int(row), int(row) + 1], [int(column), (int(column) + 1) % columns])]
+    clearness = np.einsum("i,j,ijm->m", [1 - up, up], [1 - right, right], around)
+    return Normals(**annual, clearness=clearness, land_influence=measure_land_influence(grid["land"], cell, latitude))
 
 
 @cache
@@ -105,20 +105,6 @@ def find_cell(land, latitude, longitude):
     distance = np.where(window, 2 * EARTH_RADIUS * np.arcsin(np.sqrt(np.minimum(chord, 1.0))), np.inf)
     row, column = np.unravel_index(distance.argmin(), distance.shape)
     return (int(rows[row]), int(columns[column])) if distance[row, column] <= REACH else None
-
-
-def interpolate_clearness(grid, latitude, longitude):
-    """Relative clearness index of the months between the four cells around a place: (12,)."""
-    south, cell, west, width = grid["clearness_axes"]
-    values = grid["clearness"]
-    row = np.clip((latitude - south) / cell, 0, len(values) - 1.000001)
-    column = ((longitude - west) / width) % values.shape[1]
-    low, left = int(row), int(column)
-    upper, right = row - low, column - left
-    beside = (left + 1) % values.shape[1]
-    return (1 - upper) * ((1 - right) * values[low, left] + right * values[low, beside]) + upper * (
-        (1 - right) * values[low + 1, left] + right * values[low + 1, beside]
-    )
 
 
 def measure_land_influence(land, cell, latitude):

@@ -1,21 +1,130 @@
-"""Horizon of a place from the heights around it, with the curvature of the Earth and refraction.
+"""The horizon of distant terrain as seen from one place: an elevation angle for every azimuth, from heights around it.
+
+elevation
+   │        ▲ hidden: below the line a ray that leaves the scene meets terrain, and no sun is seen
+10°│      ／╲＿
+   │＿＿／     ╲＿＿＿
+   └────────────────── azimuth
+   N    E    S    W    N
 
 eye ─────────────────────── horizontal        A post at distance d lies lower by about (1 - k) d²/2R than
  ●┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄ ▲ ↕ drop                    its height says: light in air bends towards the Earth, as
 ═══════════╲_____╱═╲___                       if the Earth had the radius R/(1 - k).
 """
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 import pyproj
 from numba import njit
 
 from ..errors import InputError
-from .horizon import STEPS, TerrainHorizon
 
+STEPS = 1440  # azimuths at which a horizon is stored: every 0.25°
 EARTH_RADIUS = 6_371_000.0  # [m] mean; the local one differs by 0.4 %, which is 0.001° at 50 km
 REFRACTION = 0.13  # coefficient k of terrestrial refraction (Gauss); Brunner 1984, Hirt et al. 2010
 NODE = 1000.0  # [m] along a line of sight places of the raster are computed so often, and linear between
 GEODESIC = pyproj.Geod(ellps="WGS84")
+
+
+@dataclass
+class TerrainHorizon:
+    """Elevation angle of the terrain around a place."""
+
+    elevation: np.ndarray  # (STEPS,) float64 [°], 0 to 90, at azimuths 0, 0.25°, … clockwise from true north
+    source: str = ""  # the file it comes from
+    eye: float | None = None  # [m] height from which terrain is seen; None: the file has angles
+    known: np.ndarray | None = None  # (STEPS,) float64 [m], distance of the last height in each direction
+
+    @property
+    def azimuth(self):
+        """Azimuths of the elevations [°]: (STEPS,)."""
+        return np.arange(len(self.elevation)) * (360.0 / len(self.elevation))
+
+
+def elevation_at(horizon, azimuth):
+    """Elevation angle of the horizon, linear between its stored azimuths.
+
+    Parameters
+    ----------
+    horizon : TerrainHorizon
+    azimuth : array_like [°]
+        Clockwise from true north.
+
+    Returns
+    -------
+    numpy.ndarray [°]
+    """
+    return np.interp(np.asarray(azimuth, float), horizon.azimuth, horizon.elevation, period=360.0)
+
+
+def is_above(horizon, direction):
+    """Whether directions point above the horizon.
+
+    Parameters
+    ----------
+    horizon : TerrainHorizon or None
+        None: everything is above it.
+    direction : array_like, (m, 3)
+        Unit vectors: x east, y north, z up.
+
+    Returns
+    -------
+    numpy.ndarray, (m,) bool
+    """
+    direction = np.asarray(direction, float)
+    if horizon is None:
+        return np.ones(len(direction), bool)
+    azimuth = np.degrees(np.arctan2(direction[:, 0], direction[:, 1]))
+    elevation = np.degrees(np.arcsin(np.clip(direction[:, 2], -1, 1)))
+    return elevation >= elevation_at(horizon, azimuth)
+
+
+def without_hidden(suns, horizon):
+    """Suns of which those behind the horizon have no weight: the weights sum to the share of open suns.
+
+    Parameters
+    ----------
+    suns : Suns
+    horizon : TerrainHorizon or None
+
+    Returns
+    -------
+    Suns
+    """
+    if horizon is None:
+        return suns
+    return replace(suns, weight=np.where(is_above(horizon, suns.direction), suns.weight, 0.0))
+
+
+@njit(nogil=True, cache=True)
+def mark_hidden(fate, directions, sine, seen, hidden):
+    """Change the fate of rays that reach the sky below the horizon, in place.
+
+    Parameters
+    ----------
+    fate : (c, rays) uint8
+    directions : (3, c, rays) float32
+        Unit vectors.
+    sine : (STEPS,) float64
+        Sine of the horizon's elevation.
+    seen, hidden : int
+        Fate of rays that reach the sky, and of those that meet terrain instead.
+    """
+    steps, highest = len(sine), sine.max()
+    for patch in range(fate.shape[0]):
+        for ray in range(fate.shape[1]):
+            height = directions[2, patch, ray]
+            if fate[patch, ray] != seen or height >= highest:
+                continue
+            turn = np.arctan2(directions[0, patch, ray], directions[1, patch, ray]) / (2 * np.pi)
+            place = (turn - np.floor(turn)) * steps
+            before = int(place)
+            share = place - before
+            before %= steps  # rounding may give `steps` itself
+            limit = sine[before] * (1 - share) + sine[(before + 1) % steps] * share
+            if height < limit:
+                fate[patch, ray] = hidden
 
 
 def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, otherwise=np.nan):
@@ -58,12 +167,13 @@ def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, oth
         problem = f"has no height at the site ({place[0]:.4f}°, {place[1]:.4f}°)"
         raise InputError(grids[0].path, problem, "give a raster that covers the site and up to 50 km around it")
     nodes = np.arange(int(np.ceil(reach / NODE)) + 2) * NODE
-    latitudes, longitudes = points_around(place, np.arange(STEPS) * (360.0 / STEPS), nodes)
+    turn, far = (grid.ravel() for grid in np.meshgrid(np.arange(STEPS) * (360.0 / STEPS), nodes, indexing="ij"))
+    latitude, longitude = (np.full(turn.shape, value) for value in place)
+    longitudes, latitudes, _ = GEODESIC.fwd(longitude, latitude, turn, far)
     steepest, known = np.zeros((2, STEPS))
     radius = EARTH_RADIUS / (1 - refraction)
     for grid in grids:
-        column, row = grid.places_of(latitudes.ravel(), longitudes.ravel())
-        lines = column.reshape(latitudes.shape), row.reshape(latitudes.shape)
+        lines = tuple(part.reshape(STEPS, -1) for part in grid.places_of(latitudes, longitudes))
         march(grid.heights, lines, (start, reach, grid.post / 2), (eye, radius), steepest, known)
     return TerrainHorizon(np.degrees(np.arctan(steepest)), str(grids[0].path), float(eye), known)
 
@@ -75,14 +185,6 @@ def height_at(grids, place):
         column, row = grid.places_of(*place)
         found = found if np.isfinite(found) else bilinear(grid.heights, column[0], row[0])
     return found
-
-
-def points_around(place, azimuth, distance):
-    """Latitudes and longitudes [°] of points on geodesics from a place: (a, d) each."""
-    turn, far = (grid.ravel() for grid in np.meshgrid(azimuth, distance, indexing="ij"))
-    latitude, longitude = (np.full(turn.shape, value) for value in place)
-    longitudes, latitudes, _ = GEODESIC.fwd(longitude, latitude, turn, far)
-    return latitudes.reshape(len(azimuth), -1), longitudes.reshape(len(azimuth), -1)
 
 
 @njit(nogil=True, cache=True)

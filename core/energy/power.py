@@ -1,0 +1,292 @@
+"""Power of a module from the light on it: one arithmetic, whose curves are pvlib's own or tables made with pvlib.
+
+    direct × IAM(aoi) + FD × diffuse     × f₁ (spectrum)  = effective irradiance ─┐
+    air temperature + heating × (direct + diffuse)        = cell temperature     ─┴► DC power ─► losses, inverter ─► AC
+
+Few surfaces are computed by pvlib itself, many by tables, which give the same numbers ten times as fast: at a given
+effective irradiance power is a smooth function of cell temperature, so that a polynomial through three (Sandia) or five
+(CEC) temperatures is accurate, and power over irradiance changes so slowly that the nearest node is close enough.
+
+References
+----------
+D. L. King, W. E. Boyson, J. A. Kratochvil (2004), Photovoltaic array performance model, SAND2004-3535.
+:doi:`10.2172/919131`
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pvlib
+from scipy.interpolate import PchipInterpolator
+
+from .pv_system import SANDIA, PvSystem, convert_power
+
+HIGHEST_AIRMASS = 10.0  # up to which the coefficients of f₁ were fitted; beyond it the polynomials diverge
+STANDARD_TEMPERATURE = 25.0  # [°C] of cells at standard test conditions
+INCIDENCE_LAWS = {"physical": pvlib.iam.physical, "ashrae": pvlib.iam.ashrae}
+TILT_STEP = 3.0  # [°] between the tilts whose diffuse IAM is integrated; cubic interpolation in between
+
+HIGHEST = 3000.0  # [Wm⁻²] of effective irradiance
+IRRADIANCE_NODES = 16384  # uniform in its square root: dense at low light, where efficiency changes fast
+COLDEST, HOTTEST = -40.0, 90.0  # [°C] of cells
+MIDDLE, HALF = (COLDEST + HOTTEST) / 2, (HOTTEST - COLDEST) / 2
+TERMS = {SANDIA: 3}  # of the polynomial in cell temperature; power of the Sandia model is almost one of degree two
+MOST_TERMS = 5
+ANGLE_NODES = 65536  # uniform in √(1 - cosine), which is proportional to the angle near normal incidence
+MOST_POWER, POWER_NODES = 2.0, 65536  # capacity factors of the inverter's table, uniform in their square root
+
+
+# -- the curves of a system, by pvlib --
+
+
+def incidence_factor(aoi, system):
+    """Incidence angle modifier (IAM) of direct light.
+
+    Parameters
+    ----------
+    aoi : numpy.ndarray
+        Angle of incidence [°].
+    system : PvSystem
+
+    Returns
+    -------
+    numpy.ndarray
+        Sandia's polynomial f₂ of the module, Fresnel's equations for a pane (De Soto et al. 2006), or ASHRAE's law;
+        1 with the effect switched off.
+    """
+    if not system.aoi:
+        return np.ones_like(aoi)
+    if system.incidence == "sapm":
+        return pvlib.iam.sapm(aoi, system.module.parameters)
+    return INCIDENCE_LAWS[system.incidence](aoi)
+
+
+def diffuse_incidence_factors(surface_tilt, system, sources=()):
+    """IAM of the light from the sky, of reflected light, and of the light of traced parts of the sky.
+
+    Sky and ground are assumed to be uniform (Marion 2017, :doi:`10.1016/j.solener.2017.02.027`) and unobstructed; light
+    reflected by walls is treated like light from the ground.
+
+    Parameters
+    ----------
+    surface_tilt : numpy.ndarray, (n,)
+        [°]
+    system : PvSystem
+    sources : sequence of HorizonBand
+        k of them.
+
+    Returns
+    -------
+    numpy.ndarray, (2 + k, n)
+        1 if the system has no IAM for diffuse light.
+    """
+    if not (system.diffuse_incidence and system.aoi):
+        return np.ones((2 + len(sources), len(surface_tilt)))
+    tilt = np.arange(0.0, 180.0 + TILT_STEP, TILT_STEP)
+    own = {"module": system.module.parameters} if system.incidence == "sapm" else {}
+    factors = pvlib.iam.marion_diffuse(system.incidence, tilt, **own)
+    regions = ("sky", "ground", *(source.incidence for source in sources))
+    shares = np.nan_to_num([factors[region] for region in regions])  # (2 + k, t); 0 where one is not visible
+    return PchipInterpolator(tilt, shares, axis=1)(np.clip(surface_tilt, 0.0, 180.0))
+
+
+def spectral_factor(airmass, system):
+    """Sandia's f₁, the influence of the spectrum on the current; 1 for modules of the CEC library, which has none.
+
+    Parameters
+    ----------
+    airmass : numpy.ndarray
+        Absolute air mass; NaN with the sun below the horizon.
+    system : PvSystem
+
+    Returns
+    -------
+    numpy.ndarray
+        0 with the sun below the horizon, as in pvlib. Held constant beyond an air mass of 10 (sun below 5.4°).
+    """
+    if system.module.library != SANDIA:
+        return np.ones_like(airmass)
+    if not system.spectrum:
+        return np.where(np.isnan(airmass), 0.0, 1.0)
+    return pvlib.spectrum.spectral_factor_sapm(np.minimum(airmass, HIGHEST_AIRMASS), system.module.parameters)
+
+
+def cell_heating(temp_air, wind_speed, system):
+    """Cell temperature by the Sandia model, which is linear in the irradiance.
+
+    Parameters
+    ----------
+    temp_air, wind_speed : numpy.ndarray
+        [°C], [ms⁻¹]
+    system : PvSystem
+
+    Returns
+    -------
+    dark : numpy.ndarray
+        [°C] without irradiance: that of the air; that of standard test conditions with the effect switched off.
+    slope : numpy.ndarray
+        [Km²W⁻¹] per irradiance on the plane.
+    """
+    if not system.temperature:
+        return np.full_like(temp_air, STANDARD_TEMPERATURE), np.zeros_like(temp_air)
+    return temp_air, pvlib.temperature.sapm_cell(1.0, 0.0, wind_speed, **system.thermal)
+
+
+def dc_power(effective, temp_cell, module):
+    """Power at the maximum power point over nominal power (paper, Eq. 12).
+
+    Parameters
+    ----------
+    effective : numpy.ndarray
+        Effective irradiance, above 0 [Wm⁻²].
+    temp_cell : numpy.ndarray
+        [°C]
+    module : Module
+
+    Returns
+    -------
+    numpy.ndarray
+        By the Sandia array performance model, or by the single-diode model with CEC parameters.
+    """
+    own = module.parameters
+    if module.library == SANDIA:
+        return pvlib.pvsystem.sapm(effective, temp_cell, own)["p_mp"] / module.nominal_power
+    names = ("alpha_sc", "a_ref", "I_L_ref", "I_o_ref", "R_sh_ref", "R_s", "Adjust")
+    diode = pvlib.pvsystem.calcparams_cec(effective, temp_cell, **{name: own[name] for name in names})
+    return pvlib.pvsystem.max_power_point(*diode, method="newton")["p_mp"] / module.nominal_power
+
+
+# -- the arithmetic --
+
+
+def capacity_factor(curves, direct, diffuse, diffuse_taken, aoi_projection, *, hours):
+    """DC power over nominal power of surfaces at hours.
+
+    Parameters
+    ----------
+    curves : PvlibCurves or PowerTables
+    direct, diffuse : numpy.ndarray, (h, n)
+        Irradiance on the surfaces [Wm⁻²].
+    diffuse_taken : numpy.ndarray, (h, n)
+        Diffuse irradiance after its incidence angle modifier [Wm⁻²].
+    aoi_projection : numpy.ndarray, (h, n)
+        Cosine of the angle of incidence, not negative; overwritten.
+    hours : Hours
+        The h hours, in the precision of the arrays.
+
+    Returns
+    -------
+    numpy.ndarray, (h, n)
+    """
+    effective = curves.incidence_at(aoi_projection)
+    effective *= direct
+    effective += np.multiply(diffuse_taken, curves.diffuse_share, out=aoi_projection)
+    effective *= hours.spectral_factor
+    np.maximum(effective, 0, out=effective)  # visible shares between days may overshoot a little below 0
+    temp_cell = np.add(direct, diffuse, out=aoi_projection)
+    temp_cell *= hours.heating
+    temp_cell += hours.temp_air
+    return curves.power_at(effective, temp_cell)
+
+
+@dataclass(frozen=True)
+class PvlibCurves:
+    """The curves of a system, by pvlib itself."""
+
+    system: PvSystem
+
+    @property
+    def diffuse_share(self):
+        """Share FD of diffuse light that the module uses: below 1 for concentrators of the Sandia library."""
+        module = self.system.module
+        return module.parameters["FD"] if module.library == SANDIA else 1.0
+
+    def incidence_at(self, aoi_projection):
+        """IAM of direct light."""
+        return incidence_factor(np.degrees(np.arccos(np.minimum(aoi_projection, 1.0))), self.system)
+
+    def power_at(self, effective, temp_cell):
+        """Capacity factor, 0 without effective irradiance."""
+        lit, power = effective > 0, np.zeros_like(effective)
+        power[lit] = dc_power(effective[lit], temp_cell[lit], self.system.module)
+        return power
+
+    def ac(self, power):
+        """AC power after losses and the inverter, over nominal DC power, from the capacity factor."""
+        power, inverter = np.maximum(power, 0.0) * (1.0 - self.system.losses / 100.0), self.system.inverter
+        return power if inverter is None else convert_power(power, inverter)
+
+
+@dataclass
+class PowerTables:
+    """The curves of a system as tables; values are those of the nearest node."""
+
+    incidence: np.ndarray  # (a,) float32, IAM of direct light, over √(1 - cosine of the angle of incidence)
+    efficiency: np.ndarray  # (c, e) float32 [W⁻¹m²], capacity factor per effective irradiance: 1, T, T² … (T scaled)
+    diffuse_share: np.float32  # FD, the share of diffuse light that the module uses
+    conversion: np.ndarray  # (p,) float32, AC power over DC power, over the capacity factor
+
+    def incidence_at(self, aoi_projection):
+        """IAM of direct light; overwrites the cosine of the angle of incidence."""
+        np.subtract(np.float32(1), aoi_projection, out=aoi_projection)
+        np.sqrt(np.maximum(aoi_projection, 0, out=aoi_projection), out=aoi_projection)
+        return look_up(self.incidence, aoi_projection, np.float32(ANGLE_NODES - 1))[0]
+
+    def power_at(self, effective, temp_cell):
+        """Capacity factor: irradiance times a polynomial in the cell temperature, which is overwritten."""
+        temp_cell -= np.float32(MIDDLE)
+        temp_cell /= np.float32(HALF)
+        scale = np.float32((IRRADIANCE_NODES - 1) / np.sqrt(HIGHEST))
+        *rest, power = look_up(self.efficiency, np.sqrt(effective), scale)
+        for term in reversed(rest):
+            power *= temp_cell
+            power += term
+        power *= effective
+        return power
+
+    def ac(self, power):
+        """AC power over nominal DC power, from the capacity factor: (h, n) float32."""
+        scale = np.float32((POWER_NODES - 1) / np.sqrt(MOST_POWER))
+        power = np.maximum(power, 0)
+        return power * look_up(self.conversion, np.sqrt(power), scale)[0]
+
+
+def tabulate_power(system):
+    """Tabulate the curves of a PvSystem: PowerTables."""
+    exact = PvlibCurves(system)
+    incidence = exact.incidence_at(1.0 - np.linspace(0.0, 1.0, ANGLE_NODES) ** 2)
+    root = np.linspace(0.0, np.sqrt(HIGHEST), IRRADIANCE_NODES)
+    irradiance = np.maximum(root, root[1] / 2) ** 2  # the first node represents all values below half a step
+    terms = TERMS.get(system.module.library, MOST_TERMS)
+    nodes = np.cos(np.pi * (np.arange(terms) + 0.5) / terms)  # Chebyshev nodes, for the smallest error in between
+    temperature = np.broadcast_to(MIDDLE + HALF * nodes[:, None], (terms, IRRADIANCE_NODES))
+    power = dc_power(np.broadcast_to(irradiance, temperature.shape), temperature, system.module)
+    efficiency = np.linalg.solve(np.vander(nodes, terms, increasing=True), power / irradiance)
+    root = np.linspace(0.0, np.sqrt(MOST_POWER), POWER_NODES)
+    fed = np.maximum(root, root[1] / 2) ** 2
+    tables = (values.astype(np.float32) for values in (incidence, efficiency, exact.ac(fed) / fed))
+    incidence, efficiency, conversion = tables
+    return PowerTables(incidence, efficiency, np.float32(exact.diffuse_share), conversion)
+
+
+def look_up(table, values, scale):
+    """Entries of the nodes nearest to some values.
+
+    Parameters
+    ----------
+    table : numpy.ndarray, (t,) or (c, t)
+        Values at nodes 0, 1/scale, 2/scale, …
+    values : numpy.ndarray, (h, n) float32
+        Not negative.
+    scale : numpy.float32
+        Nodes per unit.
+
+    Returns
+    -------
+    list of numpy.ndarray, (h, n)
+        One for each column of the table.
+    """
+    place = values * scale
+    place += np.float32(0.5)
+    node = place.astype(np.intp)
+    return [np.take(column, node, mode="clip") for column in np.atleast_2d(table)]

@@ -1,0 +1,188 @@
+"""Light and yield of a city in each hour of the average days of the twelve months.
+
+Hours are those of the standard time of the nearest meridian of 15°.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from ..sun.horizon import is_above
+from ..sun.solar_position import is_sunny, solar_position, sun_direction
+from ..sun.sun_sampling import largest_mismatch, match_suns, values_at
+from .energy import states_of_year
+from .pv_system import area_of_kwp
+from .sum_block import filled_share, order_neighbours
+
+NAMES = [pd.Timestamp(2001, month, 1).month_name() for month in range(1, 13)]
+# Days whose extraterrestrial irradiation is nearest to the month's mean: S. A. Klein (1977),
+# https://doi.org/10.1016/0038-092X(77)90001-9, table 1.
+AVERAGE_DAYS = (17, 16, 16, 15, 15, 11, 17, 16, 15, 15, 14, 10)
+HOURS = 24
+COUNT = 12 * HOURS
+HOUR = pd.Timedelta(hours=1)
+BLOCK = 1024  # surfaces at a time
+
+
+@dataclass
+class Timeline:
+    """288 moments, January first, 24 hours each; n surfaces."""
+
+    relative: np.ndarray  # (288, n) float32, direct irradiance per DNI, reflections included
+    direction: np.ndarray  # (288, 3) towards the sun
+    dni: np.ndarray  # (288,) [Wm⁻²] mean of the weather at this hour of the month
+    dhi: np.ndarray  # (288,) [Wm⁻²] the same
+    hours_by_month: np.ndarray  # (n, 12) [h] full load hours of the month
+    energy_by_month: np.ndarray  # (12,) [MWh] of all eligible surfaces
+    zone: int  # [h] ahead of UTC
+
+    def irradiance(self, moment):
+        """Direct irradiance of the surfaces at a moment, 0 to 287: (n,) float32 [Wm⁻²]."""
+        return self.relative[moment] * np.float32(self.dni[moment])
+
+
+def build_timeline(transfer, weather, energy, system):
+    """Timeline of a traced city under a year of weather.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    weather : Weather
+    energy : Energy
+        Of both.
+    system : PvSystem
+        Of the energy.
+
+    Returns
+    -------
+    Timeline
+        The sun is that of the months' average days (`month_hours`). Hours that the weather lacks are dark.
+    """
+    axis = weather.axis
+    hours = month_hours(axis.times[len(axis.times) // 2].year, axis.longitude)
+    relative, direction = relative_direct(transfer, *axis._replace(times=hours, interval=HOUR))
+    when = axis.times, axis.interval, axis.longitude
+    dni, dhi = (np.nan_to_num(mean_of_months(weather.data[name], *when)) for name in ("dni", "dhi"))
+    # Hours are means over whole polygons, power is that of the modules on their counted area.
+    by_month = energy.full_load_hours_by_month
+    rows = np.flatnonzero(energy.eligible & (energy.counted_area > 0) & np.isfinite(energy.full_load_hours))
+    kwp = energy.module_area[rows] / area_of_kwp(system.module)
+    energy_by_month = (kwp * transfer.surfaces.area[rows] / energy.counted_area[rows]) @ by_month[rows] / 1000.0
+    return Timeline(relative, direction, dni, dhi, by_month, energy_by_month, zone_of(axis.longitude))
+
+
+def describe_moment(timeline, moment):
+    """Month, hour, sun and weather of a moment, and the yield of its month, as text."""
+    month, hour = divmod(moment, HOURS)
+    height = np.degrees(np.arcsin(np.clip(timeline.direction[moment, 2], -1, 1)))
+    sun = f"sun {height:.0f}° high, {timeline.dni[moment]:.0f} W/m²" if height >= 0 else "night"
+    energy = f"{timeline.energy_by_month[month]:,.0f}".replace(",", " ")
+    return f"{NAMES[month]} {hour:02d}–{hour + 1:02d} h (UTC{timeline.zone:+d}), {sun}; {energy} MWh in {NAMES[month]}"
+
+
+def zone_of(longitude):
+    """Standard time of the nearest meridian of 15°, whole hours ahead of UTC: int."""
+    return round(longitude / 15.0)
+
+
+def month_hours(year, longitude):
+    """Starts of the 24 hours of each month's average day.
+
+    Parameters
+    ----------
+    year : int
+    longitude : float
+        Of the place [°].
+
+    Returns
+    -------
+    pandas.DatetimeIndex, (288,)
+        UTC; January first, each month from midnight to midnight of `zone_of`.
+    """
+    days = [pd.Timestamp(year, month + 1, day) for month, day in enumerate(AVERAGE_DAYS)]
+    local = pd.DatetimeIndex([day + hour * HOUR for day in days for hour in range(HOURS)])
+    return (local - zone_of(longitude) * HOUR).tz_localize("UTC")
+
+
+def mean_of_months(values, times, interval, longitude):
+    """Mean of a quantity for each hour of the day of each month.
+
+    Parameters
+    ----------
+    values : numpy.ndarray, (t,)
+    times : pandas.DatetimeIndex, (t,)
+        Starts of the intervals, tz-aware.
+    interval : pandas.Timedelta
+    longitude : float
+        Of the place [°].
+
+    Returns
+    -------
+    numpy.ndarray, (288,)
+        NaN for hours without values.
+    """
+    local = (times + interval / 2).tz_convert("UTC").tz_localize(None) + zone_of(longitude) * HOUR
+    place = (local.month.to_numpy() - 1) * HOURS + local.hour.to_numpy()
+    count = np.bincount(place, minlength=COUNT)
+    total = np.bincount(place, weights=np.asarray(values, float), minlength=COUNT)
+    return np.divide(total, count, out=np.full(COUNT, np.nan), where=count > 0)
+
+
+def relative_direct(transfer, times, interval, latitude, longitude):
+    """Direct irradiance of surfaces per DNI, with all reflections of it.
+
+    Angles of incidence are those of mid-interval, visible shares and reflections those of the traced suns that
+    represent it, as in `energy.compute_energy`.
+
+    Parameters
+    ----------
+    transfer : Transfer
+        Of n surfaces.
+    times : pandas.DatetimeIndex, (t,)
+        Starts of the intervals, tz-aware.
+    interval : pandas.Timedelta
+    latitude, longitude : float
+        Of the place [°].
+
+    Returns
+    -------
+    relative : numpy.ndarray, (t, n) float32
+        0 while the sun is below 2° or behind distant terrain.
+    direction : numpy.ndarray, (t, 3)
+        Towards the sun.
+    """
+    sun = solar_position(times, interval, latitude, longitude)
+    direction = sun_direction(sun["apparent_zenith"], sun["solar_azimuth"])
+    lit = is_sunny(sun["apparent_zenith"]) & is_above(transfer.terrain, direction)
+    relative = np.zeros((len(times), len(transfer.surfaces)), np.float32)
+    if not lit.any():
+        return relative, direction
+    for state, own in states_of_year(transfer, times, interval):
+        rows = np.flatnonzero(lit & own)
+        match = match_suns(state.suns, times, interval, latitude, longitude, position=sun)
+        relative[rows] = light_of_state(state, direction[rows], match.index[rows], match.weight[rows])
+    return relative, direction
+
+
+def light_of_state(transfer, direction, index, weight):
+    """Direct sunlight, light by way of the open ground, and all other reflections of sunlight per DNI: (t, n) float32.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    direction : numpy.ndarray, (t, 3)
+        Towards the sun.
+    index, weight : numpy.ndarray, (t, k)
+        As of `SunMatch`.
+    """
+    suns, surfaces = transfer.suns, transfer.surfaces
+    neighbours, found = order_neighbours(suns), np.empty((len(direction), len(surfaces)), np.float32)
+    reach, height = largest_mismatch(suns, direction, index, weight), np.maximum(direction[:, 2:], 0.0)
+    for first in range(0, len(surfaces), BLOCK):
+        rows = slice(first, first + BLOCK)
+        visible = filled_share(transfer, rows, neighbours, reach)
+        part = values_at(visible, index, weight) * np.maximum(direction @ surfaces.normal[rows].T, 0)
+        part += values_at(np.asarray(transfer.direct_reflected[rows]).T, index, weight)
+        found[:, rows] = part + height * (transfer.far_ground_view_factor[rows] * transfer.ground_albedo)
+    return found

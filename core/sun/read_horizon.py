@@ -1,0 +1,227 @@
+"""Read the horizon of a scene: from a raster of heights around it, or from a file with angles.
+
+Four formats of angles are told apart by their content:
+    azimuth,elevation       two columns, azimuth clockwise from north [°], any order and spacing, header optional;
+                            the other way round if the header names them so
+    PVGIS printhorizon CSV  columns A and H_hor, A from the south, west positive
+    PVGIS printhorizon JSON the same
+    PVGIS user horizon      elevations only, equally spaced, from north clockwise
+"""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..read.open_input import open_input
+from ..read.read_heights import open_placed, read_heights
+from ..read.read_terrain import RASTERS, RELIEFS
+from ..scene.find_ground import find_ground
+from .horizon import GEODESIC, STEPS, TerrainHorizon, horizon_of_terrain
+
+REACH = 50_000.0  # [m] terrain further away is left out: a peak of 2,000 m rises by less than 2.1° beyond it
+AT_ONCE = 1 << 16  # triangles of ground that are looked at together, so that they need little memory
+MESHES = (*RELIEFS, ".obj")
+CURE = "give lines of azimuth,elevation in degrees, or a horizon file of PVGIS"
+LARGEST = 4_000_000  # bytes of a file of angles
+HIGHEST = 90.0  # [°]
+ELEVATION_FIRST = re.compile(r"\W*(elev|height|h_hor|horizon|altitude)\w*\W.*\bazi", re.IGNORECASE)
+OF_PVGIS = re.compile(r"\s*A\W+H_hor\b")  # header of its columns
+
+
+def check_horizon(path):
+    """Refuse a file that is neither a raster with a reference system nor a list of angles.
+
+    Raises
+    ------
+    InputError
+    """
+    if not is_raster(path):
+        read_horizon_table(path)
+        return
+    with open_placed(path):
+        pass
+
+
+def is_raster(path):
+    """Whether a file that can be opened is a raster of heights, by its suffix.
+
+    Raises
+    ------
+    InputError
+        It cannot be opened, or it is a mesh.
+    """
+    open_input(path).close()
+    suffix = next((suffix.lower() for suffix in reversed(Path(path).suffixes) if suffix.lower() != ".gz"), "")
+    if suffix in MESHES:
+        cure = f"give heights around the city as {', '.join(RASTERS)}, or lines of azimuth,elevation in degrees"
+        raise InputError(path, "is a mesh or a city, from which no horizon is read", f"{cure}; --terrain takes meshes")
+    return suffix in RASTERS
+
+
+def read_horizon(path, scene):
+    """Horizon as seen from the middle of a scene, and from the corners of the box around its buildings.
+
+    Parameters
+    ----------
+    path : path-like
+        GeoTIFF or ASC grid with its reference system, or a file of angles as in `read_horizon_table`.
+    scene : Scene
+
+    Returns
+    -------
+    horizon : TerrainHorizon
+    corners : list of TerrainHorizon
+        Empty for a file of angles, which are the same everywhere.
+
+    Raises
+    ------
+    InputError
+        The file cannot be used, or does not reach the site.
+    """
+    if not is_raster(path):
+        return read_horizon_table(path), []
+    own = scene.triangle_surface >= 0
+    points = scene.vertices[scene.triangles[own if own.any() else slice(None)].ravel(), :2]
+    low, high = points.min(axis=0), points.max(axis=0)
+    corners = np.array([(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])])
+    posts = [(low + high) / 2, *corners]
+    site, places = scene.site, []
+    for east, north in posts:
+        azimuth, distance = np.degrees(np.arctan2(east, north)), np.hypot(east, north)
+        places.append(GEODESIC.fwd(site.longitude, site.latitude, azimuth, distance)[1::-1])
+    grids = read_heights(path, places[0], REACH)
+    drawn = find_ground(scene) if scene.terrain_laid else find_ground(scene) & own  # or measured, not generated
+    model = np.concatenate([scene.vertices[scene.triangles[drawn], :2], corners[[[0, 1, 2], [0, 2, 3]]]])
+    found = []
+    for place, post in zip(places, posts, strict=True):
+        eye = found[0].eye if found else np.nan  # of corners that stand in water, which may be a gap
+        found.append(horizon_of_terrain(grids, place, distance_to_end(post, model), REACH, otherwise=eye))
+    return found[0], found[1:]
+
+
+def distance_to_end(point, triangles):
+    """Distance from a point to the furthest edge of some triangles, for each azimuth of a horizon.
+
+    Parameters
+    ----------
+    point : (2,) float [m]
+    triangles : (g, 3, 2) float64 [m]
+        Corners in plan.
+
+    Returns
+    -------
+    (STEPS,) float64 [m]
+        0 where there is none.
+    """
+    furthest = np.zeros(STEPS)
+    for first in range(0, len(triangles), AT_ONCE):
+        corners = triangles[first : first + AT_ONCE] - point
+        ends = corners.reshape(-1, 2), np.roll(corners, -1, axis=1).reshape(-1, 2)
+        step, distance = cross_edges(*ends)
+        np.maximum.at(furthest, step % STEPS, distance)
+    return furthest
+
+
+def cross_edges(start, end):
+    """Where lines of sight from the origin cross some edges.
+
+    Parameters
+    ----------
+    start, end : (e, 2) float64 [m]
+
+    Returns
+    -------
+    step : (c,) int
+        Azimuth of each crossing in steps of a horizon.
+    distance : (c,) float64 [m]
+    """
+    angle = 2 * np.pi / STEPS
+    one = np.arctan2(start[:, 0], start[:, 1])
+    turn = np.arctan2(end[:, 0], end[:, 1]) - one
+    turn -= 2 * np.pi * np.rint(turn / (2 * np.pi))  # the way round that the edge takes
+    first = np.ceil((one + np.minimum(turn, 0)) / angle).astype(int)
+    count = np.maximum(np.floor((one + np.maximum(turn, 0)) / angle).astype(int) - first + 1, 0)
+    edge = np.repeat(np.arange(len(one)), count)
+    step = first[edge] + np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
+    ahead, along = np.stack([np.sin(step * angle), np.cos(step * angle)]), (end - start)[edge].T
+    across = ahead[0] * along[1] - ahead[1] * along[0]
+    offset = start[edge, 0] * along[1] - start[edge, 1] * along[0]
+    return step, np.divide(offset, across, out=np.zeros(len(edge)), where=across != 0)
+
+
+def read_horizon_table(path):
+    """Horizon from a file of angles.
+
+    Parameters
+    ----------
+    path : path-like
+        Text, plain or gzip-compressed. Elevations below the horizontal count as 0.
+
+    Returns
+    -------
+    TerrainHorizon
+
+    Raises
+    ------
+    InputError
+        The file is not one of the formats above, or an angle is out of range.
+    """
+    with open_input(path) as stream:
+        content = stream.read(LARGEST + 1)
+    if len(content) > LARGEST or b"\0" in content:
+        raise InputError(path, "is not a horizon file", CURE)
+    text = content.decode("utf-8-sig", errors="replace")
+    if text.lstrip().startswith("{"):
+        try:
+            rows = json.loads(text)["outputs"]["horizon_profile"]
+            azimuth, elevation = np.array([(row["A"] + 180, row["H_hor"]) for row in rows], float).reshape(-1, 2).T
+        except (ValueError, KeyError, TypeError) as error:
+            raise InputError(path, "is not a horizon of PVGIS", CURE) from error
+    else:
+        azimuth, elevation = angles_of_text(path, text)
+    if len(azimuth) < 3:
+        raise InputError(path, f"has {len(azimuth)} angles", "give at least three around the site")
+    bad = ~(np.abs(azimuth) <= 540) | ~(np.abs(elevation) < HIGHEST)  # also true for NaN
+    if bad.any():
+        row = int(np.flatnonzero(bad)[0])
+        problem = f"azimuth {azimuth[row]:g}°, elevation {elevation[row]:g}° (entry {row + 1}) is out of range"
+        raise InputError(path, problem, "give azimuths from 0 to 360° and elevations below 90°")
+    order = np.argsort(azimuth % 360, kind="stable")
+    around = np.arange(STEPS) * (360.0 / STEPS)
+    heights = np.interp(around, (azimuth % 360)[order], elevation[order], period=360.0)
+    return TerrainHorizon(np.maximum(heights, 0), str(path))
+
+
+def angles_of_text(path, text):
+    """Azimuths from north and elevations of a text."""
+    rows, lines, header = [], [], ""
+    for number, line in enumerate(text.splitlines(), start=1):
+        fields = [field for field in re.split(r"[,;\s]+", line.strip()) if field]
+        try:
+            values = [float(field) for field in fields]
+        except ValueError:
+            if rows and OF_PVGIS.match(header):
+                break  # PVGIS explains its columns below them
+            if rows:
+                raise InputError(f"{path}:{number}", f"{line.strip()[:40]!r} are no numbers", CURE) from None
+            header = line
+            continue
+        if values:
+            rows.append(values)
+            lines.append(number)
+    widths = {len(row) for row in rows}
+    if OF_PVGIS.match(header) and rows and min(widths) >= 2:
+        return np.array([row[0] + 180 for row in rows]), np.array([row[1] for row in rows])
+    if widths == {2}:
+        first, second = np.array(rows).T
+        return (second, first) if ELEVATION_FIRST.match(header) else (first, second)
+    if rows and (widths == {1} or len(rows) == 1):
+        values = np.array([value for row in rows for value in row])
+        return np.arange(len(values)) * (360.0 / len(values)), values
+    other = next((line for line, row in zip(lines, rows, strict=True) if len(row) != len(rows[0])), None)
+    if other is None:
+        raise InputError(path, "has neither two columns nor one", CURE)
+    raise InputError(f"{path}:{other}", "has more or fewer columns than the lines before", CURE)

@@ -1,0 +1,148 @@
+"""Share the diffuse light of the sky out by dome, circumsolar disc and horizon: an isotropic sky, or Perez'.
+
+             dome: equally bright, (1 + cos tilt)/2 on an unshaded surface
+          ▁▂▃▄▅▆▇█ circumsolar: from the place of the sun, like direct light
+    ─────────────── horizon: sin tilt on an unshaded surface, traced by itself
+
+References
+----------
+R. Perez, P. Ineichen, R. Seals, J. Michalsky, R. Stewart (1990), Modeling daylight availability and irradiance
+components from direct and global irradiance. :doi:`10.1016/0038-092X(90)90055-H`
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pvlib
+
+from .horizon_band import HORIZON
+
+MODELS = ("isotropic", "perez")
+RAYS_SHARE = 4  # hemisphere rays for each ray towards the horizon, which is a small part of the light
+MOST_SHARE = 16  # the same of a horizon that is next to nothing
+NOISE_SHARE = 0.1  # of the variance of the dome's light: what that of the horizon may add to it
+LOWEST = 85.0  # [°] zenith angle from which on the circumsolar disc is taken as if it stood there (Eq. 9)
+SMALL_TILT = 1.0  # [°] of the plane that tells the parts apart: each is positive on it
+NO_CAP = 1e6  # of a horizon that is never darker than the dome
+
+
+@dataclass
+class SkyParts:
+    """Light of the sky in t intervals [Wm⁻²]."""
+
+    dome: np.ndarray  # (t,) part of DHI that comes evenly from the whole sky
+    circumsolar: np.ndarray  # (t,) normal irradiance from the place of the sun, DNI not included
+    circumsolar_horizontal: np.ndarray  # (t,) what unshaded ground receives of DHI from the place of the sun
+    sources: dict  # name -> (t,) irradiance by a traced part, in its unit; negative where it is darker than the dome
+
+    @property
+    def of_sources(self):
+        """Irradiance by each of k traced parts, in the order of `sources`: (t, k)."""
+        return np.array([*self.sources.values()]).reshape(len(self.sources), len(self.dome)).T
+
+    @property
+    def caps(self):
+        """Visible light of each part per visible dome up to which no interval's sky is darker than black: (k,)."""
+        dark = [(self.dome[light < 0], -light[light < 0]) for light in self.sources.values()]
+        return np.array([float((dome / less).min(initial=NO_CAP)) for dome, less in dark])
+
+
+def split_sky(weather, model):
+    """Light of the sky in each interval of a weather.
+
+    Parameters
+    ----------
+    weather : Weather
+    model : str
+        Of MODELS. Perez' has the coefficients "allsitescomposite1990" of pvlib; with the sun below the horizon, where
+        it is not defined, the sky is isotropic.
+
+    Returns
+    -------
+    SkyParts
+
+    Notes
+    -----
+    On an unshaded surface of tilt β, with a = max(0, cos aoi) and b = max(cos 85°, cos z),
+
+        E = DHI [(1 - F₁) (1 + cos β)/2 + F₁ a/b + F₂ sin β]   # Eq. 9
+
+    pvlib takes the apparent zenith angle and the relative air mass.
+    """
+    data = weather.data
+    dhi, zenith = data["dhi"].to_numpy(float), data["apparent_zenith"].to_numpy(float)
+    if model == "isotropic":
+        return SkyParts(dhi, np.zeros(len(dhi)), np.zeros(len(dhi)), {})
+    airmass = pvlib.atmosphere.get_relative_airmass(zenith, "kastenyoung1989")
+    defined = np.isfinite(airmass) & (dhi > 0)
+    parts = pvlib.irradiance.perez(
+        *(SMALL_TILT, 180.0, np.where(defined, dhi, 1.0), data["dni"].to_numpy(float)),
+        dni_extra=pvlib.irradiance.get_extra_radiation(data.index + weather.interval / 2).to_numpy(),
+        solar_zenith=zenith,
+        solar_azimuth=data["solar_azimuth"].to_numpy(float),
+        airmass=np.where(defined, airmass, 1.0),
+        return_components=True,
+    )
+    tilt = np.radians(SMALL_TILT)
+    dome = np.where(defined, parts["poa_isotropic"] / ((1 + np.cos(tilt)) / 2), dhi)
+    around = np.maximum(dhi - dome, 0.0)
+    height = np.maximum(np.cos(np.radians(zenith)), np.cos(np.radians(LOWEST)))
+    horizon = np.where(defined, parts["poa_horizon"] / np.sin(tilt), 0.0)
+    return SkyParts(dome, around / height, around, {HORIZON.name: horizon})
+
+
+def sources_of(model):
+    """Parts that are traced for a model of the sky, beside its dome: tuple of HorizonBand."""
+    return (HORIZON,) if model == "perez" else ()
+
+
+def name_untraced(model, names):
+    """Traced parts that a model of the sky has beside those of some names, in words; "" without any: str."""
+    return " and ".join(source.title for source in sources_of(model) if source.name not in names)
+
+
+def model_traced(names):
+    """Model of the sky whose parts were traced, from their names: str."""
+    return "perez" if HORIZON.name in names else "isotropic"
+
+
+def choose_sky(request, transfer):
+    """Model of the sky that weighs a Transfer: what is asked for, or else what it was traced for.
+
+    Parameters
+    ----------
+    request : Request
+        Its `sky` and `effects` count.
+    transfer : Transfer
+
+    Returns
+    -------
+    {"isotropic", "perez"}
+    """
+    asked = request.effects.get("perez")
+    if asked is None:
+        return model_traced(transfer.sources) if request.sky == "auto" else request.sky
+    return "perez" if asked else "isotropic"
+
+
+def choose_share(parts):
+    """Hemisphere rays for each ray towards the horizon, so that its noise hardly adds to that of the dome.
+
+    As many rays find light that is H/D of the dome's with (H/D)² of its variance, a share of them with that many times
+    more.
+
+    Parameters
+    ----------
+    parts : SkyParts
+        Of a year.
+
+    Returns
+    -------
+    int
+        A power of two.
+    """
+    dome, share = float(parts.dome.sum()), RAYS_SHARE
+    ratio = float(np.abs(parts.of_sources).sum()) / dome if dome > 0 else 1.0
+    while 2 * share <= MOST_SHARE and 2 * share * ratio**2 <= NOISE_SHARE:
+        share *= 2
+    return share

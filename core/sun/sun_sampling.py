@@ -1,0 +1,291 @@
+"""The sun sampling: which suns are traced, and which of them represent each interval of a time axis."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from ..check_arrays import check_seed
+from ..errors import InputError
+from .days_of_year import days_of_year_suns, match_days_of_year
+from .sky_grid import match_sky_grid, sky_grid_suns
+from .solar_position import (
+    DAY,
+    MINIMUM_ELEVATION,
+    check_place,
+    check_times,
+    is_sunny,
+    solar_days,
+    solar_position,
+    sun_direction,
+)
+from .suns import Suns, TimeAxis, check_suns
+
+SAMPLINGS = ("hourly", "days", "typical-days", "sky-grid")
+CURE = "give hourly, days:N, typical-days:N or sky-grid:N"
+NEAR = np.cos(np.radians(15.0))  # motion of the sun in one hour
+FEWEST_DIRECTIONS, MOST_DIRECTIONS = 16, 1_000_000
+
+
+def choose_suns(sampling, times, interval, latitude, longitude, seed=0, *, position=None):  # noqa: PLR0917
+    """Suns to trace for a time axis at a place.
+
+    Parameters
+    ----------
+    sampling : str
+        "hourly", "days:N", "typical-days:N" or "sky-grid:N".
+    times : pandas.DatetimeIndex, (t,)
+        Start of each interval, tz-aware.
+    interval : pandas.Timedelta
+        Length of the intervals.
+    latitude, longitude : float
+        Place [°], preferably that of the weather.
+    seed : int
+        Seed of the clustering.
+    position : pandas.DataFrame, optional
+        Of `solar_position` for this time axis and place, if known; further columns do not matter.
+
+    Returns
+    -------
+    Suns
+        For a sky grid the directions are the same everywhere; only the weights depend on the time axis and the place.
+
+    Raises
+    ------
+    InputError
+        If the setting is invalid or asks for more days than there are, or the place is not on Earth.
+    """
+    name, count = parse_sampling(sampling)
+    check_times(times, interval)
+    check_place(latitude, longitude)
+    check_seed(seed)
+    year = TimeAxis(times, interval, latitude, longitude)
+    if name == "hourly":
+        return hourly_suns(*year, position)
+    if name == "sky-grid":
+        return weigh_by_year(sky_grid_suns(count), *year, position=position)
+    days = len(times) * interval // DAY
+    if count > days:
+        raise InputError("--suns", f"{count} {name.replace('-', ' ')} of {days} days", "ask for fewer, or for hourly")
+    if name == "typical-days":
+        from .typical_days import typical_day_suns  # loads tsam, which takes as long as tracing a small scene
+
+        return typical_day_suns(*year, count=count, seed=seed)
+    return weigh_by_year(days_of_year_suns(*year, count=count), *year, position=position)
+
+
+def parse_sampling(sampling):
+    """Parse a setting into its name and number.
+
+    Parameters
+    ----------
+    sampling : str
+        As in `choose_suns`.
+
+    Returns
+    -------
+    name : {"hourly", "days", "typical-days", "sky-grid"}
+    count : int
+        0 for "hourly".
+    """
+    name, _, number = str(sampling).partition(":")
+    if sampling == "hourly":
+        return name, 0
+    if name not in SAMPLINGS[1:] or not (number.isascii() and number.isdigit()):
+        raise InputError("--suns", f"{sampling!r} is unknown", CURE)
+    count, least = int(number), FEWEST_DIRECTIONS if name == "sky-grid" else 1
+    if count < least:
+        raise InputError("--suns", f"{sampling!r} is too few", f"give {name}:{least} or more")
+    if count > MOST_DIRECTIONS:
+        raise InputError("--suns", f"{sampling!r} is too many", f"give {name}:{MOST_DIRECTIONS} at most")
+    return name, count
+
+
+def hourly_suns(times, interval, latitude, longitude, position=None):
+    """The sun of every interval with an elevation of at least 2°: the reference, and the most expensive choice.
+
+    Parameters
+    ----------
+    times, interval, latitude, longitude, position
+        As in `choose_suns`.
+
+    Returns
+    -------
+    Suns
+        Sampling "hourly"; `day` counts the solar days of the axis from 0.
+    """
+    sun = solar_position(times, interval, latitude, longitude) if position is None else position
+    sunny = is_sunny(sun["apparent_zenith"])
+    direction = sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
+    day, step = (np.asarray(part) for part in solar_days(times, interval, longitude))
+    weight = np.full(len(direction), 1.0 / max(len(direction), 1))
+    day = day - day[:1].sum()  # of the first interval, if any
+    return Suns("hourly", direction, weight, day[sunny].astype(np.int32), step[sunny].astype(np.int32))
+
+
+@dataclass
+class SunMatch:
+    """Which traced suns represent each interval of a time axis."""
+
+    index: np.ndarray  # (T, k) int32 into the suns; 0 where the weight is 0
+    weight: np.ndarray  # (T, k) float64; rows sum to 1, or to 0 if the sun is too low; some are negative
+
+
+def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELEVATION, position=None):
+    """Which traced suns represent each interval of a time axis.
+
+    Hourly: the nearest sun, which is the interval's own on the traced axis. Days: the suns of the days before and
+    after, weighted. Typical days: a sun of the typical day that is nearest to the interval's day. Sky grid: the three
+    directions around the sun, weighted. Year and place may differ from those of tracing.
+
+    Parameters
+    ----------
+    suns : Suns
+        As traced.
+    times : pandas.DatetimeIndex, (t,)
+        Start of each interval, tz-aware.
+    interval : pandas.Timedelta
+        Length of the intervals.
+    latitude, longitude : float
+        Place [°].
+    lowest : float
+        Apparent elevation [°] from which suns below 2°, which are never traced, are represented by the nearest traced
+        sun, or by the three around it in a sky grid.
+    position : pandas.DataFrame, optional
+        Of `solar_position` for this time axis and place, if known; further columns do not matter.
+
+    Returns
+    -------
+    SunMatch
+        With zero weights for lower suns.
+    """
+    check_suns(suns)
+    if suns.sampling.partition(":")[0] not in SAMPLINGS:
+        raise InputError("suns", f"the sampling {suns.sampling!r} is unknown", f"give one of {', '.join(SAMPLINGS)}")
+    sun = solar_position(times, interval, latitude, longitude) if position is None else position
+    sunny = is_sunny(sun["apparent_zenith"])
+    direction = sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
+    if not sunny.any():
+        return SunMatch(np.zeros((len(times), 1), np.int32), np.zeros((len(times), 1), float))
+    if not len(suns):
+        problem = "none was traced, but the sun is above 2° on this time axis"
+        raise InputError("suns", problem, "trace again for this year and place")
+    day, _ = solar_days(times, interval, longitude)
+    found, share = match_directions(suns, direction, day[sunny])
+    index = np.zeros((len(times), found.shape[1]), np.int32)
+    weight = np.zeros(index.shape, float)
+    index[sunny], weight[sunny] = found, share
+    low = (90.0 - sun["apparent_zenith"].to_numpy() >= lowest) & ~sunny
+    if low.any():
+        direction = sun_direction(sun["apparent_zenith"][low], sun["solar_azimuth"][low])
+        found, share = match_directions(suns, direction)
+        index[low, : found.shape[1]], weight[low, : found.shape[1]] = found, share
+    return SunMatch(index, weight)
+
+
+def match_directions(suns, direction, day=None):
+    """Which traced suns represent some suns.
+
+    Parameters
+    ----------
+    suns : Suns
+        As traced.
+    direction : numpy.ndarray, (t, 3)
+        Towards the sun of each interval.
+    day : numpy.ndarray, (t,) int, optional
+        Its day of local solar time; without it the nearest traced sun is taken, or the three around it in a sky grid.
+
+    Returns
+    -------
+    index : numpy.ndarray, (t, k) int
+    weight : numpy.ndarray, (t, k)
+        Rows sum to 1.
+    """
+    name = suns.sampling.partition(":")[0]
+    if name == "sky-grid":
+        return match_sky_grid(suns, direction)
+    if name == "days" and day is not None:
+        return match_days_of_year(suns, direction, day)
+    if name == "typical-days" and day is not None:
+        near = match_typical_days(suns, direction, day)
+    else:
+        near = KDTree(suns.direction).query(direction)[1]
+    return near[:, None], np.ones((len(near), 1))
+
+
+def match_typical_days(suns, direction, day):
+    """The traced sun that represents each sunny interval.
+
+    Each solar day is assigned the typical day with the smallest mean angle between its suns and those of the day; each
+    interval the nearest sun of that typical day, or, if that is more than 15° away, the nearest of all suns.
+
+    Parameters
+    ----------
+    suns : Suns
+        Suns of typical days.
+    direction : numpy.ndarray, (t, 3)
+        Towards the suns of the sunny intervals.
+    day : numpy.ndarray, (t,) int
+        Solar day of each interval.
+
+    Returns
+    -------
+    numpy.ndarray, (t,) int64
+        Index into the suns.
+    """
+    typical = np.unique(suns.day)
+    nearest = np.empty((len(direction), len(typical)), np.int64)
+    cosine = np.empty((len(direction), len(typical)))
+    for column, own in enumerate(typical):
+        members = np.flatnonzero(suns.day == own)
+        projection = direction @ suns.direction[members].T
+        place = projection.argmax(axis=1)
+        nearest[:, column] = members[place]
+        cosine[:, column] = projection[np.arange(len(direction)), place]
+    # Sum the angles over each day and choose the typical day with the least.
+    _, number = np.unique(day, return_inverse=True)
+    angles = np.zeros((number.max(initial=-1) + 1, len(typical)))
+    np.add.at(angles, number, np.arccos(np.clip(cosine, -1.0, 1.0)))
+    row = np.arange(len(direction))
+    chosen = angles.argmin(axis=1)[number]
+    chosen = np.where(cosine[row, chosen] < NEAR, cosine.argmax(axis=1), chosen)
+    return nearest[row, chosen]
+
+
+def values_at(values, index, weight):
+    """Values of the traced suns, (s, n), at the intervals that they represent: (t, n).
+
+    Parameters
+    ----------
+    values : numpy.ndarray, (s, n)
+        In any unit.
+    index, weight : numpy.ndarray, (t, k)
+        As of `SunMatch`. A single sun, k = 1, has the weight 1.
+    """
+    if index.shape[1] == 1:
+        return np.take(values, index[:, 0], axis=0, mode="clip")
+    parts = zip(index.T, weight.T, strict=True)
+    return sum(np.take(values, one, axis=0, mode="clip") * share[:, None] for one, share in parts)
+
+
+def largest_mismatch(suns, direction, index, weight):
+    """Largest angle between the sun of an interval, unit vectors (t, 3), and a traced one that represents it: [°]."""
+    hour, column = np.nonzero(weight)
+    cosine = np.einsum("hi,hi->h", suns.direction[index[hour, column]], direction[hour])
+    return float(np.degrees(np.arccos(np.clip(cosine.min(initial=1.0), -1.0, 1.0))))
+
+
+def weigh_by_year(suns, times, interval, latitude, longitude, *, position=None):
+    """Weight each sun with the share of the sunny intervals that it represents, by `match_suns`.
+
+    Parameters and errors as in `match_suns`.
+
+    Returns
+    -------
+    Suns
+        Unchanged if no interval is sunny.
+    """
+    match = match_suns(suns, times, interval, latitude, longitude, position=position)
+    share = np.bincount(match.index.ravel(), weights=match.weight.ravel(), minlength=len(suns))
+    share = np.maximum(share, 0.0)  # an outer node of the interpolation may have a negative sum
+    return replace(suns, weight=share / share.sum()) if share.sum() > 0 else suns

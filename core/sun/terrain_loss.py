@@ -1,0 +1,195 @@
+"""What distant terrain takes from unobstructed surfaces, or adds to them: closed forms, of the sky and of a year.
+
+           sky: lost between the horizontal and the horizon         sun: lost while it stands below the horizon
+   ▲          ＿＿                                                   terrain: reflects what a lit plain does
+ ／ ╲＿＿＿＿／    ╲   horizon
+──────────────────── horizontal
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from ..check_arrays import UNIT, check_array
+from .horizon import TerrainHorizon, is_above
+from .horizon_band import SOURCES
+from .solar_position import is_sunny, solar_position, sun_direction
+
+CHUNK = 512  # normals at a time
+HOUR = pd.Timedelta(hours=1)
+ROOT = np.sqrt(0.5)
+SIDES = ((0, 1), (1, 0), (0, -1), (-1, 0))
+# A level surface, four walls, and four roofs of 45°.
+NORMALS = [(0, 0, 1), *((x, y, 0) for x, y in SIDES), *((x * ROOT, y * ROOT, ROOT) for x, y in SIDES)]
+NORMALS = np.array(NORMALS, float)
+
+
+def lost_sky(normal, horizon):
+    """Cosine-weighted share of the hemisphere of unobstructed surfaces between the horizontal and the horizon.
+
+    For each azimuth the integral over elevation is exact: with c the component of the normal along that azimuth,
+    ∫ (c cos e + n_z sin e) cos e de = c (e/2 + sin 2e / 4) + n_z sin² e / 2. A horizon of equal height h takes sin² h
+    from a level surface, and (h + sin h cos h)/π, h in radians, from a wall.
+
+    Parameters
+    ----------
+    normal : array_like, (n, 3)
+        Unit vectors.
+    horizon : TerrainHorizon
+
+    Returns
+    -------
+    numpy.ndarray, (n,)
+        What (1 + cos tilt)/2 loses, and the view of the ground gains.
+    """
+    normal = check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)
+    unique, which = np.unique(np.round(normal, 9) + 0.0, axis=0, return_inverse=True)
+    turn, height = np.radians(horizon.azimuth), np.radians(horizon.elevation)
+    lost = [lose_some(unique[first : first + CHUNK], turn, height) for first in range(0, len(unique), CHUNK)]
+    return np.concatenate([*lost, np.zeros(0)])[which.ravel()]
+
+
+def lose_some(normal, turn, height):
+    """`lost_sky` of some normals, for azimuths and elevations in radians."""
+    along = normal[:, :1] * np.sin(turn) + normal[:, 1:2] * np.cos(turn)  # (n, STEPS)
+    up = np.broadcast_to(normal[:, 2:], along.shape)
+    # Where the surface's own plane rises or falls across the sky, it is the limit.
+    plane = np.arctan2(np.abs(along), np.abs(up))
+    low = np.where((along < 0) & (up > 0), plane, 0.0)
+    high = np.where((along > 0) & (up < 0), np.minimum(height, plane), height)
+    faces = (high > low) & ((along > 0) | (up > 0))
+
+    def integral(angle):
+        return along * (angle / 2 + np.sin(2 * angle) / 4) + up * np.sin(angle) ** 2 / 2
+
+    share = np.where(faces, integral(high) - integral(low), 0.0)
+    return np.maximum(share, 0).sum(axis=1) * 2 / len(turn)  # da/π = 2/STEPS
+
+
+def suns_of_year(latitude, longitude, year=2021):
+    """Directions to the sun in the hours of a year in which it stands above 2°: (s, 3) float64."""
+    times = pd.date_range(f"{year}-01-01", f"{year + 1}-01-01", freq="h", tz="UTC", inclusive="left")
+    sun = solar_position(times, HOUR, latitude, longitude)
+    sunny = is_sunny(sun["apparent_zenith"])
+    return sun_direction(sun["apparent_zenith"][sunny], sun["solar_azimuth"][sunny])
+
+
+def hidden_shares(horizon, suns):
+    """Shares of the light of unobstructed surfaces that a horizon hides.
+
+    Parameters
+    ----------
+    horizon : TerrainHorizon
+    suns : (s, 3) float64
+        Directions, all with the same irradiance: low ones count for more than they have.
+
+    Returns
+    -------
+    sky, sun : (n,) float64
+        For each of NORMALS, of its diffuse light from the sky and of its direct light.
+    """
+    sky = lost_sky(NORMALS, horizon) / ((1 + NORMALS[:, 2]) / 2)
+    received = np.maximum(suns @ NORMALS.T, 0)
+    whole = received.sum(axis=0)
+    lost = received[~is_above(horizon, suns)].sum(axis=0)
+    return sky, np.divide(lost, whole, out=np.zeros(len(NORMALS)), where=whole > 0)
+
+
+def bound_of_horizon(horizon, suns):
+    """What an unobstructed surface of any of NORMALS loses behind a horizon at most, as a share of its light."""
+    return float(max(part.max() for part in hidden_shares(horizon, suns)))
+
+
+def bound_between(horizon, others, suns):
+    """What the light of a place may differ by if it has one of several other horizons instead of this one.
+
+    Parameters
+    ----------
+    horizon : TerrainHorizon
+    others : list of TerrainHorizon
+    suns : (s, 3) float64
+
+    Returns
+    -------
+    float
+        0 without others.
+    """
+    largest = 0.0
+    here = hidden_shares(horizon, suns)
+    for other in others:
+        # Where one rises and the other falls, both count: the light between their lower and higher edge.
+        edges = [TerrainHorizon(edge(horizon.elevation, other.elevation)) for edge in (np.minimum, np.maximum)]
+        low, high = (hidden_shares(one, suns) for one in edges)
+        # What is left of the light here is what the difference is a share of.
+        for few, many, own in zip(low, high, here, strict=True):
+            left = np.maximum(1 - own, 1e-9)
+            largest = max(largest, float(((many - few) / left).max()))
+    return largest
+
+
+@dataclass
+class SunlitYear:
+    """Sums over a year: what light there is, and from where."""
+
+    towards: np.ndarray  # (t, 3) float64, to the sun, of the intervals in which it shines
+    direct: np.ndarray  # (t,) float64 [Wm⁻²], normal irradiance from there, circumsolar light included
+    dome: float  # [Wm⁻²] summed over all intervals
+    sources: dict  # name -> float [Wm⁻²], the same by each traced source, in its unit
+
+
+def sunlit_year(weather, parts):
+    """What shines in the year of a Weather, from its SkyParts: SunlitYear."""
+    data = weather.data
+    direct = data["dni"].to_numpy(float) + parts.circumsolar
+    lit = direct > 0
+    towards = sun_direction(data["apparent_zenith"].to_numpy()[lit], data["solar_azimuth"].to_numpy()[lit])
+    sources = {name: float(light.sum()) for name, light in parts.sources.items()}
+    return SunlitYear(towards, direct[lit], float(parts.dome.sum()), sources)
+
+
+def first_light(year, normal):
+    """Light of sun and sky on unobstructed surfaces, without reflections: (k,) float64 [Wm⁻²], summed over the year.
+
+    Parameters
+    ----------
+    year : SunlitYear
+    normal : (k, 3) float64
+    """
+    of_sources = sum(light * SOURCES[name].unshaded(normal) for name, light in year.sources.items())
+    return year.dome * (1 + normal[:, 2]) / 2 + of_sources + sum_direct(year, normal, slice(None))
+
+
+def light_behind(year, normal, horizon, ground_albedo):
+    """What a horizon takes from unobstructed surfaces, and what they gain where terrain is brighter than the sky.
+
+    Parameters
+    ----------
+    year : SunlitYear
+    normal : (k, 3) float64
+    horizon : TerrainHorizon
+    ground_albedo : float
+        Of the terrain.
+
+    Returns
+    -------
+    lost, gained : (k,) float64 [Wm⁻²]
+        Summed over the year.
+    """
+    hidden = ~is_above(horizon, year.towards)
+    level = np.array([[0.0, 0.0, 1.0]])
+    dark = float(sum_direct(year, level, hidden)[0])  # what the open ground loses of the sun
+    lit = float(sum_direct(year, level, ~hidden)[0]) + year.dome
+    # Terrain takes the place of the sky in the same directions: what hides one hides the other.
+    of_sky = [lost_sky(normal, horizon) * (year.dome - ground_albedo * lit)]
+    for name, light in year.sources.items():
+        source = SOURCES[name]
+        of_sky.append(light * source.unshaded(normal) * (1 - source.seen(normal, horizon)))
+    lost = sum_direct(year, normal, hidden) + ground_albedo * (1 - normal[:, 2]) / 2 * dark
+    return lost + np.maximum(of_sky, 0).sum(axis=0), np.maximum(np.negative(of_sky), 0).sum(axis=0)
+
+
+def sum_direct(year, normal, members):
+    """Direct light of some intervals on unobstructed surfaces: (k,) float64 [Wm⁻²]."""
+    direct, towards = year.direct[members], year.towards[members]
+    return np.array([direct @ np.maximum(towards @ one, 0) for one in normal])

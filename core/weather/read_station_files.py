@@ -1,0 +1,193 @@
+"""Files of weather stations: EnergyPlus weather (EPW), and TMY3 and PSM of the US National Solar Radiation Database."""
+
+import csv
+import io
+import re
+from itertools import islice
+from pathlib import Path
+
+import pandas as pd
+import pvlib
+
+from ..errors import InputError
+from ..read.open_input import open_text
+from .weather import Record, coerce_year, read_numbers
+
+# Column of the file, and our variable; units of the TMY3 stand in its names. Years of other sources in that format have
+# a subset of its columns.
+EPW = {name: name for name in ("ghi", "dhi", "dni", "temp_air", "wind_speed")} | {"atmospheric_pressure": "pressure"}
+TMY3 = {
+    "GHI (W/m^2)": "ghi",
+    "DHI (W/m^2)": "dhi",
+    "DNI (W/m^2)": "dni",
+    "Dry-bulb (C)": "temp_air",
+    "Wspd (m/s)": "wind_speed",
+    "Pressure (mbar)": "pressure",
+}
+PSM = {"GHI": "ghi", "DHI": "dhi", "DNI": "dni", "Temperature": "temp_air", "Wind Speed": "wind_speed"}
+PSM |= {"Pressure": "pressure"}
+
+# Missing values are at or above these numbers, or at or below that one.
+EPW_MISSING = {"ghi": 9999, "dhi": 9999, "dni": 9999, "temp_air": 99.9, "wind_speed": 999, "pressure": 999999}
+TMY3_MISSING, PSM_MISSING = -9000.0, -990.0
+
+HOUR = pd.Timedelta(hours=1)
+HEADER_LINES = 8  # of EPW
+OFFSET = re.compile(r"irradiance time offset \(h\)\s*:\s*([-+]?\d*\.?\d+)", re.IGNORECASE)
+DATE, TIME = "Date (MM/DD/YYYY)", "Time (HH:MM)"  # of TMY3
+PASCALS = {"mbar": 100.0, "millibar": 100.0, "hpa": 100.0, "pa": 1.0}
+HEADER = ("Time Zone", "Local Time Zone", "Latitude", "Longitude", "Elevation")  # fields of the first line of PSM
+STAMP = ("Year", "Month", "Day", "Hour", "Minute")
+CURE = "give a csv of NSRDB, or one with times, ghi, dhi, dni, temp_air and wind_speed (docs/weather.md)"
+
+
+def read_epw(path):
+    """Read an EPW file of a station.
+
+    Hour 1 covers 0:00 to 1:00 of local standard time, and pvlib's index is the start of that hour. A typical year is
+    put into one calendar year. Temperature, wind and pressure are those of the record's own hour.
+
+    In files of PVGIS the irradiance is that of satellite images. PVGIS gives their time in the header of its csv, in
+    hours after the stamp, and one hour less in COMMENTS of its EPW (0.1761 and -0.8239 for 45° N, 8° E). The row of
+    hour h in EPW has the image stamped h, so the image was taken one hour plus the offset after h.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; may be gz-compressed.
+
+    Returns
+    -------
+    Record
+    """
+    path = Path(path)
+    with open_text(path) as file:
+        text = file.read()
+    table, place = pvlib.iotools.read_epw(io.StringIO(text))
+    data = pd.DataFrame({ours: read_numbers(path, table[name]) for name, ours in EPW.items()}, index=table.index)
+    for name, mark in EPW_MISSING.items():
+        data[name] = data[name].mask(data[name] >= mark)
+    # Pressure can be computed from the altitude of the station; the other variables have no substitute.
+    if data["pressure"].isna().any():
+        data["pressure"] = data["pressure"].fillna(pvlib.atmosphere.alt2pres(place["altitude"]))
+    data, typical = coerce_year(data)
+    data.index, notes = pd.DatetimeIndex(data.index).tz_convert("UTC"), []
+    found = OFFSET.search("\n".join(islice(io.StringIO(text), HEADER_LINES)))
+    if found:
+        offset = float(found[1])
+        after = offset + 1.0  # [h] from the end of the hour to the image, which is the middle of the interval
+        data.index += pd.Timedelta(seconds=round((after + 0.5) * 3600.0))
+        words = f"irradiance of images {after:+.4f} h from the end of the hour"
+        notes.append(f"{words} (Irradiance Time Offset {offset:g} h)")
+    label = f"EPW {path.name} ({place['city'].strip()}{', typical year' if typical else ''})"
+    return Record(data, place["latitude"], place["longitude"], place["altitude"], str(path), label, notes)
+
+
+def read_tmy3(path):
+    """Read a TMY3 csv of a station, or a year of another source in this format.
+
+    Stamps are at the end of the interval, in local standard time. Months come from different years and are put into one
+    calendar year. Files saved by other programs may quote their whole first line as one field, and begin with a copy of
+    the last row, to start at midnight: a row that repeats another in time and all values is dropped, as noted in the
+    label.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; may be gz-compressed.
+
+    Returns
+    -------
+    Record
+    """
+    path = Path(path)
+    with open_text(path) as file:
+        header = next(csv.reader([file.readline().strip()]))
+        table = pd.read_csv(file, low_memory=False)
+    if sum(bool(field) for field in header) == 1:
+        header = next(csv.reader([header[0]]))
+    _, name, _, *place = (field.replace(",", " ").strip() for field in header[:7])
+    zone, latitude, longitude, altitude = map(float, place)
+    # Some sources end a name with two brackets.
+    table.columns = [re.sub(r"\)+$", ")", str(name).strip()) for name in table.columns]
+    copies = table.duplicated().to_numpy()
+    table = table[~copies]
+    # A column without any value is as good as none.
+    data = pd.DataFrame({ours: read_numbers(path, table[name]) for name, ours in TMY3.items() if name in table})
+    data = data.dropna(axis=1, how="all")
+    data = data.mask(data <= TMY3_MISSING)
+    if "pressure" in data:
+        data["pressure"] *= 100.0  # mbar to Pa
+    data.index = read_starts(path, table).tz_localize(int(3600 * zone))
+    data, typical = coerce_year(data)
+    data.index = data.index.tz_convert("UTC")
+    notes = ["typical year"] * typical + [f"{copies.sum()} repeated row left out"] * bool(copies.any())
+    label = f"TMY3 {path.name} ({', '.join([name, *notes])})"
+    return Record(data, latitude, longitude, altitude, str(path), label)
+
+
+def read_starts(path, table):
+    """Start of each interval in the file's time zone, from date and time of its end; 24:00 is midnight after the date.
+
+    Typical years have no 29 February, but February may come from a leap year: then a stamp of 0:00 on 1 March ends the
+    28th. A real leap year has more of the 29th than its last hour.
+    """
+    days = pd.to_datetime(table[DATE], format="%m/%d/%Y", errors="coerce")
+    parts = table[TIME].astype(str).str.extract(r"^\s*(\d{1,2}):(\d{2})").astype(float)
+    ends = days + pd.to_timedelta(60.0 * parts[0] + parts[1], unit="min")
+    if ends.isna().any():
+        row = int(ends.isna().to_numpy().argmax())
+        problem = f"{table[DATE].iloc[row]!r}, {table[TIME].iloc[row]!r} (row {row + 1}) is not a date and a time"
+        raise InputError(path, problem, "write them as MM/DD/YYYY and HH:MM; or download the file again if it is cut")
+    ends = pd.DatetimeIndex(ends)
+    steps = ends[1:] - ends[:-1]
+    starts = ends - (steps.to_series().mode().iloc[0] if len(steps) else HOUR)
+    leap_day = (starts.month == 2) & (starts.day == 29)
+    if leap_day.sum() * (ends - starts)[:1].sum() <= HOUR:
+        starts = starts.where(~leap_day, starts - pd.Timedelta(days=1))
+    return starts
+
+
+def read_psm(path):
+    """Read a PSM csv in SAM's format: two header lines, the column names, one row for each interval.
+
+    Values are instantaneous at their stamps (satellite images; at half past in hourly files): the interval is centred
+    on the stamp. A typical year (TMY) is put into one calendar year. Files of other sources that SAM reads, too, are
+    refused: their stamps and columns have other meanings.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; may be gz-compressed.
+
+    Returns
+    -------
+    Record
+    """
+    path = Path(path)
+    with open_text(path) as file:
+        head = [next(csv.reader([file.readline()]), []) for _ in range(3)]
+        place = dict(zip((name.strip() for name in head[0]), head[1], strict=False))
+        names = [name.strip() for name in head[2]]
+        missing = [name for name in HEADER if name not in place] + [name for name in STAMP if name not in names]
+        if missing:
+            raise InputError(path, f"is not of NSRDB: its header has no {', '.join(missing)}", CURE)
+        # Programs that save the file fill its rows up with empty fields.
+        table = pd.read_csv(file, header=None, dtype=str).iloc[:, : len(names)]
+    table = table.set_axis(names[: table.shape[1]], axis=1)
+    data = pd.DataFrame({ours: read_numbers(path, table[name]) for name, ours in PSM.items() if name in table})
+    data = data.mask(data <= PSM_MISSING)
+    if "pressure" in data:
+        data["pressure"] *= PASCALS[place.get("Pressure Units", "mbar").strip().lower()]
+    parts = pd.DataFrame({name: read_numbers(path, table[name]) for name in STAMP})
+    stamps = pd.to_datetime(parts, errors="coerce")
+    if stamps.isna().any():
+        row = int(stamps.isna().to_numpy().argmax())
+        raise InputError(path, f"row {row + 1} has no valid date and time", "download the file again; it may be cut")
+    data.index = pd.DatetimeIndex(stamps).tz_localize(int(3600 * float(place["Time Zone"])))
+    data, typical = coerce_year(data)
+    interval = (data.index[1:] - data.index[:-1]).to_series().mode().iloc[0]
+    data.index = data.index.tz_convert("UTC") - interval / 2
+    label = f"NSRDB PSM {path.name}{' (typical year)' if typical else ''}"
+    latitude, longitude, altitude = (float(place[name]) for name in ("Latitude", "Longitude", "Elevation"))
+    return Record(data, latitude, longitude, altitude, str(path), label)
