@@ -29,7 +29,7 @@ from .racks.lay_racks import lay_racks
 from .racks.parse_racks import parse_racks
 from .request import check_request
 from .results.list_findings import rows_of_names
-from .scene.build_scene import build_scene
+from .scene.build_scene import SceneOptions, build_scene
 from .sky.choose_sky import choose_sky
 from .sun.check_distance import check_distance
 from .sun.choose_suns import choose_suns, parse_way
@@ -115,15 +115,14 @@ def stand_city(city, request, report_share=ignore_share):
     `report_share` is told the share that is done, 0 to 1.
     """
     racks = parse_racks(request.racks)
+    terrain = read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None
     scene = build_scene(
         city,
         latitude=request.latitude,
         longitude=request.longitude,
         ground=request.ground,
-        terrain=read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None,
         patch_size=request.patch_size,
-        grid_size=request.grid_size,
-        ground_albedo=request.ground_albedo,
+        options=SceneOptions(terrain, request.grid_size, request.ground_albedo),
         report_share=report_share,
     )
     return lay_racks(scene, city, racks, request.patch_size) if racks else scene

@@ -41,7 +41,7 @@ def plan_tiles(scene, weather, request, settings, tell):
 
 def take_densest(scene, size, ground_albedo, materials):
     """Name, Scene and rows of the tile with most surfaces, and its surroundings."""
-    scene = replace(scene, number=number_triangles(scene.triangle_surface))
+    scene = replace(scene, number=number_triangles(scene))
     pieces = box_pieces(scene)
     name, rows = max(assign_tiles(scene, size), key=lambda square: len(square[1]))
     tile = surround(name, rows, pieces, bin_pieces(pieces, size), ground_albedo)

@@ -1,15 +1,20 @@
 """Generate the ground of a city without terrain: a TIN through the base edges ("feet") of its buildings."""
 
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
 from ..city.check_geometry import check_parts, check_patch_size
+from ..city.city import City
 from ..progress import ignore_share, report_part
+from ..scene.local_frame import MICROMETRE, bring_to_grid
+from ..scene.scene import Site, Surfaces
 from .find_feet import FOOTPRINT_STEP, find_feet
 from .foot_lines import draw_lines, highest_foot
-from .ground_points import spread_points
+from .ground_points import lay_lattice, spread_points
 from .heights_on import heights_on
 from .in_polygons import draw_triangles, find_inside, join_polygons
 from .keep_edges import find_cut_edges
@@ -20,11 +25,14 @@ from .triangulate_plan import triangulate_plan
 from .walk_plan import triangle_at, walk
 
 DEFAULT_PATCH = 10.0  # [m]
+MILLIMETRE = 3  # decimals of a metre
 FEET_FOUND, SPREAD, TRIANGULATED = 0.28, 0.45, 0.8  # shares of the time that are over then
 REACH = 3.0  # [building heights] least extent of the ground beyond the city's edge
 REACH_WHITE = 8.0  # [building heights] the same where the ground absorbs nothing
 SHORTEST_REACH = 30.0  # [m]
-CONTROL_COUNT = 32  # points on the rim; their heights are weighted means of the feet's heights
+CONTROL_COUNT = 32  # points on a circle around the ground; each has the height of the feet nearest to it
+AROUND = 100.0  # [m] within which these are averaged
+STEPS = 0.1  # [m] to which that mean is rounded
 
 
 def choose_reach(ground_albedo):
@@ -42,17 +50,17 @@ def choose_reach(ground_albedo):
     return max(REACH, REACH_WHITE * ground_albedo**0.5)
 
 
-def build_ground(
-    city,
-    points,
-    surfaces,
-    footprint,
-    patch_size=None,
-    *,
-    ground_height=None,
-    reach=REACH,
-    report_share=ignore_share,
-):
+class PlacedCity(NamedTuple):
+    """A city in the scene's axes, as ground is laid under it."""
+
+    city: City
+    points: np.ndarray  # (m, 3) float64 [m], of the city, z up, local origin
+    surfaces: Surfaces
+    footprint: np.ndarray  # (n,) bool
+    site: Site  # whose frame the points are in
+
+
+def build_ground(placed, patch_size=None, *, reach=REACH, ground_height=None, report_share=ignore_share):
     """TIN that meets the foot of every wall, with courtyards and passages, coarser with distance.
 
     Foot edges are split into pieces of at most half a patch, and again where they are missing in the triangulation, so
@@ -60,19 +68,18 @@ def build_ground(
     higher one: it covers a strip of the lower wall rather than leave a gap below the other. Footprints replace the
     ground below buildings; courtyards, and the ground below overhanging footprints, are kept.
 
+    Where the triangles lie, and in what order, follows from what is near them: an edit of the city leaves those further
+    away as they are.
+
     Parameters
     ----------
-    city : City
-    points : array, (m, 3) float64 [m]
-        Of the city, z up, local origin.
-    surfaces : Surfaces
-    footprint : array, (n,) bool
+    placed : PlacedCity
     patch_size : float, optional
         [m] Distance of ground points near the buildings.
+    reach : float
+        Least extent beyond the city [building heights], of `choose_reach`.
     ground_height : callable, optional
         As of `find_feet`.
-    reach : float
-        Extent beyond the city [building heights], of `choose_reach`.
     report_share : callable, optional
         As of `build_scene`, of the ground.
 
@@ -90,17 +97,15 @@ def build_ground(
         An array or the patch size is invalid.
     """
     check_patch_size(patch_size)
-    check_parts(city, points, surfaces, footprint)
+    check_parts(*placed[:4])
     patch_size = patch_size or DEFAULT_PATCH
-    feet = feet_or_corners(city, points, surfaces, footprint, ground_height)
-    low, high = points.min(axis=0), points.max(axis=0)
-    reach = max(reach * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
+    feet = feet_or_corners(placed, ground_height)
+    lattice = lay_lattice(*measure_extent(placed.points, feet, reach, placed.site), patch_size, placed.site)
     lines = draw_lines(feet)
     foot_points, edges = cut_feet(feet, lines, 0.5 * patch_size)
     report_share(FEET_FOUND)
-    corners = low[:2] - reach, high[:2] + reach
-    free, nearest = spread_points(foot_points[:, :2], feet.footprints, *corners, patch_size)
-    free, cut = _interpolate_heights(foot_points, edges, (free, nearest), corners)
+    free, nearest = spread_points(foot_points[:, :2], feet.footprints, lattice)
+    free, cut = _interpolate_heights(foot_points, edges, (free, nearest), lattice)
     report_share(SPREAD)
     triangulate_part = partial(report_part, report_share, SPREAD, TRIANGULATED)
     vertices, triangles = triangulate_feet(lines, foot_points, (edges, cut), free, triangulate_part)
@@ -108,14 +113,42 @@ def build_ground(
     report_share(TRIANGULATED)
     between = np.flatnonzero((triangles < len(vertices) - len(free)).all(axis=1))  # free places are outside
     triangles = np.delete(triangles, between[under_buildings(vertices, triangles[between], feet.footprints)], axis=0)
-    used = np.zeros(len(vertices), bool)
-    used[triangles] = True
-    return vertices[used], (np.cumsum(used) - 1)[triangles], feet.hanging
+    return *sort_by_place(vertices, triangles), feet.hanging
 
 
-def feet_or_corners(city, points, surfaces, footprint, ground_height=None):
+def measure_extent(points, feet, reach, site):
+    """Bounds of a city on the grid of its files, two (3,) float64 [m], and how far ground reaches beyond them [m].
+
+    Parameters
+    ----------
+    points : array, (m, 3) float64 [m]
+    feet : Feet
+    reach : float
+        In building heights.
+    site : Site
+    """
+    places = bring_to_grid(points, site).round(MILLIMETRE)
+    height = points[:, 2].max() - np.median(feet.start[:, 2])
+    return places.min(axis=0), places.max(axis=0), max(reach * height, SHORTEST_REACH)
+
+
+def sort_by_place(vertices, triangles):
+    """Vertices of some triangles sorted by easting, then northing, and the triangles sorted by these, each beginning
+    with its first one."""
+    used, triangles = np.unique(triangles, return_inverse=True)
+    order = np.lexsort(vertices[used].T[[2, 1, 0]])
+    number = np.empty(len(used), np.int64)
+    number[order] = np.arange(len(used))
+    triangles = number[triangles.reshape(-1, 3)]
+    first = triangles.argmin(axis=1)[:, None]
+    triangles = np.take_along_axis(triangles, (first + np.arange(3)) % 3, axis=1)
+    return vertices[used[order]], triangles[np.lexsort(triangles.T[::-1])]
+
+
+def feet_or_corners(placed, ground_height=None):
     """Feet of a city; if nothing stands on the ground, the edges of its bounding rectangle."""
-    feet = find_feet(city, points, surfaces, footprint, ground_height)
+    points = placed.points
+    feet = find_feet(placed.city, points, placed.surfaces, placed.footprint, ground_height)
     if not len(feet.start):
         low, high = points.min(axis=0), points.max(axis=0)
         corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
@@ -145,22 +178,22 @@ def cut_feet(feet, lines, longest):
     return places, unique_pairs(edges[edges[:, 0] != edges[:, 1]])
 
 
-def _interpolate_heights(foot_points, edges, free, corners):
-    """Free places with heights between those of the feet, and out to a rim at about their mean height; and whether each
-    edge is missing in the triangulation of all."""
-    (free, nearest), (low, high) = free, corners
+def _interpolate_heights(foot_points, edges, free, lattice):
+    """Free places with heights between those of the feet, and out to a rim at the height of those next to it; and
+    whether each edge is missing in the triangulation of all."""
+    (free, nearest), (low, high) = free, lattice[:2]
     angle = 2 * np.pi * np.arange(CONTROL_COUNT) / CONTROL_COUNT
     rim = 0.5 * (low + high) + np.hypot(*(high - low)) * np.column_stack([np.cos(angle), np.sin(angle)])
-    x, y, height = foot_points.T.copy()
-    weights = (1 / ((east - x) ** 2 + (north - y) ** 2) for east, north in rim)
-    rim_height = [(weight * height).sum() / weight.sum() for weight in weights]
+    rim, tree = lattice.place(rim), cKDTree(foot_points[:, :2])
+    around = tree.query_ball_point(foot_points[tree.query(rim)[1], :2], AROUND)
+    rim_height = [STEPS * np.round(foot_points[some, 2].mean() / STEPS) for some in around]
     known = np.concatenate([foot_points, np.column_stack([rim, rim_height])])
     triangles = triangulate_plan(known[:, :2])
     sides = sort_sides(triangles)
     near = triangle_at(triangles, len(known))[nearest]
     found = walk(known[:, :2], (triangles, find_neighbours(sides)), free, near)
     cut = find_cut_edges(known[:, :2], (triangles, sides), edges, free)
-    return np.column_stack([free, heights_on(known[triangles[found]], free)]), cut
+    return np.column_stack([free, heights_on(known[triangles[found]], free).round(MICROMETRE)]), cut
 
 
 def under_buildings(vertices, triangles, footprints):

@@ -10,9 +10,10 @@ from scipy.spatial import Delaunay, cKDTree
 from ..check_arrays import check_array
 from ..city.check_geometry import check_patch_size, check_terrain
 from ..errors import InputError
-from .build_ground import DEFAULT_PATCH, REACH, SHORTEST_REACH, cut_feet, faces_up, under_buildings
+from ..scene.local_frame import AS_IN_FILES, bring_to_grid
+from .build_ground import DEFAULT_PATCH, REACH, cut_feet, faces_up, measure_extent, under_buildings
 from .foot_lines import draw_lines
-from .ground_points import spread_points
+from .ground_points import lay_lattice, spread_points
 from .heights_on import drop_on_triangles
 from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
 
@@ -38,7 +39,7 @@ class Ground:
     notes: list  # sentences for the report
 
 
-def build_terrain(feet, points, terrain, patch_size=None, reach=REACH):
+def build_terrain(feet, points, terrain, patch_size=None, reach=REACH, *, site=AS_IN_FILES):
     """Ground from terrain heights, with every wall joined to it.
 
     Parameters
@@ -51,7 +52,9 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=REACH):
     patch_size : float, optional
         [m] Distance of ground points near the buildings.
     reach : float
-        Extent beyond the city [building heights], of `choose_reach`.
+        Least extent beyond the city [building heights], of `choose_reach`.
+    site : Site, optional
+        Whose frame the points are in.
 
     Returns
     -------
@@ -68,14 +71,14 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=REACH):
     check_array("start of the feet", feet.start, ("e", 3))
     check_array("end of the feet", feet.end, (len(feet.start), 3))
     patch_size = patch_size or DEFAULT_PATCH
-    low, high = points.min(axis=0), points.max(axis=0)
-    reach = max(reach * (high[2] - np.median(feet.start[:, 2])), SHORTEST_REACH)
+    low, high, reach = measure_extent(points, feet, reach, site)
+    near = lay_lattice(low, high, reach, patch_size, site)
     foot_points, _ = cut_feet(feet, draw_lines(feet), 0.5 * patch_size)
-    places, heights, notes = _spread(foot_points, feet, terrain, (low, high, reach), patch_size)
+    places, heights, notes = _spread(foot_points, feet, terrain, near, (low, high))
     vertices, triangles = _refine(np.column_stack([places, heights]), terrain, foot_points[:, :2])
     triangles = faces_up(vertices, triangles.astype(np.int64))
     skirts, raised, below_ground, words = _join(feet, vertices[triangles], 0.5 * patch_size)
-    body, body_triangles = _close(vertices, min(low[2], vertices[:, 2].min()) - BELOW)
+    body, body_triangles = _close(vertices, min(points[:, 2].min(), vertices[:, 2].min()) - BELOW)
     triangles = triangles[~under_buildings(vertices, triangles, feet.footprints)]
     pieces = [(vertices, triangles), skirts, (body, body_triangles)]
     starts = np.cumsum([0, *[len(piece[0]) for piece in pieces]])
@@ -88,15 +91,17 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=REACH):
     )
 
 
-def _spread(foot_points, feet, terrain, bounds, patch_size):
+def _spread(foot_points, feet, terrain, near, bounds):
     """Ground points with heights; gaps are interpolated, with a note."""
     foot_places = foot_points[:, :2]
-    low, high, reach = bounds
-    found = np.concatenate([layer.points for layer in terrain.layers])
-    near = low[:2] - reach, high[:2] + reach
-    far_low = np.minimum(near[0], np.maximum(found.min(axis=0)[:2], low[:2] - HORIZON))
-    far_high = np.maximum(near[1], np.minimum(found.max(axis=0)[:2], high[:2] + HORIZON))
-    free, _ = spread_points(foot_places, feet.footprints, far_low, far_high, patch_size)
+    (low, high), site = bounds, near.site
+    found = bring_to_grid(np.concatenate([layer.points for layer in terrain.layers]), site)
+    low, high = np.maximum(found.min(axis=0), low - HORIZON)[:2], np.minimum(found.max(axis=0), high + HORIZON)[:2]
+    far = near._replace(
+        low=np.minimum(near.low, np.ceil(low / near.step) * near.step),
+        high=np.maximum(near.high, np.floor(high / near.step) * near.step),
+    )
+    free, _ = spread_points(foot_places, feet.footprints, far)
     places = np.concatenate([foot_places, free])
     heights = measure_heights(terrain, places)
     at_feet = np.arange(len(places)) < len(foot_places)
@@ -107,8 +112,9 @@ def _spread(foot_points, feet, terrain, bounds, patch_size):
     if np.isnan(heights[at_feet]).all():
         problem = "has no height under any building"
         raise InputError(terrain.source, problem, "give terrain that covers the city, in its system and unit")
-    inside = ((places >= near[0]) & (places <= near[1])).all(axis=1)
-    rim = np.arange(len(places)) >= len(places) - 32  # spread_points ends with them
+    on_grid = bring_to_grid(np.pad(places, ((0, 0), (0, 1))), site)[:, :2]
+    inside = ((on_grid >= near.low - JOINED) & (on_grid <= near.high + JOINED)).all(axis=1)
+    rim = np.arange(len(places)) >= len(places) - len(far.draw_rim())  # spread_points ends with them
     keep = ~gap | inside | rim
     notes = []
     if (gap & inside & ~rim).any():

@@ -1,70 +1,95 @@
-"""Sample points of the open ground: dense near the buildings, sparser with distance."""
+"""Sample points of the open ground: dense near the buildings, sparser with distance.
+
+They are the middles of squares of patch size × 2ᵏ that lie at the same places whatever is built on them: counted from
+zero of the grid of the files, as far as whole squares reach.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..sampling.random_numbers import mix, uniform
+from ..scene.local_frame import bring_to_origin
+from ..scene.scene import Site
 from .in_polygons import find_inside
+from .merge_places import pair_keys
 
 GROWTH = 0.35  # [m/m] how much a patch may grow per metre of distance from the nearest foot
 KEEP_AWAY = 0.5  # [patch sizes] no points closer to a foot than this
+SHIFT = 1e-3  # [squares] by which points are moved at random, so that no four lie on one circle
 
 
-def spread_points(foot_places, footprints, low, high, patch_size):
-    """Centres of quadtree cells outside the footprints.
+class Lattice(NamedTuple):
+    """Squares of the ground on the grid of the files."""
 
-    A cell is split as long as it is larger than patch_size + GROWTH * (distance to the nearest foot).
+    low: np.ndarray  # (2,) float64 [m] least easting and northing, whole multiples of the step
+    high: np.ndarray  # (2,) float64 [m]
+    step: float  # [m] of the largest squares along the rim, patch_size × 2ᵏ
+    patch_size: float  # [m] of the smallest squares
+    site: Site  # whose frame the points are in
+
+    def place(self, eastings_northings):
+        """Points of the grid, (k, 2) float64 [m], in the scene's frame: (k, 2) float64 [m]."""
+        return bring_to_origin(np.pad(eastings_northings, ((0, 0), (0, 1))), self.site)[:, :2]
+
+    def draw_rim(self):
+        """Points on the rim, one step apart, the corners among them: (r, 2) float64 [m] in the scene's frame."""
+        x, y = (np.arange(low, high, self.step) for low, high in zip(self.low, self.high, strict=True))
+        sides = [(x, self.low[1]), (self.high[0], y), (x + self.step, self.high[1]), (self.low[0], y + self.step)]
+        return self.place(np.concatenate([np.stack(np.broadcast_arrays(*side), axis=1) for side in sides]))
+
+
+def lay_lattice(low, high, reach, patch_size, site):
+    """Lattice that reaches at least so far [m] beyond a rectangle of the grid of the files, two (2,) float64 [m]."""
+    step = patch_size * 2.0 ** max(np.floor(np.log2(reach / patch_size)), 0)
+    first, last = np.floor((low[:2] - reach) / step), np.ceil((high[:2] + reach) / step)
+    return Lattice(first * step, last * step, step, patch_size, site)
+
+
+def spread_points(foot_places, footprints, lattice):
+    """Middles of squares outside the footprints, and points on the rim.
+
+    A square is split as long as it is larger than patch_size + GROWTH * (distance to the nearest foot).
 
     Parameters
     ----------
     foot_places : array, (k, 2) float64 [m]
     footprints : array of shapely polygons
-    low, high : array, (2,) float64 [m]
-        Corners of the ground.
-    patch_size : float [m]
+    lattice : Lattice
 
     Returns
     -------
     places : array, (p, 2) float64 [m]
-        Includes the corners of the ground and points on its rim.
+        Those on the rim come last.
     nearest : array, (p,) int64
         The foot nearest to each.
     """
-    tree = cKDTree(foot_places)
-    size = _root_size(high - low, patch_size)
-    columns, rows = (int(n) for n in np.ceil((high - low) / size))
-    x, y = np.meshgrid(low[0] + size * (np.arange(columns) + 0.5), low[1] + size * (np.arange(rows) + 0.5))
-    cells, done, feet = np.column_stack([x.ravel(), y.ravel()]), [], []
+    tree, patch_size, (low, high) = cKDTree(foot_places), lattice.patch_size, lattice[:2]
+    # So large that none of the first is small enough: the others do not depend on where the ground ends.
+    size = patch_size * 2.0 ** (3 + np.ceil(np.log2(max((high - low).max() / patch_size, 1))))
+    x, y = (np.arange(np.floor(a / size), np.ceil(b / size)) for a, b in zip(low, high, strict=True))
+    cells = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)  # column and row, from zero
+    done, feet = [], []
     while len(cells):
-        away, nearest = tree.query(cells)
-        distance = np.maximum(away - 0.7 * size, 0)
-        fine = size <= patch_size * 1.0001 + GROWTH * distance
+        cells = cells[((cells + 1) * size > low).all(axis=1) & (cells * size < high).all(axis=1)]
+        places = lattice.place(size * (cells + 0.5 + SHIFT * (draw_shifts(cells, size / patch_size) - 0.5)))
+        away, nearest = tree.query(places)
+        fine = size <= patch_size * 1.0001 + GROWTH * np.maximum(away - 0.7 * size, 0)
+        fine &= (size <= lattice.step) | ((cells * size >= low) & ((cells + 1) * size <= high)).all(axis=1)
         kept = fine & (away > KEEP_AWAY * patch_size)
-        done.append(cells[kept])
+        done.append(places[kept])
         feet.append(nearest[kept])
-        quarters = 0.25 * size * np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])
-        cells = (cells[~fine, None] + quarters).reshape(-1, 2)
+        cells = (2 * cells[~fine, None] + np.array([[0, 0], [1, 0], [0, 1], [1, 1]])).reshape(-1, 2)
         size /= 2
-    centres, feet = np.concatenate(done), np.concatenate(feet)
-    outside = (centres > low).all(axis=1) & (centres < high).all(axis=1)
-    outside[outside] = _outside(centres[outside], footprints)
-    rim = _rim(low, high)
-    return np.concatenate([centres[outside], rim]), np.concatenate([feet[outside], tree.query(rim)[1]])
+    places, feet = np.concatenate(done), np.concatenate(feet)
+    outside = np.ones(len(places), bool)
+    outside[find_inside(footprints, places)[0]] = False
+    rim = lattice.draw_rim()
+    return np.concatenate([places[outside], rim]), np.concatenate([feet[outside], tree.query(rim)[1]])
 
 
-def _root_size(extent, patch_size):
-    """Size of the root cells: patch_size doubled until four of them span the ground."""
-    doublings = max(int(np.log2(max(extent.max() / (4 * patch_size), 1.0))), 0)
-    return patch_size * 2.0**doublings
-
-
-def _outside(centres, footprints):
-    outside = np.ones(len(centres), bool)
-    outside[find_inside(footprints, centres)[0]] = False
-    return outside
-
-
-def _rim(low, high):
-    share = np.arange(8) / 8
-    corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
-    following = np.roll(corners, -1, axis=0)
-    return (corners[:, None] + share[:, None] * (following - corners)[:, None]).reshape(-1, 2)
+def draw_shifts(cells, size):
+    """Random numbers in [0, 1) of squares, (k, 2) whole numbers, that are so many patches large: (k, 2) float32."""
+    middle = pair_keys(((2 * cells + 1) * size).astype(np.int64))  # no two squares have the same
+    return uniform(mix(middle.view(np.uint64)), 2)

@@ -34,9 +34,9 @@ class FacingScene(LeafyScene):
         self.coincident = find_coincident(corners, patches.offset[:own], threads)
         self.coincident.start = np.pad(self.coincident.start, (0, len(patches) - own), mode="edge")
         self._other_side = patches.other_side if own < len(patches) else None
+        self._kinds, self._none = (patches.facing, patches.receives), np.zeros(len(patches), bool)
         if len(self.coincident):
             self.coincident = drop_hidden(self, patches, self.coincident, threads)
-        self._kinds = patches.facing, patches.receives
 
     def trace_places(self, ray_origins, ray_directions):
         """As of `RayScene`; a hit on the back of a face with a coincident front is assigned to the front."""
@@ -46,6 +46,14 @@ class FacingScene(LeafyScene):
             turn_to_fronts(self._pairs(), self._kinds, ray_directions, tuple(places))
         if self._other_side is not None:
             turn_sheets(self._other_side, self._kinds[0], ray_directions, tuple(places))
+        return places
+
+    def trace_as_drawn(self, ray_origins, ray_directions):
+        """As of `RayScene`; of several coincident faces the first is hit, whichever way it faces."""
+        ray_directions = np.asfortranarray(ray_directions, np.float32)
+        places = super().trace_places(ray_origins, ray_directions)
+        if len(self.coincident):
+            turn_to_fronts(self._pairs(), (self._kinds[0], self._none), ray_directions, tuple(places))
         return places
 
     def find_doubles(self, places):
@@ -88,7 +96,8 @@ def runs_along(facing, face, direction):
 
 @njit(nogil=True, cache=True)
 def turn_to_fronts(pairs, kinds, directions, hits):
-    """Change hits on backs, or on footprints, to hits on coincident fronts that receive light.
+    """Change hits on coincident faces to the first of the fronts that receive light; without any such, to the first of
+    all. Which of them the tracer meets depends on the rest of the city.
 
     Parameters
     ----------
@@ -103,15 +112,22 @@ def turn_to_fronts(pairs, kinds, directions, hits):
     (start, other, places), (facing, receives), (hit, b1, b2) = pairs, kinds, hits
     for ray in range(len(hit)):
         met = hit[ray]
-        if met < 0 or start[met] == start[met + 1] or not runs_along(facing, met, directions[ray]):
+        if met < 0 or start[met] == start[met + 1]:
             continue
-        for entry in range(start[met], start[met + 1]):
-            if not receives[other[entry]] or runs_along(facing, other[entry], directions[ray]):
-                continue
-            lies_there, c1, c2 = place_on(places, entry, b1[ray], b2[ray])
-            if lies_there:
-                hit[ray], b1[ray], b2[ray] = other[entry], c1, c2
+        front = receives[met] and not runs_along(facing, met, directions[ray])
+        chosen, x, y = met, b1[ray], b2[ray]
+        for entry in range(start[met], start[met + 1]):  # in ascending order
+            face = other[entry]
+            if front and face >= chosen:
                 break
+            lit = receives[face] and not runs_along(facing, face, directions[ray])
+            if lit or (not front and face < chosen):
+                lies_there, c1, c2 = place_on(places, entry, b1[ray], b2[ray])
+                if lies_there:
+                    chosen, x, y, front = face, c1, c2, lit
+                    if lit:
+                        break
+        hit[ray], b1[ray], b2[ray] = chosen, x, y
 
 
 @njit(nogil=True, cache=True)

@@ -1,18 +1,24 @@
 """Patches: the triangles of the scene as receivers and reflectors of light."""
 
+import re
 from dataclasses import dataclass, fields
 
 import numpy as np
 
 from ..check_arrays import check_array, check_seed
 from ..sampling.random_numbers import digest_names, key_of_digests, mix
-from ..scene.add_backs import other_sides
+from ..scene.add_backs import other_sides, surface_of_triangles
 from ..scene.check_scene import check_scene
 from ..scene.find_ground import find_ground
+from ..scene.local_frame import bring_to_grid
 from .find_resting_floors import find_resting_floors
 
 OFFSET_SPACINGS = 8  # distance of ray origins from their face in float32 spacings; at 2 the first rays get lost
 LARGEST_INSET = 1 / 64  # as a share of the distance to the middle
+PLACE = 0.01  # [m] to which the place of a triangle is rounded
+ASKEW = np.array([0.36, 0.48, 0.8])  # hardly any face is parallel to it: tells which of two opposite sides one is
+MADE_UP = re.compile(r"(_\d+|.*~\d+)([#/].*)?")  # of a surface, behind its building's: see `city.assemble_city`
+UNNAMED = "\x00"
 NEIGHBOUR_SHARE = 1 / 16  # of the longest edge: error of the plane of a large neighbour, in spacings
 
 
@@ -96,7 +102,7 @@ def measure_offset(corners, edges, normal):
 
     Rounding moves a point off the face only by the components of the normal along each axis: a roof at the far end of a
     wide plain needs no larger offset than one in the middle. A large neighbour in the same plane may be off by the
-    rounding of its own far corners.
+    rounding of its own far corners; how large one can be is rounded, so that no other face changes this one's rays.
 
     Parameters
     ----------
@@ -109,7 +115,8 @@ def measure_offset(corners, edges, normal):
     (t,) float64 [m]
     """
     own = np.abs(edges).max(axis=(1, 2), initial=0)
-    reach = np.maximum(np.abs(corners).max(axis=1), NEIGHBOUR_SHARE * own.max(initial=0))
+    largest = 2.0 ** np.ceil(np.log2(own.max(initial=1)))
+    reach = np.maximum(np.abs(corners).max(axis=1), NEIGHBOUR_SHARE * largest)
     return OFFSET_SPACINGS * np.finfo(np.float32).eps * ((np.abs(normal) * reach).sum(axis=1) + own)
 
 
@@ -157,24 +164,46 @@ def tangent_frame(edge, normal):
 
 
 def keys_of_triangles(scene, *seeds):
-    """One random key per triangle, from the name of its surface and its index among the surface's triangles.
+    """One random key per triangle, from the name of its surface and its number there, or from its place.
 
     Returns
     -------
     list of (t,) uint64
         For each seed.
     """
-    digests = digest_names([*scene.surfaces.surface_id, "\x00ground"])
-    number = number_triangles(scene.triangle_surface) if scene.number is None else scene.number
+    names = [
+        UNNAMED if made_up else name
+        for name, made_up in zip(scene.surfaces.surface_id, find_made_up(scene), strict=True)
+    ]
+    digests = digest_names([*names, UNNAMED])
+    number = number_triangles(scene) if scene.number is None else scene.number
     own = mix(number.astype(np.uint64) + np.uint64(1))
     # The ground's -1 takes the last name.
-    return [mix(key_of_digests(digests, seed)[scene.triangle_surface] ^ own) for seed in seeds]
+    return [mix(key_of_digests(digests, seed)[surface_of_triangles(scene)] ^ own) for seed in seeds]
 
 
-def number_triangles(surface):
-    """Index of each triangle among those of its surface, (t,) int64, from their surfaces, (t,) int."""
+def number_triangles(scene):
+    """What tells each triangle from the others of its surface: (t,) int64.
+
+    Its index among them, or, on the ground and on surfaces whose names the reader made up, its place: neither the order
+    of a file nor an edit elsewhere changes it.
+    """
+    surface = surface_of_triangles(scene)
     order = np.argsort(surface, kind="stable")
-    first = np.searchsorted(surface[order], surface[order])
     number = np.empty(len(surface), np.int64)
-    number[order] = np.arange(len(surface)) - first
+    number[order] = np.arange(len(surface)) - np.searchsorted(surface[order], surface[order])
+    rows = np.flatnonzero(np.append(find_made_up(scene), True)[surface])
+    corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
+    cells = np.round(bring_to_grid(corners.mean(axis=1), scene.site) / PLACE).astype(np.int64)
+    cells[surface[rows] < 0, 2] = 0  # ground has one height at a place
+    cells[:, 2] = 2 * cells[:, 2] + (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ ASKEW > 0)
+    east, north, height = cells.view(np.uint64).T
+    number[rows] = mix(mix(mix(east) ^ north) ^ height).view(np.int64)
     return number
+
+
+def find_made_up(scene):
+    """Surfaces whose names tell only their order in the file, for want of another or of a unique one: (n,) bool."""
+    surfaces = scene.surfaces
+    pairs = zip(surfaces.surface_id, surfaces.building_id, strict=True)
+    return np.array([MADE_UP.fullmatch(name.removeprefix(building)) is not None for name, building in pairs], bool)

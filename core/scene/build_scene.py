@@ -1,22 +1,21 @@
 """From a City to the Scene for ray tracing: local origin, true north, triangles, kinds, ground."""
 
 import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from ..city.check_geometry import check_city, check_extent, check_terrain
-from ..city.city import City
 from ..city.measure_polygons import measure_polygons, polygon_bounds
 from ..city.triangulate import triangulate
 from ..errors import InputError
-from ..ground.build_ground import build_ground, choose_reach, feet_or_corners
+from ..ground.build_ground import PlacedCity, build_ground, choose_reach, feet_or_corners
 from ..ground.build_terrain import build_terrain
 from ..ground.choose_terrain import choose_terrain, reaches_feet
 from ..ground.find_feet import find_feet
-from ..ground.terrain import NEAR, measure_heights
+from ..ground.terrain import NEAR, Terrain, measure_heights
 from ..progress import ignore_share, report_part
 from ..trees.build_crowns import build_crowns
 from .classify import classify, measure_tilt
@@ -39,16 +38,24 @@ TRIANGULATED, CUT, GROUNDED = 0.05, 0.27, 0.65  # shares of the time that are ov
 LOST_SHARE = 0.01  # relative deviation of the triangles' area from the polygon's from which it is reported
 
 
+@dataclass(frozen=True)
+class SceneOptions:
+    """What else tells how a scene is made of a city."""
+
+    terrain: Terrain | None = None  # in the city's coordinate reference system; takes the place of any other ground
+    grid_size: float | None = None  # [m] side of the cells that large polygons are split into, rows ``id#k``
+    ground_albedo: float = 0.25  # the brighter the ground, the further it extends beyond the city: `choose_reach`
+    site: Site | None = None  # of another run: where an edited city stays comparable, place, north and origin are kept
+
+
 def build_scene(
     city,
     latitude=None,
     longitude=None,
     *,
     ground="auto",
-    terrain=None,
     patch_size=10.0,
-    grid_size=None,
-    ground_albedo=0.25,
+    options=None,
     report_share=ignore_share,
 ):
     """Triangulated and classified scene of a city.
@@ -61,14 +68,9 @@ def build_scene(
     ground : {'auto', 'feet', 'none'}
         Terrain of the city's own files if it reaches any building, otherwise a surface through the buildings' feet;
         always that surface; or nothing.
-    terrain : Terrain, optional
-        In the city's coordinate reference system; takes the place of any other ground.
     patch_size : float or None
         [m] Longest edge of a triangle; None keeps the triangles of the polygons.
-    grid_size : float, optional
-        [m] Side of the cells that large polygons are split into, rows ``id#k``.
-    ground_albedo : float
-        The brighter the ground, the further it extends beyond the city: see `choose_reach`.
+    options : SceneOptions, optional
     report_share : callable, optional
         Called as report_share(share) with the share that is done, 0 to 1; what it raises ends the work.
 
@@ -81,23 +83,25 @@ def build_scene(
     InputError
         If a number, an array or a setting is invalid.
     """
+    options = options or SceneOptions()
     if ground not in GROUNDS:
         raise InputError("--ground", f"{ground!r} is unknown", f"give {' or '.join(GROUNDS)}")
-    if not 0 <= ground_albedo <= 1:
-        raise InputError("--ground-albedo", f"{ground_albedo} is out of range", "give a number from 0 to 1")
+    if not 0 <= options.ground_albedo <= 1:
+        raise InputError("--ground-albedo", f"{options.ground_albedo} is out of range", "give a number from 0 to 1")
     report_share(0.0)
     check_city(city)
     check_extent(city)
     whole_area = _areas(city)
-    if grid_size is not None:
-        city, parent = split_into_cells(city, grid_size)
+    if options.grid_size is not None:
+        city, parent = split_into_cells(city, options.grid_size)
         whole_area = whole_area[parent]
-    site = _place(city, latitude, longitude)
+    site = options.site or _place(city, latitude, longitude)
     points = bring_to_origin(city.points, site)
     surfaces = _describe(city, points, whole_area)
     triangles, triangle_surface = triangulate(points, city.ring_start, city.polygon_start)
     report = copy.deepcopy(city.report)
-    report.notes += note_outside_use(city.crs, site.latitude, site.longitude) if latitude is longitude is None else []
+    if options.site is latitude is longitude is None:
+        report.notes += note_outside_use(city.crs, site.latitude, site.longitude)
     _count_once(city, points, surfaces, report)
     _note_lost_area(points, triangles, triangle_surface, surfaces, report)
     vertices, triangles = merge_vertices(points, triangles)
@@ -110,10 +114,11 @@ def build_scene(
     closure = (np.array(surfaces.thematic) == "ClosureSurface")[triangle_surface]
     carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
     scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
-    extent, placed = Extent(patch_size, choose_reach(ground_albedo)), PlacedCity(city, points, surfaces, under)
+    extent = Extent(patch_size, choose_reach(options.ground_albedo))
+    placed = PlacedCity(city, points, surfaces, under, site)
     report_share(CUT)
     lay_part = partial(report_part, report_share, CUT, GROUNDED)
-    scene, floating = _lay_ground(scene, placed, ground, terrain, extent, report_share=lay_part)
+    scene, floating = _lay_ground(scene, placed, ground, options.terrain, extent, report_share=lay_part)
     report_share(GROUNDED)
     scene.trees = build_crowns(city.trees, report, lambda places: bring_to_origin(places, site))
     scene.footprint &= ~find_hanging(scene, floating)
@@ -121,15 +126,6 @@ def build_scene(
     _note_sheets(scene)
     report_share(1.0)
     return scene
-
-
-class PlacedCity(NamedTuple):
-    """A city in the scene's axes, as ground is laid under it."""
-
-    city: City
-    points: np.ndarray  # (m, 3) float64 [m], of the city, z up, local origin
-    surfaces: Surfaces
-    footprint: np.ndarray  # (n,) bool
 
 
 class Extent(NamedTuple):
@@ -222,16 +218,16 @@ def _lay_ground(scene, placed, ground, terrain, extent, *, report_share):
     if chosen is not None:
         moved = chosen.moved(lambda places: bring_to_origin(places, scene.site))
         check_terrain(moved)
-        feet = feet_or_corners(*placed, _height_of_terrain(moved))
+        feet = feet_or_corners(placed, _height_of_terrain(moved))
         if terrain is not None or reaches_feet(moved, feet):
             return _stand_on_terrain(scene, feet, placed.points, moved, extent), feet.hanging
         words = f"Terrain of the file left out: no height under any building or within {NEAR:g} m of one."
         scene.report.notes[-1] = words
     known = _height_of_own_ground(scene)
     if ground == "none":
-        return scene, np.union1d(find_feet(*placed, known).hanging, _above_own_ground(placed, known))
-    size = {"patch_size": extent.patch_size, "reach": extent.reach}
-    vertices, triangles, floating = build_ground(*placed, ground_height=known, report_share=report_share, **size)
+        return scene, np.union1d(find_feet(*placed[:4], known).hanging, _above_own_ground(placed, known))
+    known = {"ground_height": known, "report_share": report_share}
+    vertices, triangles, floating = build_ground(placed, extent.patch_size, reach=extent.reach, **known)
     if len(floating):
         names = [scene.surfaces.surface_id[i] for i in floating[:5]]
         scene.report.notes.append(
@@ -286,7 +282,7 @@ def _height_of_terrain(terrain):
 def _stand_on_terrain(scene, feet, points, terrain, extent):
     """The scene on measured ground; the report says what was done at the feet of walls."""
     names = scene.surfaces.surface_id
-    ground = build_terrain(feet, points, terrain, *extent)
+    ground = build_terrain(feet, points, terrain, *extent, site=scene.site)
     for reason, polygons in (
         ("ends above the terrain, extended down to it", ground.raised),
         ("continues below the terrain, cut off at it", ground.below_ground),

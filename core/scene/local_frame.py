@@ -4,7 +4,10 @@ import math
 
 import numpy as np
 
+from .scene import Site
+
 MICROMETRE = 6  # decimals of a metre
+AS_IN_FILES = Site(None, None, 0.0, 0.0, None, (0.0, 0.0, 0.0))
 
 
 def bring_to_origin(points, site):
@@ -22,6 +25,11 @@ def bring_to_origin(points, site):
     array, (m, 3) float64 [m]
     """
     return np.round(turn_to_true_north(points - np.array(site.origin), site.convergence), MICROMETRE)
+
+
+def bring_to_grid(points, site):
+    """Points of the scene's frame in the coordinates of the files: the inverse of `bring_to_origin`."""
+    return turn_to_true_north(points, -site.convergence) + np.array(site.origin)
 
 
 def turn_to_true_north(points, convergence):
