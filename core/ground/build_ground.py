@@ -14,7 +14,7 @@ from ..scene.local_frame import MICROMETRE, bring_to_grid
 from ..scene.scene import Site, Surfaces
 from .find_feet import FOOTPRINT_STEP, find_feet
 from .foot_lines import draw_lines, highest_foot
-from .ground_points import lay_lattice, spread_points
+from .ground_points import MILLIMETRE, lay_lattice, spread_points
 from .heights_on import heights_on
 from .in_polygons import draw_triangles, find_inside, join_polygons
 from .keep_edges import find_cut_edges
@@ -25,7 +25,6 @@ from .triangulate_plan import triangulate_plan
 from .walk_plan import triangle_at, walk
 
 DEFAULT_PATCH = 10.0  # [m]
-MILLIMETRE = 3  # decimals of a metre
 FEET_FOUND, SPREAD, TRIANGULATED = 0.28, 0.45, 0.8  # shares of the time that are over then
 REACH = 3.0  # [building heights] least extent of the ground beyond the city's edge
 REACH_WHITE = 8.0  # [building heights] the same where the ground absorbs nothing

@@ -17,7 +17,10 @@ from .merge_places import pair_keys
 
 GROWTH = 0.35  # [m/m] how much a patch may grow per metre of distance from the nearest foot
 KEEP_AWAY = 0.5  # [patch sizes] no points closer to a foot than this
-SHIFT = 1e-3  # [squares] by which points are moved at random, so that no four lie on one circle
+SHIFT = 1e-2  # [squares] by which points are moved at random, so that no four lie on one circle
+
+MILLIMETRE = 3  # decimals of a metre
+PERIOD = 1 << 11  # [half patches] after which these random numbers repeat
 
 
 class Lattice(NamedTuple):
@@ -73,7 +76,8 @@ def spread_points(foot_places, footprints, lattice):
     done, feet = [], []
     while len(cells):
         cells = cells[((cells + 1) * size > low).all(axis=1) & (cells * size < high).all(axis=1)]
-        places = lattice.place(size * (cells + 0.5 + SHIFT * (draw_shifts(cells, size / patch_size) - 0.5)))
+        middles = size * (cells + 0.5 + SHIFT * (draw_shifts(cells, size / patch_size) - 0.5))
+        places = lattice.place(middles.round(MILLIMETRE))
         away, nearest = tree.query(places)
         fine = size <= patch_size * 1.0001 + GROWTH * np.maximum(away - 0.7 * size, 0)
         fine &= (size <= lattice.step) | ((cells * size >= low) & ((cells + 1) * size <= high)).all(axis=1)
@@ -91,5 +95,5 @@ def spread_points(foot_places, footprints, lattice):
 
 def draw_shifts(cells, size):
     """Random numbers in [0, 1) of squares, (k, 2) whole numbers, that are so many patches large: (k, 2) float32."""
-    middle = pair_keys(((2 * cells + 1) * size).astype(np.int64))  # no two squares have the same
-    return uniform(mix(middle.view(np.uint64)), 2)
+    middle = ((2 * cells + 1) * size).astype(np.int64) % PERIOD  # of squares near each other no two have the same
+    return uniform(mix(pair_keys(middle).view(np.uint64)), 2)

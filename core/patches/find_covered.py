@@ -261,7 +261,7 @@ def lie_in_earth(ray_scene, patches, points):
     if not patches.ground.any():
         return np.zeros(points.shape[:2], bool)
     up = np.tile(np.float32([0, 0, 1]), (points.shape[0] * points.shape[1], 1))
-    above = ray_scene.trace_as_drawn(points.reshape(-1, 3), up).triangle
+    above = ray_scene.trace_closest(points.reshape(-1, 3), up)
     return ((above >= 0) & patches.ground[above] & (patches.normal[above, 2] > 0)).reshape(points.shape[:2])
 
 

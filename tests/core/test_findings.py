@@ -13,7 +13,7 @@ from citypv.core.commands.inspect_city import describe_city, inspect_city
 from citypv.core.files.read_city import read_city
 from citypv.core.request import Request
 from citypv.core.results.list_findings import list_findings
-from citypv.core.scene.build_scene import build_scene
+from citypv.core.scene.build_scene import SceneOptions, build_scene
 
 SHARED = "more than half covered: shared with a neighbour, inside a building or below the ground"
 FOOT = "lies under its building, on the ground"
@@ -49,7 +49,7 @@ def test_repaired_cells_are_found_under_the_id_they_were_cut_from():
     city.report = ImportReport(repaired={"mended": ["s2"]}, skipped={"lost": ["x"], "gone": ["y"]})
     city.report.skip("lost", [], 3.5)
     found = findings_of(city, grid_size=2.0)
-    scene = build_scene(city, 50.0, 8.0, grid_size=2.0)
+    scene = build_scene(city, 50.0, 8.0, options=SceneOptions(grid_size=2.0))
     assert {scene.surfaces.surface_id[k].partition("#")[0] for k in found["mended"].surfaces} == {"s2"}
     assert found["mended"].area == pytest.approx(city_area(city, 2))
     assert (found["lost"].area, found["gone"].area) == (3.5, None)

@@ -10,7 +10,7 @@ from cityjson_text import CUBE, house, instance, model, read, solid
 from citypv.core.commands.command_line import main
 from citypv.core.errors import InputError
 from citypv.core.files.read_city import read_city
-from citypv.core.scene.build_scene import build_scene
+from citypv.core.scene.build_scene import SceneOptions, build_scene
 from citypv.core.scene.local_frame import bring_to_origin
 from citypv.core.trees.build_crowns import CROWN_BASE
 from citypv.core.trees.crowns import volume_of_crowns
@@ -177,7 +177,7 @@ def test_a_tree_that_cannot_be_used_is_named(tmp_path, capsys, inside, message):
 def test_trees_stay_where_large_polygons_are_cut(tmp_path):
     objects = {"house": house(solid()), "yew": {"type": "SolitaryVegetationObject", "geometry": [solid()]}}
     city = read(tmp_path, model(objects))
-    assert len(build_scene(city, latitude=50, longitude=8, grid_size=1.0).trees) == 1
+    assert len(build_scene(city, latitude=50, longitude=8, options=SceneOptions(grid_size=1.0)).trees) == 1
 
 
 def test_density_of_leaves_of_a_single_tree(tmp_path):

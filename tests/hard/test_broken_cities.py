@@ -15,7 +15,7 @@ from citypv.core.city.triangulate import triangulate
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.errors import InputError
-from citypv.core.ground.build_ground import build_ground
+from citypv.core.ground.build_ground import PlacedCity, build_ground
 from citypv.core.ground.build_terrain import build_terrain
 from citypv.core.ground.find_feet import find_feet
 from citypv.core.ground.terrain import Layer, Terrain, measure_heights
@@ -23,9 +23,10 @@ from citypv.core.progress import silent
 from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.scene.build_scene import build_scene
+from citypv.core.scene.build_scene import SceneOptions, build_scene
 from citypv.core.scene.classify import classify, measure_tilt
 from citypv.core.scene.grid_cells import split_into_cells
+from citypv.core.scene.local_frame import AS_IN_FILES
 from citypv.core.scene.refine import refine_triangles
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.match_suns import match_suns
@@ -94,8 +95,8 @@ def test_settings_of_a_scene():
         ("--patch-size: -1 is not", {"patch_size": -1}),
         ("--patch-size: nan is not", {"patch_size": np.nan}),
         ("--patch-size: 0.0001 m gives about", {"patch_size": 1e-4}),
-        ("--grid-size: nan is not", {"grid_size": np.nan}),
-        ("--grid-size: 0.001 m gives", {"grid_size": 1e-3}),
+        ("--grid-size: nan is not", {"options": SceneOptions(grid_size=np.nan)}),
+        ("--grid-size: 0.001 m gives", {"options": SceneOptions(grid_size=1e-3)}),
         ("--ground: 'moon' is unknown", {"ground": "moon"}),
         ("--latitude: nan", {"latitude": np.nan}),
         ("--longitude: inf", {"longitude": np.inf}),
@@ -135,25 +136,30 @@ def test_pieces_of_geometry():
 def test_ground_and_terrain():
     scene = build_scene(TOWN, 52, 13, ground="none", patch_size=None)
     footprint = np.array(TOWN.thematic) == "GroundSurface"
+    placed = PlacedCity(TOWN, TOWN.points, scene.surfaces, footprint, AS_IN_FILES)
     feet = find_feet(TOWN, TOWN.points, scene.surfaces, footprint)
+
+    def stand_on(terrain):
+        return build_scene(TOWN, 52, 13, options=SceneOptions(terrain=terrain))
+
     for number in NUMBERS:
         broken = spoiled(TOWN.points, (5, 1), number)
-        refused("points: point 5 is", build_ground, TOWN, broken, scene.surfaces, footprint)
+        refused("points: point 5 is", build_ground, placed._replace(points=broken))
         refused("points: point 5 is", build_terrain, feet, broken, TERRAIN)
         high = Terrain(
             "hill.asc", [Layer(spoiled(TERRAIN.layers[0].points, (5, 2), number), TERRAIN.layers[0].triangles)]
         )
-        refused("hill.asc: vertices: vertex 5 is .* leave a gap", build_scene, TOWN, 52, 13, terrain=high)
+        refused("hill.asc: vertices: vertex 5 is .* leave a gap", stand_on, high)
         lost = replace(feet, start=spoiled(feet.start, (0, 0), number))
         refused("start of the feet: row 0 is", build_terrain, lost, TOWN.points, TERRAIN)
-    refused("footprint: shape", build_ground, TOWN, TOWN.points, scene.surfaces, footprint[1:])
-    refused("footprint: values", build_ground, TOWN, TOWN.points, scene.surfaces, footprint.astype(float))
-    refused("--patch-size: -10", build_ground, TOWN, TOWN.points, scene.surfaces, footprint, -10.0)
+    refused("footprint: shape", build_ground, placed._replace(footprint=footprint[1:]))
+    refused("footprint: values", build_ground, placed._replace(footprint=footprint.astype(float)))
+    refused("--patch-size: -10", build_ground, placed, -10.0)
     refused("--patch-size: nan", build_terrain, feet, TOWN.points, TERRAIN, np.nan)
     for layers in ([], [Layer(np.zeros((0, 3)), np.zeros((0, 3), int))]):
-        refused("hill.asc: contains no triangles", build_scene, TOWN, 52, 13, terrain=Terrain("hill.asc", layers))
+        refused("hill.asc: contains no triangles", stand_on, Terrain("hill.asc", layers))
     beyond = Terrain("hill.asc", [Layer(TERRAIN.layers[0].points, TERRAIN.layers[0].triangles + 5)])
-    refused("hill.asc: triangles: triangle . is", build_scene, TOWN, 52, 13, terrain=beyond)
+    refused("hill.asc: triangles: triangle . is", stand_on, beyond)
     refused(r"places: shape \(3, 3\)", measure_heights, TERRAIN, np.zeros((3, 3)))
     refused("places: row 2 is", measure_heights, TERRAIN, spoiled(np.zeros((3, 2)), (2, 0), np.nan))
     assert measure_heights(TERRAIN, np.zeros((0, 2))).shape == (0,)
