@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cities import box, make_city
 from edits import add_box, building_near, raise_building, remove_building
 
 from citypv.core.files.read_city import read_city
