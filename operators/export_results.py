@@ -147,13 +147,13 @@ def write_results(session, name, path, progress=silent):
 
 def write_page(session, path, progress):
     """Write the report of `citypv plot` as one page; without pictures where matplotlib is missing."""
+    from ..core.city.grid_cells import outline_surfaces
     from ..core.commands.simulate import draw_city
     from ..core.plots.read_results import read_results
     from ..core.plots.write_report import write_report
     from ..core.results.write_summary import summarise, write_summary
     from ..core.results.write_tables import write_tables
     from ..core.results.write_transfer import write_transfer
-    from ..core.scene.outline_surfaces import outline_surfaces
 
     transfer, energy, weather, request = session.transfer, session.energy, session.weather, session.request
     if session.city is not None and session.scene is not None:

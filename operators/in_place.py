@@ -5,7 +5,7 @@ The city's object carries the results and is hidden; the colours are shown on th
 
 import numpy as np
 
-from ..core.scene.name_cells import whole_of_cell
+from ..core.city.grid_cells import whole_of_cell
 from .attributes import PREFIX
 from .write_attributes import read_face_attribute, write_face_attribute
 

@@ -9,10 +9,10 @@ meet what they passed before, or pass it.
 
 import numpy as np
 
+from ..city.scene import FAR
 from ..effects.pilot import draw_starts, random_points
-from ..sampling.hemisphere_rays import rays_from_patches
-from ..sampling.sample_points import cosine_direction
-from ..scene.scene import FAR
+from ..rays.hemisphere_rays import rays_from_patches
+from ..rays.sample_points import cosine_direction
 from ..sky.light_sources import SOURCES
 from ..sky.sky_models import split_sky
 from .coarsen_surroundings import WIDTH

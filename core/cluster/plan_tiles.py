@@ -6,9 +6,9 @@ than any worker needs for its tile.
 
 from dataclasses import replace
 
-from ..materials.read_albedo import name_brdfs
+from ..city.scene import add_backs
 from ..patches.patches import number_triangles
-from ..scene.add_backs import add_backs
+from ..patches.read_albedo import name_brdfs
 from ..study import prepare_study
 from ..transfer.prepare_scene import PreparedScene
 from .take_part import take_part

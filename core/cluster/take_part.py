@@ -5,10 +5,9 @@ from dataclasses import fields, replace
 import numpy as np
 
 from ..city.city import ImportReport
-from ..materials.read_albedo import brdfs_of_triangles
+from ..city.scene import FAR, OWN, add_backs
 from ..patches.patches import number_triangles
-from ..scene.add_backs import add_backs
-from ..scene.scene import FAR, OWN
+from ..patches.read_albedo import brdfs_of_triangles
 from ..trees.crowns import Crowns
 from .coarsen_surroundings import coarsen
 from .tiles import LEFT_OUT, rises

@@ -13,10 +13,10 @@ hides what stays exact, because rays still meet the triangles of the whole city.
 import numpy as np
 
 from ..accuracy.part_of_city import keep_patches
-from ..sampling.hemisphere_rays import hemisphere_rays
-from ..sampling.random_numbers import mix, uniform
-from ..sampling.sample_points import sobol_digits
-from ..scene.scene import OWN
+from ..city.scene import OWN
+from ..rays.hemisphere_rays import hemisphere_rays
+from ..rays.random_numbers import mix, uniform
+from ..rays.sample_points import sobol_digits
 from .tiles import gap
 
 WIDTH = 0.3  # of a cell, as a share of its distance from the tile

@@ -13,10 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..city.build_ground import SHORTEST_REACH, choose_reach
+from ..city.scene import FAR, NEAR, OWN, surface_of_triangles
 from ..errors import InputError
-from ..ground.build_ground import SHORTEST_REACH, choose_reach
-from ..scene.add_backs import surface_of_triangles
-from ..scene.scene import FAR, NEAR, OWN
 from ..sun.solar_position import MINIMUM_ELEVATION
 
 SMALLEST = 20.0  # [m] tiles: twice the patches

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ..city.scene import Scene
 from ..horizon.read_horizon import read_horizon
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
 from ..request import Request
-from ..scene.scene import Scene
 from ..sun.solar_position import MINIMUM_ELEVATION
 from ..threads import usable_threads
 from .pilot import Pilot, Surroundings, trace_pilot

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..sky.light_sources import RAYS_SHARE, SOURCES, choose_share
 from ..sky.sky_models import split_sky
 from ..sun.solar_position import sun_direction

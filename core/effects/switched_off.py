@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..materials.read_albedo import brdfs_of_triangles
+from ..patches.read_albedo import brdfs_of_triangles
 from ..sky.sky_models import split_sky
 from ..sky.terrain_loss import sunlit_year
 from ..trees.foliage import choose_foliage

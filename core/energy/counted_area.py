@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..city.classify import SMALLEST_ELIGIBLE_AREA, classify
 from ..racks.rack_names import find_racked_roofs
-from ..scene.classify import SMALLEST_ELIGIBLE_AREA, classify
 
 HALF = 0.5  # of a surface: if more of it is covered, it carries no modules
 STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, without an orientation

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..city.terrain import Layer
 from ..city.triangulate import triangulate
-from ..ground.terrain import Layer
 from .collect_shapes import find_fault, read_lod, read_rings
 from .limits import LARGEST_COORDINATE, clean_name
 from .walk_boundaries import DEPTHS, walk_boundaries

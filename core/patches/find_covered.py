@@ -2,29 +2,11 @@
 
 import numpy as np
 
-from ..rays.places import Places
-from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
-from ..sampling.random_numbers import mix, uniform_of
-from ..sampling.sample_points import (
-    additive_recurrence,
-    cosine_direction,
-    shifted,
-    stratified_points,
-    upright_cells,
-)
-from .classify_rays import BACK, DARK, FRONT, SKY, classify_rays, meets_back
-from .lie_inside import (
-    CONTACT,
-    RAYS,
-    STRAY_RAYS,
-    find_touching,
-    follow,
-    is_touched,
-    judge_ends,
-    lie_inside,
-    number_rays,
-)
-from .settle_cells import (
+from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
+from ..rays.random_numbers import mix, uniform_of
+from ..rays.ray_scene import Places
+from ..rays.sample_points import additive_recurrence, cosine_direction, shifted, stratified_points, upright_cells
+from .cover_cells import (
     COVERED,
     FACING,
     LEADING,
@@ -35,6 +17,18 @@ from .settle_cells import (
     enclosed_cells,
     settled_cells,
     share_verdicts,
+)
+from .fates_of_rays import BACK, DARK, FRONT, SKY, classify_rays, meets_back
+from .inside_test import (
+    CONTACT,
+    RAYS,
+    STRAY_RAYS,
+    find_touching,
+    follow,
+    is_touched,
+    judge_ends,
+    lie_inside,
+    number_rays,
 )
 
 STATE_OF_FATE = np.full(DARK + 1, UNKNOWN)

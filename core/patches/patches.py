@@ -6,12 +6,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..check_arrays import check_array, check_seed
-from ..sampling.random_numbers import digest_names, key_of_digests, mix
-from ..scene.add_backs import other_sides, surface_of_triangles
-from ..scene.check_scene import check_scene
-from ..scene.find_ground import find_ground
-from ..scene.local_frame import bring_to_grid
-from .find_resting_floors import find_resting_floors
+from ..city.find_ground import find_ground, find_resting_floors
+from ..city.locate_site import bring_to_grid
+from ..city.scene import check_scene, other_sides, surface_of_triangles
+from ..rays.random_numbers import digest_names, key_of_digests, mix
 
 OFFSET_SPACINGS = 8  # distance of ray origins from their face in float32 spacings; at 2 the first rays get lost
 LARGEST_INSET = 1 / 64  # as a share of the distance to the middle
@@ -207,3 +205,38 @@ def find_made_up(scene):
     surfaces = scene.surfaces
     pairs = zip(surfaces.surface_id, surfaces.building_id, strict=True)
     return np.array([MADE_UP.fullmatch(name.removeprefix(building)) is not None for name, building in pairs], bool)
+
+
+BITS = 16  # of each coordinate
+MASKS = ((8, 0x00FF00FF), (4, 0x0F0F0F0F), (2, 0x33333333), (1, 0x55555555))
+
+
+def order_nearby(points):
+    """Order of points in plan view.
+
+    Parameters
+    ----------
+    points : (n, 2) or (n, 3) float [m]
+
+    Returns
+    -------
+    (n,) int
+
+    References
+    ----------
+    G. M. Morton (1966), A computer oriented geodetic data base and a new technique in file sequencing. IBM.
+    """
+    if not len(points):
+        return np.zeros(0, int)
+    plan = np.asarray(points, float)[:, :2]
+    low = plan.min(axis=0)
+    extent = max(float((plan - low).max()), 1e-9)
+    x, y = (spread_bits(one) for one in ((plan - low) / extent * (2**BITS - 1)).astype(np.uint32).T)
+    return np.argsort(x | (y << 1), kind="stable")
+
+
+def spread_bits(number):
+    """The lower 16 bits of numbers, (n,) uint32, with a zero between each two."""
+    for shift, mask in MASKS:
+        number = (number | (number << np.uint32(shift))) & np.uint32(mask)
+    return number

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..horizon.horizon import TerrainHorizon
-from ..sampling.random_numbers import GOLDEN, key_of_names, mix
+from ..rays.random_numbers import GOLDEN, key_of_names, mix
 from ..sky.sky_source import SkySource
 
 MARGIN = 64 * np.finfo(np.float32).eps  # of the largest coordinate: margin of the box

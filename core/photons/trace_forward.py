@@ -14,14 +14,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
+from ..city.scene import check_scene
 from ..effects.judge_effects import Measured, judge_effects
 from ..horizon.horizon import without_hidden
-from ..materials.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..patches.facing_scene import FacingScene
+from ..patches.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..progress import SUN_STAGE, CancelledError, Clock
 from ..radiosity.measure_cover import find_cover
 from ..request import Request, check_request
-from ..scene.check_scene import check_scene
 from ..sun.check_suns import check_suns
 from ..sun.keep_suns import end_of_days, keep_suns
 from ..sun.suns import Suns

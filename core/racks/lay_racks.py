@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..city.build_scene import DRAWN_TWICE
 from ..city.city import City
+from ..city.classify import classify, measure_tilt
+from ..city.find_ground import find_ground
+from ..city.grid_cells import whole_of_cell
+from ..city.locate_site import MICROMETRE, bring_to_origin, turn_to_true_north
 from ..city.measure_polygons import measure_polygons
-from ..scene.build_scene import DRAWN_TWICE
-from ..scene.classify import classify, measure_tilt
-from ..scene.find_ground import find_ground
-from ..scene.local_frame import MICROMETRE, bring_to_origin, turn_to_true_north
-from ..scene.name_cells import whole_of_cell
-from ..scene.refine import refine_triangles
-from ..scene.scene import Surfaces
+from ..city.refine import refine_triangles
+from ..city.scene import Surfaces
 from .free_roof import Obstacles, free_area
 from .place_rows import THICKNESS, frame_roof, place_rows
 from .rack_names import RACK, name_rack, roof_of_rack

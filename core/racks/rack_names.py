@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..scene.name_cells import whole_of_cell
+from ..city.grid_cells import whole_of_cell
 
 RACK = "rack"  # the kind
 MARK = "/rack"

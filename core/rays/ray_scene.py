@@ -7,13 +7,13 @@ embreex (github.com/trimesh/embreex). Both give the same results.
 import threading
 import time
 from contextlib import contextmanager
+from typing import NamedTuple
 
 import numpy as np
 
 from ..check_arrays import check_array, check_triangles
 from ..errors import InputError
-from .choose_engine import TREES, choose_engine
-from .places import Places
+from .engines import TREES, choose_engine
 
 
 class RayScene:
@@ -150,3 +150,15 @@ def usable_pairs(ray_origins, ray_directions):
         problem = f"{len(ray_directions)} rows for {len(ray_origins)} ray_origins"
         raise InputError("ray_directions", problem, "give one direction per ray")
     return ray_origins, ray_directions
+
+
+class Places(NamedTuple):
+    """Points on triangles, or on the patches that are these triangles."""
+
+    triangle: np.ndarray  # (m,) int, -1 for none
+    b1: np.ndarray  # (m,) float, barycentric coordinate for the second vertex; undefined for none
+    b2: np.ndarray  # (m,) float, for the third vertex
+
+    def take(self, chosen):
+        """Some of them, or all in another shape: Places."""
+        return Places(*(part[chosen] for part in self))

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pyproj
 
+from ..city.classify import find_footprints
 from ..energy.potential import sum_potential
 from ..progress import silent
-from ..scene.find_footprints import find_footprints
 from .columns import column_values, tabled_columns
 
 STAGE = "writing city.city.json"

@@ -12,12 +12,12 @@ import numpy as np
 
 from ..accuracy.error_budget import WHAT, budget_groups, budget_surfaces
 from ..accuracy.yield_errors import split_errors
+from ..city.scene import surface_of_triangles
 from ..energy.pick_module import area_of_kwp
 from ..energy.potential import sum_potential
 from ..energy.pv_system import build_system
 from ..energy.years import split_years
 from ..racks.rack_names import RACK, find_racked_roofs
-from ..scene.add_backs import surface_of_triangles
 from ..sun.check_distance import distance_of_weather
 from .list_findings import list_findings
 

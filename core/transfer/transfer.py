@@ -4,9 +4,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..city.grid_cells import Outlines
+from ..city.scene import Site, Surfaces
 from ..horizon.horizon import TerrainHorizon
-from ..scene.outline_surfaces import Outlines
-from ..scene.scene import Site, Surfaces
 from ..sun.suns import Suns
 from .patch_light import PatchLight
 from .trace_record import TraceRecord

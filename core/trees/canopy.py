@@ -18,8 +18,8 @@ Monsi and Saeki (1953), doi:10.1093/aob/mci052 (English, 2005). Nilson (1971), d
 
 import numpy as np
 
+from ..rays.random_numbers import GOLDEN, mix
 from ..rays.ray_scene import RayScene
-from ..sampling.random_numbers import GOLDEN, mix
 from .build_hierarchy import build_hierarchy
 from .crossing_loops import sum_crossings
 from .kept_rays import keep_rays, recall_rays

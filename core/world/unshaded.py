@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..city.scene import Site, Surfaces
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
-from ..scene.scene import Site, Surfaces
 from ..sky.light_sources import SOURCES
 from ..sun.sky_grid import sky_grid_suns
 from ..transfer.transfer import SourceLight, Transfer

@@ -16,9 +16,9 @@ import pandas as pd
 import pytest
 
 import citypv
+from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.energy import Energy
 from citypv.core.files.read_city import read_city
-from citypv.core.scene.build_scene import build_scene
 from citypv.core.sun.suns import Suns
 from citypv.core.transfer.transfer import Transfer
 

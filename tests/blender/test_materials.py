@@ -3,7 +3,7 @@
 import bpy
 import pytest
 
-from citypv.core.materials.materials import MaterialSpec
+from citypv.core.patches.materials import MaterialSpec
 from citypv.operators.colour_faces import build_plain_material
 from citypv.operators.keep_report import find_row
 from citypv.operators.read_materials import describe_material, name_face_materials, read_finish

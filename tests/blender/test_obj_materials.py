@@ -4,8 +4,7 @@ import bpy
 import pytest
 
 from citypv.core.files.read_city import read_city
-from citypv.core.materials.materials import MaterialSpec
-from citypv.core.materials.shader_material import named_material
+from citypv.core.patches.materials import MaterialSpec, named_material
 from citypv.operators.keep_report import find_row
 from citypv.operators.read_materials import read_finish
 from citypv.operators.session import find_city, find_session

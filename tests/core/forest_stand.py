@@ -10,8 +10,8 @@ import numpy as np
 import shapely
 import shapely.affinity
 
+from citypv.core.city.scene import Site
 from citypv.core.request import Request
-from citypv.core.scene.scene import Site
 from citypv.core.selfcheck.plain_scenes import join_parts, rectangle
 from citypv.core.study import compute_energy, read_year, trace_scene
 from citypv.core.trees.crowns import Crowns

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from citypv.core.scene.follow_rays import Enough, faces_of_scene, follow_rays
+from citypv.core.city.follow_rays import Enough, faces_of_scene, follow_rays
 
 BOX = np.array([[x, y, z] for z in (0, 10) for x, y in ((0, 0), (10, 0), (10, 10), (0, 10))], float)
 SIDES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]  # their fronts outside

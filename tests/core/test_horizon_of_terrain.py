@@ -10,6 +10,7 @@ from cities import box, make_city
 from earth_horizon import Edges
 from test_horizon import HOUR
 
+from citypv.core.city.build_scene import build_scene
 from citypv.core.commands.judge_light import judge_terrain
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.files.read_heights import HeightGrid, read_heights
@@ -21,7 +22,6 @@ from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
-from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import prepare_study, read_year
 from citypv.core.sun.hourly import hourly_suns
 from citypv.core.transfer.prepare_scene import prepare_scene

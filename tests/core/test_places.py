@@ -7,10 +7,10 @@ import pytest
 from cities import box, make_city
 from edits import add_box, building_near, raise_building, remove_building
 
+from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.files.read_city import read_city
 from citypv.core.patches.facing_scene import FacingScene
 from citypv.core.patches.patches import patches_of_scene
-from citypv.core.scene.build_scene import SceneOptions, build_scene
 
 BERLIN = Path(__file__).parents[2] / "examples" / "berlin" / "berlin_3910_5817.gml"
 FAR = 150.0  # [m] from the edit in plan

@@ -5,8 +5,8 @@ import pytest
 from scipy import stats
 from scipy.stats.qmc import Sobol
 
-from citypv.core.sampling.random_numbers import key_of_names, uniform
-from citypv.core.sampling.sample_points import (
+from citypv.core.rays.random_numbers import key_of_names, uniform
+from citypv.core.rays.sample_points import (
     DIGITS,
     additive_recurrence,
     barycentric_of_square,

@@ -5,19 +5,23 @@ import pytest
 import shapely
 from scipy.spatial import Delaunay, cKDTree
 
-from citypv.core.errors import InputError
-from citypv.core.ground import walk_plan
-from citypv.core.ground.keep_edges import find_cut_edges
-from citypv.core.ground.triangle_sides import find_neighbours, has_edges, renew_neighbours, sort_sides
-from citypv.core.ground.triangulate_plan import (
+from citypv.core.city import triangulate_plan
+from citypv.core.city.keep_edges import find_cut_edges
+from citypv.core.city.triangulate_plan import (
     add_places,
     circumscribe,
+    find_neighbours,
     find_triangle,
+    has_edges,
     near_any,
+    renew_neighbours,
+    sort_sides,
+    triangle_at,
     triangulate_plan,
     twice_areas,
+    walk,
 )
-from citypv.core.ground.walk_plan import triangle_at, walk
+from citypv.core.errors import InputError
 
 CORNERS = np.array([[0.0, 0], [1000, 0], [1000, 1000], [0, 1000]])
 ROUNDING = 1e-6  # [m] of a circumcircle's radius

@@ -11,23 +11,23 @@ from scenes import join, strip, suns_towards
 from scipy.spatial import Delaunay
 from towns import city_of_polygons, draw_town
 
+from citypv.core.city.build_ground import PlacedCity, build_ground
+from citypv.core.city.build_scene import SceneOptions, build_scene
+from citypv.core.city.build_terrain import build_terrain
+from citypv.core.city.classify import classify, measure_tilt
+from citypv.core.city.find_feet import find_feet
+from citypv.core.city.grid_cells import split_into_cells
+from citypv.core.city.locate_site import AS_IN_FILES
+from citypv.core.city.refine import refine_triangles
+from citypv.core.city.terrain import Layer, Terrain, measure_heights
 from citypv.core.city.triangulate import triangulate
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.errors import InputError
-from citypv.core.ground.build_ground import PlacedCity, build_ground
-from citypv.core.ground.build_terrain import build_terrain
-from citypv.core.ground.find_feet import find_feet
-from citypv.core.ground.terrain import Layer, Terrain, measure_heights
 from citypv.core.progress import silent
 from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.scene.build_scene import SceneOptions, build_scene
-from citypv.core.scene.classify import classify, measure_tilt
-from citypv.core.scene.grid_cells import split_into_cells
-from citypv.core.scene.local_frame import AS_IN_FILES
-from citypv.core.scene.refine import refine_triangles
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.solar_position import solar_position, sun_direction

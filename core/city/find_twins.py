@@ -1,0 +1,142 @@
+"""Surfaces drawn twice: they lie, within the accuracy of the data, on another surface that faces the same way.
+
+Party walls, which face opposite ways, are not among them. Of two in the same place the larger counts, else the one in
+front.
+"""
+
+import numpy as np
+import shapely
+
+from .measure_polygons import polygon_bounds
+from .triangulate import plane_axes
+
+ACCURACY = 0.01  # [m] coordinates come in millimetres or centimetres
+ONE_PLACE = 1e-4  # [m] closer than this, neither of two surfaces is in front of the other
+ALONG = 0.9  # cosine between normals above which two surfaces face the same way
+COMMON = 0.05  # [m] least overlap of two bounding boxes along two axes: less is an edge
+AT_ONCE = 1 << 14  # surfaces whose neighbours are looked at together, so that they need little memory
+TWIN_SHARE = 0.5  # of its area that lies on others, the same share as for covered surfaces
+
+
+def find_twins(shape, area, normal, wanted):
+    """Surfaces that lie by more than half on others that face the same way.
+
+    Parameters
+    ----------
+    shape : tuple
+        points (m, 3) float64 [m] with a local origin, ring_start (r + 1,), polygon_start (n + 1,).
+    area : array, (n,) float [m²]
+    normal : array, (n, 3) float
+    wanted : array, (n,) bool
+        Surfaces that may be twins; they may lie on any other.
+
+    Returns
+    -------
+    array, (n,) bool
+    """
+    order = np.lexsort((np.arange(len(area)), -area))
+    rank = np.empty(len(area), np.int64)
+    rank[order] = np.arange(len(area))
+    pairs = find_parallel_pairs(shape, normal, wanted)
+    pairs = np.where((rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])  # the larger one first
+    common, ahead = measure_in_slices(shape, normal, pairs)
+    hidden = np.zeros((2, len(area)))  # [m²] of each behind others, and in the same place as larger ones
+    found = np.flatnonzero(common)
+    # The largest first, so that a surface on a twin does not become a twin for that reason alone.
+    for pair in found[np.lexsort((rank[pairs[found, 1]], rank[pairs[found, 0]]))]:
+        large, small = pairs[pair]
+        if ahead[pair] < -ONE_PLACE:
+            hidden[0, large] += common[pair]
+        elif ahead[pair] > ONE_PLACE:
+            hidden[0, small] += common[pair]
+        elif hidden[:, large].sum() <= TWIN_SHARE * area[large]:
+            hidden[1, small] += common[pair]
+    return wanted & (hidden.sum(axis=0) > TWIN_SHARE * area)
+
+
+def find_parallel_pairs(shape, normal, wanted):
+    """Pairs of surfaces (k, 2) that face the same way, overlap by more than an edge, and lie near one plane."""
+    points, ring_start, polygon_start = shape
+    low, high = np.stack([polygon_bounds(points[:, axis], ring_start, polygon_start) for axis in range(3)], axis=2)
+    low, high = low - ACCURACY, high + ACCURACY
+    boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    tree, corner = shapely.STRtree(boxes), points[ring_start[polygon_start[:-1]]]
+    found = [np.zeros((0, 2), np.int64)]
+    for first in range(0, len(boxes), AT_ONCE):
+        one, other = tree.query(boxes[first : first + AT_ONCE])
+        one += first
+        kept = (one < other) & (low[one, 2] <= high[other, 2]) & (low[other, 2] <= high[one, 2])
+        one, other = one[kept], other[kept]
+        kept = (wanted[one] | wanted[other]) & (np.einsum("ij,ij->i", normal[one], normal[other]) > ALONG)
+        one, other = one[kept], other[kept]
+        found.append(np.column_stack([one, other])[lie_together((low, high, corner, normal), one, other)])
+    return np.concatenate(found)
+
+
+def lie_together(faces, one, other):
+    """Whether surfaces overlap by more than an edge and lie near one plane, (k,) bool.
+
+    Parameters
+    ----------
+    faces : tuple
+        Lowest and highest coordinates, a corner and the normal of each surface, (n, 3) float64.
+    one, other : (k,) int
+    """
+    low, high, corner, normal = faces
+    common = np.sort(np.minimum(high[one], high[other]) - np.maximum(low[one], low[other]), axis=1)
+    # Two flat surfaces that coincide somewhere are within the accuracy of each other's planes there.
+    reach = [np.linalg.norm(high[rows] - low[rows], axis=1) for rows in (one, other)]
+    turn = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
+    apart = np.abs(np.einsum("ij,ij->i", corner[other] - corner[one], normal[one]))
+    near = apart <= ACCURACY + turn * (reach[0] + reach[1])
+    return (common[:, 0] >= 0) & (common[:, 1] > COMMON) & near
+
+
+def measure_in_slices(shape, normal, pairs):
+    """What `measure_overlaps` returns, of many pairs."""
+    slices = [pairs[first : first + AT_ONCE] for first in range(0, max(len(pairs), 1), AT_ONCE)]
+    return np.concatenate([measure_overlaps(shape, normal, some) for some in slices], axis=1)
+
+
+def measure_overlaps(shape, normal, pairs):
+    """Area [m²] over which the surfaces of each pair coincide within the accuracy, and the mean distance [m] of the
+    first in front of the second there, both (k,)."""
+    points, ring_start, polygon_start = shape
+    large, small = pairs.T
+    origin = points[ring_start[polygon_start[large]]]
+    axes = np.stack(plane_axes(normal[large]), axis=1)  # (k, 2, 3)
+    common = shapely.intersection(*(draw_outlines(shape, index, origin, axes) for index in (large, small)))
+    size = shapely.area(common)
+    corners, pair = shapely.get_coordinates(common, return_index=True)
+    places = origin[pair] + np.einsum("ki,kij->kj", corners, axes[pair])
+    anchor = points[ring_start[polygon_start[small]]]
+    along = np.einsum("ij,ij->i", normal[large], normal[small])
+    ahead = np.einsum("ij,ij->i", places - anchor[pair], normal[small[pair]]) / along[pair]
+    furthest = np.zeros(len(pairs))
+    np.maximum.at(furthest, pair, np.abs(ahead))
+    mean = np.bincount(pair, ahead, len(pairs)) / np.maximum(np.bincount(pair, minlength=len(pairs)), 1)
+    return np.where(furthest <= ACCURACY, size, 0.0), mean
+
+
+def draw_outlines(shape, chosen, origin, axes):
+    """Surfaces with their holes, each projected onto its own axes: (k,) valid shapely geometries."""
+    points, ring_start, polygon_start = shape
+    rings, ring = expand(polygon_start, chosen)
+    count, point = expand(ring_start, ring)
+    # Close the rings: shapely repeats the first point.
+    starts = np.cumsum([0, *count])
+    closed = np.insert(point, starts[1:], point[starts[:-1]])
+    pair = np.repeat(np.repeat(np.arange(len(chosen)), rings), count + 1)
+    projected = np.einsum("kj,kij->ki", points[closed] - origin[pair], axes[pair])
+    offsets = starts + np.arange(len(starts)), np.cumsum([0, *rings])
+    outlines = shapely.from_ragged_array(shapely.GeometryType.POLYGON, projected, offsets)
+    broken = ~shapely.is_valid(outlines)
+    outlines[broken] = shapely.make_valid(outlines[broken])
+    return outlines
+
+
+def expand(start, chosen):
+    """Lengths of some runs (k,), and the indices of their elements, run after run."""
+    count = np.diff(start)[chosen]
+    ends = np.cumsum(count)
+    return count, np.arange(ends[-1] if len(ends) else 0) + np.repeat(start[:-1][chosen] - ends + count, count)

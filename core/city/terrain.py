@@ -1,0 +1,161 @@
+"""Measured terrain: triangulated layers, the finest first, and its height at any position."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import shapely
+
+from ..check_arrays import check_array
+
+NEAR = 5.0  # [m] feet this close to the edge of the terrain take its height: TINs are often cut out at buildings
+HORIZON = 5000.0  # [m] terrain further than this beyond the city's edge is left out
+
+
+@dataclass
+class Layer:
+    """Triangles of one resolution; gaps have no triangles."""
+
+    points: np.ndarray  # (v, 3) float64 [m], x east, y north, z up
+    triangles: np.ndarray  # (t, 3) int64
+
+
+@dataclass
+class Terrain:
+    """Terrain read from a file, in the coordinate reference system of the city."""
+
+    source: str
+    layers: list = field(default_factory=list)  # of Layer, the finest first
+    notes: list = field(default_factory=list)  # sentences for the report
+
+    def moved(self, move):
+        """The same terrain with its points transformed by a function (v, 3) -> (v, 3)."""
+        return Terrain(self.source, [Layer(move(one.points), one.triangles) for one in self.layers], self.notes)
+
+
+def measure_heights(terrain, places):
+    """Height of a terrain; the highest triangle wins where several overlap.
+
+    Parameters
+    ----------
+    terrain : Terrain
+    places : array, (k, 2) float64 [m]
+
+    Returns
+    -------
+    heights : array, (k,) float64 [m]
+        NaN in gaps and beyond the edge.
+    """
+    places = check_array("places", places, ("k", 2))
+    heights = np.full(len(places), np.nan)
+    for layer in terrain.layers:
+        missing = np.flatnonzero(np.isnan(heights))
+        if len(missing):
+            heights[missing] = _highest(layer, places[missing])
+    return heights
+
+
+def _highest(layer, places):
+    """Height of the highest triangle at each position, NaN if none; only triangles near the positions are tested."""
+    corners = _corners_near(layer, places, 0.0)
+    heights = np.full(len(places), -np.inf)
+    if len(corners):
+        tree = shapely.STRtree(shapely.polygons(corners[..., :2]))
+        place, triangle = tree.query(shapely.points(places), "intersects")
+        np.maximum.at(heights, place, _heights_on(corners[triangle], places[place]))
+    return np.where(np.isinf(heights), np.nan, heights)
+
+
+def nearest_heights(terrain, places, reach):
+    """Height of a terrain at its point nearest to each place.
+
+    Parameters
+    ----------
+    terrain : Terrain
+    places : array, (k, 2) float64 [m]
+    reach : float [m]
+
+    Returns
+    -------
+    heights : array, (k,) float64 [m]
+        NaN where none is within reach.
+    """
+    heights = np.full(len(places), np.nan)
+    for layer in terrain.layers:
+        missing = np.flatnonzero(np.isnan(heights))
+        corners = _corners_near(layer, places[missing], reach) if len(missing) else []
+        if not len(corners):
+            continue
+        shapes, points = shapely.polygons(corners[..., :2]), shapely.points(places[missing])
+        place, triangle = shapely.STRtree(shapes).query_nearest(points, max_distance=reach)
+        lines = shapely.shortest_line(shapes[triangle], points[place])
+        on = shapely.get_coordinates(shapely.get_point(lines, 0))
+        found = np.full(len(missing), -np.inf)
+        np.maximum.at(found, place, _heights_on(corners[triangle], on))
+        heights[missing] = np.where(np.isinf(found), np.nan, found)
+    return heights
+
+
+def _corners_near(layer, places, reach):
+    """Corners (t, 3, 3) of the triangles near some places that have an area seen from above."""
+    corners = layer.points[layer.triangles]  # (t, 3, 3)
+    low, high = corners[..., :2].min(axis=1) - reach, corners[..., :2].max(axis=1) + reach
+    corners = corners[((low <= places.max(axis=0)) & (high >= places.min(axis=0))).all(axis=1)]
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    doubled = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    return corners[np.abs(doubled) > 1e-9 * np.maximum((u**2).sum(axis=1), (v**2).sum(axis=1))]
+
+
+def _heights_on(corners, places):
+    """Height of the plane of each triangle (k, 3, 3) at a place (k, 2)."""
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    d, doubled = places - a[:, :2], u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    along = (d[:, 0] * v[:, 1] - d[:, 1] * v[:, 0]) / doubled
+    across = (u[:, 0] * d[:, 1] - u[:, 1] * d[:, 0]) / doubled
+    return a[:, 2] + along * u[:, 2] + across * v[:, 2]
+
+
+def choose_terrain(city, ground, given=None):
+    """Choose the terrain of a city, and say what happened to that of its own files.
+
+    Parameters
+    ----------
+    city : City
+    ground : {'auto', 'feet', 'none'}
+    given : Terrain, optional
+        Takes precedence.
+
+    Returns
+    -------
+    Terrain or None
+    list of str
+        Sentences for the report.
+    """
+    own = city.terrain
+    if own is None:
+        return given, []
+    words = f"errain of the file: {count_triangles(own):,} triangles"
+    if given is not None:
+        return given, [f"T{words}, not used: {given.source} takes its place."]
+    if ground != "auto":
+        return None, [f"T{words}, left out (--ground {ground})."]
+    return own, [f"Ground: t{words}."]
+
+
+def count_triangles(terrain):
+    """Number of triangles of all layers."""
+    return sum(len(layer.triangles) for layer in terrain.layers)
+
+
+def reaches_feet(terrain, feet):
+    """Whether a terrain has a height under any foot, or close beside it.
+
+    Parameters
+    ----------
+    terrain : Terrain
+        In the frame of the feet.
+    feet : Feet
+    """
+    places = feet.start[:, :2]
+    if not np.isnan(measure_heights(terrain, places)).all():
+        return True
+    return not np.isnan(nearest_heights(terrain, places, NEAR)).all()

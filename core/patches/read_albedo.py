@@ -1,0 +1,296 @@
+"""Assign a BRDF to every triangle, from albedos and materials."""
+
+import csv
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..city.grid_cells import whole_of_cell
+from ..city.scene import surface_of_triangles
+from ..errors import InputError
+from .brdfs import Lambertian
+from .materials import MaterialSpec, describe_brdf, named_material
+
+FILE, MATERIALS = "--albedo-file", "materials"  # possible sources of an albedo
+
+
+class Found(NamedTuple):
+    """BRDF of a surface, and its source."""
+
+    source: str
+    name: str  # key in that source; "" for a surface's own line, or if one value applies to all
+    material: str  # name of the material, "" if only an albedo is given
+    brdf: object  # Lambertian, Mirror, Glossy or Glass
+
+
+class TriangleBrdfs(NamedTuple):
+    """Laws of reflection other than Lambert's, and which triangles follow them."""
+
+    brdfs: list  # of Mirror, Glossy and Glass
+    index: np.ndarray  # (t,) int into `brdfs`; -1 for Lambertian triangles
+
+
+HEADERS = (["surface", "albedo"], ["surface", "material"], ["surface", "albedo", "material"])
+
+
+def albedo_of_triangles(scene, request, found=None):
+    """Albedo of the scene's triangles: (t,) float64; the highest one where it depends on the angle.
+
+    Parameters
+    ----------
+    scene : Scene
+    request : Request
+    found : list of Found, optional
+        Of `name_brdfs`, where it is known already.
+
+    Raises
+    ------
+    InputError
+        If the albedo file or a material is invalid, or is not supported by the estimator.
+    """
+    found = name_brdfs(scene, request) if found is None else found
+    distinct, which = list_distinct(found)
+    albedo = np.array([one.brdf.albedo for one in distinct])[which[surface_of_triangles(scene)]]
+    if scene.rack_of_back is not None:
+        albedo[scene.rack_of_back >= 0] = scene.back_albedo
+    return albedo
+
+
+def brdfs_of_triangles(scene, request, found=None):
+    """Laws of reflection other than Lambert's, and which triangles follow them.
+
+    Parameters as of `albedo_of_triangles`.
+
+    Returns
+    -------
+    TriangleBrdfs
+    """
+    distinct, which = list_distinct(name_brdfs(scene, request) if found is None else found)
+    brdfs = list(dict.fromkeys(one.brdf for one in distinct if not isinstance(one.brdf, Lambertian)))
+    place = {brdf: index for index, brdf in enumerate(brdfs)}
+    brdf_index = np.array([place.get(one.brdf, -1) for one in distinct])[which[surface_of_triangles(scene)]]
+    if scene.rack_of_back is not None:
+        brdf_index[scene.rack_of_back >= 0] = -1  # undersides and edges of racks are Lambertian
+    return TriangleBrdfs(brdfs, brdf_index)
+
+
+def list_distinct(found):
+    """The objects of a list, each once in the order of their first places, and which of them stands in each place.
+
+    Most surfaces share one Found: looking at each of them takes longer than all else that is asked of materials.
+
+    Returns
+    -------
+    distinct : list of Found
+    which : (n,) int
+    """
+    _, first, which = np.unique(np.fromiter(map(id, found), np.int64, len(found)), True, True)
+    order = np.argsort(first)
+    return [found[place] for place in first[order]], np.argsort(order)[which]
+
+
+def name_brdfs(scene, request):
+    """BRDF of each surface and, last, of the generated ground, with its source.
+
+    In order of precedence: the albedo file's line for the surface, its line for the surface's material, the material
+    itself (from `request.materials` or, with `request.file_materials`, from the city's files), the albedo file's line
+    for the kind, `request.albedo`. A cell ``id#k`` takes the line of ``id``. Generated ground takes the ground albedo,
+    unless it has a material or the file has a line for the kind `ground`.
+
+    Returns
+    -------
+    list of Found
+        n + 1.
+    """
+    specs = read_albedo(request.albedo_file) if request.albedo_file else {}
+    of_key = {key: (spec.material, spec.brdf()) for key, spec in specs.items()}
+    surfaces = scene.surfaces
+    plain = Found("--albedo", "", "", Lambertian(request.albedo))
+    plain_ground = Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))
+    if not of_key:
+        of_material = brdfs_of_materials(scene, request)
+        found = [plain] * len(surfaces)
+        if of_material and surfaces.material:
+            found = [of_material.get(material, plain) for material in surfaces.material]
+        return [*found, of_material.get(request.ground_material, plain_ground)]
+    materials = surfaces.material or [""] * len(surfaces)
+    whole = [whole_of_cell(name) for name in surfaces.surface_id]
+    named = {*materials, request.ground_material} - {""}
+    check_keys(of_key, {*surfaces.surface_id, *whole, *named}, {*surfaces.kind.tolist(), "ground"}, request)
+    of_material = brdfs_of_materials(scene, request)
+    of_material |= {name: Found(FILE, name, name, of_key[name][1]) for name in named & set(of_key)}
+    kinds = {*surfaces.kind.tolist(), "ground"} & set(of_key)
+    of_kind = {kind: Found(FILE, kind, *of_key[kind]) for kind in kinds}
+    found = []
+    for name, parent, material, kind in zip(surfaces.surface_id, whole, materials, surfaces.kind.tolist(), strict=True):
+        own = of_key.get(name) or of_key.get(parent)
+        if own:
+            found.append(Found(FILE, "", *own))
+        elif material in of_material:
+            found.append(of_material[material])
+        else:
+            found.append(of_kind.get(kind, plain))
+    if request.ground_material in of_material:
+        found.append(of_material[request.ground_material])
+    else:
+        found.append(of_kind.get("ground", plain_ground))
+    return found
+
+
+def brdfs_of_materials(scene, request):
+    """BRDFs of the materials given by the request or, if requested, by the city's files: name -> Found."""
+    found, specs = {}, {}
+    if request.file_materials:
+        if not scene.colours:
+            raise InputError("--materials", "the files of this city have no materials", "omit it, or use --albedo-file")
+        specs = {name: named_material(name, colour) for name, colour in scene.colours.items()}
+    for name, spec in (specs | request.materials).items():
+        brdf = brdf_of_named(name, spec)
+        if brdf is not None:
+            found[name] = Found(MATERIALS, name, name, brdf)
+    return found
+
+
+def check_materials(request):
+    """Refuse an albedo file, or a material of the request, that cannot be used with any city.
+
+    Raises
+    ------
+    InputError
+    """
+    if request.albedo_file:
+        read_albedo(request.albedo_file)
+    for name, spec in request.materials.items():
+        brdf_of_named(name, spec)
+
+
+def brdf_of_named(name, spec):
+    """BRDF of a material of the city; None without a specification.
+
+    Raises
+    ------
+    InputError
+        Names the material.
+    """
+    try:
+        return None if spec is None else spec.brdf()
+    except InputError as error:
+        raise InputError(f"Material {name!r}", f"{error.source}: {error.problem}", error.cure) from error
+
+
+def check_keys(of_key, names, kinds, request):
+    """Raise an error if the albedo file names something that does not exist."""
+    unused = set(of_key) - names - kinds
+    if unused:
+        raise InputError(
+            request.albedo_file,
+            f"{sorted(unused)[0]!r} is neither a surface nor a kind nor a material of this city",
+            "use surface_id or kind as in faces.csv, or a material as `citypv inspect` lists them",
+        )
+
+
+def describe_albedo(scene, request):
+    """Sources of the albedos of the surfaces.
+
+    Returns
+    -------
+    list of dict
+        One per source, name in it and BRDF: `from`, `name`, `material` ("" if only an albedo is given), `albedo` (the
+        highest one if it depends on the angle), `law` (lambertian, mirror, glossy, glass), `reflects` (the same in
+        words), and count (`surfaces`) and `area` [m²] of the surfaces with it. The generated ground comes last, without
+        these two.
+    """
+    return materials_of_surfaces(scene, name_brdfs(scene, request))["albedos"]
+
+
+def materials_of_surfaces(scene, found):
+    """What a Transfer says of the surfaces it was traced with.
+
+    Parameters
+    ----------
+    scene : Scene
+    found : list of Found
+        Of `name_brdfs`.
+
+    Returns
+    -------
+    dict
+        `albedo` (n,) float64, `material` (n,) list of str, and `albedos`, a list as in `describe_albedo`.
+    """
+    *found, ground = found
+    distinct, which = list_distinct(found)
+    counts, areas = np.bincount(which), np.bincount(which, scene.surfaces.area)
+    rows = {}
+    for one, more, area in zip(distinct, counts.tolist(), areas.tolist(), strict=True):
+        count, whole = rows.get(one, (0, 0.0))
+        rows[one] = count + more, whole + area
+    described = [describe_row(one) | {"surfaces": count, "area": area} for one, (count, area) in rows.items()]
+    return {
+        "albedo": np.array([one.brdf.albedo for one in distinct], float)[which],
+        "material": [one.material for one in found],
+        "albedos": described + ([describe_row(ground)] if (surface_of_triangles(scene) < 0).any() else []),
+    }
+
+
+def describe_row(one):
+    """Source, name and BRDF as plain values."""
+    plain = {"from": one.source, "name": one.name, "material": one.material}
+    law = type(one.brdf).__name__.lower()
+    return plain | {"albedo": one.brdf.albedo, "law": law, "reflects": describe_brdf(one.brdf)}
+
+
+def read_albedo(path):
+    """Read albedos or materials by surface id, by kind, or by the name of a material in the city's files.
+
+    Parameters
+    ----------
+    path : str or path-like
+        CSV with the header `surface,albedo`, `surface,material` or `surface,albedo,material`. A row may leave albedo or
+        material empty.
+
+    Returns
+    -------
+    dict of str to MaterialSpec
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, has other columns, or holds an albedo that is not a number from 0 to 1 or a
+        material that is not known.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(
+            path, f"cannot be read ({error})", "give a CSV file with the columns surface,albedo"
+        ) from error
+    rows = csv.reader(text.splitlines())
+    header = next(rows, None)
+    if header not in HEADERS:
+        raise InputError(path, "line 1 is not the header surface,albedo", "add it")
+    specs = {}
+    for number, row in enumerate(rows, start=2):
+        if len(row) != len(header):
+            problem = f"line {number} is not {'a name and a number' if header == HEADERS[0] else 'as the header'}"
+            raise InputError(path, problem, f"write {','.join(['name', *header[1:]])}")
+        cells = dict(zip(header, row, strict=True))
+        specs[row[0]] = spec_of_row(path, number, cells.get("albedo", ""), cells.get("material", ""))
+    return specs
+
+
+def spec_of_row(path, number, albedo, material):
+    """MaterialSpec of a line of the file, checked to give a valid BRDF."""
+    if not material or albedo:
+        try:
+            value = float(albedo)
+        except ValueError as error:
+            raise InputError(path, f"line {number} is not a name and a number", "write name,albedo") from error
+        if not 0 <= value <= 1:
+            raise InputError(path, f"line {number}: albedo {albedo}", "give a number from 0 to 1")
+    spec = MaterialSpec(value if albedo or not material else None, material)
+    try:
+        spec.brdf()
+    except InputError as error:
+        raise InputError(path, f"line {number}: {error.source} {error.problem}", error.cure) from error
+    return spec
