@@ -12,13 +12,12 @@ from .check_geometry import check_parts, check_patch_size
 from .city import City
 from .find_feet import FOOTPRINT_STEP, find_feet
 from .ground_points import MILLIMETRE, lay_lattice, spread_points
-from .keep_edges import find_cut_edges
 from .locate_site import MICROMETRE, bring_to_grid
 from .places_in_plan import COINCIDENT, draw_triangles, find_inside, join_polygons, merge_places, unique_pairs
 from .scene import Site, Surfaces
 from .slope_filter import draw_lines, highest_foot
 from .triangulate_feet import triangulate_feet
-from .triangulate_plan import find_neighbours, heights_on, sort_sides, triangle_at, triangulate_plan, walk
+from .triangulate_plan import drop_on_triangles, triangulate_plan
 
 DEFAULT_PATCH = 10.0  # [m]
 FEET_FOUND, SPREAD, TRIANGULATED = 0.28, 0.45, 0.8  # shares of the time that are over then
@@ -99,14 +98,14 @@ def build_ground(placed, patch_size=None, *, reach=REACH, ground_height=None, re
     lines = draw_lines(feet)
     foot_points, edges = cut_feet(feet, lines, 0.5 * patch_size)
     report_share(FEET_FOUND)
-    free, nearest = spread_points(foot_points[:, :2], feet.footprints, lattice)
-    free, cut = _interpolate_heights(foot_points, edges, (free, nearest), lattice)
+    free = spread_points(foot_points[:, :2], feet.footprints, lattice)
+    free = interpolate_heights(foot_points, free, lattice)
     report_share(SPREAD)
     triangulate_part = partial(report_part, report_share, SPREAD, TRIANGULATED)
-    vertices, triangles = triangulate_feet(lines, foot_points, (edges, cut), free, triangulate_part)
+    vertices, triangles = triangulate_feet(lines, foot_points, edges, free, triangulate_part)
     triangles = faces_up(vertices, triangles)
     report_share(TRIANGULATED)
-    between = np.flatnonzero((triangles < len(vertices) - len(free)).all(axis=1))  # free places are outside
+    between = np.flatnonzero((triangles >= len(free)).all(axis=1))  # free places are outside
     triangles = np.delete(triangles, between[under_buildings(vertices, triangles[between], feet.footprints)], axis=0)
     return *sort_by_place(vertices, triangles), feet.hanging
 
@@ -173,22 +172,18 @@ def cut_feet(feet, lines, longest):
     return places, unique_pairs(edges[edges[:, 0] != edges[:, 1]])
 
 
-def _interpolate_heights(foot_points, edges, free, lattice):
-    """Free places with heights between those of the feet, and out to a rim at the height of those next to it; and
-    whether each edge is missing in the triangulation of all."""
-    (free, nearest), (low, high) = free, lattice[:2]
+def interpolate_heights(foot_points, free, lattice):
+    """Free places with heights between those of the feet, and out to a rim at the height of those next to it: (k, 3)
+    float64 [m]."""
+    low, high = lattice.low, lattice.high
     angle = 2 * np.pi * np.arange(CONTROL_COUNT) / CONTROL_COUNT
     rim = 0.5 * (low + high) + np.hypot(*(high - low)) * np.column_stack([np.cos(angle), np.sin(angle)])
     rim, tree = lattice.place(rim), cKDTree(foot_points[:, :2])
     around = tree.query_ball_point(foot_points[tree.query(rim)[1], :2], AROUND)
     rim_height = [STEPS * np.round(foot_points[some, 2].mean() / STEPS) for some in around]
     known = np.concatenate([foot_points, np.column_stack([rim, rim_height])])
-    triangles = triangulate_plan(known[:, :2])
-    sides = sort_sides(triangles)
-    near = triangle_at(triangles, len(known))[nearest]
-    found = walk(known[:, :2], (triangles, find_neighbours(sides)), free, near)
-    cut = find_cut_edges(known[:, :2], (triangles, sides), edges, free)
-    return np.column_stack([free, heights_on(known[triangles[found]], free).round(MICROMETRE)]), cut
+    heights = drop_on_triangles(known[triangulate_plan(known[:, :2])], free)
+    return np.column_stack([free, heights.round(MICROMETRE)])
 
 
 def under_buildings(vertices, triangles, footprints):

@@ -101,7 +101,7 @@ def _spread(foot_points, feet, terrain, near, bounds):
         low=np.minimum(near.low, np.ceil(low / near.step) * near.step),
         high=np.maximum(near.high, np.floor(high / near.step) * near.step),
     )
-    free, _ = spread_points(foot_places, feet.footprints, far)
+    free = spread_points(foot_places, feet.footprints, far)
     places = np.concatenate([foot_places, free])
     heights = measure_heights(terrain, places)
     at_feet = np.arange(len(places)) < len(foot_places)

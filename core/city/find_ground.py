@@ -5,6 +5,7 @@ import numpy as np
 from ..rays.ray_scene import RayScene
 from .city import number_names
 from .scene import check_scene
+from .triangulate_plan import heights_on
 
 AT_ONCE = 1 << 16  # triangles that are measured together, so that they need little memory
 SPANNED = 0.5  # of the city's bounds in plan: a mesh that covers less is not the ground
@@ -102,25 +103,8 @@ def height_below(vertices, triangles, points, start):
     hit = RayScene(vertices, triangles).trace_closest(origins, down)
     height = np.full(len(points), -np.inf)
     met = hit >= 0
-    height[met] = height_on_triangles(np.asarray(vertices, float)[triangles[hit[met]]], points[met])
+    height[met] = heights_on(np.asarray(vertices, float)[triangles[hit[met]]], points[met])
     return height
-
-
-def height_on_triangles(corners, points):
-    """Height of each triangle's plane at the position of a point.
-
-    Parameters
-    ----------
-    corners : (n, 3, 3) float64 [m]
-    points : (n, 3) float64 [m]
-
-    Returns
-    -------
-    (n,) float64 [m]
-    """
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    away = points[:, :2] - corners[:, 0, :2]
-    return corners[:, 0, 2] - (normal[:, :2] * away).sum(axis=1) / normal[:, 2]
 
 
 LEVEL = 0.5  # [m] largest gap, as drawn, between a resting face and what carries it

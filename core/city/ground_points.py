@@ -62,34 +62,29 @@ def spread_points(foot_places, footprints, lattice):
 
     Returns
     -------
-    places : array, (p, 2) float64 [m]
+    array, (p, 2) float64 [m]
         Those on the rim come last.
-    nearest : array, (p,) int64
-        The foot nearest to each.
     """
     tree, patch_size, (low, high) = cKDTree(foot_places), lattice.patch_size, lattice[:2]
     # So large that none of the first is small enough: the others do not depend on where the ground ends.
     size = patch_size * 2.0 ** (3 + np.ceil(np.log2(max((high - low).max() / patch_size, 1))))
     x, y = (np.arange(np.floor(a / size), np.ceil(b / size)) for a, b in zip(low, high, strict=True))
     cells = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)  # column and row, from zero
-    done, feet = [], []
+    done = []
     while len(cells):
         cells = cells[((cells + 1) * size > low).all(axis=1) & (cells * size < high).all(axis=1)]
         middles = size * (cells + 0.5 + SHIFT * (draw_shifts(cells, size / patch_size) - 0.5))
         places = lattice.place(middles.round(MILLIMETRE))
-        away, nearest = tree.query(places)
+        away, _ = tree.query(places)
         fine = size <= patch_size * 1.0001 + GROWTH * np.maximum(away - 0.7 * size, 0)
         fine &= (size <= lattice.step) | ((cells * size >= low) & ((cells + 1) * size <= high)).all(axis=1)
-        kept = fine & (away > KEEP_AWAY * patch_size)
-        done.append(places[kept])
-        feet.append(nearest[kept])
+        done.append(places[fine & (away > KEEP_AWAY * patch_size)])
         cells = (2 * cells[~fine, None] + np.array([[0, 0], [1, 0], [0, 1], [1, 1]])).reshape(-1, 2)
         size /= 2
-    places, feet = np.concatenate(done), np.concatenate(feet)
+    places = np.concatenate(done)
     outside = np.ones(len(places), bool)
     outside[find_inside(footprints, places)[0]] = False
-    rim = lattice.draw_rim()
-    return np.concatenate([places[outside], rim]), np.concatenate([feet[outside], tree.query(rim)[1]])
+    return np.concatenate([places[outside], lattice.draw_rim()])
 
 
 def draw_shifts(cells, size):

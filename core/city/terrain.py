@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from ..check_arrays import check_array
+from .triangulate_plan import heights_on
 
 NEAR = 5.0  # [m] feet this close to the edge of the terrain take its height: TINs are often cut out at buildings
 HORIZON = 5000.0  # [m] terrain further than this beyond the city's edge is left out
@@ -61,7 +62,7 @@ def _highest(layer, places):
     if len(corners):
         tree = shapely.STRtree(shapely.polygons(corners[..., :2]))
         place, triangle = tree.query(shapely.points(places), "intersects")
-        np.maximum.at(heights, place, _heights_on(corners[triangle], places[place]))
+        np.maximum.at(heights, place, heights_on(corners[triangle], places[place]))
     return np.where(np.isinf(heights), np.nan, heights)
 
 
@@ -90,7 +91,7 @@ def nearest_heights(terrain, places, reach):
         lines = shapely.shortest_line(shapes[triangle], points[place])
         on = shapely.get_coordinates(shapely.get_point(lines, 0))
         found = np.full(len(missing), -np.inf)
-        np.maximum.at(found, place, _heights_on(corners[triangle], on))
+        np.maximum.at(found, place, heights_on(corners[triangle], on))
         heights[missing] = np.where(np.isinf(found), np.nan, found)
     return heights
 
@@ -103,15 +104,6 @@ def _corners_near(layer, places, reach):
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     doubled = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
     return corners[np.abs(doubled) > 1e-9 * np.maximum((u**2).sum(axis=1), (v**2).sum(axis=1))]
-
-
-def _heights_on(corners, places):
-    """Height of the plane of each triangle (k, 3, 3) at a place (k, 2)."""
-    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    d, doubled = places - a[:, :2], u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    along = (d[:, 0] * v[:, 1] - d[:, 1] * v[:, 0]) / doubled
-    across = (u[:, 0] * d[:, 1] - u[:, 1] * d[:, 0]) / doubled
-    return a[:, 2] + along * u[:, 2] + across * v[:, 2]
 
 
 def choose_terrain(city, ground, given=None):

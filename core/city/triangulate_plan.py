@@ -1,20 +1,16 @@
-"""Delaunay triangulation of places in plan view, and its change where a few places are added.
+"""Delaunay triangulation of places in plan view, which edges it lacks, and the heights of its triangles.
 
-GEOS takes half the time of Qhull for 30,000 places, and grows in proportion to their number. A place that is added
-changes only the triangles in whose circumcircles it lies: their corners alone are triangulated again.
+GEOS takes half the time of Qhull for 30,000 places, and grows in proportion to their number.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 import shapely
-from scipy.spatial import Delaunay, QhullError, cKDTree
+from scipy.spatial import Delaunay, QhullError
 
 from ..errors import InputError
-from .places_in_plan import draw_triangles, pair_keys, unique_pairs
+from .places_in_plan import draw_triangles, pair_keys
 
-FEW = 16  # places that are compared with all triangles, one after the other
-TIE = 1e-9  # relative distance from a circumcircle within which a place counts as inside
+SLICE = 100_000  # places at once, to limit memory
 
 
 def triangulate_plan(places):
@@ -57,264 +53,10 @@ def triangulate_slowly(places):
         ) from error
 
 
-def add_places(places, mesh, new, start):
-    """Delaunay triangles after some places were added.
-
-    Parameters
-    ----------
-    places : array, (p, 2) float64 [m]
-        Old and new.
-    mesh : tuple of (t, 3) int64
-        Delaunay triangles of the old places, and their neighbours.
-    new : array, (k,) int
-        Places that no triangle has yet.
-    start : array, (k,) int
-        The triangle in which each of them lies; -1 beyond all.
-
-    Returns
-    -------
-    triangles : (s, 3) int64
-        Those that are left come first, in their order.
-    gone : (t,) bool
-        Triangles of before that are not among them.
-    """
-    triangles, _ = mesh
-    gone = find_cavity(places, mesh, new, start) if (start >= 0).all() else np.ones(len(triangles), bool)
-    left, pieces = gone.copy(), [triangles[:0]]
-    while not gone.all():
-        used = np.union1d(triangles[left], new[left[start]])
-        fresh = used[triangulate_plan(places[used])]
-        sides, inside, beyond = find_border(mesh, left)
-        lost = ~has_edges(sort_sides(fresh), sides)
-        again = hang_together(mesh, left, inside[lost])
-        done = left & ~again
-        pieces.append(fresh[inside_any(places[fresh].mean(axis=1), places[triangles[done]])])
-        if not lost.any():
-            return np.concatenate([triangles[~gone], *pieces]), gone
-        if (beyond[lost] < 0).any() or (gone & ~again)[beyond[lost]].any():
-            break
-        left = again
-        gone[beyond[lost]] = left[beyond[lost]] = True  # of four corners on one circle, either diagonal may be drawn
-    return triangulate_plan(places), np.ones(len(triangles), bool)
-
-
-def find_cavity(places, mesh, new, start):
-    """Triangles with a new place in or on their circumcircles: (t,) bool.
-
-    For each new place they hang together, around the triangle in which it lies.
-    """
-    triangles, neighbours = mesh
-    gone = np.zeros(len(triangles), bool)
-    pairs = unique_pairs(np.column_stack([start, new]))
-    seen = pair_keys(pairs)
-    while len(pairs):
-        gone[pairs[:, 0]] = True
-        beyond = np.column_stack([neighbours[pairs[:, 0]].ravel(), np.repeat(pairs[:, 1], 3)])
-        beyond = unique_pairs(beyond[beyond[:, 0] >= 0])
-        beyond = beyond[~np.isin(pair_keys(beyond), seen)]
-        seen = np.concatenate([seen, pair_keys(beyond)])
-        pairs = beyond[in_circles(places, triangles[beyond[:, 0]], beyond[:, 1])]
-    return gone
-
-
-def hang_together(mesh, chosen, rows):
-    """Of the chosen triangles, (t,) bool, those that hang together with some of them, (k,) int: (t,) bool."""
-    found = np.zeros(len(chosen), bool)
-    while len(rows):
-        found[rows] = True
-        rows = np.unique(mesh[1][rows])
-        rows = rows[(rows >= 0) & chosen[rows] & ~found[rows]]
-    return found
-
-
-def find_border(mesh, chosen):
-    """Sides of some triangles towards others, (b, 2), and the triangles within and beyond, two (b,) int, the latter -1
-    beyond the hull."""
-    triangles, neighbours = mesh
-    rows = np.flatnonzero(chosen)
-    beyond = neighbours[rows]
-    open_side = (beyond < 0) | ~chosen[beyond]
-    sides = np.stack([triangles[rows], triangles[rows][:, [1, 2, 0]]], axis=2)[open_side]
-    return np.sort(sides, axis=1), np.repeat(rows, 3)[open_side.ravel()], beyond[open_side]
-
-
-def in_circles(places, triangles, others):
-    """Whether a place lies in or on the circle through a triangle, or that has no area: (k,) bool."""
-    centre, radius = circumscribe(places[triangles])
-    away = np.hypot(*(places[others] - centre).T)
-    return ~(away > radius * (1 + TIE))
-
-
-def circumscribe(corners):
-    """Centres and radii of the circles through the corners of triangles; not finite where these are in line.
-
-    Returns
-    -------
-    centre : (t, 2) float64 [m]
-    radius : (t,) float64 [m]
-    """
-    b, c = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    squares = (b**2).sum(axis=1), (c**2).sum(axis=1)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        scale = 0.5 / twice_areas(corners)
-        x = scale * (c[:, 1] * squares[0] - b[:, 1] * squares[1])
-        y = scale * (b[:, 0] * squares[1] - c[:, 0] * squares[0])
-        return corners[:, 0] + np.column_stack([x, y]), np.hypot(x, y)
-
-
-def twice_areas(corners):
-    """Twice the areas of triangles in plan, positive where they turn to the left: (t,) float64 [m²]."""
-    b, c = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    return b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
-
-
-def inside_any(places, corners):
-    """Whether places lie in any of some triangles: (p,) bool."""
-    found = np.zeros(len(places), bool)
-    found[shapely.STRtree(draw_triangles(corners)).query(shapely.points(places), "intersects")[0]] = True
-    return found
-
-
-def near_any(corners, places):
-    """Whether any of some places may lie in a triangle: none that does is missed. (t,) bool.
-
-    Parameters
-    ----------
-    corners : array, (t, 3, 2) float64 [m]
-    places : array, (p, 2) float64 [m]
-    """
-    near = np.zeros(len(corners), bool)
-    if len(places) <= FEW:
-        low, high = (pick(pick(corners[:, 0], corners[:, 1]), corners[:, 2]) for pick in (np.minimum, np.maximum))
-        for place in places:
-            rows = np.flatnonzero((low[:, 0] <= place[0]) & (high[:, 0] >= place[0]))
-            near[rows] |= (low[rows, 1] <= place[1]) & (high[rows, 1] >= place[1])
-        return near
-    middle = corners.mean(axis=1)
-    radius = np.sqrt(((corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
-    return cKDTree(places).query(middle)[0] <= radius * (1 + TIE)
-
-
-def find_triangle(corners, places):
-    """A triangle below or above each place: (p,) int; -1 beyond all.
-
-    Parameters
-    ----------
-    corners : array, (t, 3, 2) float64 [m]
-    places : array, (p, 2) float64 [m]
-    """
-    near = np.flatnonzero(near_any(corners, places))  # few, where there are few places
-    place, triangle = shapely.STRtree(draw_triangles(corners[near])).query(shapely.points(places), "intersects")
-    found = np.full(len(places), -1)
-    found[place] = near[triangle]
-    return found
-
-
-class Sides(NamedTuple):
-    """The sides (corner k to k + 1) of triangles, sorted by their smaller, then their larger end."""
-
-    key: np.ndarray  # (3 t,) int64, of `pair_keys`
-    side: np.ndarray  # (3 t,) int64: three times the triangle, plus k
-
-
-def sort_sides(triangles):
-    """Sides of triangles, (t, 3) int64."""
-    following = triangles[:, [1, 2, 0]]
-    key = ((np.minimum(triangles, following).astype(np.int64) << 32) + np.maximum(triangles, following)).ravel()
-    side = np.argsort(key)
-    return Sides(key[side], side)
-
-
-def find_neighbours(sides):
-    """The triangle beyond each side, -1 beyond the hull: (t, 3) int64."""
-    same = np.flatnonzero(sides.key[1:] == sides.key[:-1])
-    one, other = sides.side[same], sides.side[same + 1]
-    neighbours = np.full(len(sides.key), -1)
-    neighbours[one], neighbours[other] = other // 3, one // 3
-    return neighbours.reshape(-1, 3)
-
-
-def has_edges(sides, edges):
-    """Whether edges, (e, 2) int64 with the smaller number first, are among the sides: (e,) bool."""
-    wanted = pair_keys(edges)
-    at = np.minimum(np.searchsorted(sides.key, wanted), len(sides.key) - 1)
-    return sides.key[at] == wanted
-
-
-def renew_neighbours(neighbours, gone, triangles):
-    """Neighbours after some triangles have given way to others.
-
-    Parameters
-    ----------
-    neighbours : array, (t, 3) int64
-        Of before.
-    gone : array, (t,) bool
-        Triangles of before that are no more.
-    triangles : array, (s, 3) int64
-        Those that are left come first, in their order.
-    """
-    left = len(gone) - np.count_nonzero(gone)
-    number = np.append(np.where(gone, -2, np.cumsum(~gone) - 1), -1)  # of each, and of none
-    renewed = np.full((len(triangles), 3), -2)
-    renewed[:left] = number[neighbours[~gone]]
-    rows = np.flatnonzero((renewed == -2).any(axis=1))  # new ones, and those beside gone ones
-    around = find_neighbours(sort_sides(triangles[rows]))
-    renewed[rows] = np.where(renewed[rows] == -2, np.where(around >= 0, rows[around], -1), renewed[rows])
-    return renewed
-
-
-MOST_STEPS = 200  # a walk among triangles that are not Delaunay by rounding may not end; a search does
-SAMPLE = 1000  # triangles that tell which way all turn
-ROUNDING = 1e-12  # of the square of the distance to a corner: so little beyond a side, a place lies on it
-
-
-def triangle_at(triangles, count):
-    """One of the triangles at each vertex: (count,) int64; 0 where there is none."""
-    found = np.zeros(count, np.int64)
-    found[triangles.ravel()] = np.repeat(np.arange(len(triangles)), 3)
-    return found
-
-
-def walk(places, mesh, wanted, start):
-    """The triangle in which each place lies, or one of those on whose side it lies: (k,) int64; -1 beyond all.
-
-    Parameters
-    ----------
-    places : array, (p, 2) float64 [m]
-    mesh : tuple of (t, 3) int64
-        Delaunay triangles of the places, all turning the same way, and their neighbours.
-    wanted : array, (k, 2) float64 [m]
-    start : array, (k,) int
-        A triangle near each.
-    """
-    triangles, neighbours = mesh
-    found, left = np.array(start, np.int64), np.arange(len(wanted))
-    here, came = found, np.full(len(wanted), -2)
-    turn = np.sign(twice_areas(places[triangles[:SAMPLE]]).sum())
-    easting, northing = places.T.copy()
-    for _ in range(MOST_STEPS):
-        if not len(left):
-            return found
-        corners, around = triangles[here], neighbours[here]  # (k, 3)
-        x, y = easting[corners] - wanted[left, :1], northing[corners] - wanted[left, 1:]
-        side = x * y[:, [1, 2, 0]] - x[:, [1, 2, 0]] * y  # twice the area between the place and each side
-        side *= turn  # the sign of its own area would be noise in a triangle that has hardly any
-        side[around == came[:, None]] = np.inf  # never back: two triangles without an area may each name the other
-        rows, worst = np.arange(len(left)), side.argmin(axis=1)
-        away = x**2 + y**2
-        furthest = np.maximum(np.maximum(away[:, 0], away[:, 1]), away[:, 2])
-        onward = np.flatnonzero(side[rows, worst] < -ROUNDING * furthest)
-        beyond = around[onward, worst[onward]]
-        found[left[onward]] = beyond
-        inside = beyond >= 0
-        onward = onward[inside]
-        left, here, came = left[onward], beyond[inside], here[onward]
-    if len(left):
-        found[left] = find_triangle(places[triangles], wanted[left])
-    return found
-
-
-SLICE = 100_000  # places at once, to limit memory
+def find_missing(triangles, edges):
+    """Edges, (e, 2) int64 with the smaller number first, that are no sides of triangles, (t, 3) int64: (e,) bool."""
+    sides = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    return ~np.isin(pair_keys(edges), pair_keys(sides))
 
 
 def drop_on_triangles(corners, places):
@@ -325,21 +67,20 @@ def drop_on_triangles(corners, places):
     corners : array, (t, 3, 3) float64 [m]
     places : array, (k, 2) or (k, 3) float64 [m]
     """
-    near = np.flatnonzero(near_any(corners[:, :, :2], places[:, :2]))  # few, where there are few places
-    tree = shapely.STRtree(draw_triangles(corners[near, :, :2]))
     height = np.full(len(places), np.inf)
+    if not len(places):
+        return height
+    tree = shapely.STRtree(draw_triangles(corners))
     for first in range(0, len(places), SLICE):
         some, lowest = places[first : first + SLICE], height[first : first + SLICE]
         place, triangle = tree.query(shapely.points(some[:, :2]), predicate="intersects")
-        np.fmin.at(lowest, place, heights_on(corners[near[triangle]], some[place]))
+        np.fmin.at(lowest, place, heights_on(corners[triangle], some[place]))
     return height
 
 
 def heights_on(corners, places):
-    """Height of each place's triangle there: (k,) float64 [m]; NaN where it has no area in plan view."""
-    a, b, c = (corners[:, k] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    sloped = ((places[:, :2] - a[:, :2]) * normal[:, :2]).sum(axis=1)
+    """Height of the plane of each triangle, (k, 3, 3), at a place: (k,) float64 [m]; NaN where it is upright."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    sloped = ((places[:, :2] - corners[:, 0, :2]) * normal[:, :2]).sum(axis=1)
     steep = np.abs(normal[:, 2]) < 1e-9
-    rise = np.divide(sloped, normal[:, 2], out=np.full(len(places), np.nan), where=~steep)
-    return a[:, 2] - rise
+    return corners[:, 0, 2] - np.divide(sloped, normal[:, 2], out=np.full(len(places), np.nan), where=~steep)
