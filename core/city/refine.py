@@ -5,12 +5,15 @@ import numpy as np
 from ..check_arrays import check_array, check_triangles
 from ..errors import InputError
 from .check_geometry import check_patch_size
+from .places_in_plan import pair_keys
 
 MOST_PIECES = 50e6  # more would not fit into memory
 AT_ONCE = 1 << 16  # triangles whose corners are taken together, so that they need little memory
 SHORTEST = 1e-3  # [m] least patch size that can be given for a single triangle
 ELONGATED = 4.0  # longest edge over height, from which a triangle is first cut crosswise
 STRIP = 0.85  # of the patch size: strips narrower than this are cut so that the diagonals of their pieces fit as well
+FLAT = 1e-4  # [m] distance from a triangle's plane beyond which its neighbour does not lie in it
+MOST_ROUNDS = 200  # of flips
 TIE = 1e-6  # relative; lengths or sums of cotangents closer than this count as equal, so that rounding chooses nothing
 
 
@@ -62,7 +65,13 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
     if np.ndim(patch_size):
         check_array("patch_size", patch_size, (len(triangles),), least=SHORTEST)
     patch_size = np.broadcast_to(np.asarray(patch_size, float), len(triangles))
-    check_pieces(vertices, triangles, patch_size)
+    length, height = measure_triangles(vertices, triangles)
+    longest = length.max(axis=1, initial=0)
+    pieces = ((1 + longest / patch_size) * (1 + height / patch_size)).sum()
+    if pieces > MOST_PIECES:  # for example because one vertex is far away by mistake
+        problem = f"{patch_size.min():g} m gives about {pieces:.0e} patches"
+        cure = f"give a larger size, or check the coordinates: the longest edge has {longest.max():,.0f} m"
+        raise InputError("--patch-size", problem, cure)
     parent = np.arange(len(triangles))
     surface = parent if surface is None else np.asarray(surface)
     thin = np.zeros(surface.max(initial=-1) + 1, bool)  # surfaces that had elongated triangles to split
@@ -73,7 +82,7 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
         if not thin[new].all():
             fresh = np.isin(np.arange(len(thin)), new) & ~thin
             thin |= fresh
-            triangles = flip_thin(vertices, triangles, surface[parent], fresh)
+            triangles = flip_edges(vertices, triangles, surface[parent], fresh[surface[parent]])
             measures = measure_triangles(vertices, triangles)
             long, _ = find_long_edges(measures, patch_size[parent])
         if not long.any():
@@ -81,39 +90,34 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
         rows = thin[surface[parent]]
         long &= ~find_waiting(vertices, triangles, surface[parent], (long, rows), measures)
         some = long.any(axis=1)
-        edges = ends_of_edges(triangles[some])[long[some]]
-        halved, first, number = np.unique(key_of_edges(edges, vertices), return_index=True, return_inverse=True)
+        edges = ends_of_edges(triangles[some])[long[some].ravel()]
+        halved, first, number = np.unique(pair_keys(edges), return_index=True, return_inverse=True)
         parts = np.zeros(len(halved), np.int64)
         wanted = count_parts([measure[some] for measure in measures], patch_size[parent[some]])
-        np.maximum.at(parts, number.reshape(-1), wanted[long[some]])
+        np.maximum.at(parts, number, wanted[long[some]])
         middle = find_middles(vertices, triangles, halved)
         vertices = np.concatenate([vertices, cut_edges(vertices[edges[first]], parts)])
         cut = np.zeros(len(thin), bool)
         cut[surface[parent[(middle >= 0).any(axis=1)]]] = True
-        triangles, parent = _split(vertices, triangles, parent, middle)
-        triangles = flip_thin(vertices, triangles, surface[parent], thin & cut)
+        triangles, parent = split(vertices, triangles, parent, middle)
+        triangles = flip_edges(vertices, triangles, surface[parent], (thin & cut)[surface[parent]])
     order = np.argsort(parent, kind="stable")
     return vertices, triangles[order], parent[order]
-
-
-def ends_of_edges(triangles):
-    """Vertices at the ends of the edges ab, bc and ca, the smaller number first: (t, 3, 2) int64."""
-    return np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2)
-
-
-def key_of_edges(edges, vertices):
-    """One number for each edge (..., 2) between vertices: (...) int64."""
-    return edges[..., 0] * np.int64(len(vertices)) + edges[..., 1]
 
 
 def find_middles(vertices, triangles, halved):
     """The new vertex on each edge that is among those cut, keys in ascending order; else -1: (t, 3) int64."""
     middle = np.empty((len(triangles), 3), np.int64)
     for first in range(0, len(triangles), AT_ONCE):
-        key = key_of_edges(ends_of_edges(triangles[first : first + AT_ONCE]), vertices)
-        place = np.minimum(np.searchsorted(halved, key), len(halved) - 1)
-        middle[first : first + AT_ONCE] = np.where(halved[place] == key, len(vertices) + place, -1)
+        key = pair_keys(ends_of_edges(triangles[first : first + AT_ONCE]))
+        place = np.minimum(np.searchsorted(halved, key), len(halved) - 1).reshape(-1, 3)
+        middle[first : first + AT_ONCE] = np.where(halved[place] == key.reshape(-1, 3), len(vertices) + place, -1)
     return middle
+
+
+def ends_of_edges(triangles):
+    """Vertices at the ends of the edges ab, bc and ca, triangle by triangle, the smaller number first: (3 t, 2) int."""
+    return np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
 
 
 def cut_edges(ends, parts):
@@ -134,18 +138,13 @@ def measure_triangles(vertices, triangles):
     length, height = np.empty((len(triangles), 3)), np.empty(len(triangles))
     for first in range(0, len(triangles), AT_ONCE):
         some = slice(first, first + AT_ONCE)
-        length[some], height[some] = measure_some(vertices, triangles[some])
+        a, b, c = (vertices[triangles[some, corner]].T for corner in range(3))  # (3, t) each
+        length[some] = np.column_stack([norm(b - a), norm(c - b), norm(a - c)])
+        longest = length[some].max(axis=1, initial=0)
+        (x, y, z), (u, v, w) = b - a, c - a
+        doubled = norm((y * w - z * v, z * u - x * w, x * v - y * u))
+        height[some] = np.divide(doubled, longest, out=np.zeros(len(longest)), where=longest > 0)
     return length, height
-
-
-def measure_some(vertices, triangles):
-    """What `measure_triangles` returns, of a few of them."""
-    a, b, c = (vertices[triangles[:, corner]].T for corner in range(3))  # (3, t) each
-    length = np.column_stack([norm(b - a), norm(c - b), norm(a - c)])
-    longest = np.maximum(np.maximum(length[:, 0], length[:, 1]), length[:, 2])
-    (x, y, z), (u, v, w) = b - a, c - a
-    doubled = norm((y * w - z * v, z * u - x * w, x * v - y * u))
-    return length, np.divide(doubled, longest, out=np.zeros(len(longest)), where=longest > 0)
 
 
 def norm(vectors):
@@ -179,7 +178,8 @@ def find_waiting(vertices, triangles, surface, wanted, measures):
     waiting = np.zeros(long.shape, bool)
     pairs, corners = find_inner_edges(vertices, triangles[rows], surface[rows])
     inner = np.zeros((len(rows), 3), bool)
-    sides = [side_of(triangles[rows][pairs[:, k]], corners[:, k]) for k in (0, 1)]
+    # Of each of the two, the edge that starts where the common one does.
+    sides = [np.argmax(triangles[rows][pairs[:, k]] == corners[:, k, None], axis=1) for k in (0, 1)]
     for k in (0, 1):
         inner[pairs[:, k], sides[k]] = True
     wait = (long[rows] & ~inner).any(axis=1)[pairs].all(axis=1)
@@ -188,75 +188,32 @@ def find_waiting(vertices, triangles, surface, wanted, measures):
     return waiting
 
 
-def side_of(triangles, start):
-    """Index of the edge of each triangle that starts at a vertex."""
-    return np.argmax(triangles == start[:, None], axis=1)
-
-
-def flip_thin(vertices, triangles, surface, thin):
-    """Triangles with the diagonals of some surfaces flipped."""
-    rows = np.flatnonzero(thin[surface])
-    if len(rows):
-        triangles = triangles.copy()
-        triangles[rows] = flip_edges(vertices, triangles[rows], surface[rows])
-    return triangles
-
-
-def check_pieces(vertices, triangles, patch_size):
-    """Refuse more pieces than fit into memory, for example because one vertex is far away by mistake."""
-    length, height = measure_triangles(vertices, triangles)
-    longest = length.max(axis=1, initial=0)
-    pieces = (1 + longest / patch_size) * (1 + height / patch_size)
-    if pieces.sum() > MOST_PIECES:
-        problem = f"{patch_size.min():g} m gives about {pieces.sum():.0e} patches"
-        cure = f"give a larger size, or check the coordinates: the longest edge has {longest.max():,.0f} m"
-        raise InputError("--patch-size", problem, cure)
-
-
-def _split(vertices, triangles, parent, middle):
+def split(vertices, triangles, parent, middle):
     """One round: middle (t, 3) is the new vertex on the edges ab, bc, ca, or -1."""
     count = (middle >= 0).sum(axis=1)
-    pieces, parents = [triangles[count == 0]], [parent[count == 0]]
-    for marked, template in ((1, _in_two), (2, _in_three), (3, _in_four)):
+    # Of one long edge it comes first, of two the short one does, so that all of a kind are cut alike.
+    start = np.where(count == 1, np.argmax(middle >= 0, axis=1), np.argmin(middle >= 0, axis=1))
+    order = (np.where(count % 3, start, 0)[:, None] + np.arange(3)) % 3
+    corners, middles = (np.take_along_axis(part, order, axis=1) for part in (triangles, middle))
+    a, b, c, m, p, q = np.column_stack([corners, middles]).T
+    # Where two are long, the quadrilateral a b p q is cut along its shorter diagonal.
+    first, second = (np.linalg.norm(vertices[one] - vertices[other], axis=1) for one, other in ((a, p), (b, q)))
+    along = first <= (1 + TIE) * second
+    templates = {
+        0: [(a, b, c)],
+        1: [(a, m, c), (m, b, c)],
+        2: [(a, b, np.where(along, p, q)), (np.where(along, a, b), p, q), (q, p, c)],
+        3: [(a, m, q), (m, b, p), (q, p, c), (m, p, q)],
+    }
+    pieces, parents = [], []
+    for marked, template in templates.items():
         chosen = count == marked
-        new = template(vertices, triangles[chosen], middle[chosen])
-        pieces += new
-        parents += [parent[chosen]] * len(new)
+        pieces += [np.column_stack(piece)[chosen] for piece in template]
+        parents += [parent[chosen]] * len(template)
     return np.concatenate(pieces), np.concatenate(parents)
 
 
-def _turn(triangles, middle, start):
-    """Cyclic shift so that corner and edge number start come first."""
-    order = (start[:, None] + np.arange(3)) % 3
-    return np.take_along_axis(triangles, order, axis=1).T, np.take_along_axis(middle, order, axis=1).T
-
-
-def _in_two(_, triangles, middle):
-    (a, b, c), (m, _, _) = _turn(triangles, middle, np.argmax(middle >= 0, axis=1))
-    return [np.column_stack(corners) for corners in ((a, m, c), (m, b, c))]
-
-
-def _in_three(vertices, triangles, middle):
-    # Edges bc and ca are long, ab is not; the quadrilateral a b p q is cut along its shorter diagonal.
-    (a, b, c), (_, p, q) = _turn(triangles, middle, np.argmin(middle >= 0, axis=1))
-    first = np.linalg.norm(vertices[a] - vertices[p], axis=1)
-    second = np.linalg.norm(vertices[b] - vertices[q], axis=1)
-    along = (first <= (1 + TIE) * second)[:, None]
-    left = np.where(along, np.column_stack([a, b, p]), np.column_stack([a, b, q]))
-    right = np.where(along, np.column_stack([a, p, q]), np.column_stack([b, p, q]))
-    return [left, right, np.column_stack([q, p, c])]
-
-
-def _in_four(_, triangles, middle):
-    (a, b, c), (m, p, q) = triangles.T, middle.T
-    return [np.column_stack(corners) for corners in ((a, m, q), (m, b, p), (q, p, c), (m, p, q))]
-
-
-FLAT = 1e-4  # [m] distance from a triangle's plane beyond which its neighbour does not lie in it
-MOST_ROUNDS = 200
-
-
-def flip_edges(vertices, triangles, surface):
+def flip_edges(vertices, triangles, surface, wanted=True):
     """Delaunay triangulation within each flat surface; outlines, bends and curved surfaces stay unchanged.
 
     Parameters
@@ -265,13 +222,15 @@ def flip_edges(vertices, triangles, surface):
     triangles : array, (t, 3) int64
     surface : array, (t,) int
         Only edges between triangles of one surface are flipped.
+    wanted : array, (t,) bool, optional
+        Triangles of surfaces in question.
 
     Returns
     -------
     array, (t, 3) int64
         The same number for each surface, in the same rows, oriented as before.
     """
-    triangles, active = triangles.copy(), np.arange(len(triangles))
+    triangles, active = triangles.copy(), np.flatnonzero(np.broadcast_to(wanted, len(triangles)))
     for _ in range(MOST_ROUNDS):
         rows, corners = find_inner_edges(vertices, triangles[active], surface[active])
         worth = measure_edges(vertices, corners)
@@ -319,10 +278,8 @@ def find_inner_edges(vertices, triangles, surface):
 def measure_edges(vertices, corners):
     """Sum of the cotangents of the two angles opposite to each edge, (e,): negative if they sum to more than 180°."""
     a, b, p, q = (vertices[index] for index in corners.T)
-    return cotangent(a - p, b - p) + cotangent(a - q, b - q)
-
-
-def cotangent(one, other):
-    """Cotangent of the angle between two vectors, (e,)."""
-    sine = np.linalg.norm(np.cross(one, other), axis=1)
-    return np.einsum("ij,ij->i", one, other) / np.maximum(sine, np.finfo(float).tiny)
+    worth = np.zeros(len(corners))
+    for apex in (p, q):
+        sine = np.linalg.norm(np.cross(a - apex, b - apex), axis=1)
+        worth += ((a - apex) * (b - apex)).sum(axis=1) / np.maximum(sine, np.finfo(float).tiny)
+    return worth

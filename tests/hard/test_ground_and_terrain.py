@@ -174,12 +174,12 @@ def test_terrain_with_gaps():
 
 
 def test_a_town_on_a_hill_far_away():
-    """The same at UTM coordinates and 3,000 m: not a vertex differs."""
+    """The same at UTM coordinates and 3,072 m, whole squares of the ground away: not a vertex differs."""
     kept = [place for place, name in enumerate(draw_town(2)[1]) if name != "TINRelief"]
     polygons, thematic, building = ([rows[place] for place in kept] for rows in draw_town(2))
     hill = terrain(lambda x, y: np.round(30 * np.exp(-((x - 20) ** 2 + y**2) / 5e3), 3))
     scenes = []
-    for away in (np.zeros(3), np.array([390_000.0, 5_818_000.0, 3000.0])):
+    for away in (np.zeros(3), 10_240.0 * np.array([39, 568, 0.3])):
         city = city_of_polygons([points + away for points in polygons], thematic, building)
         layers = [Layer(layer.points + away, layer.triangles) for layer in hill.layers]
         scenes.append(build_scene(city, 52, 13, options=SceneOptions(terrain=Terrain("hill.asc", layers))))
