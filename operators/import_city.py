@@ -93,7 +93,7 @@ class ChooseCity(bpy.types.Operator):
 def triangulate_import(city, request, progress):
     """Return a city, its scene with terrain as read but no generated ground, and the findings of reading."""
     from ..core.city.build_scene import build_scene
-    from ..core.city.join_ground import show_terrain
+    from ..core.city.lay_ground import show_terrain
     from ..core.results.list_findings import list_findings
 
     place = {"latitude": request.latitude, "longitude": request.longitude}

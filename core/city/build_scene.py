@@ -1,35 +1,31 @@
 """From a City to the Scene for ray tracing: local origin, true north, triangles, kinds, ground."""
 
 import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
 from ..errors import InputError
 from ..progress import ignore_share, report_part
 from ..trees.build_crowns import build_crowns
-from .build_ground import PlacedCity, build_ground, choose_reach, feet_or_corners
-from .build_terrain import build_terrain
-from .check_geometry import check_city, check_extent, check_terrain
+from .build_ground import PlacedCity
+from .check_geometry import check_city, check_extent
 from .classify import classify, find_footprints, measure_tilt
-from .find_feet import find_feet
-from .find_ground import find_ground, find_hanging, height_below, upward_areas
+from .find_ground import find_hanging
 from .find_sheets import find_sheets
 from .find_twins import find_twins
 from .grid_cells import split_into_cells
-from .join_ground import join_ground
+from .lay_ground import lay_ground
 from .locate_site import bring_to_origin, locate_site, note_outside_use
-from .measure_polygons import measure_polygons, polygon_bounds
+from .measure_polygons import measure_polygons
 from .refine import refine_triangles
 from .scene import Scene, Site, Surfaces
-from .terrain import NEAR, Terrain, choose_terrain, measure_heights, reaches_feet
+from .terrain import Terrain
 from .triangulate import triangulate
 
 GROUNDS = ("auto", "feet", "none")
 DRAWN_TWICE = "lies on a surface that faces the same way, counted once"
-SLACK = 0.001  # [m] how far below a face something that rests on it may be drawn
 TRIANGULATED, CUT, GROUNDED = 0.05, 0.27, 0.65  # shares of the time that are over then
 LOST_SHARE = 0.01  # relative deviation of the triangles' area from the polygon's from which it is reported
 
@@ -87,7 +83,7 @@ def build_scene(
     report_share(0.0)
     check_city(city)
     check_extent(city)
-    whole_area = _areas(city)
+    whole_area = measure_polygons(city.points, city.ring_start, city.polygon_start)[0]
     if options.grid_size is not None:
         city, parent = split_into_cells(city, options.grid_size)
         whole_area = whole_area[parent]
@@ -110,11 +106,10 @@ def build_scene(
     closure = (np.array(surfaces.thematic) == "ClosureSurface")[triangle_surface]
     carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
     scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
-    extent = Extent(patch_size, choose_reach(options.ground_albedo))
     placed = PlacedCity(city, points, surfaces, under, site)
     report_share(CUT)
     lay_part = partial(report_part, report_share, CUT, GROUNDED)
-    scene, floating = _lay_ground(scene, placed, ground, options.terrain, extent, report_share=lay_part)
+    scene, floating = lay_ground(scene, placed, ground, options, patch_size, report_share=lay_part)
     report_share(GROUNDED)
     scene.trees = build_crowns(city.trees, report, lambda places: bring_to_origin(places, site))
     scene.footprint &= ~find_hanging(scene, floating)
@@ -122,13 +117,6 @@ def build_scene(
     _note_sheets(scene)
     report_share(1.0)
     return scene
-
-
-class Extent(NamedTuple):
-    """Size of the ground that is laid, and of its patches."""
-
-    patch_size: float | None  # [m]
-    reach: float  # beyond the city [building heights]
 
 
 def merge_vertices(points, triangles):
@@ -150,10 +138,6 @@ def _place(city, latitude, longitude):
     origin = (float(0.5 * (low[0] + high[0])), float(0.5 * (low[1] + high[1])), float(low[2]))
     latitude, longitude, convergence = locate_site(city.crs, origin, latitude, longitude)
     return Site(latitude, longitude, origin[2], convergence, city.crs, origin)
-
-
-def _areas(city):
-    return measure_polygons(city.points, city.ring_start, city.polygon_start)[0]
 
 
 def _describe(city, points, whole_area):
@@ -196,65 +180,6 @@ def _note_lost_area(points, triangles, triangle_surface, surfaces, report):
         report.repair(reason, [surfaces.surface_id[i] for i in np.flatnonzero(lost)])
 
 
-def _lay_ground(scene, placed, ground, terrain, extent, *, report_share):
-    """The scene with its ground, and the footprints that do not touch it.
-
-    Parameters
-    ----------
-    scene : Scene
-    placed : PlacedCity
-    ground : str
-    terrain : Terrain or None
-    extent : Extent
-    report_share : callable
-        As of `build_scene`, of the ground.
-    """
-    chosen, words = choose_terrain(placed.city, ground, terrain)
-    scene.report.notes += words
-    if chosen is not None:
-        moved = chosen.moved(lambda places: bring_to_origin(places, scene.site))
-        check_terrain(moved)
-        feet = feet_or_corners(placed, _height_of_terrain(moved))
-        if terrain is not None or reaches_feet(moved, feet):
-            return _stand_on_terrain(scene, feet, placed.points, moved, extent), feet.hanging
-        words = f"Terrain of the file left out: no height under any building or within {NEAR:g} m of one."
-        scene.report.notes[-1] = words
-    known = _height_of_own_ground(scene)
-    if ground == "none":
-        return scene, np.union1d(find_feet(*placed[:4], known).hanging, _above_own_ground(placed, known))
-    known = {"ground_height": known, "report_share": report_share}
-    vertices, triangles, floating = build_ground(placed, extent.patch_size, reach=extent.reach, **known)
-    if len(floating):
-        names = [scene.surfaces.surface_id[i] for i in floating[:5]]
-        scene.report.notes.append(
-            f"{len(floating)} footprints are above the ground, which continues below them: {', '.join(names)} …"
-        )
-    return join_ground(scene, vertices, triangles), floating
-
-
-def _height_of_own_ground(scene):
-    """Height of the model's own surfaces below a place, as a function for `find_floating`."""
-    upward = upward_areas(scene.vertices, scene.triangles) > 0
-    ground, highest = find_ground(scene) & upward, scene.vertices[:, 2].max() + 1
-
-    def ground_height(places, thin):
-        height = np.full(len(places), -np.inf)
-        for chosen, faces, start in ((~thin, ground, highest), (thin, upward, places[:, 2] + SLACK)):
-            if chosen.any() and faces.any():
-                from_above = np.broadcast_to(start, len(places))[chosen]
-                height[chosen] = height_below(scene.vertices, scene.triangles[faces], places[chosen], from_above)
-        return np.where(height > -np.inf, height, np.nan)
-
-    return ground_height
-
-
-def _above_own_ground(placed, known):
-    """Footprints all of whose corners lie over the model's own ground, (h,) int; no other ground is laid under them."""
-    city, points = placed.city, placed.points
-    over = np.isfinite(known(points, np.zeros(len(points), bool))).astype(float)
-    return np.flatnonzero(placed.footprint & (polygon_bounds(over, city.ring_start, city.polygon_start)[0] > 0))
-
-
 def _note_sheets(scene):
     """Report the surfaces that are lit from both sides."""
     rows = np.unique(scene.triangle_surface[scene.sheet])
@@ -264,26 +189,3 @@ def _note_sheets(scene):
             f"{len(rows):,} surfaces ({area:,.0f} m²) have no thickness and enclose nothing: their backs receive and "
             f"reflect light too, their rows are the fronts as drawn: {', '.join(names)} …"
         )
-
-
-def _height_of_terrain(terrain):
-    """Height of a terrain below a place, as `find_floating` asks for it."""
-
-    def ground_height(places, thin):  # houses that end above the terrain are carried down to it
-        return np.where(thin, measure_heights(terrain, places[:, :2]), np.nan)
-
-    return ground_height
-
-
-def _stand_on_terrain(scene, feet, points, terrain, extent):
-    """The scene on measured ground; the report says what was done at the feet of walls."""
-    names = scene.surfaces.surface_id
-    ground = build_terrain(feet, points, terrain, *extent, site=scene.site)
-    for reason, polygons in (
-        ("ends above the terrain, extended down to it", ground.raised),
-        ("continues below the terrain, cut off at it", ground.below_ground),
-        ("footprint above the ground, which continues below it", ground.hanging),
-    ):
-        scene.report.repair(reason, [names[k] for k in polygons])
-    scene.report.notes += ground.notes
-    return replace(join_ground(scene, ground.vertices, ground.triangles, ground.hidden), terrain_laid=True)

@@ -6,12 +6,14 @@ import numpy as np
 import shapely
 
 from .city import number_names
+from .find_twins import draw_outlines
 from .measure_polygons import next_in_ring, polygon_bounds
-from .places_in_plan import find_in_boxes, group, lay_grid, lie_in, list_runs
+from .places_in_plan import find_in_boxes, group, lay_grid, lie_in
 from .slope_filter import find_standing
 
 # An edge further above a neighbouring foot than this does not stand on the ground [m]:
 LOWEST_STEP = 6.0  # the lowest footprint of a building (it may stand on an embankment)
+HALF_STOREY = 1.5  # above it, footprints of a building count as lowest, too
 FOOTPRINT_STEP = 2.5  # other footprints: a passage, a bridge, a tower on a podium
 WALL_STEP = 0.5  # walls without a footprint: a bay, a dormer
 SLOPE = 0.5  # [m/m] steepest ground between two feet; next to thin objects only gentle slopes are assumed
@@ -57,9 +59,13 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     polygon_of_ring = np.repeat(np.arange(len(city)), np.diff(city.polygon_start))
     polygon_of_point = np.repeat(polygon_of_ring, np.diff(city.ring_start))
     start, end = points, points[next_in_ring(city.ring_start)]
-    shapes = outline_polygons(city, points, np.flatnonzero(footprint))
+    in_plan = np.zeros((int(footprint.sum()), 3)), np.tile(np.eye(3)[:2], (int(footprint.sum()), 1, 1))
+    shapes = draw_outlines((points, city.ring_start, city.polygon_start), np.flatnonzero(footprint), *in_plan)
     on_footprint = footprint[polygon_of_point]
-    bare = _is_wall_bottom(start, end, surfaces, polygon_of_point) & ~on_footprint
+    # Lower edges of walls run so that the normal x their direction points up.
+    steep = (np.abs(surfaces.surface_tilt - 90) < 10) & (np.array(surfaces.thematic) != "ClosureSurface")
+    (x, y, _), (u, v, _) = surfaces.normal[polygon_of_point].T, (end - start).T
+    bare = steep[polygon_of_point] & (x * v - y * u > 0.7 * np.linalg.norm(end - start, axis=1)) & ~on_footprint
     low, _ = polygon_bounds(points[:, 2], city.ring_start, city.polygon_start)
     edge = np.flatnonzero(on_footprint | bare)
     middle = 0.5 * (start[edge] + end[edge])
@@ -71,7 +77,9 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     if ground_height is not None:
         middle = 0.5 * (start[edge] + end[edge])
         edge = edge[~find_floating(building[edge], middle, (height, thin), ground_height)]
-    step = np.where(_is_lowest(building_of, low, footprint), LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
+    lowest = np.full(building_of.max(initial=-1) + 1, np.inf)
+    np.minimum.at(lowest, building_of[footprint], low[footprint])
+    step = np.where(low <= lowest[building_of] + HALF_STOREY, LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
     step = np.minimum(step, np.maximum(height[building[edge]], WALL_STEP))
     step[~on_footprint[edge]] = WALL_STEP
     slope = np.where(thin[building[edge]], GENTLE, SLOPE)
@@ -85,44 +93,6 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     aside = np.sign(normal[:, 2:]) * np.column_stack([along[:, 1], -along[:, 0]])
     outward = np.where(footprint[polygon, None], aside, normal[:, :2])
     return Feet(start[edge], end[edge], step, shapes[standing], hanging, polygon, footprint[polygon], outward)
-
-
-def _is_lowest(building, low, footprint):
-    """Footprints within half a storey (1.5 m) of their building's lowest one, (n,) bool."""
-    lowest = np.full(building.max(initial=-1) + 1, np.inf)
-    np.minimum.at(lowest, building[footprint], low[footprint])
-    return footprint & (low <= lowest[building] + 1.5)
-
-
-def outline_polygons(city, points, chosen):
-    """Polygons in plan view, with holes, (k,) shapely; self-intersections are repaired."""
-    if not len(chosen):
-        return np.empty(0, object)
-    first, count = city.polygon_start[chosen], np.diff(city.polygon_start)[chosen]
-    shape, ring = list_runs(first, count)
-    length = np.diff(city.ring_start)[ring]
-    rings = np.bincount(shape[length > 2], minlength=len(chosen))
-    ring, length = ring[length > 2], length[length > 2]
-    first, last = city.ring_start[ring], city.ring_start[ring] + length - 1
-    # The first point is repeated at the end, unless the ring is closed as seen from above.
-    closing = (points[first, :2] != points[last, :2]).any(axis=1) | (length < 4)
-    starts = np.append(0, np.cumsum(length + closing))
-    _, point = list_runs(first, length + closing)
-    point[starts[1:][closing] - 1] = first[closing]
-    shapes = shapely.from_ragged_array(
-        shapely.GeometryType.POLYGON, points[point, :2], (starts, np.append(0, np.cumsum(rings)))
-    )
-    return shapely.make_valid(shapes)
-
-
-def _is_wall_bottom(start, end, surfaces, polygon_of_point):
-    """Lower edges of walls: normal x direction points up."""
-    normal = surfaces.normal[polygon_of_point]
-    steep = np.abs(surfaces.surface_tilt - 90) < 10
-    steep &= np.array(surfaces.thematic) != "ClosureSurface"
-    direction = end - start
-    upward = normal[:, 0] * direction[:, 1] - normal[:, 1] * direction[:, 0]
-    return steep[polygon_of_point] & (upward > 0.7 * np.linalg.norm(direction, axis=1))
 
 
 def _above_another(shapes, low, footprints, middles, own):

@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from .measure_polygons import polygon_bounds
+from .places_in_plan import list_runs
 from .triangulate import plane_axes
 
 ACCURACY = 0.01  # [m] coordinates come in millimetres or centimetres
@@ -39,7 +40,8 @@ def find_twins(shape, area, normal, wanted):
     rank[order] = np.arange(len(area))
     pairs = find_parallel_pairs(shape, normal, wanted)
     pairs = np.where((rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])  # the larger one first
-    common, ahead = measure_in_slices(shape, normal, pairs)
+    slices = [pairs[first : first + AT_ONCE] for first in range(0, max(len(pairs), 1), AT_ONCE)]
+    common, ahead = np.concatenate([measure_overlaps(shape, normal, some) for some in slices], axis=1)
     hidden = np.zeros((2, len(area)))  # [m²] of each behind others, and in the same place as larger ones
     found = np.flatnonzero(common)
     # The largest first, so that a surface on a twin does not become a twin for that reason alone.
@@ -69,33 +71,14 @@ def find_parallel_pairs(shape, normal, wanted):
         one, other = one[kept], other[kept]
         kept = (wanted[one] | wanted[other]) & (np.einsum("ij,ij->i", normal[one], normal[other]) > ALONG)
         one, other = one[kept], other[kept]
-        found.append(np.column_stack([one, other])[lie_together((low, high, corner, normal), one, other)])
+        common = np.sort(np.minimum(high[one], high[other]) - np.maximum(low[one], low[other]), axis=1)
+        # Two flat surfaces that coincide somewhere are within the accuracy of each other's planes there.
+        reach = sum(np.linalg.norm(high[rows] - low[rows], axis=1) for rows in (one, other))
+        turn = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
+        apart = np.abs(np.einsum("ij,ij->i", corner[other] - corner[one], normal[one]))
+        near = (common[:, 0] >= 0) & (common[:, 1] > COMMON) & (apart <= ACCURACY + turn * reach)
+        found.append(np.column_stack([one, other])[near])
     return np.concatenate(found)
-
-
-def lie_together(faces, one, other):
-    """Whether surfaces overlap by more than an edge and lie near one plane, (k,) bool.
-
-    Parameters
-    ----------
-    faces : tuple
-        Lowest and highest coordinates, a corner and the normal of each surface, (n, 3) float64.
-    one, other : (k,) int
-    """
-    low, high, corner, normal = faces
-    common = np.sort(np.minimum(high[one], high[other]) - np.maximum(low[one], low[other]), axis=1)
-    # Two flat surfaces that coincide somewhere are within the accuracy of each other's planes there.
-    reach = [np.linalg.norm(high[rows] - low[rows], axis=1) for rows in (one, other)]
-    turn = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
-    apart = np.abs(np.einsum("ij,ij->i", corner[other] - corner[one], normal[one]))
-    near = apart <= ACCURACY + turn * (reach[0] + reach[1])
-    return (common[:, 0] >= 0) & (common[:, 1] > COMMON) & near
-
-
-def measure_in_slices(shape, normal, pairs):
-    """What `measure_overlaps` returns, of many pairs."""
-    slices = [pairs[first : first + AT_ONCE] for first in range(0, max(len(pairs), 1), AT_ONCE)]
-    return np.concatenate([measure_overlaps(shape, normal, some) for some in slices], axis=1)
 
 
 def measure_overlaps(shape, normal, pairs):
@@ -121,22 +104,15 @@ def measure_overlaps(shape, normal, pairs):
 def draw_outlines(shape, chosen, origin, axes):
     """Surfaces with their holes, each projected onto its own axes: (k,) valid shapely geometries."""
     points, ring_start, polygon_start = shape
-    rings, ring = expand(polygon_start, chosen)
-    count, point = expand(ring_start, ring)
-    # Close the rings: shapely repeats the first point.
-    starts = np.cumsum([0, *count])
-    closed = np.insert(point, starts[1:], point[starts[:-1]])
-    pair = np.repeat(np.repeat(np.arange(len(chosen)), rings), count + 1)
-    projected = np.einsum("kj,kij->ki", points[closed] - origin[pair], axes[pair])
-    offsets = starts + np.arange(len(starts)), np.cumsum([0, *rings])
+    polygon, ring = list_runs(polygon_start[chosen], np.diff(polygon_start)[chosen])
+    count = np.diff(ring_start)[ring] + 1  # the first point is repeated at the end
+    of_ring, point = list_runs(ring_start[ring], count)
+    starts = np.append(0, np.cumsum(count))
+    point[starts[1:] - 1] = ring_start[ring]
+    pair = polygon[of_ring]
+    projected = np.einsum("kj,kij->ki", points[point] - origin[pair], axes[pair])
+    offsets = starts, np.append(0, np.cumsum(np.diff(polygon_start)[chosen]))
     outlines = shapely.from_ragged_array(shapely.GeometryType.POLYGON, projected, offsets)
     broken = ~shapely.is_valid(outlines)
     outlines[broken] = shapely.make_valid(outlines[broken])
     return outlines
-
-
-def expand(start, chosen):
-    """Lengths of some runs (k,), and the indices of their elements, run after run."""
-    count = np.diff(start)[chosen]
-    ends = np.cumsum(count)
-    return count, np.arange(ends[-1] if len(ends) else 0) + np.repeat(start[:-1][chosen] - ends + count, count)

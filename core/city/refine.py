@@ -1,4 +1,11 @@
-"""Split large triangles, keeping the mesh conforming: no vertex on the edge of another triangle."""
+"""Split large triangles, keeping the mesh conforming: no vertex on the edge of another triangle.
+
+Diagonals of flat surfaces are flipped, so that triangles are as close to halves of squares as possible.
+
+References
+----------
+C. L. Lawson (1977), Software for C1 surface interpolation, doi:10.1016/B978-0-12-587260-7.50011-X.
+"""
 
 import numpy as np
 
