@@ -9,13 +9,21 @@ from scipy.spatial import Delaunay, cKDTree
 
 from ..check_arrays import check_array
 from ..errors import InputError
-from .build_ground import DEFAULT_PATCH, REACH, cut_feet, faces_up, measure_extent, under_buildings
+from .build_ground import (
+    DEFAULT_PATCH,
+    REACH,
+    cut_feet,
+    faces_up,
+    lay_lattice,
+    measure_extent,
+    spread_points,
+    under_buildings,
+)
 from .check_geometry import check_patch_size, check_terrain
-from .ground_points import lay_lattice, spread_points
 from .locate_site import AS_IN_FILES, bring_to_grid
 from .slope_filter import draw_lines
 from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
-from .triangulate_plan import drop_on_triangles
+from .triangulate_feet import drop_on_triangles
 
 TOLERANCE, SLACK = 0.15, 0.01  # [m], [m/m] largest height error of the ground, and its growth with distance
 ROUNDS = 8  # of adding points where the error is larger

@@ -5,7 +5,7 @@ import numpy as np
 from ..rays.ray_scene import RayScene
 from .city import number_names
 from .scene import check_scene
-from .triangulate_plan import heights_on
+from .triangulate_feet import heights_on
 
 AT_ONCE = 1 << 16  # triangles that are measured together, so that they need little memory
 SPANNED = 0.5  # of the city's bounds in plan: a mesh that covers less is not the ground

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from ..check_arrays import check_array
-from .triangulate_plan import heights_on
+from .triangulate_feet import heights_on
 
 NEAR = 5.0  # [m] feet this close to the edge of the terrain take its height: TINs are often cut out at buildings
 HORIZON = 5000.0  # [m] terrain further than this beyond the city's edge is left out

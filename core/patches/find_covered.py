@@ -5,7 +5,7 @@ import numpy as np
 from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
 from ..rays.random_numbers import mix, uniform_of
 from ..rays.ray_scene import Places
-from ..rays.sample_points import additive_recurrence, cosine_direction, shifted, stratified_points, upright_cells
+from ..rays.sample_points import additive_recurrence, cell_places, cosine_direction, shifted, stratified_points
 from .cover_cells import (
     COVERED,
     FACING,
@@ -56,7 +56,7 @@ def find_covered_cells(ray_scene, patches, chosen):
     if ray_scene.whole is not None:
         ray_scene, patches, rows = ray_scene.whole
         chosen = rows[chosen]
-    starts = starts_in_cells(patches.place_key[chosen], upright_cells(CELL_DIVISIONS))
+    starts = starts_in_cells(patches.place_key[chosen], np.flatnonzero(cell_places(CELL_DIVISIONS)[1] % 2 == 0))
     first = first_states(ray_scene, patches, chosen, starts, rising=True)
     covered = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
     suspect = np.flatnonzero((first >= TOUCHING).any(axis=1))

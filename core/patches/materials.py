@@ -4,6 +4,7 @@ The albedo of a material is the middle of the range in its source. Real facades 
 """
 
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 
 from ..errors import InputError
@@ -98,19 +99,13 @@ def brdf_of_material(name, albedo=None):
     if name == "mirror" or word == "glossy":
         if albedo is None:
             raise InputError(name, "needs an albedo", "give one")
-        return Mirror(albedo) if name == "mirror" else Glossy(albedo, read_roughness(name, number))
-    raise InputError(name, "is not a known material", f"use one of {', '.join(WORDS)}")
-
-
-def read_roughness(name, text):
-    """Roughness of a glossy surface."""
-    try:
-        roughness = float(text)
-    except ValueError:
-        roughness = 0.0
-    if not 0 < roughness <= 1:
+        if name == "mirror":
+            return Mirror(albedo)
+        with suppress(ValueError):
+            if 0 < float(number) <= 1:
+                return Glossy(albedo, float(number))
         raise InputError(name, "needs a roughness above 0 and up to 1", "write for example glossy:0.1")
-    return roughness
+    raise InputError(name, "is not a known material", f"use one of {', '.join(WORDS)}")
 
 
 def recognise_material(name):

@@ -231,12 +231,7 @@ def order_nearby(points):
     plan = np.asarray(points, float)[:, :2]
     low = plan.min(axis=0)
     extent = max(float((plan - low).max()), 1e-9)
-    x, y = (spread_bits(one) for one in ((plan - low) / extent * (2**BITS - 1)).astype(np.uint32).T)
-    return np.argsort(x | (y << 1), kind="stable")
-
-
-def spread_bits(number):
-    """The lower 16 bits of numbers, (n,) uint32, with a zero between each two."""
-    for shift, mask in MASKS:
-        number = (number | (number << np.uint32(shift))) & np.uint32(mask)
-    return number
+    cells = ((plan - low) / extent * (2**BITS - 1)).astype(np.uint32)
+    for shift, mask in MASKS:  # a zero between each two bits
+        cells = (cells | (cells << np.uint32(shift))) & np.uint32(mask)
+    return np.argsort(cells[:, 0] | (cells[:, 1] << 1), kind="stable")

@@ -106,50 +106,44 @@ def name_brdfs(scene, request):
     specs = read_albedo(request.albedo_file) if request.albedo_file else {}
     of_key = {key: (spec.material, spec.brdf()) for key, spec in specs.items()}
     surfaces = scene.surfaces
-    plain = Found("--albedo", "", "", Lambertian(request.albedo))
-    plain_ground = Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))
-    if not of_key:
-        of_material = brdfs_of_materials(scene, request)
-        found = [plain] * len(surfaces)
-        if of_material and surfaces.material:
-            found = [of_material.get(material, plain) for material in surfaces.material]
-        return [*found, of_material.get(request.ground_material, plain_ground)]
-    materials = surfaces.material or [""] * len(surfaces)
-    whole = [whole_of_cell(name) for name in surfaces.surface_id]
+    names, kinds, materials = surfaces.surface_id, surfaces.kind.tolist(), surfaces.material or [""] * len(surfaces)
+    whole = [whole_of_cell(name) for name in names] if of_key else names
     named = {*materials, request.ground_material} - {""}
-    check_keys(of_key, {*surfaces.surface_id, *whole, *named}, {*surfaces.kind.tolist(), "ground"}, request)
+    unused = set(of_key) - {*names, *whole, *named, *kinds, "ground"}
+    if unused:
+        problem = f"{sorted(unused)[0]!r} is neither a surface nor a kind nor a material of this city"
+        cure = "use surface_id or kind as in faces.csv, or a material as `citypv inspect` lists them"
+        raise InputError(request.albedo_file, problem, cure)
     of_material = brdfs_of_materials(scene, request)
     of_material |= {name: Found(FILE, name, name, of_key[name][1]) for name in named & set(of_key)}
-    kinds = {*surfaces.kind.tolist(), "ground"} & set(of_key)
-    of_kind = {kind: Found(FILE, kind, *of_key[kind]) for kind in kinds}
+    plain = dict.fromkeys([*kinds, "ground"], Found("--albedo", "", "", Lambertian(request.albedo)))
+    of_kind = plain | {kind: Found(FILE, kind, *of_key[kind]) for kind in {*kinds, "ground"} & set(of_key)}
     found = []
-    for name, parent, material, kind in zip(surfaces.surface_id, whole, materials, surfaces.kind.tolist(), strict=True):
+    for name, parent, material, kind in zip(names, whole, materials, kinds, strict=True):
         own = of_key.get(name) or of_key.get(parent)
-        if own:
-            found.append(Found(FILE, "", *own))
-        elif material in of_material:
-            found.append(of_material[material])
-        else:
-            found.append(of_kind.get(kind, plain))
-    if request.ground_material in of_material:
-        found.append(of_material[request.ground_material])
-    else:
-        found.append(of_kind.get("ground", plain_ground))
-    return found
+        found.append(Found(FILE, "", *own) if own else of_material.get(material, of_kind[kind]))
+    if "ground" not in of_key:
+        of_kind["ground"] = Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))
+    return [*found, of_material.get(request.ground_material, of_kind["ground"])]
 
 
 def brdfs_of_materials(scene, request):
     """BRDFs of the materials given by the request or, if requested, by the city's files: name -> Found."""
-    found, specs = {}, {}
+    specs = {}
     if request.file_materials:
         if not scene.colours:
             raise InputError("--materials", "the files of this city have no materials", "omit it, or use --albedo-file")
         specs = {name: named_material(name, colour) for name, colour in scene.colours.items()}
-    for name, spec in (specs | request.materials).items():
-        brdf = brdf_of_named(name, spec)
-        if brdf is not None:
-            found[name] = Found(MATERIALS, name, name, brdf)
-    return found
+    specs |= request.materials
+    return {name: Found(MATERIALS, name, name, brdf_of_named(name, spec)) for name, spec in specs.items() if spec}
+
+
+def brdf_of_named(name, spec):
+    """BRDF of a material of the city, from its MaterialSpec; an error names the material."""
+    try:
+        return spec.brdf()
+    except InputError as error:
+        raise InputError(f"Material {name!r}", f"{error.source}: {error.problem}", error.cure) from error
 
 
 def check_materials(request):
@@ -162,32 +156,8 @@ def check_materials(request):
     if request.albedo_file:
         read_albedo(request.albedo_file)
     for name, spec in request.materials.items():
-        brdf_of_named(name, spec)
-
-
-def brdf_of_named(name, spec):
-    """BRDF of a material of the city; None without a specification.
-
-    Raises
-    ------
-    InputError
-        Names the material.
-    """
-    try:
-        return None if spec is None else spec.brdf()
-    except InputError as error:
-        raise InputError(f"Material {name!r}", f"{error.source}: {error.problem}", error.cure) from error
-
-
-def check_keys(of_key, names, kinds, request):
-    """Raise an error if the albedo file names something that does not exist."""
-    unused = set(of_key) - names - kinds
-    if unused:
-        raise InputError(
-            request.albedo_file,
-            f"{sorted(unused)[0]!r} is neither a surface nor a kind nor a material of this city",
-            "use surface_id or kind as in faces.csv, or a material as `citypv inspect` lists them",
-        )
+        if spec:
+            brdf_of_named(name, spec)
 
 
 def describe_albedo(scene, request):
@@ -225,19 +195,17 @@ def materials_of_surfaces(scene, found):
     for one, more, area in zip(distinct, counts.tolist(), areas.tolist(), strict=True):
         count, whole = rows.get(one, (0, 0.0))
         rows[one] = count + more, whole + area
-    described = [describe_row(one) | {"surfaces": count, "area": area} for one, (count, area) in rows.items()]
+    rows = [*rows.items(), *([(ground, None)] if (surface_of_triangles(scene) < 0).any() else [])]
+    described = []
+    for one, size in rows:
+        row = {"from": one.source, "name": one.name, "material": one.material, "albedo": one.brdf.albedo}
+        row |= {"law": type(one.brdf).__name__.lower(), "reflects": describe_brdf(one.brdf)}
+        described.append(row | (dict(zip(("surfaces", "area"), size, strict=True)) if size else {}))
     return {
         "albedo": np.array([one.brdf.albedo for one in distinct], float)[which],
         "material": [one.material for one in found],
-        "albedos": described + ([describe_row(ground)] if (surface_of_triangles(scene) < 0).any() else []),
+        "albedos": described,
     }
-
-
-def describe_row(one):
-    """Source, name and BRDF as plain values."""
-    plain = {"from": one.source, "name": one.name, "material": one.material}
-    law = type(one.brdf).__name__.lower()
-    return plain | {"albedo": one.brdf.albedo, "law": law, "reflects": describe_brdf(one.brdf)}
 
 
 def read_albedo(path):

@@ -68,23 +68,18 @@ def sobol_points(index):
 
 @functools.cache
 def all_directions():
-    """Direction numbers of all four dimensions: (DIGITS, 4) uint32."""
-    return np.array([sobol_directions(dimension) for dimension in range(4)], np.uint32).T
-
-
-def sobol_directions(dimension):
-    """Direction numbers of one dimension of Sobol's sequence, multiples of 2^-DIGITS: list of int."""
-    if dimension == 0:
-        return [1 << (DIGITS - digit) for digit in range(1, DIGITS + 1)]
-    coefficients, initial = DIRECTION_NUMBERS[dimension - 1]
-    degree, numbers = len(initial), list(initial)
-    for digit in range(degree, DIGITS):
-        last = numbers[digit - degree]
-        number = last ^ (last << degree)
-        for step in range(1, degree):
-            number ^= ((coefficients >> (degree - 1 - step)) & 1) * (numbers[digit - step] << step)
-        numbers.append(number)
-    return [number << (DIGITS - 1 - digit) for digit, number in enumerate(numbers)]
+    """Direction numbers of all four dimensions, multiples of 2^-DIGITS: (DIGITS, 4) uint32."""
+    found = [[1 << (DIGITS - digit) for digit in range(1, DIGITS + 1)]]
+    for coefficients, initial in DIRECTION_NUMBERS:
+        degree, numbers = len(initial), list(initial)
+        for digit in range(degree, DIGITS):
+            last = numbers[digit - degree]
+            number = last ^ (last << degree)
+            for step in range(1, degree):
+                number ^= ((coefficients >> (degree - 1 - step)) & 1) * (numbers[digit - step] << step)
+            numbers.append(number)
+        found.append([number << (DIGITS - 1 - digit) for digit, number in enumerate(numbers)])
+    return np.array(found, np.uint32).T
 
 
 def shifted(points, shifts):
@@ -174,11 +169,6 @@ def cell_places(divisions):
     return row, np.arange(divisions**2) - row * (2 * divisions - row)
 
 
-def upright_cells(divisions):
-    """Cells that are not inverted, among them all that share an edge with the triangle: (cells,) int."""
-    return np.flatnonzero(cell_places(divisions)[1] % 2 == 0)
-
-
 @functools.cache
 def cell_contacts(divisions):
     """Which cells share an edge or a vertex: (cells, cells) bool."""
@@ -246,13 +236,6 @@ def grid_of(count):
     """Rows and columns of the unit square divided into `count` rectangles, a power of two: two int."""
     power = count.bit_length() - 1
     return 1 << power // 2, 1 << (power - power // 2)
-
-
-def neighbouring_order(count):
-    """Boustrophedon order of the rectangles of `grid_of`, reversing every other row: (count,) int."""
-    columns = grid_of(count)[1]
-    row, column = np.divmod(np.arange(count), columns)
-    return row * columns + np.where(row % 2, columns - 1 - column, column)
 
 
 @functools.cache

@@ -9,8 +9,8 @@ from test_town import TOWN
 from citypv.core.errors import InputError
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.rays import embree_library, engines
-from citypv.core.rays.embree_library import LibraryError
+from citypv.core.rays import engines
+from citypv.core.rays.engines import LibraryError
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
 
@@ -105,9 +105,9 @@ def test_packets_that_answer_wrongly_are_not_used(afresh, monkeypatch):
 
 
 def test_a_library_without_the_functions_is_refused(monkeypatch):
-    monkeypatch.setattr(embree_library, "PROTOTYPES", {"rtcNoSuchFunction": (None, [])})
+    monkeypatch.setattr(engines, "PROTOTYPES", {"rtcNoSuchFunction": (None, [])})
     with pytest.raises(LibraryError, match="rtcNoSuchFunction"):
-        embree_library.load_library.__wrapped__()
+        engines.load_library.__wrapped__()
 
 
 def test_an_engine_that_does_not_exist_is_refused(monkeypatch):

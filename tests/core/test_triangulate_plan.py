@@ -6,7 +6,7 @@ import shapely
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
-from citypv.core.city.triangulate_plan import drop_on_triangles, find_missing, triangulate_plan
+from citypv.core.city.triangulate_feet import drop_on_triangles, find_missing, triangulate_plan
 from citypv.core.errors import InputError
 
 CORNERS = np.array([[0.0, 0], [1000, 0], [1000, 1000], [0, 1000]])
