@@ -87,7 +87,12 @@ def build_scene(
     if options.grid_size is not None:
         city, parent = split_into_cells(city, options.grid_size)
         whole_area = whole_area[parent]
-    site = options.site or _place(city, latitude, longitude)
+    site = options.site
+    if site is None:
+        low, high = city.points.min(axis=0), city.points.max(axis=0)
+        origin = (float(0.5 * (low[0] + high[0])), float(0.5 * (low[1] + high[1])), float(low[2]))
+        latitude_there, longitude_there, convergence = locate_site(city.crs, origin, latitude, longitude)
+        site = Site(latitude_there, longitude_there, origin[2], convergence, city.crs, origin)
     points = bring_to_origin(city.points, site)
     surfaces = _describe(city, points, whole_area)
     triangles, triangle_surface = triangulate(points, city.ring_start, city.polygon_start)
@@ -131,13 +136,6 @@ def merge_vertices(points, triangles):
     keys = np.round(points[used] * 1e5).astype(np.int64)
     _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     return points[used[first]], inverse.reshape(-1)[corners].reshape(-1, 3)
-
-
-def _place(city, latitude, longitude):
-    low, high = city.points.min(axis=0), city.points.max(axis=0)
-    origin = (float(0.5 * (low[0] + high[0])), float(0.5 * (low[1] + high[1])), float(low[2]))
-    latitude, longitude, convergence = locate_site(city.crs, origin, latitude, longitude)
-    return Site(latitude, longitude, origin[2], convergence, city.crs, origin)
 
 
 def _describe(city, points, whole_area):

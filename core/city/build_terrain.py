@@ -137,7 +137,10 @@ def _spread(foot_points, feet, terrain, near, bounds):
     if beyond:
         notes.append(f"{beyond:,} ground points at walls are beyond the terrain: they follow the buildings' feet.")
     gap = np.isnan(heights)
-    heights[gap] = _bridge(places[~gap], heights[~gap], places[gap])
+    if gap.any():  # beyond the convex hull the nearest height
+        between = _interpolate(places[~gap], heights[~gap], places[gap])
+        nearest = cKDTree(places[~gap]).query(places[gap])[1]
+        heights[gap] = np.where(np.isnan(between), heights[~gap][nearest], between)
     return places[keep], heights[keep], notes
 
 
@@ -150,14 +153,6 @@ def _follow_feet(places, heights, foot_points, chosen):
     offset = np.median(foot_points[at_feet, 2] - heights[at_feet])
     beyond = np.isnan(between)
     return np.where(beyond, foot_points[chosen, 2] - offset, between), int(beyond.sum())
-
-
-def _bridge(places, heights, gaps):
-    """Heights in gaps: interpolated linearly, beyond the convex hull the nearest height."""
-    if not len(gaps):
-        return np.empty(0)
-    between = _interpolate(places, heights, gaps)
-    return np.where(np.isnan(between), heights[cKDTree(places).query(gaps)[1]], between)
 
 
 def _interpolate(places, heights, wanted):

@@ -135,7 +135,12 @@ def find_hanging(scene, floating):
     upward = upward_areas(scene.vertices, scene.triangles)
     carriers, whole = scene.triangles[upward > 0], RayScene(scene.vertices, scene.triangles)
     slack = ROUNDING * np.abs(corners).max(axis=(1, 2))
-    near = np.clip(thickness_above(scene, rows), CONTACT, LEVEL)
+    own, building = scene.triangle_surface >= 0, number_names(scene.surfaces.building_id)
+    top = np.full(building.max(initial=-1) + 1, -np.inf)  # of each building
+    height = np.asarray(scene.vertices, float)[:, 2]
+    np.maximum.at(top, building[scene.triangle_surface[own]], height[scene.triangles[own]].max(axis=1))
+    above = top[building[scene.triangle_surface[rows]]] - corners[..., 2].min(axis=1)
+    near = np.clip(above, CONTACT, LEVEL)
     down = np.tile(np.float32([0, 0, -1]), (len(rows), 1))
     votes = np.zeros(len(rows), int)
     for turn in range(3):
@@ -158,15 +163,6 @@ def upward_areas(vertices, triangles):
         upright = np.sin(np.radians(1)) * np.linalg.norm(normal, axis=1)
         upward[first : first + AT_ONCE] = np.where(np.abs(normal[:, 2]) > upright, normal[:, 2], 0.0)
     return upward
-
-
-def thickness_above(scene, rows):
-    """Height of the building's top above each of some triangles: (r,) float64 [m]."""
-    own, height = scene.triangle_surface >= 0, np.asarray(scene.vertices, float)[:, 2]
-    building = number_names(scene.surfaces.building_id)
-    top = np.full(building.max(initial=-1) + 1, -np.inf)
-    np.maximum.at(top, building[scene.triangle_surface[own]], height[scene.triangles[own]].max(axis=1))
-    return top[building[scene.triangle_surface[rows]]] - height[scene.triangles[rows]].min(axis=1)
 
 
 def find_resting_floors(scene, ground=None):

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from shapely.geometry.polygon import orient
 
 from ..errors import InputError
 from .check_geometry import check_city
@@ -90,13 +91,11 @@ def _cut(rings, axes, grid_size):
     parts = shapely.intersection(shape, shapely.box(x, y, x + grid_size, y + grid_size))
     parts = shapely.get_parts(parts)
     parts = parts[(shapely.get_type_id(parts) == 3) & (shapely.area(parts) > SLIVER)]
-    return [_back(part, height, origin, axes) for part in parts]
-
-
-def _back(part, height, origin, axes):
-    part = shapely.geometry.polygon.orient(part)
-    rings = [np.asarray(ring.coords)[:-1, :2] for ring in (part.exterior, *part.interiors)]
-    return [np.column_stack([ring, np.full(len(ring), height)]) @ axes + origin for ring in rings]
+    pieces = []
+    for part in map(orient, parts):
+        rings = [np.asarray(ring.coords)[:-1, :2] for ring in (part.exterior, *part.interiors)]
+        pieces.append([np.column_stack([ring, np.full(len(ring), height)]) @ axes + origin for ring in rings])
+    return pieces
 
 
 def whole_of_cell(name):

@@ -40,7 +40,9 @@ def locate_site(crs, point, latitude=None, longitude=None):
     InputError
         Latitude or longitude is out of range, or only one of them is given and there is no system.
     """
-    _check_bounds(latitude, longitude)
+    for name, value, bound in (("latitude", latitude, 90), ("longitude", longitude, 360)):
+        if value is not None and not abs(value) <= bound:  # also true for NaN
+            raise InputError(f"--{name}", f"{value} is out of range", f"give degrees between -{bound} and {bound}")
     if crs is None:
         if (latitude is None) != (longitude is None):
             missing = "longitude" if longitude is None else "latitude"
@@ -99,12 +101,6 @@ def note_outside_use(crs, latitude, longitude):
 def _plane_of(crs):
     system = pyproj.CRS.from_user_input(crs)
     return system.sub_crs_list[0] if system.is_compound else system.to_2d()
-
-
-def _check_bounds(latitude, longitude):
-    for name, value, bound in (("latitude", latitude, 90), ("longitude", longitude, 360)):
-        if value is not None and not abs(value) <= bound:  # also true for NaN
-            raise InputError(f"--{name}", f"{value} is out of range", f"give degrees between -{bound} and {bound}")
 
 
 MICROMETRE = 6  # decimals of a metre

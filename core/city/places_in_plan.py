@@ -17,18 +17,13 @@ def pair_keys(pairs):
     return (pairs[:, 0].astype(np.int64) << 32) + pairs[:, 1]
 
 
-def place_keys(points):
-    """The cell of each point in plan as one number, (k,) int64."""
-    return pair_keys(np.round(points[:, :2] / COINCIDENT).astype(np.int64))
-
-
 def merge_places(points):
     """The lowest point at each distinct place, as (p,) int into the points, and the place of each point, (k,) int.
 
     Places are sorted by x, then y; of equally low points the first is taken. No two are closer than ROUNDING, even if
     the border of two cells runs between them.
     """
-    lowest, place = find_lowest(points, place_keys(points))
+    lowest, place = find_lowest(points, pair_keys(np.round(points[:, :2] / COINCIDENT).astype(np.int64)))
     joined = join_across_borders(points[lowest, :2])
     if joined.max(initial=-1) == len(lowest) - 1:  # none was joined with another
         return lowest, place

@@ -59,10 +59,6 @@ class FacingScene(LeafyScene):
             turn_to_fronts(self._pairs(), (self._kinds[0], self._none), ray_directions, tuple(places))
         return places
 
-    def trace_closest(self, ray_origins, ray_directions):
-        """As of `RayScene`; of several coincident faces the first is hit, whichever way it faces."""
-        return self.trace_as_drawn(ray_origins, ray_directions).triangle
-
     def find_doubles(self, places):
         """Other faces that light reaches together with the front that it hit: coincident ones that face the same way.
 

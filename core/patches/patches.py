@@ -72,6 +72,8 @@ def patches_of_scene(scene, albedo, seed):
     normal = np.cross(edges[:, 0], edges[:, 1])
     length = np.linalg.norm(normal, axis=1)
     normal /= np.maximum(length, np.finfo(float).tiny)[:, None]
+    # The frame depends on the triangle only, and so turns with it, as its rays do.
+    along = edges[:, 0] / np.maximum(np.linalg.norm(edges[:, 0], axis=1), np.finfo(float).tiny)[:, None]
     ground = find_ground(scene)
     offset = measure_offset(corners, edges, normal)
     inset = inset_triangles(corners, length, offset)
@@ -80,7 +82,7 @@ def patches_of_scene(scene, albedo, seed):
         corner=inset[:, 0].astype(np.float32),
         edges=(inset[:, 1:] - inset[:, :1]).astype(np.float32),
         normal=normal.astype(np.float32),
-        tangents=tangent_frame(edges[:, 0], normal).astype(np.float32),
+        tangents=np.stack([along, np.cross(normal, along)], axis=1).astype(np.float32),
         area=length / 2,
         offset=offset.astype(np.float32),
         key=key,
@@ -139,26 +141,6 @@ def inset_triangles(corners, doubled_area, offset):
     height = doubled_area / np.maximum(longest, np.finfo(float).tiny)
     share = np.minimum(3 * offset / np.maximum(height, np.finfo(float).tiny), LARGEST_INSET)
     return corners + share[:, None, None] * (corners.mean(axis=1, keepdims=True) - corners)
-
-
-def tangent_frame(edge, normal):
-    """Two unit vectors that form an orthonormal frame with each normal, the first along an edge.
-
-    The frame depends on the triangle only, and so turns with it: if city and suns are rotated together, the rays are
-    the same.
-
-    Parameters
-    ----------
-    edge, normal : (n, 3) float64
-
-    Returns
-    -------
-    (n, 2, 3) float64
-        Zero where the edge has no length.
-    """
-    length = np.linalg.norm(edge, axis=1)
-    first = edge / np.maximum(length, np.finfo(float).tiny)[:, None]
-    return np.stack([first, np.cross(normal, first)], axis=1)
 
 
 def keys_of_triangles(scene, *seeds):
