@@ -1,7 +1,8 @@
-"""Sample points of the open ground: dense near the buildings, sparser with distance.
+"""Generate the ground of a city without terrain: a TIN through the base edges ("feet") of its buildings.
 
-They are the middles of squares of patch size × 2ᵏ that lie at the same places whatever is built on them: counted from
-zero of the grid of the files, as far as whole squares reach.
+Between them it has points of the open ground, dense near the buildings, sparser with distance. They are the middles of
+squares of patch size × 2ᵏ that lie at the same places whatever is built on them: counted from zero of the grid of the
+files, as far as whole squares reach.
 """
 
 from functools import partial

@@ -1,4 +1,4 @@
-"""Classify surfaces for photovoltaics: kind by tilt, orientation by azimuth, eligibility."""
+"""Classify surfaces for photovoltaics: kind by tilt, orientation by azimuth, eligibility, and which are footprints."""
 
 import numpy as np
 

@@ -1,4 +1,7 @@
-"""Find the feet of buildings: edges along which footprints and walls meet the ground."""
+"""Find the feet of buildings: edges along which footprints and walls meet the ground.
+
+Things that float, such as slabs, canopies and billboards, tell nothing about it by their lower edges.
+"""
 
 from dataclasses import dataclass
 

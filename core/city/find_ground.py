@@ -1,4 +1,10 @@
-"""Which triangles are ground: classified, generated, or an unclassified mesh on which everything stands."""
+"""Which triangles are ground, and what lies on it: footprints, floors at rest, undersides that hang.
+
+Ground is classified, generated, or an unclassified mesh on which everything stands. Whether a building stands on it
+follows from its feet (`find_feet`). If not, it may still rest on something, as a tower does on its podium. Rays go
+straight down from each triangle: if it rests on something, the next upward face is close below; if a ray hits a back,
+the triangle is inside something.
+"""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Split large polygons into grid cells on their own plane."""
+"""Split large polygons into grid cells on their own plane, and outlines of what results keep of them."""
 
 from dataclasses import dataclass
 

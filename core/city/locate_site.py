@@ -1,4 +1,7 @@
-"""Latitude, longitude and meridian convergence (grid north against true north) of a scene."""
+"""Where a scene stands: latitude, longitude and true north of its place, and the way from its files to its own frame.
+
+The frame has a local origin and y to true north; meridian convergence is the azimuth of grid north from true north.
+"""
 
 import math
 

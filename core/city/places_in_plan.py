@@ -1,4 +1,13 @@
-"""Points that lie at one place in plan view."""
+"""Places in plan view: which lie at one place, which in boxes, and which in polygons.
+
+      ┌──┬──┬──┬──┬──┐
+row 2 │  │░░│░░│░░│  │     Places are sorted by the cells of a grid. A box meets the cells ░: one run of places in each
+      ├──┼──┼──┼──┼──┤     row, found by bisection. No search tree is built, and no geometry for each place.
+row 1 │  │░░│░░│░░│  │
+      ├──┼──┼──┼──┼──┤
+row 0 │  │  │  │  │  │
+      └──┴──┴──┴──┴──┘
+"""
 
 from typing import NamedTuple
 

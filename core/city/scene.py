@@ -1,4 +1,7 @@
-"""The triangulated scene for ray tracing, with its surfaces and site."""
+"""The triangulated scene for ray tracing, with its surfaces and site.
+
+Each triangle of a sheet, a face without thickness, gets a second one for its back, which receives and reflects light.
+"""
 
 from dataclasses import dataclass, field, replace
 

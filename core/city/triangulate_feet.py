@@ -1,6 +1,7 @@
-"""Delaunay triangulation of places in plan view, which edges it lacks, and the heights of its triangles.
+"""A Delaunay TIN in plan view through feet and free places that holds the foot edges.
 
-GEOS takes half the time of Qhull for 30,000 places, and grows in proportion to their number.
+Edges that are missing in the triangulation and hang above it are halved. GEOS takes half the time of Qhull for 30,000
+places, and grows in proportion to their number.
 """
 
 import numpy as np

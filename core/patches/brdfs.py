@@ -1,7 +1,7 @@
-"""Lambertian (ideally diffuse) surfaces.
+"""Laws of reflection: Lambertian, mirror, glossy, glass.
 
-Every `brdf_` file has one BRDF as a dataclass with the same three functions. Directions are unit vectors in the local
-frame of the surface, whose normal is z; both point away from it: `arriving` points to where the light comes from.
+Each is a dataclass with the same three functions. Directions are unit vectors in the local frame of the surface, whose
+normal is z; both point away from it: `arriving` points to where the light comes from.
 
     sample(arriving, draws)      one sampled direction `leaving` per row, and its sample weight `share`
     pdf(arriving, leaving)       probability density of those directions [1/sr]; 0 for specular (delta) BRDFs
@@ -72,7 +72,17 @@ class Mirror:
 
 @dataclass(frozen=True)
 class Glossy:
-    """Microfacets of constant reflectance."""
+    """Microfacets of constant reflectance, with a GGX distribution of normals.
+
+    Only single scattering is modelled, so that a rough surface reflects less than its facets: under an isotropic sky
+    3 % less at a roughness of 0.1, 15 % at 0.3, 59 % at 1.
+
+    References
+    ----------
+    B. Walter et al. (2007), Microfacet models for refraction through rough surfaces, doi:10.2312/EGWR/EGSR07/195-206.
+    E. Heitz (2014), Understanding the masking-shadowing function in microfacet-based BRDFs, JCGT 3(2).
+    E. Heitz (2018), Sampling the GGX distribution of visible normals, JCGT 7(4).
+    """
 
     albedo: float  # of each facet
     roughness: float  # α of GGX: 0 would be a mirror, 1 is nearly diffuse

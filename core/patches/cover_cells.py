@@ -1,4 +1,4 @@
-"""What the cells of a patch tell on each other: those in the midst of their like, and those between some that agree."""
+"""Cover cells: what those of a patch tell on each other, in the midst of their like or between some that agree."""
 
 import numpy as np
 from numba import njit

@@ -1,9 +1,13 @@
-"""Coincident faces: a ray hits the one that faces it.
+"""Coincident faces: a ray hits the one that faces it, and of several such the first.
 
   light                 Models draw thin objects, such as a roof or a canopy, as two faces in one place, and
     ↘                   some faces twice. A ray may hit any of them. The hit is assigned to the face whose
 ═══════↑═  front        front is towards the ray; the opposite one is the other side of the same sheet.
 ═══════↓═  back
+
+Light does not reach the fronts of party walls, which face into a neighbour's house. To a ray, a roof drawn from both
+sides and a party wall are the same: a back and a front in one place. They differ in what is in front of the front.
+Rays from the middle of the overlap of the two faces find out.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Fates of rays: what each of them reaches."""
+"""Fates of rays: what each of them reaches, or whether it ends in a crown before."""
 
 import numpy as np
 from numba import njit

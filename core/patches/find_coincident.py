@@ -1,8 +1,8 @@
 """Coincident faces: triangles that overlap in one plane, whichever way each of them faces.
 
-They are found with a grid. Triangles are sorted by size into layers; the cells of a layer are as large as its
-triangles, so that each of these, and every smaller one, touches at most eight cells. Every triangle is compared with
-those of its own layer and of the coarser ones.
+They are found with a hash grid: boxes sorted by the cubic cells that they touch. Triangles are sorted by size into
+layers; the cells of a layer are as large as its triangles, so that each of these, and every smaller one, touches at
+most eight cells. Every triangle is compared with those of its own layer and of the coarser ones.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,8 @@
-"""Which parts of patches lie inside or under something."""
+"""Which parts of patches lie inside or under something: the vote of rays from each of 64 cover cells.
+
+A surface counts as covered where more than half of its area is (`counted_area`). What the cells of a patch tell on each
+other stands in `cover_cells`, rays that go on from fronts in `inside_test`.
+"""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Places from which rays meet hardly anything but fronts: inside something, or outside in a gap or court.
+"""The inside test, of places from which rays meet hardly anything but fronts: in something, or in a gap or a court.
 
 ┌──────────────┐ roof          No ray from the wall w reaches the sky, and half of them meet the front of the house
 │  ┌────┐      │               inside, not a back. What a ray reaches without crossing a face is inside if the place

@@ -1,7 +1,8 @@
-"""Load the Embree library bundled with the embreex wheel, and call its C interface directly.
+"""Embree, called in packets of rays if a self-test passes, else ray by ray.
 
-embreex traces one ray at a time. The same library traces packets of rays with one direction several times as fast; its
-C interface (github.com/RenderKit/embree, version 4) is called here through ctypes, without a compiler.
+embreex (github.com/trimesh/embreex) traces one ray at a time. The Embree library bundled with its wheel traces packets
+of rays with one direction several times as fast; its C interface (github.com/RenderKit/embree, version 4) is called
+here through ctypes, without a compiler.
 """
 
 import ctypes

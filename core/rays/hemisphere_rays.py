@@ -1,4 +1,4 @@
-"""Cosine-distributed rays from random points of patches."""
+"""Cosine-distributed rays from random points of patches, and values at two halves of their nets of points as one."""
 
 from pathlib import Path
 
