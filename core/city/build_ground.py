@@ -23,6 +23,7 @@ from .places_in_plan import (
     draw_triangles,
     find_inside,
     join_polygons,
+    list_runs,
     merge_places,
     pair_keys,
     unique_pairs,
@@ -90,7 +91,10 @@ def spread_points(foot_places, footprints, lattice):
     done = []
     while len(cells):
         cells = cells[((cells + 1) * size > low).all(axis=1) & (cells * size < high).all(axis=1)]
-        middles = size * (cells + 0.5 + SHIFT * (draw_shifts(cells, size / patch_size) - 0.5))
+        # Random numbers of each square: of those near each other no two have the same middle in half patches.
+        middles = ((2 * cells + 1) * (size / patch_size)).astype(np.int64) % PERIOD
+        shifts = uniform(mix(pair_keys(middles).view(np.uint64)), 2) - 0.5
+        middles = size * (cells + 0.5 + SHIFT * shifts)
         places = lattice.place(middles.round(MILLIMETRE))
         away, _ = tree.query(places)
         fine = size <= patch_size * 1.0001 + GROWTH * np.maximum(away - 0.7 * size, 0)
@@ -102,12 +106,6 @@ def spread_points(foot_places, footprints, lattice):
     outside = np.ones(len(places), bool)
     outside[find_inside(footprints, places)[0]] = False
     return np.concatenate([places[outside], lattice.draw_rim()])
-
-
-def draw_shifts(cells, size):
-    """Random numbers in [0, 1) of squares, (k, 2) whole numbers, that are so many patches large: (k, 2) float32."""
-    middle = ((2 * cells + 1) * size).astype(np.int64) % PERIOD  # of squares near each other no two have the same
-    return uniform(mix(pair_keys(middle).view(np.uint64)), 2)
 
 
 DEFAULT_PATCH = 10.0  # [m]
@@ -243,19 +241,19 @@ def feet_or_corners(placed, ground_height=None):
     return feet
 
 
+def split_feet(feet, longest):
+    """Edges of feet in pieces no longer than this [m] in plan: the edge of each, (p,), and its ends, (p, 2, 3)."""
+    span = feet.end - feet.start
+    length = np.linalg.norm(span[:, :2], axis=1)
+    count = np.where(length > COINCIDENT, np.maximum(np.ceil(length / longest), 1), 0).astype(np.int64)
+    edge, step = list_runs(np.zeros(len(count), np.int64), count)
+    share = (np.stack([step, step + 1], axis=1) / count[edge, None])[..., None]
+    return edge, feet.start[edge, None] + share * span[edge, None]
+
+
 def cut_feet(feet, lines, longest):
     """Points along the feet, without duplicates in plan view, and the edges between them."""
-    length = np.linalg.norm((feet.end - feet.start)[:, :2], axis=1)
-    edges_kept = length > COINCIDENT
-    start, end, length = feet.start[edges_kept], feet.end[edges_kept], length[edges_kept]
-    count = np.maximum(np.ceil(length / longest), 1).astype(np.int64)
-    edge = np.repeat(np.arange(len(start)), count)
-    step = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
-    share = (step / count[edge])[:, None]
-    following = ((step + 1) / count[edge])[:, None]
-    span = end - start
-    pieces = np.stack([start[edge] + share * span[edge], start[edge] + following * span[edge]], axis=1)  # (p, 2, 3)
-    points = pieces.reshape(-1, 3)
+    points = split_feet(feet, longest)[1].reshape(-1, 3)
     lowest, index = merge_places(points)
     places = points[lowest]
     places[:, 2] = highest_foot(lines, places)

@@ -16,6 +16,7 @@ from .build_ground import (
     faces_up,
     lay_lattice,
     measure_extent,
+    split_feet,
     spread_points,
     under_buildings,
 )
@@ -199,7 +200,7 @@ def _refine(vertices, terrain, foot_places):
 
 def _join(feet, ground, longest):
     """Wall extensions down to the ground: (vertices, triangles), surfaces above and below the ground, and notes."""
-    edge, start, end = _pieces(feet, longest)
+    edge, (start, end) = _split_once(feet, longest)
     shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])[:, None, None]
     between = (1 - shares) * start + shares * end
     height = drop_on_triangles(ground, between.reshape(-1, 3)).reshape(5, -1)
@@ -239,20 +240,14 @@ def _join(feet, ground, longest):
     return (vertices, triangles), raised, below_ground, words
 
 
-def _pieces(feet, longest):
-    """Foot edges split into pieces, without duplicates (walls win over footprints): edge, start, end."""
-    length = np.linalg.norm((feet.end - feet.start)[:, :2], axis=1)
-    count = np.maximum(np.ceil(length / longest), 1).astype(np.int64)
-    edge = np.repeat(np.arange(len(count)), count)
-    step = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
-    span = feet.end - feet.start
-    start, end = (feet.start[edge] + ((step + k) / count[edge])[:, None] * span[edge] for k in (0, 1))
-    cells = np.round(np.concatenate([start, end]) / JOINED).astype(np.int64)
-    place = np.unique(cells, axis=0, return_inverse=True)[1].reshape(2, -1)
+def _split_once(feet, longest):
+    """Pieces of foot edges without duplicates (walls win over footprints): edge, (p,), and its ends, (2, p, 3)."""
+    edge, pieces = split_feet(feet, longest)
+    cells = np.round(pieces.reshape(-1, 3) / JOINED).astype(np.int64)
+    place = np.sort(np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1, 2), axis=1)
     order = np.argsort(feet.on_footprint[edge], kind="stable")
-    first = np.unique(np.sort(place, axis=0)[:, order], axis=1, return_index=True)[1]
-    chosen = np.sort(order[first])
-    return edge[chosen], start[chosen], end[chosen]
+    chosen = np.sort(order[np.unique(place[order], axis=0, return_index=True)[1]])
+    return edge[chosen], np.moveaxis(pieces[chosen], 1, 0)
 
 
 def _close(vertices, depth):

@@ -11,7 +11,7 @@ import shapely
 from .city import number_names
 from .find_twins import draw_outlines
 from .measure_polygons import next_in_ring, polygon_bounds
-from .places_in_plan import find_in_boxes, group, lay_grid, lie_in
+from .places_in_plan import find_in_boxes, group, lay_grid
 from .slope_filter import find_standing
 
 # An edge further above a neighbouring foot than this does not stand on the ground [m]:
@@ -108,7 +108,9 @@ def _above_another(shapes, low, footprints, middles, own):
     other = footprints[shape]
     higher = (other != own[edge]) & (middles[edge, 2] > low[other] + WALL_STEP)
     edge, (shape, each) = edge[higher], np.unique(shape[higher], return_inverse=True)
-    above[edge[lie_in(shapely.buffer(shapes[shape], -INSIDE)[each], middles[edge, :2])]] = True
+    smaller = shapely.buffer(shapes[shape], -INSIDE)
+    shapely.prepare(smaller)
+    above[edge[shapely.intersects_xy(smaller[each], *middles[edge, :2].T)]] = True
     return above
 
 
@@ -136,7 +138,10 @@ def measure_objects(building, points):
         Its height, or its width seen from above, is less than THIN.
     """
     order, first = group(building)
-    low, high = extremes(points[order, 2], first)
+    if not len(first):
+        return np.zeros(0), np.zeros(0, bool)
+    height = points[order, 2]
+    height = np.maximum.reduceat(height, first) - np.minimum.reduceat(height, first)
     number = np.diff(first, append=len(building))
     count = len(first)
     middle = np.column_stack([np.bincount(building, points[:, k], count) / number for k in (0, 1)])
@@ -144,16 +149,9 @@ def measure_objects(building, points):
     # The width across the longer principal axis of the points.
     spread = [np.bincount(building, away[:, i] * away[:, k], count) for i, k in ((0, 0), (1, 1), (0, 1))]
     angle = 0.5 * np.arctan2(2 * spread[2], spread[0] - spread[1])
-    across = away[:, 1] * np.cos(angle)[building] - away[:, 0] * np.sin(angle)[building]
-    left, right = extremes(across[order], first)
-    return high - low, np.minimum(high - low, right - left) < THIN
-
-
-def extremes(values, first):
-    """Smallest and largest of values, (m,), in runs that begin at some of them: two (b,) float64."""
-    if not len(first):
-        return np.zeros(0), np.zeros(0)
-    return np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
+    across = (away[:, 1] * np.cos(angle)[building] - away[:, 0] * np.sin(angle)[building])[order]
+    width = np.maximum.reduceat(across, first) - np.minimum.reduceat(across, first)
+    return height, np.minimum(height, width) < THIN
 
 
 def find_floating(building, middles, objects, ground_height):

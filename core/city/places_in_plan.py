@@ -157,14 +157,9 @@ def find_inside(shapes, places):
     """
     boxes = shapely.bounds(shapes)
     place, shape = find_in_boxes(lay_grid(places, boxes), boxes)
-    inside = lie_in(shapes[shape], places[place])
-    return place[inside], shape[inside]
-
-
-def lie_in(shapes, places):
-    """Whether each place lies in, or on the edge of, its polygon: (k,) bool."""
     shapely.prepare(shapes)
-    return shapely.intersects_xy(shapes, *places.T)
+    inside = shapely.intersects_xy(shapes[shape], *places[place].T)
+    return place[inside], shape[inside]
 
 
 def draw_triangles(corners):

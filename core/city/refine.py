@@ -240,7 +240,11 @@ def flip_edges(vertices, triangles, surface, wanted=True):
     triangles, active = triangles.copy(), np.flatnonzero(np.broadcast_to(wanted, len(triangles)))
     for _ in range(MOST_ROUNDS):
         rows, corners = find_inner_edges(vertices, triangles[active], surface[active])
-        worth = measure_edges(vertices, corners)
+        # Sum of the cotangents of the two angles opposite to each edge: negative if they sum to more than 180°.
+        (a, b, *apexes), worth = (vertices[index] for index in corners.T), np.zeros(len(corners))
+        for apex in apexes:
+            sine = np.linalg.norm(np.cross(a - apex, b - apex), axis=1)
+            worth += ((a - apex) * (b - apex)).sum(axis=1) / np.maximum(sine, np.finfo(float).tiny)
         bad = worth < -TIE
         if not bad.any():
             break
@@ -280,13 +284,3 @@ def find_inner_edges(vertices, triangles, surface):
     bend = np.abs(np.einsum("ij,ij->i", q - a, normal)) / size
     flat = (bend <= FLAT) & (np.einsum("ij,ij->i", normal, back) > 0)
     return np.column_stack([owner[one], owner[other]])[flat], corners[flat]
-
-
-def measure_edges(vertices, corners):
-    """Sum of the cotangents of the two angles opposite to each edge, (e,): negative if they sum to more than 180°."""
-    a, b, p, q = (vertices[index] for index in corners.T)
-    worth = np.zeros(len(corners))
-    for apex in (p, q):
-        sine = np.linalg.norm(np.cross(a - apex, b - apex), axis=1)
-        worth += ((a - apex) * (b - apex)).sum(axis=1) / np.maximum(sine, np.finfo(float).tiny)
-    return worth

@@ -50,20 +50,12 @@ def measure_heights(terrain, places):
     heights = np.full(len(places), np.nan)
     for layer in terrain.layers:
         missing = np.flatnonzero(np.isnan(heights))
-        if len(missing):
-            heights[missing] = _highest(layer, places[missing])
+        corners = _corners_near(layer, places[missing], 0.0) if len(missing) else []
+        if len(corners):
+            tree, some = shapely.STRtree(shapely.polygons(corners[..., :2])), places[missing]
+            place, triangle = tree.query(shapely.points(some), "intersects")
+            np.fmax.at(heights, missing[place], heights_on(corners[triangle], some[place]))
     return heights
-
-
-def _highest(layer, places):
-    """Height of the highest triangle at each position, NaN if none; only triangles near the positions are tested."""
-    corners = _corners_near(layer, places, 0.0)
-    heights = np.full(len(places), -np.inf)
-    if len(corners):
-        tree = shapely.STRtree(shapely.polygons(corners[..., :2]))
-        place, triangle = tree.query(shapely.points(places), "intersects")
-        np.maximum.at(heights, place, heights_on(corners[triangle], places[place]))
-    return np.where(np.isinf(heights), np.nan, heights)
 
 
 def nearest_heights(terrain, places, reach):

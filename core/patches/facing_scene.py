@@ -18,7 +18,7 @@ from ..rays.ray_scene import Places
 from ..threads import map_in_order
 from ..trees.canopy import LeafyScene
 from .find_coincident import Coincident, find_coincident
-from .find_covered import vote_covered
+from .find_covered import judge_vote, trace_vote
 
 ROUNDING = 1e-6  # in barycentric weights: how far outside of a face a point may lie
 
@@ -202,7 +202,8 @@ def drop_hidden(ray_scene, patches, coincident, threads=1):
     def vote(entries):
         faces, middle = other[entries], middle_of_overlap(coincident.places[entries])
         shifts, places = uniform(mix(patches.key[faces] ^ np.uint64(0x51DE)), 2), Places(faces, *middle.T)
-        return vote_covered(ray_scene, patches, places, shifts, rays=RAYS, stray=STRAY_RAYS)
+        _, *met = trace_vote(ray_scene, patches, places, shifts, RAYS)
+        return judge_vote(*(which.sum(axis=1) for which in met), RAYS, STRAY_RAYS)
 
     kept = ~opposite
     for entries, hidden in zip(tasks, map_in_order(vote, tasks, threads), strict=True):

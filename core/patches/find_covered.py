@@ -207,24 +207,6 @@ def judge_cells(ray_scene, patches, places, shifts, keys):
     return found, hidden
 
 
-def vote_covered(ray_scene, patches, places, shifts, *, rays, stray):
-    """Whether one point of each of some patches lies inside or under something, by a vote of rays from it: (k,) bool.
-
-    Parameters
-    ----------
-    places : Places
-        k.
-    shifts : (k, 2) float32
-        Random numbers in [0, 1).
-    rays : int
-        Per vote.
-    stray : int
-        Of these, the number that may reach the sky through a hole from inside an open shell.
-    """
-    _, *met = trace_vote(ray_scene, patches, places, shifts, rays)
-    return judge_vote(*(which.sum(axis=1) for which in met), rays, stray)
-
-
 def trace_vote(ray_scene, patches, places, shifts, rays):
     """Where the rays of a vote end: Places, and whether at a back, in the sky, below the horizon: all (k, rays)."""
     around = additive_recurrence(rays, 2)
