@@ -1,6 +1,6 @@
 """Split large polygons into grid cells on their own plane, and outlines of what results keep of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -8,7 +8,6 @@ from shapely.geometry.polygon import orient
 
 from ..errors import InputError
 from .check_geometry import check_city
-from .city import City
 from .locate_site import bring_to_origin
 from .measure_polygons import measure_polygons
 from .triangulate import plane_axes
@@ -52,20 +51,16 @@ def split_into_cells(city, grid_size):
         own = city.surface_id[polygon]
         names += [own] if len(cells) == 1 else [f"{own}#{k + 1}" for k in range(len(cells))]
     rings = [ring for piece in pieces for ring in piece]
-    split = City(
+    split = replace(
+        city,
         surface_id=names,
         building_id=[city.building_id[p] for p in parent],
         thematic=[city.thematic[p] for p in parent],
         points=np.concatenate(rings),
         ring_start=np.cumsum([0] + [len(ring) for ring in rings]),
         polygon_start=np.cumsum([0] + [len(piece) for piece in pieces]),
-        crs=city.crs,
-        report=city.report,
         lod=None if city.lod is None else [city.lod[p] for p in parent],
         material=None if city.material is None else [city.material[p] for p in parent],
-        colours=city.colours,
-        terrain=city.terrain,
-        trees=city.trees,
     )
     return split, np.array(parent, np.int64)
 

@@ -34,18 +34,6 @@ def test_packets_prove_themselves_here(afresh):
     assert engine == "packets", reason
 
 
-def test_a_city_is_the_same_by_either(monkeypatch):
-    suns = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3]])
-    found = []
-    for engine in engines.TREES:
-        monkeypatch.setenv(engines.VARIABLE, engine)
-        found.append(trace_gather(courtyard(), suns, Request(), silent))
-        assert found[-1].record.engine == engine
-    for name in ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error"):
-        one, other = (getattr(transfer, name) for transfer in found)
-        assert one == pytest.approx(other, abs=1e-6), name
-
-
 @pytest.mark.slow
 @pytest.mark.once
 def test_the_town_is_the_same_by_either():

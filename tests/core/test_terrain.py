@@ -193,16 +193,6 @@ def test_marks_for_gaps_are_no_heights(tmp_path):
     assert np.abs(vertices[:, 2]).max() < 1e-6
 
 
-def test_gzip_and_plain_are_the_same(tmp_path):
-    x, y, heights = asc_posts()
-    city = town(float(x[30, 30]), float(y[30, 30]), float(heights[30, 30]), UTM)
-    for path in (ASC, TIF):
-        packed = tmp_path / f"{path.name}.gz"
-        packed.write_bytes(gzip.compress(path.read_bytes()))
-        one, other = read_terrain(path, city), read_terrain(packed, city)
-        assert np.array_equal(one.layers[0].points, other.layers[0].points)
-
-
 def test_terrain_of_another_place_is_refused():
     city = town(389_000.0, 5_819_000.0, 30.0, "EPSG:25833")
     with pytest.raises(InputError, match=r"km away from the buildings|no heights at the city"):
