@@ -132,7 +132,7 @@ def triangulate_feet(lines, foot_points, edges, free, report_share):
 def find_hanging(ground, ends):
     """Edges (k, 2, 3) above the ground (t, 3, 3) at any of their SHARES: (k,) bool."""
     places = (1 - SHARES[:, None]) * ends[:, :1] + SHARES[:, None] * ends[:, 1:]
-    height = drop_on_triangles(ground, places.reshape(-1, 3)).reshape(len(ends), -1)
+    height = drop_on_triangles(ground, places.reshape(-1, 3)).reshape(len(ends), len(SHARES))
     return (places[..., 2] - height > HANG).any(axis=1)
 
 

@@ -6,7 +6,7 @@ import shapely
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
-from citypv.core.city.triangulate_feet import drop_on_triangles, find_missing, triangulate_plan
+from citypv.core.city.triangulate_feet import drop_on_triangles, find_hanging, find_missing, triangulate_plan
 from citypv.core.errors import InputError
 
 CORNERS = np.array([[0.0, 0], [1000, 0], [1000, 1000], [0, 1000]])
@@ -97,3 +97,8 @@ def test_heights_are_linear_in_triangles_and_infinite_beyond():
     assert np.array_equal(np.isinf(found), np.isnan(expected))
     assert found[np.isfinite(found)] == pytest.approx(expected[np.isfinite(found)], abs=1e-9)
     assert len(drop_on_triangles(corners, np.empty((0, 2)))) == 0
+
+
+def test_no_edge_hangs_where_none_is_missing():
+    places = np.column_stack([CORNERS, np.zeros(4)])
+    assert len(find_hanging(places[triangulate_plan(CORNERS)], places[np.empty((0, 2), int)])) == 0
