@@ -17,6 +17,8 @@ from ..rays.random_numbers import digest_names, key_of_digests, mix
 OFFSET_SPACINGS = 8  # distance of ray origins from their face in float32 spacings; at 2 the first rays get lost
 LARGEST_INSET = 1 / 64  # as a share of the distance to the middle
 PLACE = 0.01  # [m] to which the place of a triangle is rounded
+OFF_TIES = 0.0123  # of these, as middles of corners in millimetres would often lie between two
+REPEATED = 1_024_000  # of these, after which random numbers repeat: squares of 10 m × 2¹⁰
 ASKEW = np.array([0.36, 0.48, 0.8])  # hardly any face is parallel to it: tells which of two opposite sides one is
 MADE_UP = re.compile(r"(_\d+|.*~\d+)([#/].*)?")  # of a surface, behind its building's: see `city.assemble_city`
 UNNAMED = "\x00"
@@ -177,7 +179,8 @@ def number_triangles(scene):
     number[order] = np.arange(len(surface)) - np.searchsorted(surface[order], surface[order])
     rows = np.flatnonzero(np.append(find_made_up(scene), True)[surface])
     corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
-    cells = np.round(bring_to_grid(corners.mean(axis=1), scene.site) / PLACE).astype(np.int64)
+    cells = np.round(bring_to_grid(corners.mean(axis=1), scene.site) / PLACE + OFF_TIES).astype(np.int64)
+    cells[:, :2] %= REPEATED  # so a city moved by whole squares of the ground stays the same
     cells[surface[rows] < 0, 2] = 0  # ground has one height at a place
     cells[:, 2] = 2 * cells[:, 2] + (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ ASKEW > 0)
     east, north, height = cells.view(np.uint64).T
