@@ -21,8 +21,8 @@ from pathlib import Path
 import numpy as np
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.materials.read_albedo import albedo_of_triangles
 from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.read_albedo import albedo_of_triangles
 from citypv.core.radiosity.shadow_points import points_above
 from citypv.core.radiosity.sun_sampling_error import take_patches, take_surfaces
 from citypv.core.radiosity.sun_visibility import sun_visibility

@@ -14,13 +14,14 @@ import numpy as np
 
 from .accuracy.sun_sampling import TracedYear, measure_ways
 from .accuracy.trace_alone import trace_alone
+from .city.build_scene import build_scene
 from .city.foliage import parse_months
 from .city.racks import lay_racks, parse_racks
 from .effects.table import check_effects, check_needs
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
 from .errors import InputError
-from .materials.read_albedo import check_materials
+from .patches.read_albedo import check_materials
 from .photons.trace_forward import trace_forward
 from .photons.trace_hybrid import trace_hybrid
 from .progress import ignore_share, silent
@@ -28,7 +29,6 @@ from .read.read_city import read_city
 from .read.read_terrain import read_terrain
 from .request import check_request
 from .results.list_findings import rows_of_names
-from .scene.build_scene import build_scene
 from .sun.read_horizon import check_horizon
 from .sun.sky_models import choose_sky
 from .sun.sun_sampling import choose_suns, parse_sampling, weigh_by_year
@@ -113,15 +113,14 @@ def stand_city(city, request, report_share=ignore_share):
     `report_share` is told the share that is done, 0 to 1.
     """
     racks = parse_racks(request.racks)
+    terrain = read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None
     scene = build_scene(
         city,
         latitude=request.latitude,
         longitude=request.longitude,
         ground=request.ground,
-        terrain=read_terrain(request.terrain, city, request.unit, request.up) if request.terrain else None,
         patch_size=request.patch_size,
-        grid_size=request.grid_size,
-        ground_albedo=request.ground_albedo,
+        options=SceneOptions(terrain, request.grid_size, request.ground_albedo),
         report_share=report_share,
     )
     return lay_racks(scene, city, racks, request.patch_size) if racks else scene

@@ -173,7 +173,7 @@ def compile_loops(progress):
     progress : callable
         See `core.progress`.
     """
-    from ..core.sampling.hemisphere_rays import is_compiled
+    from ..core.rays.hemisphere_rays import is_compiled
 
     if is_compiled():
         return

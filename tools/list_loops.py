@@ -1,4 +1,4 @@
-"""Write core/compiling/loops.txt: the loops that a run compiles, in the order in which it needs them.
+"""Write core/rays/loops.txt: the loops that a run compiles, in the order in which it needs them.
 
     python tools/list_loops.py           writes the file
     python tools/list_loops.py --print   prints the list instead
@@ -13,7 +13,7 @@ import threading
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-FILE = ROOT / "core/compiling/loops.txt"
+FILE = ROOT / "core/rays/loops.txt"
 HEAD = "# Loops that `citypv simulate --preset draft` calls, in this order. Written by tools/list_loops.py.\n"
 FEW = ["--preset", "draft", "--samples", "16", "--patch-size", "50"]  # the same loops as with all of a draft's rays
 

@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from ..city.scene import Scene
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..progress import silent
 from ..radiosity.sun_sampling_error import PATCHES as LOOKED_AT
 from ..radiosity.sun_sampling_error import trace_sun_samples
 from ..request import Request
-from ..scene.scene import Scene
 from ..sun.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
 from ..threads import map_in_order, usable_threads

@@ -25,8 +25,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..rays.random_numbers import GOLDEN, mix
 from ..rays.ray_scene import RayScene
-from ..sampling.random_numbers import GOLDEN, mix
 from .crossing_loops import build_hierarchy, sum_crossings
 
 LARGEST = 1 << 28  # [bytes] that are kept at most, a bit for each ray

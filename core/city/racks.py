@@ -10,15 +10,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import InputError
-from ..scene.build_scene import DRAWN_TWICE
-from ..scene.classify import classify, measure_tilt
-from ..scene.find_ground import find_ground
-from ..scene.local_frame import MICROMETRE, bring_to_origin, turn_to_true_north
-from ..scene.name_cells import whole_of_cell
-from ..scene.refine import refine_triangles
-from ..scene.scene import Surfaces
+from .build_scene import DRAWN_TWICE
+from .classify import classify, measure_tilt
+from .find_ground import find_ground
+from .grid_cells import whole_of_cell
+from .locate_site import MICROMETRE, bring_to_origin, turn_to_true_north
 from .place_rows import THICKNESS, Obstacles, frame_roof, free_area, place_rows
 from .polygons import measure_polygons
+from .refine import refine_triangles
+from .scene import Surfaces
 
 RACK = "rack"  # the kind
 MARK = "/rack"  # in names, between that of the roof and a number

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..materials.read_albedo import materials_of_surfaces
+from ..patches.read_albedo import materials_of_surfaces
 from ..transfer.kept_matrix import keep_matrix
 from ..transfer.merge_transfers import MATRICES
 from ..transfer.transfer import ErrorParts, SourceLight, Transfer

@@ -15,12 +15,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 
+from ..city.scene import OWN
 from ..effects.shadow_rays import ShadowRays
 from ..patches.patches import take_patches
-from ..sampling.hemisphere_rays import hemisphere_rays
-from ..sampling.random_numbers import mix, uniform
-from ..sampling.sample_points import sobol_digits
-from ..scene.scene import OWN
+from ..rays.hemisphere_rays import hemisphere_rays
+from ..rays.random_numbers import mix, uniform
+from ..rays.sample_points import sobol_digits
 from ..transfer.take_rows import take_fields
 from .tiles import gap
 

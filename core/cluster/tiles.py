@@ -13,13 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..city.build_ground import SHORTEST_REACH, choose_reach
 from ..city.city import ImportReport
 from ..city.crowns import Crowns
+from ..city.scene import FAR, NEAR, OWN, add_backs, surface_of_triangles
 from ..errors import InputError
-from ..ground.build_ground import SHORTEST_REACH, choose_reach
 from ..patches.patches import number_triangles
-from ..scene.add_backs import add_backs, surface_of_triangles
-from ..scene.scene import FAR, NEAR, OWN
 from ..sun.solar_position import MINIMUM_ELEVATION
 from ..transfer.take_rows import take_fields
 

@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from ..city.scene import FAR, OWN, Scene
 from ..progress import silent
+from ..rays.hemisphere_rays import rays_from_patches
+from ..rays.sample_points import cosine_direction
 from ..results.transfer_file import write_transfer
 from ..results.write_summary import finite, peak_memory
-from ..sampling.hemisphere_rays import rays_from_patches
-from ..sampling.sample_points import cosine_direction
-from ..scene.scene import FAR, OWN, Scene
 from ..study import measure_sun_sampling, trace_scene
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import split_sky

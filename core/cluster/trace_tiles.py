@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..materials.read_albedo import name_brdfs
+from ..patches.read_albedo import name_brdfs
 from ..progress import silent
 from ..request import option_of
 from ..results.transfer_file import read_transfer

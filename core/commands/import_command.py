@@ -35,5 +35,5 @@ def nothing_searched():
 def compile_beside(request):
     """Context in which a second process compiles the loops of the gather estimator, where none are kept."""
     with nothing_searched():
-        from ..compiling.compile_ahead import compile_ahead
+        from ..rays.compile_ahead import compile_ahead
     return compile_ahead(request.threads, wanted=request.estimator == "gather")

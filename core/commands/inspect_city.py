@@ -5,8 +5,7 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from ..city.crowns import volume_of_crowns
-from ..materials.materials import CLEAR, describe_brdf
-from ..materials.shader_material import named_material
+from ..patches.materials import CLEAR, describe_brdf, named_material
 from ..progress import silent
 from ..results.list_findings import list_findings
 from ..study import read_buildings, stand_city

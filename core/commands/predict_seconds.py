@@ -16,7 +16,7 @@ from ..radiosity.shadow_points import count_elements, points_above
 from ..radiosity.sun_blocks import SunBlock, block_of_suns
 from ..radiosity.sun_visibility import sun_visibility
 from ..radiosity.trace_hemisphere import trace_hemisphere
-from ..sampling.sample_points import HEMISPHERE_REPLICATES, sobol_digits
+from ..rays.sample_points import HEMISPHERE_REPLICATES, sobol_digits
 from ..threads import usable_threads
 
 PATCHES = 512

@@ -5,13 +5,16 @@ from dataclasses import replace
 from ..accuracy.effect_shares import shares_of_effects, state_outcome, state_sky
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.foresee_target import foresee_target
+from ..city.grid_cells import outline_surfaces, split_into_cells
 from ..city.racks import city_with_racks
+from ..city.scene import surface_of_triangles
 from ..effects.plan_effects import describe_plan
 from ..energy.pv_system import ELECTRIC, build_system
 from ..errors import InputError
 from ..interruption import Interruption
 from ..methods import METHODS
 from ..progress import CancelledError, silent
+from ..rays.hemisphere_rays import is_compiled
 from ..results.output_folder import whole_folder
 from ..results.transfer_file import read_transfer, write_transfer
 from ..results.write_cityjson import write_cityjson
@@ -19,10 +22,6 @@ from ..results.write_geopackage import write_geopackage
 from ..results.write_gltf import write_gltf
 from ..results.write_summary import summarise, write_summary
 from ..results.write_tables import write_tables
-from ..sampling.hemisphere_rays import is_compiled
-from ..scene.add_backs import surface_of_triangles
-from ..scene.grid_cells import split_into_cells
-from ..scene.outline_surfaces import outline_surfaces
 from ..study import (
     check_settings,
     check_tracing,

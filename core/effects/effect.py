@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from ..city.scene import Scene
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
 from ..request import Request
-from ..scene.scene import Scene
 from ..sun.read_horizon import read_horizon
 from ..sun.solar_position import MINIMUM_ELEVATION
 from ..threads import usable_threads

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import RAYS_SHARE, choose_share, split_sky
 from ..sun.solar_position import sun_direction

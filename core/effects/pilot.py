@@ -13,10 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..city.canopy import Canopy
-from ..patches.classify_rays import meets_back
-from ..patches.stop_in_crowns import measure_reach
-from ..sampling.hemisphere_rays import points_of_patches, rays_from_patches
-from ..sampling.sample_points import cosine_direction
+from ..patches.fates_of_rays import measure_reach, meets_back
+from ..rays.hemisphere_rays import points_of_patches, rays_from_patches
+from ..rays.sample_points import cosine_direction
 from ..sun.horizon import TerrainHorizon, is_above
 from ..sun.horizon_band import SOURCES
 from ..sun.suns import Suns

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..scene.scene import OWN
+from ..city.scene import OWN
 from .effect import Effect
 from .pilot import SKIES
 

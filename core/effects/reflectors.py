@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..scene.scene import FAR
+from ..city.scene import FAR
 from .effect import Effect
 
 KEY = "reflectors"

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..materials.brdf_lambertian import Lambertian
-from ..materials.materials import describe_brdf
-from ..materials.read_albedo import TriangleBrdfs, brdfs_of_triangles
-from ..patches.classify_rays import meets_back
-from ..sampling.hemisphere_rays import points_of_patches
+from ..patches.brdfs import Lambertian
+from ..patches.fates_of_rays import meets_back
+from ..patches.materials import describe_brdf
+from ..patches.read_albedo import TriangleBrdfs, brdfs_of_triangles
+from ..rays.hemisphere_rays import points_of_patches
 from ..sun.horizon import is_above
 from .effect import Effect
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..city.foliage import choose_foliage
-from ..materials.read_albedo import brdfs_of_triangles
+from ..patches.read_albedo import brdfs_of_triangles
 from ..sun.sky_models import split_sky
 from ..sun.terrain_loss import sunlit_year
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..city.classify import SMALLEST_ELIGIBLE_AREA, classify
 from ..city.racks import find_racked_roofs
-from ..scene.classify import SMALLEST_ELIGIBLE_AREA, classify
 
 KINDS = ("facade", "roof", "rack")  # of groups, in this order
 ORIENTATIONS = ("north", "east", "south", "west")

@@ -8,7 +8,7 @@ the patch and to the cell that was hit, and the weight of one ray; and `product`
 import numpy as np
 from numba import njit
 
-from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..rays.sample_points import HEMISPHERE_REPLICATES
 from .form_factors import REPLICATE_BITS
 
 NONE = np.float32(0)

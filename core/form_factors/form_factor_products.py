@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..threads import map_in_order
 from .form_factor_loops import (
     add_columns,

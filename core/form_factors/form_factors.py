@@ -13,8 +13,8 @@ from scipy import sparse
 
 from ..check_arrays import check_array
 from ..errors import InputError
-from ..sampling.hemisphere_rays import cell_at
-from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..rays.hemisphere_rays import cell_at
+from ..rays.sample_points import HEMISPHERE_REPLICATES
 
 REPLICATE_BITS = HEMISPHERE_REPLICATES.bit_length() - 1  # the last ones of a key
 LARGEST_KEY = 2**31 - 1

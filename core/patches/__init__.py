@@ -1,4 +1,4 @@
-"""Patches: the triangles that receive and reflect light, and which parts of them lie inside or under something.
+"""Patches: the triangles that receive and reflect light, what they reflect, and which parts of them are covered.
 
-In: a Scene. Out: Patches, covered cells, and a FacingScene for tracing rays. Read first: patches.py.
+In: a Scene. Out: Patches, covered cells, BRDFs, and a FacingScene for tracing rays. Read first: patches.py.
 """

@@ -1,17 +1,24 @@
-"""Coincident faces: a ray hits the one that faces it.
+"""Coincident faces: a ray hits the one that faces it, and of several such the first.
 
   light                 Models draw thin objects, such as a roof or a canopy, as two faces in one place, and
     ↘                   some faces twice. A ray may hit any of them. The hit is assigned to the face whose
 ═══════↑═  front        front is towards the ray; the opposite one is the other side of the same sheet.
 ═══════↓═  back
+
+Light does not reach the fronts of party walls, which face into a neighbour's house. To a ray, a roof drawn from both
+sides and a party wall are the same: a back and a front in one place. They differ in what is in front of the front.
+Rays from the middle of the overlap of the two faces find out.
 """
 
 import numpy as np
 from numba import njit
 
 from ..city.canopy import LeafyScene
-from .drop_hidden import drop_hidden
-from .find_coincident import find_coincident
+from ..rays.random_numbers import mix, uniform
+from ..rays.ray_scene import Places
+from ..threads import map_in_order
+from .find_coincident import Coincident, find_coincident
+from .find_covered import judge_vote, trace_vote
 
 ROUNDING = 1e-6  # in barycentric weights: how far outside of a face a point may lie
 
@@ -34,9 +41,9 @@ class FacingScene(LeafyScene):
         self.coincident = find_coincident(corners, patches.offset[:own], threads)
         self.coincident.start = np.pad(self.coincident.start, (0, len(patches) - own), mode="edge")
         self._other_side = patches.other_side if own < len(patches) else None
+        self._kinds, self._none = (patches.facing, patches.receives), np.zeros(len(patches), bool)
         if len(self.coincident):
             self.coincident = drop_hidden(self, patches, self.coincident, threads)
-        self._kinds = patches.facing, patches.receives
 
     def trace_places(self, ray_origins, ray_directions):
         """As of `RayScene`; a hit on the back of a face with a coincident front is assigned to the front."""
@@ -46,6 +53,14 @@ class FacingScene(LeafyScene):
             turn_to_fronts(self._pairs(), self._kinds, ray_directions, tuple(places))
         if self._other_side is not None:
             turn_sheets(self._other_side, self._kinds[0], ray_directions, tuple(places))
+        return places
+
+    def trace_as_drawn(self, ray_origins, ray_directions):
+        """As of `RayScene`; of several coincident faces the first is hit, whichever way it faces."""
+        ray_directions = np.asfortranarray(ray_directions, np.float32)
+        places = super().trace_places(ray_origins, ray_directions)
+        if len(self.coincident):
+            turn_to_fronts(self._pairs(), (self._kinds[0], self._none), ray_directions, tuple(places))
         return places
 
     def find_doubles(self, places):
@@ -88,7 +103,8 @@ def runs_along(facing, face, direction):
 
 @njit(nogil=True, cache=True)
 def turn_to_fronts(pairs, kinds, directions, hits):
-    """Change hits on backs, or on footprints, to hits on coincident fronts that receive light.
+    """Change hits on coincident faces to the first of the fronts that receive light; without any such, to the first of
+    all. Which of them the tracer meets depends on the rest of the city.
 
     Parameters
     ----------
@@ -103,15 +119,22 @@ def turn_to_fronts(pairs, kinds, directions, hits):
     (start, other, places), (facing, receives), (hit, b1, b2) = pairs, kinds, hits
     for ray in range(len(hit)):
         met = hit[ray]
-        if met < 0 or start[met] == start[met + 1] or not runs_along(facing, met, directions[ray]):
+        if met < 0 or start[met] == start[met + 1]:
             continue
-        for entry in range(start[met], start[met + 1]):
-            if not receives[other[entry]] or runs_along(facing, other[entry], directions[ray]):
-                continue
-            lies_there, c1, c2 = place_on(places, entry, b1[ray], b2[ray])
-            if lies_there:
-                hit[ray], b1[ray], b2[ray] = other[entry], c1, c2
+        front = receives[met] and not runs_along(facing, met, directions[ray])
+        chosen, x, y = met, b1[ray], b2[ray]
+        for entry in range(start[met], start[met + 1]):  # in ascending order
+            face = other[entry]
+            if front and face >= chosen:
                 break
+            lit = receives[face] and not runs_along(facing, face, directions[ray])
+            if lit or (not front and face < chosen):
+                lies_there, c1, c2 = place_on(places, entry, b1[ray], b2[ray])
+                if lies_there:
+                    chosen, x, y, front = face, c1, c2, lit
+                    if lit:
+                        break
+        hit[ray], b1[ray], b2[ray] = chosen, x, y
 
 
 @njit(nogil=True, cache=True)
@@ -148,3 +171,106 @@ def list_doubles(pairs, kinds, hits):
                 row.append(ray)
                 doubles.append(face)
     return np.array(row, np.int64), np.array(doubles, np.int32)
+
+
+RAYS = 16  # per vote
+STRAY_RAYS = 2  # of them that may reach the sky through a hole
+MOST_CORNERS = 24  # of a triangle clipped by three edges: 6, and never more than twice as many after each cut
+PAIRS_PER_TASK = 1 << 13
+
+
+def drop_hidden(ray_scene, patches, coincident, threads=1):
+    """Coincident faces without the fronts that light does not reach; only pairs that face opposite ways are tested.
+
+    Parameters
+    ----------
+    ray_scene : RayScene
+    patches : Patches
+    coincident : Coincident
+    threads : int
+
+    Returns
+    -------
+    Coincident
+    """
+    one = np.repeat(np.arange(len(patches)), np.diff(coincident.start))
+    other = coincident.other
+    opposite = np.einsum("ex,ex->e", patches.normal[one], patches.normal[other]) < 0
+    doubtful = np.flatnonzero(opposite & patches.receives[other])
+    tasks = [doubtful[begin : begin + PAIRS_PER_TASK] for begin in range(0, len(doubtful), PAIRS_PER_TASK)]
+
+    def vote(entries):
+        faces, middle = other[entries], middle_of_overlap(coincident.places[entries])
+        shifts, places = uniform(mix(patches.key[faces] ^ np.uint64(0x51DE)), 2), Places(faces, *middle.T)
+        _, *met = trace_vote(ray_scene, patches, places, shifts, RAYS)
+        return judge_vote(*(which.sum(axis=1) for which in met), RAYS, STRAY_RAYS)
+
+    kept = ~opposite
+    for entries, hidden in zip(tasks, map_in_order(vote, tasks, threads), strict=True):
+        kept[entries] = ~hidden
+    start = np.concatenate([[0], np.cumsum(kept)])[coincident.start]
+    return Coincident(start, other[kept], coincident.places[kept])
+
+
+@njit(nogil=True, cache=True)
+def middle_of_overlap(places):
+    """A point that lies on both faces of each pair, in barycentric weights of the other face: (e, 2) float32.
+
+    The first face is clipped by the edges of the other; the result is convex, so the mean of its corners lies inside.
+
+    Parameters
+    ----------
+    places : (e, 2, 3) float64
+        Of `Coincident`.
+    """
+    middle = np.empty((len(places), 2), np.float32)
+    corners, clipped = np.empty((MOST_CORNERS, 2)), np.empty((MOST_CORNERS, 2))
+    for entry in range(len(places)):
+        for axis in range(2):
+            for corner in range(3):
+                corners[corner, axis] = places[entry, axis, 0]
+            corners[1, axis] += places[entry, axis, 1]
+            corners[2, axis] += places[entry, axis, 2]
+        count = places.shape[2]
+        for edge in range(3):
+            count = cut_off(corners, count, edge, clipped)
+            corners, clipped = clipped, corners
+        for axis in range(2):
+            total = 0.0
+            for corner in range(count):
+                total += corners[corner, axis]
+            middle[entry, axis] = total / count if count else 1 / 3
+    return middle
+
+
+@njit(nogil=True, cache=True)
+def cut_off(corners, count, edge, clipped):
+    """Clip a convex polygon of `count` corners, in barycentric weights, to the inner side of an edge.
+
+    The result is written to `clipped`, and its number of corners returned. Loops over numbers, not slices of arrays,
+    which would take numba ten times as long to compile.
+
+    References
+    ----------
+    Sutherland and Hodgman (1974), doi:10.1145/360767.360802.
+    """
+    kept = 0
+    for corner in range(count):
+        after = (corner + 1) % count
+        inside_here, inside_there = inside_of_edge(corners, corner, edge), inside_of_edge(corners, after, edge)
+        if inside_here >= 0:
+            for axis in range(2):
+                clipped[kept, axis] = corners[corner, axis]
+            kept += 1
+        if inside_here * inside_there < 0:
+            share = inside_here / (inside_here - inside_there)
+            for axis in range(2):
+                clipped[kept, axis] = corners[corner, axis] + share * (corners[after, axis] - corners[corner, axis])
+            kept += 1
+    return kept
+
+
+@njit(nogil=True, cache=True, inline="always")
+def inside_of_edge(corners, corner, edge):
+    """Barycentric weight of a corner that is 0 on an edge."""
+    return corners[corner, edge] if edge < 2 else 1 - corners[corner, 0] - corners[corner, 1]

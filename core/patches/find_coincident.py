@@ -1,8 +1,8 @@
 """Coincident faces: triangles that overlap in one plane, whichever way each of them faces.
 
-They are found with a grid. Triangles are sorted by size into layers; the cells of a layer are as large as its
-triangles, so that each of these, and every smaller one, touches at most eight cells. Every triangle is compared with
-those of its own layer and of the coarser ones.
+They are found with a hash grid: boxes sorted by the cubic cells that they touch. Triangles are sorted by size into
+layers; the cells of a layer are as large as its triangles, so that each of these, and every smaller one, touches at
+most eight cells. Every triangle is compared with those of its own layer and of the coarser ones.
 """
 
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 from numba import njit
 
+from ..rays.random_numbers import GOLDEN
 from ..threads import map_in_order
-from .hash_grid import fill_buckets, touch_cells
 
 PARALLEL = 0.9  # least cosine between normals to test a pair further; loose, as normals of slivers are mostly rounding
 LAYER_GROWTH = 2.0  # as a power of two: cells of one layer are four times as large as those of the next finer one
@@ -34,17 +34,6 @@ class Coincident:
         return len(self.other)
 
 
-@dataclass
-class Faces:
-    """Triangles with what the search needs."""
-
-    corners: np.ndarray  # (t, 3, 3) float64 [m]
-    normal: np.ndarray  # (t, 3) float64
-    offset: np.ndarray  # (t,) float64 [m]
-    boxes: np.ndarray  # (t, 6) float64 [m], low and high corner of the bounding box, one offset larger
-    layer: np.ndarray  # (t,) int32
-
-
 def find_coincident(corners, offset, threads=1):
     """Pairs of triangles that overlap in one plane.
 
@@ -61,38 +50,27 @@ def find_coincident(corners, offset, threads=1):
     Coincident
         Each pair in both orders.
     """
-    faces, largest = sort_into_layers(np.ascontiguousarray(corners, float), np.asarray(offset, float))
-    order = np.argsort(faces.layer, kind="stable")
-    sorted_layer = faces.layer[order]
-    found = [np.zeros((0, 2), np.int32)]
-    for layer in np.unique(sorted_layer[sorted_layer <= largest]):
-        size = 2.0 ** (LAYER_GROWTH * layer)
-        first, last = np.searchsorted(sorted_layer, [layer, layer + 1])
-        buckets = 1 << int(2 * (last - first)).bit_length()
-        start, listed = fill_buckets(order[first:last], faces.boxes, size, buckets)
-        grid = start, listed, faces.normal[listed].astype(np.float32)  # contiguous: most pairs fail by normals
-        tasks = [order[begin : min(begin + TRIANGLES_PER_TASK, last)] for begin in range(0, last, TRIANGLES_PER_TASK)]
-        arrays = faces.corners, faces.normal, faces.offset, faces.boxes, faces.layer
-        found.extend(map_in_order(partial(pairs_in_grid, grid=grid, size=size, faces=arrays), tasks, threads))
-    return list_pairs(np.concatenate(found), faces.corners)
-
-
-def sort_into_layers(corners, offset):
-    """Faces, and the largest layer; triangles without area are put into a layer above it."""
-    normal, boxes, extent, area = measure_faces(corners, offset)
-    layer = np.ceil(np.log2(np.maximum(extent, TINY)) / LAYER_GROWTH).astype(np.int32)
-    largest = int(layer[area].max(initial=-(1 << 20)))
-    layer[~area] = largest + 1
-    return Faces(corners, normal, offset, boxes, layer), largest
-
-
-def measure_faces(corners, offset):
-    """Normal, bounding box, extent of the box, and whether it has an area, of each triangle."""
-    boxes = np.concatenate([corners.min(axis=1) - offset[:, None], corners.max(axis=1) + offset[:, None]], axis=1)
+    corners, offset = np.ascontiguousarray(corners, float), np.asarray(offset, float)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.sqrt(normal[:, 0] ** 2 + normal[:, 1] ** 2 + normal[:, 2] ** 2)
     normal /= np.maximum(length, SMALLEST)[:, None]
-    return normal, boxes, (boxes[:, 3:] - boxes[:, :3]).max(axis=1, initial=0), length > 0
+    boxes = np.concatenate([corners.min(axis=1) - offset[:, None], corners.max(axis=1) + offset[:, None]], axis=1)
+    extent = (boxes[:, 3:] - boxes[:, :3]).max(axis=1, initial=0)
+    layer = np.ceil(np.log2(np.maximum(extent, TINY)) / LAYER_GROWTH).astype(np.int32)
+    largest = int(layer[length > 0].max(initial=-(1 << 20)))
+    layer[length == 0] = largest + 1  # triangles without area are compared with none
+    faces, order = (corners, normal, offset, boxes, layer), np.argsort(layer, kind="stable")
+    sorted_layer = layer[order]
+    found = [np.zeros((0, 2), np.int32)]
+    for one in np.unique(sorted_layer[sorted_layer <= largest]):
+        size = 2.0 ** (LAYER_GROWTH * one)
+        first, last = np.searchsorted(sorted_layer, [one, one + 1])
+        buckets = 1 << int(2 * (last - first)).bit_length()
+        start, listed = fill_buckets(order[first:last], boxes, size, buckets)
+        grid = start, listed, normal[listed].astype(np.float32)  # contiguous: most pairs fail by normals
+        tasks = [order[begin : min(begin + TRIANGLES_PER_TASK, last)] for begin in range(0, last, TRIANGLES_PER_TASK)]
+        found.extend(map_in_order(partial(pairs_in_grid, grid=grid, size=size, faces=faces), tasks, threads))
+    return list_pairs(np.concatenate(found), corners)
 
 
 def list_pairs(pairs, corners):
@@ -113,20 +91,12 @@ def list_pairs(pairs, corners):
     edges = corners[:, 1:] - corners[:, :1]
     # A point of the one, a + b1·e1 + b2·e2, relative to the other's first corner and in its edges.
     points = np.concatenate([corners[one, :1] - corners[other, :1], edges[one]], axis=1)
-    places = np.einsum("eix,ekx->eik", dual_edges(edges[other]), points)
+    # Dual vectors of the other's edges in its plane, 1 along one edge and 0 along the other.
+    normal = np.cross(edges[other, 0], edges[other, 1])
+    normal /= np.maximum((normal**2).sum(axis=1, keepdims=True), SMALLEST)
+    dual = np.stack([np.cross(edges[other, 1], normal), np.cross(normal, edges[other, 0])], axis=1)
+    places = np.einsum("eix,ekx->eik", dual, points)
     return Coincident(np.searchsorted(one, np.arange(count + 1)), other.astype(np.int32), places)
-
-
-def dual_edges(edges):
-    """Dual vectors of the edges in the triangle planes, 1 along one edge and 0 along the other: (t, 2, 3) float64.
-
-    Parameters
-    ----------
-    edges : (t, 2, 3) float64
-    """
-    normal = np.cross(edges[:, 0], edges[:, 1])
-    normal /= np.maximum((normal**2).sum(axis=1, keepdims=True), np.finfo(float).tiny)
-    return np.stack([np.cross(edges[:, 1], normal), np.cross(normal, edges[:, 0])], axis=1)
 
 
 @njit(nogil=True, cache=True)
@@ -217,3 +187,83 @@ def reach_along(corners, one, a0, a1, a2):
         place = corners[one, point, 0] * a0 + corners[one, point, 1] * a1 + corners[one, point, 2] * a2
         low, high = min(low, place), max(high, place)
     return low, high
+
+
+@njit(nogil=True, cache=True)
+def cell_of(place, size):
+    """Index along an axis of the cell that contains a coordinate."""
+    return np.int64(np.floor(place / size))
+
+
+@njit(nogil=True, cache=True)
+def bucket_of_cell(x, y, z, mask):
+    """Hash bucket of a cell; collisions only cost time."""
+    word = np.uint64(x) * GOLDEN
+    word = (word ^ (word >> np.uint64(29)) ^ np.uint64(y)) * np.uint64(0xBF58476D1CE4E5B9)
+    word = (word ^ (word >> np.uint64(32)) ^ np.uint64(z)) * np.uint64(0x94D049BB133111EB)
+    return np.int64((word ^ (word >> np.uint64(31))) & mask)
+
+
+@njit(nogil=True, cache=True)
+def touch_cells(box, size, mask, touched):
+    """Write the buckets of the cells that a box touches, each once, into `touched`, and return their number.
+
+    Parameters
+    ----------
+    box : (6,) float64
+        Low and high corner [m].
+    size : float
+        Of the cells, no smaller than the box.
+    mask : uint64
+        One less than the number of buckets.
+    touched : (27,) int64
+    """
+    found = 0
+    for x in range(cell_of(box[0], size), cell_of(box[3], size) + 1):
+        for y in range(cell_of(box[1], size), cell_of(box[4], size) + 1):
+            for z in range(cell_of(box[2], size), cell_of(box[5], size) + 1):
+                bucket = bucket_of_cell(x, y, z, mask)
+                known = False
+                for place in range(found):
+                    known |= touched[place] == bucket
+                if not known:
+                    touched[found] = bucket
+                    found += 1
+    return found
+
+
+@njit(nogil=True, cache=True)
+def fill_buckets(members, boxes, size, buckets):
+    """Sort triangles by the cells that their boxes touch.
+
+    Parameters
+    ----------
+    members : (n,) int
+        Ascending.
+    boxes : (t, 6) float64
+        Low and high corner of each triangle's box.
+    size : float
+        Of the cells.
+    buckets : int
+        A power of two.
+
+    Returns
+    -------
+    start : (buckets + 1,) int64
+        Where the entries of each bucket begin.
+    listed : (e,) int64
+        The triangles, descending in each bucket.
+    """
+    mask, touched = np.uint64(buckets - 1), np.empty(27, np.int64)
+    start = np.zeros(buckets + 1, np.int64)
+    for member in members:
+        for place in range(touch_cells(boxes[member], size, mask, touched)):
+            start[touched[place]] += 1
+    for bucket in range(buckets):
+        start[bucket + 1] += start[bucket]
+    listed = np.empty(start[buckets], np.int64)
+    for member in members:
+        for place in range(touch_cells(boxes[member], size, mask, touched)):
+            start[touched[place]] -= 1
+            listed[start[touched[place]]] = member
+    return start, listed

@@ -1,30 +1,16 @@
-"""Which parts of patches lie inside or under something."""
+"""Which parts of patches lie inside or under something: the vote of rays from each of 64 cover cells.
+
+A surface counts as covered where more than half of its area is (`counted_area`). What the cells of a patch tell on each
+other stands in `cover_cells`, rays that go on from fronts in `inside_test`.
+"""
 
 import numpy as np
 
-from ..rays.places import Places
-from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
-from ..sampling.random_numbers import mix, uniform_of
-from ..sampling.sample_points import (
-    additive_recurrence,
-    cosine_direction,
-    shifted,
-    stratified_points,
-    upright_cells,
-)
-from .classify_rays import BACK, DARK, FRONT, SKY, classify_rays, meets_back
-from .lie_inside import (
-    CONTACT,
-    RAYS,
-    STRAY_RAYS,
-    find_touching,
-    follow,
-    is_touched,
-    judge_ends,
-    lie_inside,
-    number_rays,
-)
-from .settle_cells import (
+from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
+from ..rays.random_numbers import mix, uniform_of
+from ..rays.ray_scene import Places
+from ..rays.sample_points import additive_recurrence, cell_places, cosine_direction, shifted, stratified_points
+from .cover_cells import (
     COVERED,
     FACING,
     LEADING,
@@ -35,6 +21,18 @@ from .settle_cells import (
     enclosed_cells,
     settled_cells,
     share_verdicts,
+)
+from .fates_of_rays import BACK, DARK, FRONT, SKY, classify_rays, meets_back
+from .inside_test import (
+    CONTACT,
+    RAYS,
+    STRAY_RAYS,
+    find_touching,
+    follow,
+    is_touched,
+    judge_ends,
+    lie_inside,
+    number_rays,
 )
 
 STATE_OF_FATE = np.full(DARK + 1, UNKNOWN)
@@ -62,7 +60,7 @@ def find_covered_cells(ray_scene, patches, chosen):
     if ray_scene.whole is not None:
         ray_scene, patches, rows = ray_scene.whole
         chosen = rows[chosen]
-    starts = starts_in_cells(patches.place_key[chosen], upright_cells(CELL_DIVISIONS))
+    starts = starts_in_cells(patches.place_key[chosen], np.flatnonzero(cell_places(CELL_DIVISIONS)[1] % 2 == 0))
     first = first_states(ray_scene, patches, chosen, starts, rising=True)
     covered = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
     suspect = np.flatnonzero((first >= TOUCHING).any(axis=1))
@@ -207,24 +205,6 @@ def judge_cells(ray_scene, patches, places, shifts, keys):
     found[mixed] = judge_ends(*ends[:, mixed])
     found[touching] = lie_inside(ray_scene, patches, places.take(touching), keys[touching], CONTACT)
     return found, hidden
-
-
-def vote_covered(ray_scene, patches, places, shifts, *, rays, stray):
-    """Whether one point of each of some patches lies inside or under something, by a vote of rays from it: (k,) bool.
-
-    Parameters
-    ----------
-    places : Places
-        k.
-    shifts : (k, 2) float32
-        Random numbers in [0, 1).
-    rays : int
-        Per vote.
-    stray : int
-        Of these, the number that may reach the sky through a hole from inside an open shell.
-    """
-    _, *met = trace_vote(ray_scene, patches, places, shifts, rays)
-    return judge_vote(*(which.sum(axis=1) for which in met), rays, stray)
 
 
 def trace_vote(ray_scene, patches, places, shifts, rays):

@@ -1,18 +1,27 @@
-"""Patches: the triangles of the scene as receivers and reflectors of light."""
+"""Patches: the triangles of the scene as receivers and reflectors of light, and what their rays follow from.
 
+All of it follows from the triangle itself, its name or its place, so that an edit of the city elsewhere changes none.
+"""
+
+import re
 from dataclasses import dataclass, fields
 
 import numpy as np
 
 from ..check_arrays import check_array, check_seed
-from ..sampling.random_numbers import digest_names, key_of_digests, mix
-from ..scene.add_backs import other_sides
-from ..scene.check_scene import check_scene
-from ..scene.find_ground import find_ground
-from .find_resting_floors import find_resting_floors
+from ..city.find_ground import find_ground, find_resting_floors
+from ..city.locate_site import bring_to_grid
+from ..city.scene import check_scene, other_sides, surface_of_triangles
+from ..rays.random_numbers import digest_names, key_of_digests, mix
 
 OFFSET_SPACINGS = 8  # distance of ray origins from their face in float32 spacings; at 2 the first rays get lost
 LARGEST_INSET = 1 / 64  # as a share of the distance to the middle
+PLACE = 0.01  # [m] to which the place of a triangle is rounded
+OFF_TIES = 0.0123  # of these, as middles of corners in millimetres would often lie between two
+REPEATED = 1_024_000  # of these, after which random numbers repeat: squares of 10 m × 2¹⁰
+ASKEW = np.array([0.36, 0.48, 0.8])  # hardly any face is parallel to it: tells which of two opposite sides one is
+MADE_UP = re.compile(r"(_\d+|.*~\d+)([#/].*)?")  # of a surface, behind its building's: see `city.assemble_city`
+UNNAMED = "\x00"
 NEIGHBOUR_SHARE = 1 / 16  # of the longest edge: error of the plane of a large neighbour, in spacings
 
 
@@ -68,6 +77,8 @@ def patches_of_scene(scene, albedo, seed):
     normal = np.cross(edges[:, 0], edges[:, 1])
     length = np.linalg.norm(normal, axis=1)
     normal /= np.maximum(length, np.finfo(float).tiny)[:, None]
+    # The frame depends on the triangle only, and so turns with it, as its rays do.
+    along = edges[:, 0] / np.maximum(np.linalg.norm(edges[:, 0], axis=1), np.finfo(float).tiny)[:, None]
     ground = find_ground(scene)
     offset = measure_offset(corners, edges, normal)
     inset = inset_triangles(corners, length, offset)
@@ -76,7 +87,7 @@ def patches_of_scene(scene, albedo, seed):
         corner=inset[:, 0].astype(np.float32),
         edges=(inset[:, 1:] - inset[:, :1]).astype(np.float32),
         normal=normal.astype(np.float32),
-        tangents=tangent_frame(edges[:, 0], normal).astype(np.float32),
+        tangents=np.stack([along, np.cross(normal, along)], axis=1).astype(np.float32),
         area=length / 2,
         offset=offset.astype(np.float32),
         key=key,
@@ -96,7 +107,7 @@ def measure_offset(corners, edges, normal):
 
     Rounding moves a point off the face only by the components of the normal along each axis: a roof at the far end of a
     wide plain needs no larger offset than one in the middle. A large neighbour in the same plane may be off by the
-    rounding of its own far corners.
+    rounding of its own far corners; how large one can be is rounded, so that no other face changes this one's rays.
 
     Parameters
     ----------
@@ -109,7 +120,8 @@ def measure_offset(corners, edges, normal):
     (t,) float64 [m]
     """
     own = np.abs(edges).max(axis=(1, 2), initial=0)
-    reach = np.maximum(np.abs(corners).max(axis=1), NEIGHBOUR_SHARE * own.max(initial=0))
+    largest = 2.0 ** np.ceil(np.log2(own.max(initial=1)))
+    reach = np.maximum(np.abs(corners).max(axis=1), NEIGHBOUR_SHARE * largest)
     return OFFSET_SPACINGS * np.finfo(np.float32).eps * ((np.abs(normal) * reach).sum(axis=1) + own)
 
 
@@ -136,45 +148,78 @@ def inset_triangles(corners, doubled_area, offset):
     return corners + share[:, None, None] * (corners.mean(axis=1, keepdims=True) - corners)
 
 
-def tangent_frame(edge, normal):
-    """Two unit vectors that form an orthonormal frame with each normal, the first along an edge.
-
-    The frame depends on the triangle only, and so turns with it: if city and suns are rotated together, the rays are
-    the same.
-
-    Parameters
-    ----------
-    edge, normal : (n, 3) float64
-
-    Returns
-    -------
-    (n, 2, 3) float64
-        Zero where the edge has no length.
-    """
-    length = np.linalg.norm(edge, axis=1)
-    first = edge / np.maximum(length, np.finfo(float).tiny)[:, None]
-    return np.stack([first, np.cross(normal, first)], axis=1)
-
-
 def keys_of_triangles(scene, *seeds):
-    """One random key per triangle, from the name of its surface and its index among the surface's triangles.
+    """One random key per triangle, from the name of its surface and its number there, or from its place.
 
     Returns
     -------
     list of (t,) uint64
         For each seed.
     """
-    digests = digest_names([*scene.surfaces.surface_id, "\x00ground"])
-    number = number_triangles(scene.triangle_surface) if scene.number is None else scene.number
+    names = [
+        UNNAMED if made_up else name
+        for name, made_up in zip(scene.surfaces.surface_id, find_made_up(scene), strict=True)
+    ]
+    digests = digest_names([*names, UNNAMED])
+    number = number_triangles(scene) if scene.number is None else scene.number
     own = mix(number.astype(np.uint64) + np.uint64(1))
     # The ground's -1 takes the last name.
-    return [mix(key_of_digests(digests, seed)[scene.triangle_surface] ^ own) for seed in seeds]
+    return [mix(key_of_digests(digests, seed)[surface_of_triangles(scene)] ^ own) for seed in seeds]
 
 
-def number_triangles(surface):
-    """Index of each triangle among those of its surface, (t,) int64, from their surfaces, (t,) int."""
+def number_triangles(scene):
+    """What tells each triangle from the others of its surface: (t,) int64.
+
+    Its index among them, or, on the ground and on surfaces whose names the reader made up, its place: neither the order
+    of a file nor an edit elsewhere changes it.
+    """
+    surface = surface_of_triangles(scene)
     order = np.argsort(surface, kind="stable")
-    first = np.searchsorted(surface[order], surface[order])
     number = np.empty(len(surface), np.int64)
-    number[order] = np.arange(len(surface)) - first
+    number[order] = np.arange(len(surface)) - np.searchsorted(surface[order], surface[order])
+    rows = np.flatnonzero(np.append(find_made_up(scene), True)[surface])
+    corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
+    cells = np.round(bring_to_grid(corners.mean(axis=1), scene.site) / PLACE + OFF_TIES).astype(np.int64)
+    cells[:, :2] %= REPEATED  # so a city moved by whole squares of the ground stays the same
+    cells[surface[rows] < 0, 2] = 0  # ground has one height at a place
+    cells[:, 2] = 2 * cells[:, 2] + (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ ASKEW > 0)
+    east, north, height = cells.view(np.uint64).T
+    number[rows] = mix(mix(mix(east) ^ north) ^ height).view(np.int64)
     return number
+
+
+def find_made_up(scene):
+    """Surfaces whose names tell only their order in the file, for want of another or of a unique one: (n,) bool."""
+    surfaces = scene.surfaces
+    pairs = zip(surfaces.surface_id, surfaces.building_id, strict=True)
+    return np.array([MADE_UP.fullmatch(name.removeprefix(building)) is not None for name, building in pairs], bool)
+
+
+BITS = 16  # of each coordinate
+MASKS = ((8, 0x00FF00FF), (4, 0x0F0F0F0F), (2, 0x33333333), (1, 0x55555555))
+
+
+def order_nearby(points):
+    """Order of points in plan view.
+
+    Parameters
+    ----------
+    points : (n, 2) or (n, 3) float [m]
+
+    Returns
+    -------
+    (n,) int
+
+    References
+    ----------
+    G. M. Morton (1966), A computer oriented geodetic data base and a new technique in file sequencing. IBM.
+    """
+    if not len(points):
+        return np.zeros(0, int)
+    plan = np.asarray(points, float)[:, :2]
+    low = plan.min(axis=0)
+    extent = max(float((plan - low).max()), 1e-9)
+    cells = ((plan - low) / extent * (2**BITS - 1)).astype(np.uint32)
+    for shift, mask in MASKS:  # a zero between each two bits
+        cells = (cells | (cells << np.uint32(shift))) & np.uint32(mask)
+    return np.argsort(cells[:, 0] | (cells[:, 1] << 1), kind="stable")

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..sampling.random_numbers import GOLDEN, key_of_names, mix
+from ..rays.random_numbers import GOLDEN, key_of_names, mix
 from ..sun.horizon import TerrainHorizon
 from ..sun.horizon_band import HorizonBand
 

@@ -9,13 +9,12 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
-from ..materials.read_albedo import TriangleBrdfs
-from ..patches.classify_rays import meets_back
 from ..patches.facing_scene import FacingScene
+from ..patches.fates_of_rays import meets_back, stop_in_crowns
 from ..patches.patches import Patches
-from ..patches.stop_in_crowns import stop_in_crowns
-from ..sampling.hemisphere_rays import CELL_DIVISIONS
-from ..sampling.sample_points import cell_of_point
+from ..patches.read_albedo import TriangleBrdfs
+from ..rays.hemisphere_rays import CELL_DIVISIONS
+from ..rays.sample_points import cell_of_point
 from ..sun.horizon import is_above
 from .emit_photons import emit_photons
 from .scatter import draw_for_photons, leave_patches, scatter

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..sampling.random_numbers import GOLDEN, mix, uniform
-from ..sampling.sample_points import cosine_direction
+from ..rays.random_numbers import GOLDEN, mix, uniform
+from ..rays.sample_points import cosine_direction
 
 NUMBERS = 3  # random numbers per reflection: two for the direction, one for a choice
 STREAM = np.uint64(0x5CA77E4)

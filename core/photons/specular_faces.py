@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..patches.classify_rays import meets_back
-from ..patches.stop_in_crowns import stop_in_crowns
-from ..rays.places import Places
-from ..sampling.hemisphere_rays import CELL_DIVISIONS
-from ..sampling.sample_points import barycentric_of_square, cell_of_point, cosine_direction
+from ..patches.fates_of_rays import meets_back, stop_in_crowns
+from ..rays.hemisphere_rays import CELL_DIVISIONS
+from ..rays.ray_scene import Places
+from ..rays.sample_points import barycentric_of_square, cell_of_point, cosine_direction
 from .emit_photons import low_discrepancy
 from .follow_photons import QUANTUM, Photons, Tally, deposit, meet_fronts, reflect_photons
 from .scatter import draw_for_photons, leave_patches, scatter

@@ -17,7 +17,7 @@ import numpy as np
 from scipy import sparse
 
 from ..radiosity.gather_context import GatherContext
-from ..sampling.random_numbers import key_of_names
+from ..rays.random_numbers import key_of_names
 from ..sun.horizon import is_above
 from ..threads import map_in_order
 from .follow_photons import Target

@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
+from ..city.scene import check_scene
 from ..effects.judge_effects import Measured, judge_effects
-from ..materials.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..patches.facing_scene import FacingScene
+from ..patches.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..progress import SUN_STAGE, CancelledError, Clock
 from ..radiosity.measure_cover import find_cover
 from ..request import Request, check_request
-from ..scene.check_scene import check_scene
 from ..sun.horizon import without_hidden
 from ..sun.suns import Suns, check_suns, end_of_days, interrupted_suns
 from ..threads import usable_threads

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..patches.patches import take_patches
-from ..sampling.merge_nets import merge_nets
+from ..rays.hemisphere_rays import merge_nets
 from ..transfer.merge_transfers import MATRICES, MEANS, check_same, merge_records, merge_sources, whole_error
 from ..transfer.noise import own_diffuse, own_direct
 from ..transfer.patch_light import Emitted, Net, OwnNoise, PatchFacts, PatchLight, Uneven

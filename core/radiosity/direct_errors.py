@@ -6,17 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..effects.closed_form import sky_view_of_tilt
+from ..patches.cover_cells import enclosed_cells
 from ..patches.patches import take_patches
-from ..patches.settle_cells import enclosed_cells
-from ..sampling.random_numbers import mix
-from ..sampling.sample_points import (
-    DIGITS,
-    HEMISPHERE_REPLICATES,
-    cell_of_point,
-    cells_inside,
-    grid_of,
-    points_of_grid,
-)
+from ..rays.random_numbers import mix
+from ..rays.sample_points import DIGITS, HEMISPHERE_REPLICATES, cell_of_point, cells_inside, grid_of, points_of_grid
 from ..transfer.incidence import projection_in_front
 from .replicates import Deviations
 from .shadow_points import fill_from_nearest, place_points, places_of_points

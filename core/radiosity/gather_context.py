@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
+from ..city.scene import Surfaces
 from ..effects.plan_effects import EffectPlan
-from ..materials.read_albedo import brdfs_of_triangles
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
+from ..patches.read_albedo import brdfs_of_triangles
 from ..request import Request
-from ..scene.scene import Surfaces
 from ..threads import usable_threads
 from ..transfer.surface_means import area_means
 

@@ -6,17 +6,11 @@ import numpy as np
 
 from ..effects.receivers import fewer_rays
 from ..form_factors.form_factor_products import multiply_elements
+from ..patches.cover_cells import enclosed_cells
 from ..patches.find_covered import lie_in_earth
-from ..patches.settle_cells import enclosed_cells
-from ..sampling.hemisphere_rays import CELL_DIVISIONS, points_of_patches, shift_replicates
-from ..sampling.random_numbers import mix
-from ..sampling.sample_points import (
-    DIGITS,
-    HEMISPHERE_REPLICATES,
-    barycentric_of_square,
-    cell_of_point,
-    sobol_digits,
-)
+from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches, shift_replicates
+from ..rays.random_numbers import mix
+from ..rays.sample_points import DIGITS, HEMISPHERE_REPLICATES, barycentric_of_square, cell_of_point, sobol_digits
 from ..sun.horizon import mark_hidden
 from ..threads import map_in_order
 from ..transfer.transfer import SourceLight

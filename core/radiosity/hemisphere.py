@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..form_factors.form_factors import FormFactors
-from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..rays.sample_points import HEMISPHERE_REPLICATES
 
 
 @dataclass

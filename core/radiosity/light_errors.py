@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..transfer.patch_light import Uneven
 from .patch_size_errors import Steps, remaining_error
 from .solve_radiosity import variance_of_replicates

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..form_factors.form_factor_products import multiply_elements, multiply_steps
-from ..sampling.sample_points import cells_inside
+from ..rays.sample_points import cells_inside
 from .direct_errors import shares_of_cells
 from .solve_radiosity import variance_of_replicates
 

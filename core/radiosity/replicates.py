@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..form_factors.form_factor_products import multiply_columns, propagate
-from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..rays.sample_points import HEMISPHERE_REPLICATES
 
 STEP = np.float32(1 / 4096)  # of deviations stored as 16-bit integers; the range ends at eight times full light
 LEAST_SHARE = 0.1  # of a deviation, by powers of the brightest albedo: bounces that carry less are left out

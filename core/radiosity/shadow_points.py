@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ..patches.settle_cells import enclosed_cells
-from ..sampling.hemisphere_rays import HALF, fraction
-from ..sampling.random_numbers import mix, uniform
-from ..sampling.sample_points import (
+from ..patches.cover_cells import enclosed_cells
+from ..rays.hemisphere_rays import HALF, fraction
+from ..rays.random_numbers import mix, uniform
+from ..rays.sample_points import (
     DIGITS,
     cell_corners,
     cell_of_point,

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from ..city.canopy import LeafyScene
+from ..city.scene import check_scene
 from ..errors import InputError
 from ..patches.patches import take_patches
 from ..request import check_request
-from ..scene.check_scene import check_scene
 from ..sun.suns import check_suns
 from ..threads import usable_threads
 from ..transfer.prepare_scene import prepare_scene

@@ -12,8 +12,8 @@ from numba import njit
 
 from ..check_arrays import UNIT, check_array
 from ..errors import InputError
-from ..patches.order_nearby import order_nearby
-from ..sampling.random_numbers import mix
+from ..patches.patches import order_nearby
+from ..rays.random_numbers import mix
 from ..threads import map_in_order
 from ..transfer.incidence import projection_in_front
 from .shadow_points import KnownPoints, ShadowPoints, count_elements, shadow_points, split_net, unknown_points

@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from ..city.scene import check_scene
 from ..effects.judge_effects import Measured, judge_effects
 from ..errors import InputError
-from ..materials.read_albedo import materials_of_surfaces
+from ..patches.read_albedo import materials_of_surfaces
 from ..progress import Clock
+from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..request import check_request
-from ..sampling.sample_points import HEMISPHERE_REPLICATES
-from ..scene.check_scene import check_scene
 from ..sun.horizon import without_hidden
 from ..sun.suns import check_suns, interrupted_suns
 from ..transfer.prepare_scene import prepare_scene

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..effects.receivers import fewer_rays
-from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..rays.sample_points import HEMISPHERE_REPLICATES
 from .hemisphere import Hemisphere, empty_tallies
 from .solve_radiosity import element_factors
 from .trace_hemisphere import trace_hemisphere

@@ -7,13 +7,13 @@ embreex (github.com/trimesh/embreex). Both give the same results.
 import threading
 import time
 from contextlib import contextmanager
+from typing import NamedTuple
 
 import numpy as np
 
 from ..check_arrays import check_array, check_triangles
 from ..errors import InputError
-from .choose_engine import TREES, choose_engine
-from .places import Places
+from .engines import TREES, choose_engine
 
 
 class RayScene:
@@ -58,11 +58,7 @@ class RayScene:
         hit_triangles : (n,) int32
             -1 if the ray hits nothing.
         """
-        ray_origins, ray_directions = usable_pairs(ray_origins, ray_directions)
-        if not self.triangle_count or not len(ray_origins):
-            return np.full(len(ray_origins), -1, np.int32)
-        with self._timed():
-            return self._tree.trace_closest(ray_origins, ray_directions)
+        return self.trace_as_drawn(ray_origins, ray_directions).triangle
 
     def trace_places(self, ray_origins, ray_directions):
         """First triangle hit by each ray, and the position of the hit.
@@ -76,7 +72,11 @@ class RayScene:
         Places
             n, of int32 and float32.
         """
-        ray_origins, ray_directions = usable_pairs(ray_origins, ray_directions)
+        ray_origins = usable_rays("ray_origins", ray_origins)
+        ray_directions = usable_rays("ray_directions", ray_directions)
+        if len(ray_origins) != len(ray_directions):
+            problem = f"{len(ray_directions)} rows for {len(ray_origins)} ray_origins"
+            raise InputError("ray_directions", problem, "give one direction per ray")
         if not self.triangle_count or not len(ray_origins):
             nowhere = np.zeros(len(ray_origins), np.float32)
             return Places(np.full(len(ray_origins), -1, np.int32), nowhere, nowhere)
@@ -142,11 +142,13 @@ def usable_rays(name, rays):
     return rays if rays.flags.c_contiguous or rays.flags.f_contiguous else np.ascontiguousarray(rays)
 
 
-def usable_pairs(ray_origins, ray_directions):
-    """Ray origins and the same number of directions."""
-    ray_origins = usable_rays("ray_origins", ray_origins)
-    ray_directions = usable_rays("ray_directions", ray_directions)
-    if len(ray_origins) != len(ray_directions):
-        problem = f"{len(ray_directions)} rows for {len(ray_origins)} ray_origins"
-        raise InputError("ray_directions", problem, "give one direction per ray")
-    return ray_origins, ray_directions
+class Places(NamedTuple):
+    """Points on triangles, or on the patches that are these triangles."""
+
+    triangle: np.ndarray  # (m,) int, -1 for none
+    b1: np.ndarray  # (m,) float, barycentric coordinate for the second vertex; undefined for none
+    b2: np.ndarray  # (m,) float, for the third vertex
+
+    def take(self, chosen):
+        """Some of them, or all in another shape: Places."""
+        return Places(*(part[chosen] for part in self))

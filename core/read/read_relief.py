@@ -4,9 +4,9 @@ import numpy as np
 
 from ..city.city import Relief
 from ..city.polygons import triangulate
+from ..city.terrain import Layer, Terrain
 from ..city.transform_crs import UNITS, choose_crs, east_first, plane_of, transform_crs
 from ..errors import InputError
-from ..ground.terrain import Layer, Terrain
 from .collect_polygons import read_numbers
 from .collect_shapes import find_fault, read_lod, read_rings
 from .open_input import LARGEST_COORDINATE, clean_name

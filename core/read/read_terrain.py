@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..city.terrain import HORIZON, Layer, Terrain
 from ..city.transform_crs import UNITS, full_turn, plane_of, transform_crs, turn_towards
 from ..errors import InputError
-from ..ground.terrain import HORIZON, Layer, Terrain
 from .open_input import open_input
 from .open_raster import HIGHEST, LOWEST, average_window, height_factor, open_raster, window_between
 from .parse_obj import parse_obj

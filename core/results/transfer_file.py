@@ -11,11 +11,11 @@ from pathlib import Path
 import h5netcdf
 import numpy as np
 
+from ..city.grid_cells import Outlines
+from ..city.scene import Site, Surfaces
 from ..errors import InputError
 from ..progress import silent
 from ..read.open_netcdf import open_netcdf
-from ..scene.outline_surfaces import Outlines
-from ..scene.scene import Site, Surfaces
 from ..sun.horizon import TerrainHorizon
 from ..sun.horizon_band import SOURCES
 from ..sun.suns import Suns

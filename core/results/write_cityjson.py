@@ -7,7 +7,6 @@ import pyproj
 
 from ..energy.energy import sum_potential
 from ..progress import silent
-from ..scene.find_footprints import find_footprints
 from .columns import column_values, tabled_columns
 
 STAGE = "writing city.city.json"

@@ -13,9 +13,9 @@ import numpy as np
 from ..accuracy.error_budget import WHAT, budget_groups, budget_surfaces
 from ..accuracy.yield_errors import split_errors
 from ..city.racks import RACK, find_racked_roofs
+from ..city.scene import surface_of_triangles
 from ..energy.energy import split_years, sum_potential
 from ..energy.pv_system import area_of_kwp, build_system
-from ..scene.add_backs import surface_of_triangles
 from ..weather.weather import distance_of_weather
 from .list_findings import list_findings
 

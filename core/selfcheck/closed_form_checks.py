@@ -12,8 +12,8 @@ from ..radiosity.solve_radiosity import radiosity_factor, solve_radiosity
 from ..radiosity.trace_gather import trace_gather
 from ..radiosity.trace_hemisphere import trace_hemisphere
 from ..rays.ray_scene import RayScene
+from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..request import Request
-from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..sun.suns import Suns
 from .plain_scenes import join_parts, rectangle, room
 

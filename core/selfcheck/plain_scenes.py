@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..scene.classify import classify, measure_tilt
-from ..scene.scene import Scene, Site, Surfaces
+from ..city.classify import classify, measure_tilt
+from ..city.scene import Scene, Site, Surfaces
 
 NOWHERE = Site(latitude=None, longitude=None, altitude=0.0, convergence=0.0, crs=None, origin=(0.0, 0.0, 0.0))
 

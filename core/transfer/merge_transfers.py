@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import InputError
-from ..sampling.random_numbers import mix_seed
+from ..rays.random_numbers import mix_seed
 from .noise import own_diffuse, own_direct, variance_of_mean
 from .transfer import ErrorParts, SourceLight
 

@@ -5,15 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
+from ..city.scene import Scene, add_backs, check_scene
 from ..effects.plan_effects import EffectPlan, plan_effects
-from ..materials.read_albedo import albedo_of_triangles, name_brdfs
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches, keys_of_triangles, patches_of_scene
+from ..patches.read_albedo import albedo_of_triangles, name_brdfs
 from ..progress import silent
-from ..sampling.sample_points import HEMISPHERE_REPLICATES
-from ..scene.add_backs import add_backs
-from ..scene.check_scene import check_scene
-from ..scene.scene import Scene
+from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..sun.sky_models import RAYS_SHARE
 from ..sun.suns import Suns
 from ..threads import usable_threads

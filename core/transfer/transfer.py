@@ -4,8 +4,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..scene.outline_surfaces import Outlines
-from ..scene.scene import Site, Surfaces
+from ..city.grid_cells import Outlines
+from ..city.scene import Site, Surfaces
 from ..sun.horizon import TerrainHorizon
 from ..sun.suns import Suns
 from .patch_light import PatchLight

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from ...core.scene.add_backs import surface_of_triangles
+from ...core.city.scene import surface_of_triangles
 from ..attributes import PREFIX, read_array, write_face_attribute
 
 COLLECTION = "CityPV"

@@ -106,9 +106,9 @@ class ChooseCity(bpy.types.Operator):
 
 def triangulate_import(city, request, progress):
     """Return a city, its scene with terrain as read but no generated ground, and the findings of reading."""
+    from ...core.city.build_scene import build_scene
+    from ...core.city.lay_ground import show_terrain
     from ...core.results.list_findings import list_findings
-    from ...core.scene.build_scene import build_scene
-    from ...core.scene.join_ground import show_terrain
 
     place = {"latitude": request.latitude, "longitude": request.longitude}
     report_share = partial(report_polygons, progress, "triangulating", len(city))

@@ -4,10 +4,18 @@ import bpy
 import numpy as np
 from mathutils import Color
 
+from ...core.city.grid_cells import whole_of_cell
 from ...core.errors import InputError
-from ...core.materials.materials import CLEAR, DIFFUSE, MaterialSpec, describe_brdf, recognise_material
-from ...core.materials.shader_material import albedo_of_colour, named_material, shader_material
-from ...core.scene.name_cells import whole_of_cell
+from ...core.patches.materials import (
+    CLEAR,
+    DIFFUSE,
+    MaterialSpec,
+    albedo_of_colour,
+    describe_brdf,
+    named_material,
+    recognise_material,
+    shader_material,
+)
 from ..attributes import PREFIX, read_array, read_face_attribute
 
 CHOICE = PREFIX + "material"  # property of a material with the user's choice

@@ -52,7 +52,7 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Trace; the weather only provides the hours."""
-        from ...core.materials.read_albedo import describe_albedo
+        from ...core.patches.read_albedo import describe_albedo
         from ...core.results.list_findings import list_findings
         from ...core.study import check_tracing, read_year
 

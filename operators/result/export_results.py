@@ -120,11 +120,11 @@ def write_results(session, name, path, progress=silent):
         else:
             write_tables(work, transfer, energy, session.weather, request, progress=progress)
         if name == "report":  # without pictures where matplotlib is missing
+            from ...core.city.grid_cells import outline_surfaces
             from ...core.results.read_results import read_results
             from ...core.results.transfer_file import write_transfer
             from ...core.results.write_report import write_report
             from ...core.results.write_summary import summarise, write_summary
-            from ...core.scene.outline_surfaces import outline_surfaces
 
             outlines = outline_surfaces(city, scene.surfaces, scene.site) if there else transfer.outlines
             write_transfer(work / "transfer.nc", replace(transfer, outlines=outlines), progress)

@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
+from citypv.core.city.scene import Scene
 from citypv.core.errors import InputError
 from citypv.operators.attributes import (
     KIND_CODES,

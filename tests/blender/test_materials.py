@@ -4,7 +4,7 @@ import bpy
 import pytest
 from steps import here, run, session_here
 
-from citypv.core.materials.materials import MaterialSpec
+from citypv.core.patches.materials import MaterialSpec
 from citypv.operators.city.read_materials import describe_material, name_face_materials, read_finish
 from citypv.operators.picture.colour_faces import build_plain_material
 from citypv.operators.result.keep_report import find_row

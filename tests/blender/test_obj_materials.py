@@ -4,8 +4,7 @@ import bpy
 import pytest
 from steps import run
 
-from citypv.core.materials.materials import MaterialSpec
-from citypv.core.materials.shader_material import named_material
+from citypv.core.patches.materials import MaterialSpec, named_material
 from citypv.operators.city.read_materials import read_finish
 from citypv.operators.result.keep_report import find_row
 from citypv.operators.session import find_session

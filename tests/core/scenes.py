@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from citypv.core.scene.classify import classify
-from citypv.core.scene.scene import Scene, Site, Surfaces
+from citypv.core.city.classify import classify
+from citypv.core.city.scene import Scene, Site, Surfaces
 from citypv.core.sun.suns import Suns
 
 

@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from citypv.core.materials.brdf_glass import Glass, fresnel, reflect_interfaces
-from citypv.core.materials.brdf_glossy import Glossy
-from citypv.core.materials.brdf_lambertian import Lambertian
-from citypv.core.materials.brdf_mirror import Mirror
+from citypv.core.patches.brdfs import Glass, Glossy, Lambertian, Mirror, fresnel, reflect_interfaces
 
 SPREADING = [Lambertian(0.6), Glossy(0.9, 0.1), Glossy(0.8, 0.3), Glossy(1.0, 1.0)]
 ZENITHS = [0.0, 30.0, 60.0, 85.0]  # [°]

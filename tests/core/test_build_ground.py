@@ -7,8 +7,8 @@ import pytest
 import shapely
 from cities import box, heights_below, make_city
 
+from citypv.core.city.build_scene import build_scene
 from citypv.core.read.read_city import read_city
-from citypv.core.scene.build_scene import build_scene
 
 ROOT = Path(__file__).parents[2]
 BERLIN = ROOT / "examples" / "berlin" / "berlin_3910_5817.gml"

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from cities import box, make_city
 
+from citypv.core.city.build_scene import SceneOptions, build_scene
+from citypv.core.city.grid_cells import split_into_cells
 from citypv.core.city.polygons import measure_polygons
 from citypv.core.errors import InputError
 from citypv.core.read.read_city import read_city
-from citypv.core.scene.build_scene import build_scene
-from citypv.core.scene.grid_cells import split_into_cells
 
 ROOT = Path(__file__).parents[2]
 HANNOVER = ROOT / "tests" / "data" / "citygml" / "hannover_LGLN_LoD2_32_550_5802_3bld.gml"
@@ -102,10 +102,10 @@ def test_a_file_in_degrees_stands_in_metres():
     assert np.ptp(scene.vertices, axis=0) == pytest.approx([301.3, 360.2, 19.5], rel=3e-3)
 
 
-def test_moving_the_city_moves_only_the_origin():
-    near, far = (make_city(box("a", x, y, 10, 20, z, z + 9)) for x, y, z in ((0, 0, 0), (500_000, 5_800_000, 90)))
+def test_moving_the_city_by_whole_squares_of_the_ground_moves_only_the_origin():
+    near, far = (make_city(box("a", x, y, 10, 20, z, z + 9)) for x, y, z in ((0, 0, 0), (512_000, 5_120_000, 90)))
     near, far = (build_scene(city, 50.0, 8.0) for city in (near, far))
-    assert far.site.origin == pytest.approx((500_005, 5_800_010, 90))
+    assert far.site.origin == pytest.approx((512_005, 5_120_010, 90))
     assert np.allclose(near.vertices, far.vertices, atol=1e-8)
     assert np.array_equal(near.triangles, far.triangles)
 
@@ -137,7 +137,9 @@ def test_cells_keep_holes_and_small_polygons_their_name():
 
 
 def test_a_cell_is_eligible_where_its_polygon_is():
-    scene = build_scene(make_city(box("a", 0, 0, 10, 10, 0, 6)), 50.0, 8.0, ground="none", grid_size=2.0)
+    scene = build_scene(
+        make_city(box("a", 0, 0, 10, 10, 0, 6)), 50.0, 8.0, ground="none", options=SceneOptions(grid_size=2.0)
+    )
     facades = scene.surfaces.kind == "facade"
     assert scene.surfaces.area[facades].max() < 6.25
     assert scene.surfaces.eligible[facades].all()

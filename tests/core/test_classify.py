@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from citypv.core.scene.classify import classify, measure_tilt
+from citypv.core.city.classify import classify, measure_tilt
 
 
 def kind_of(tilt, azimuth=180.0, area=10.0, thematic=""):

@@ -166,18 +166,6 @@ def test_a_board_drawn_from_both_sides(estimator):
 
 
 @both
-@pytest.mark.parametrize("below", [0.0, 5e-6])
-def test_a_roof_drawn_from_above_and_from_below(estimator, below):
-    """The face above gets everything, the one below nothing; only a part of the roof is drawn twice."""
-    roof = strip([-10, -10, 5], [20, 0, 0], [0, 20, 0], 2)
-    ceiling = turned_over(strip([-10, -7, 5 - below], [17, 0, 0], [0, 14, 0], 3))
-    transfer = trace(estimator, [roof, ceiling], max_bounces=0)
-    assert transfer.diffuse_relative[:4] == pytest.approx(1, abs=0.02)
-    assert transfer.visible_share[:4] == pytest.approx(1, abs=0.02)
-    assert transfer.visible_share[4:].max() == 0
-
-
-@both
 def test_a_court_drawn_from_both_sides_lights_a_wall(estimator):
     """It reflects as one drawn once: beyond half of the sky the wall gets 0.5 · F of the court."""
     court = turned_over(strip([-10, 0, 0], [20, 0, 0], [0, -10, 0], 2))

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from citypv.core.commands.command_line import main
-from citypv.core.compiling import compile_ahead as ahead
-from citypv.core.compiling.compile_loops import read_loops
+from citypv.core.rays import compile_ahead as ahead
+from citypv.core.rays.compile_ahead import read_loops
 
 ROOT = Path(__file__).parents[2]
 

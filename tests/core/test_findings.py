@@ -8,11 +8,11 @@ from cities import box, make_city
 from small_city import EAST, NORTH, write_small_city
 from test_read_citygml import EXPECTED, find
 
+from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.city import ImportReport
 from citypv.core.commands.inspect_city import describe_city, inspect_city
 from citypv.core.request import Request
 from citypv.core.results.list_findings import list_findings
-from citypv.core.scene.build_scene import build_scene
 
 SHARED = "more than half covered: shared with a neighbour, inside a building or below the ground"
 FOOT = "lies under its building, on the ground"
@@ -44,8 +44,8 @@ def test_repaired_cells_are_found_under_the_id_they_were_cut_from():
     city = make_city(box("a", 0, 0, 10, 8, 0, 6))
     city.report = ImportReport(repaired={"mended": ["s2"]}, skipped={"lost": ["x"], "gone": ["y"]})
     city.report.skip("lost", [], 3.5)
-    found = findings_of(city, grid_size=2.0)
-    scene = build_scene(city, 50.0, 8.0, grid_size=2.0)
+    found = findings_of(city, options=SceneOptions(grid_size=2.0))
+    scene = build_scene(city, 50.0, 8.0, options=SceneOptions(grid_size=2.0))
     assert {scene.surfaces.surface_id[k].partition("#")[0] for k in found["mended"].surfaces} == {"s2"}
     assert found["mended"].area == pytest.approx(city_area(city, 2))
     assert (found["lost"].area, found["gone"].area) == (3.5, None)

@@ -10,18 +10,16 @@ from test_tracing import three_houses
 
 from citypv.core.effects.table import TABLE
 from citypv.core.errors import InputError
-from citypv.core.materials.brdf_lambertian import Lambertian
-from citypv.core.materials.brdf_mirror import Mirror
-from citypv.core.materials.read_albedo import TriangleBrdfs
+from citypv.core.patches.brdfs import Lambertian, Mirror
 from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.read_albedo import TriangleBrdfs
 from citypv.core.photons import trace_sources
 from citypv.core.photons.emit_photons import Box, box_of_scene, emit_photons, far_ground_source, sky_source, sun_source
 from citypv.core.photons.follow_photons import Photons, Tally, Target, meet_fronts, reflect_photons
 from citypv.core.photons.scatter import leave_patches
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
-from citypv.core.rays.places import Places
-from citypv.core.rays.ray_scene import RayScene
+from citypv.core.rays.ray_scene import Places, RayScene
 from citypv.core.request import Request
 from citypv.core.selfcheck.plain_scenes import room
 

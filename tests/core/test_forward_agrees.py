@@ -16,8 +16,6 @@ from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.read.read_city import read_city
 from citypv.core.request import Request
-from citypv.core.scene.build_scene import build_scene
-from citypv.core.scene.refine import refine_triangles
 
 pytestmark = pytest.mark.once
 

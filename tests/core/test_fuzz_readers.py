@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from thorough import draw_count
 
+from citypv.core.city.build_scene import build_scene
 from citypv.core.errors import InputError
 from citypv.core.read.read_city import READERS, read_city
-from citypv.core.scene.build_scene import build_scene
 
 pytestmark = pytest.mark.once
 

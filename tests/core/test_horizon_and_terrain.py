@@ -10,7 +10,6 @@ from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.read.read_terrain import read_terrain
 from citypv.core.request import Request
-from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import read_year
 from citypv.core.sun.horizon import STEPS
 from citypv.core.sun.read_horizon import distance_to_end, read_horizon
@@ -43,7 +42,7 @@ def city():
 
 def test_terrain_of_the_model_does_not_count_in_the_horizon(raster, city):
     alone, _ = read_horizon(raster, build_scene(city))
-    both, corners = read_horizon(raster, build_scene(city, terrain=read_terrain(raster, city)))
+    both, corners = read_horizon(raster, build_scene(city, options=SceneOptions(terrain=read_terrain(raster, city))))
     north, south = 0, STEPS // 2
     assert alone.elevation[north] == pytest.approx(np.degrees(np.arctan(HIGH[NEAR] / NEAR)), abs=0.3)
     assert [one.elevation[north] for one in (both, *corners)] == pytest.approx([0] * 5, abs=0.01)
@@ -55,7 +54,7 @@ def test_terrain_of_the_model_does_not_count_in_the_horizon(raster, city):
 
 def test_walls_lose_what_they_lose_behind_the_terrain_alone(raster, city):
     """From 40 m up a ridge at 725 m is 3.2° lower than from the ground, from which the horizon is seen."""
-    scene = build_scene(city, terrain=read_terrain(raster, city))
+    scene = build_scene(city, options=SceneOptions(terrain=read_terrain(raster, city)))
     weather = read_year(scene.site, Request(weather="clear-sky"))
     suns = hourly_suns(weather.data.index[::400], weather.interval, weather.latitude, weather.longitude)
     request = Request(samples=1024, shadow_samples=16, max_bounces=0, threads=1)

@@ -10,13 +10,13 @@ from cities import box, make_city
 from earth_horizon import Edges
 from test_horizon import HOUR
 
+from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.read.read_heights import HeightGrid, read_heights
 from citypv.core.request import Request
 from citypv.core.results.transfer_file import read_transfer, write_transfer
-from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import prepare_study, read_year
 from citypv.core.sun.horizon import STEPS, elevation_at, height_at, horizon_of_terrain
 from citypv.core.sun.read_horizon import read_horizon

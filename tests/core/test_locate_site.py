@@ -8,7 +8,6 @@ import pytest
 
 from citypv.core.city.transform_crs import convert_to_metres, name_crs
 from citypv.core.errors import InputError
-from citypv.core.scene.locate_site import locate_site, note_outside_use
 
 PLACES = [
     ("EPSG:25833", 391490.0, 5817850.0),

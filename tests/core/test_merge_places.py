@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from citypv.core.ground.merge_places import COINCIDENT, merge_places
+from citypv.core.city.places_in_plan import COINCIDENT, merge_places
 
 BORDER = 100.5 * COINCIDENT  # between two cells
 ULP = np.spacing(BORDER)

@@ -6,15 +6,14 @@ from pathlib import Path
 
 import pytest
 
+from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.commands.command_line import main
 from citypv.core.errors import InputError
-from citypv.core.materials.materials import MaterialSpec
-from citypv.core.materials.read_albedo import albedo_of_triangles, describe_albedo
-from citypv.core.materials.shader_material import named_material
+from citypv.core.patches.materials import MaterialSpec, named_material
+from citypv.core.patches.read_albedo import albedo_of_triangles, describe_albedo
 from citypv.core.read.parse_obj import LARGEST, MOST_LIBRARIES, read_mtl
 from citypv.core.read.read_city import read_city
 from citypv.core.request import Request
-from citypv.core.scene.build_scene import build_scene
 
 TOWER = Path(__file__).parents[1] / "data/obj/nyc_tower_yup.obj.gz"
 CUBE = "\n".join(f"v {x} {y} {z}" for z in (0, 5) for y in (0, 10) for x in (0, 10)) + "\n"
@@ -75,7 +74,7 @@ def test_names_and_colours_reach_city_and_scene(tmp_path):
     assert city.material == ["Ziegel rot", "White_Paint.001", "grey", "grey", "Bild", "xyz"]
     expected = {"Ziegel rot": (0.5, 0.2, 0.1), "White_Paint.001": (0.1,) * 3, "grey": (0.4,) * 3}
     assert city.colours == expected | {"Bild": None, "xyz": None}
-    scene = build_scene(city, 50, 10, grid_size=5)
+    scene = build_scene(city, 50, 10, options=SceneOptions(grid_size=5))
     assert scene.colours == city.colours
     assert scene.surfaces.material.count("Ziegel rot") == 4  # cells
 

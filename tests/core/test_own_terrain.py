@@ -13,14 +13,14 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay
 from small_city import EAST, HEAD, NORTH, UP
 
+from citypv.core.city.build_scene import SceneOptions, build_scene
+from citypv.core.city.terrain import measure_heights
 from citypv.core.errors import InputError
-from citypv.core.ground.terrain import measure_heights
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.read import parse_xml
 from citypv.core.read.read_city import read_city
 from citypv.core.request import Request
-from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import stand_city
 
 ORIGIN = np.array([EAST, NORTH, UP])
@@ -279,7 +279,7 @@ def test_what_cannot_be_used_is_named(tmp_path):
 @pytest.mark.once
 def test_cells_stand_on_the_same_terrain(tmp_path):
     city = read_city(write_gml(tmp_path / "city.gml", HOUSES, relief(*tin())))
-    whole, cells = build_scene(city), build_scene(city, grid_size=4.0)
+    whole, cells = build_scene(city), build_scene(city, options=SceneOptions(grid_size=4.0))
     assert len(cells.surfaces) > len(whole.surfaces)
     places = around() + ORIGIN[:2]
     # Each misses the terrain by no more than 15 cm near the feet; their points differ, as other feet are cut.

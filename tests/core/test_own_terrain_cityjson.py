@@ -7,10 +7,10 @@ import pytest
 from cityjson_text import CUBE, house, model, solid
 from reliefs import only, told
 
+from citypv.core.city.build_scene import build_scene
+from citypv.core.city.terrain import measure_heights
 from citypv.core.errors import InputError
-from citypv.core.ground.terrain import measure_heights
 from citypv.core.read.read_city import read_city
-from citypv.core.scene.build_scene import build_scene
 
 
 def cube_on_relief(boundaries, vertices, **more):

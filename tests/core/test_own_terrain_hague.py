@@ -9,9 +9,9 @@ import pytest
 from reliefs import only, told
 from test_own_terrain import heights_of_scene
 
-from citypv.core.ground.terrain import measure_heights
+from citypv.core.city.build_scene import build_scene
+from citypv.core.city.terrain import measure_heights
 from citypv.core.read.read_city import read_city
-from citypv.core.scene.build_scene import build_scene
 
 HAGUE = Path(__file__).parents[1] / "data" / "citygml" / "denhaag_cut_with_relief.gml.gz"
 

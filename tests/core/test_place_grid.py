@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from citypv.core.ground.foot_lines import foot_on_edge
-from citypv.core.ground.merge_places import COINCIDENT
-from citypv.core.ground.place_grid import find_in_boxes, lay_grid, list_runs
-from citypv.core.ground.slope_filter import NEAR, find_standing
+from citypv.core.city.places_in_plan import COINCIDENT, find_in_boxes, lay_grid, list_runs
+from citypv.core.city.slope_filter import NEAR, find_standing, foot_on_edge
 
 
 @pytest.mark.parametrize("extent", [1.0, 30.0, 3000.0])

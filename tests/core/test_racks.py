@@ -9,7 +9,6 @@ from citypv.core.city.place_rows import THICKNESS
 from citypv.core.city.racks import Racks, city_with_racks, parse_racks
 from citypv.core.errors import InputError
 from citypv.core.request import Request
-from citypv.core.scene.add_backs import surface_of_triangles
 from citypv.core.study import stand_city
 
 # -- geometry --

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from citypv.core.city.classify import measure_tilt
 from citypv.core.city.polygons import measure_polygons
 from citypv.core.errors import InputError
 from citypv.core.read.read_city import read_city
-from citypv.core.scene.classify import measure_tilt
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "data" / "citygml"

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from cityjson_text import CUBE, house, instance, model, read, solid
 
+from citypv.core.city.build_scene import build_scene
 from citypv.core.city.crowns import CROWN_BASE, cylinder, ellipsoid, volume_of_crowns
+from citypv.core.city.locate_site import bring_to_origin
 from citypv.core.commands.command_line import main
 from citypv.core.errors import InputError
 from citypv.core.read.read_city import read_city
-from citypv.core.scene.build_scene import build_scene
-from citypv.core.scene.local_frame import bring_to_origin
 
 DATA = Path(__file__).parents[1] / "data"
 HEAD = (

@@ -7,12 +7,12 @@ from test_tracing import SUNS, three_houses
 from weathers import HOUR
 
 from citypv.core.effects.receivers import choose_turns
-from citypv.core.patches.order_nearby import order_nearby
+from citypv.core.patches.patches import order_nearby
 from citypv.core.progress import silent
 from citypv.core.radiosity.shadow_points import split_net
 from citypv.core.radiosity.trace_gather import trace_gather
+from citypv.core.rays.sample_points import grid_of
 from citypv.core.request import Request
-from citypv.core.sampling.sample_points import grid_of
 from citypv.core.sun.sun_sampling import choose_suns
 
 

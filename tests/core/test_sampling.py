@@ -5,8 +5,8 @@ import pytest
 from scipy import stats
 from scipy.stats.qmc import Sobol
 
-from citypv.core.sampling.random_numbers import key_of_names, uniform
-from citypv.core.sampling.sample_points import (
+from citypv.core.rays.random_numbers import key_of_names, uniform
+from citypv.core.rays.sample_points import (
     DIGITS,
     additive_recurrence,
     barycentric_of_square,
@@ -14,7 +14,6 @@ from citypv.core.sampling.sample_points import (
     cell_of_point,
     cosine_direction,
     grid_of,
-    neighbouring_order,
     points_of_grid,
     shifted,
     sobol_digits,
@@ -67,14 +66,6 @@ def test_stratified_points_lie_in_their_cells(divisions):
     cells = cell_of_point(*stratified_points(*np.moveaxis(numbers, -1, 0), divisions), divisions)
     inside = cells == np.arange(divisions**2)
     assert inside.mean() > 0.999  # a point on an edge may round to the neighbour
-
-
-@pytest.mark.parametrize("count", [2, 4, 8, 16, 32])
-def test_successive_rectangles_touch(count):
-    order = neighbouring_order(count)
-    assert sorted(order) == list(range(count))
-    row, column = np.divmod(order, grid_of(count)[1])
-    assert (np.abs(np.diff(row)) + np.abs(np.diff(column)) == 1).all()
 
 
 @pytest.mark.parametrize("count", [1, 2, 4, 8, 16, 32, 64, 256, 1 << 18])

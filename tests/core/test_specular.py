@@ -12,8 +12,8 @@ from test_forward_agrees import SUNS, group_means, refined
 from test_tracing import three_houses
 
 from citypv.core.errors import InputError
-from citypv.core.materials.brdf_glass import reflect_interfaces
-from citypv.core.materials.materials import MaterialSpec
+from citypv.core.patches.brdfs import reflect_interfaces
+from citypv.core.patches.materials import MaterialSpec
 from citypv.core.photons import specular_light
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.photons.trace_hybrid import trace_hybrid

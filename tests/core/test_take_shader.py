@@ -3,11 +3,8 @@
 import numpy as np
 import pytest
 
-from citypv.core.materials.brdf_glass import Glass
-from citypv.core.materials.brdf_glossy import Glossy
-from citypv.core.materials.brdf_lambertian import Lambertian
-from citypv.core.materials.brdf_mirror import Mirror
-from citypv.core.materials.shader_material import ROUGH, SMOOTH, luminance, shader_material
+from citypv.core.patches.brdfs import Glass, Glossy, Lambertian, Mirror
+from citypv.core.patches.materials import ROUGH, SMOOTH, luminance, shader_material
 
 RED = (0.5, 0.2, 0.1)
 

@@ -9,11 +9,11 @@ import pyproj
 import pytest
 from cities import box, heights_below, make_city
 
+from citypv.core.city.build_scene import SceneOptions, build_scene
+from citypv.core.city.terrain import measure_heights
 from citypv.core.errors import InputError
-from citypv.core.ground.terrain import measure_heights
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_terrain import read_terrain
-from citypv.core.scene.build_scene import build_scene
 
 DATA = Path(__file__).parents[1] / "data" / "terrain"
 ASC = DATA / "dem_jacksboro_utm16_clip.asc"
@@ -96,7 +96,7 @@ def test_mesh_with_gaps_is_bridged_and_said():
     city = town(-60.0, 0.0, -2.0, step=30.0)
     terrain = read_terrain(MESH, city)
     assert len(terrain.layers[0].points) == 1791
-    scene = build_scene(city, 45.76, 4.85, terrain=terrain)
+    scene = build_scene(city, 45.76, 4.85, options=SceneOptions(terrain=terrain))
     assert any("gaps" in note for note in scene.report.notes)
     places = np.random.default_rng(1).uniform(-80, 80, (3000, 2))
     assert not np.isnan(heights_below(scene.vertices, scene.triangles, places)).any()
@@ -105,7 +105,7 @@ def test_mesh_with_gaps_is_bridged_and_said():
 def test_ground_follows_the_terrain():
     x, y, heights = asc_posts()
     city = town(float(x[30, 30]), float(y[30, 30]), float(heights[30, 30]), UTM)
-    scene = build_scene(city, terrain=read_terrain(ASC, city))
+    scene = build_scene(city, options=SceneOptions(terrain=read_terrain(ASC, city)))
     angle = np.radians(scene.site.convergence)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     local = (np.column_stack([x.ravel(), y.ravel()]) - scene.site.origin[:2]) @ turn
@@ -124,9 +124,14 @@ def sloping(path, slope=0.2):
     return write_asc(path, np.tile(slope * columns, (60, 1)), west=-300.0, south=-300.0)
 
 
+def on_slope(city, folder, *rise):
+    terrain = read_terrain(sloping(folder / "slope.asc", *rise), city)
+    return build_scene(city, 50.0, 8.0, options=SceneOptions(terrain=terrain))
+
+
 def test_walls_above_a_slope_are_carried_down_and_those_below_are_cut(tmp_path):
     city = town(-60.0, -60.0, 0.0)
-    scene = build_scene(city, 50.0, 8.0, terrain=read_terrain(sloping(tmp_path / "slope.asc"), city))
+    scene = on_slope(city, tmp_path)
     raised = scene.report.repaired["ends above the terrain, extended down to it"]
     buried = scene.report.repaired["continues below the terrain, cut off at it"]
     column = {name: k // 18 for k, name in enumerate(city.surface_id)}  # three buildings of six surfaces each
@@ -138,7 +143,7 @@ def test_walls_above_a_slope_are_carried_down_and_those_below_are_cut(tmp_path):
 
 def test_no_ray_slips_under_a_wall(tmp_path):
     city = town(-60.0, -60.0, 0.0)
-    scene = build_scene(city, 50.0, 8.0, terrain=read_terrain(sloping(tmp_path / "slope.asc"), city))
+    scene = on_slope(city, tmp_path)
     rays = RayScene(scene.vertices, scene.triangles)
     corners = scene.vertices[scene.triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -155,7 +160,7 @@ def test_no_ray_slips_under_a_wall(tmp_path):
 
 def test_what_lies_in_the_earth_sees_only_backs(tmp_path):
     city = town(-60.0, -60.0, -15.0)
-    scene = build_scene(city, 50.0, 8.0, terrain=read_terrain(sloping(tmp_path / "slope.asc", 0.0), city))
+    scene = on_slope(city, tmp_path, 0.0)
     rays = RayScene(scene.vertices, scene.triangles)
     corners = scene.vertices[scene.triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -171,7 +176,7 @@ def test_what_lies_in_the_earth_sees_only_backs(tmp_path):
 
 def test_another_zero_level_is_suspected(tmp_path):
     city = town(-60.0, -60.0, 47.0)
-    scene = build_scene(city, 50.0, 8.0, terrain=read_terrain(sloping(tmp_path / "slope.asc", 0.0), city))
+    scene = on_slope(city, tmp_path, 0.0)
     assert any("47.0 m above the terrain" in note and "vertical datum" in note for note in scene.report.notes)
 
 
@@ -182,20 +187,10 @@ def test_marks_for_gaps_are_no_heights(tmp_path):
     city = town(-60.0, -60.0, 0.0)
     terrain = read_terrain(write_asc(tmp_path / "gaps.asc", heights, west=-300.0, south=-300.0), city)
     assert any("treated as gaps" in note for note in terrain.notes)
-    scene = build_scene(city, 50.0, 8.0, terrain=terrain)
+    scene = build_scene(city, 50.0, 8.0, options=SceneOptions(terrain=terrain))
     assert any("gaps" in note and "%" in note for note in scene.report.notes)
     vertices = scene.vertices[np.unique(ground(scene))]
     assert np.abs(vertices[:, 2]).max() < 1e-6
-
-
-def test_gzip_and_plain_are_the_same(tmp_path):
-    x, y, heights = asc_posts()
-    city = town(float(x[30, 30]), float(y[30, 30]), float(heights[30, 30]), UTM)
-    for path in (ASC, TIF):
-        packed = tmp_path / f"{path.name}.gz"
-        packed.write_bytes(gzip.compress(path.read_bytes()))
-        one, other = read_terrain(path, city), read_terrain(packed, city)
-        assert np.array_equal(one.layers[0].points, other.layers[0].points)
 
 
 def test_terrain_of_another_place_is_refused():

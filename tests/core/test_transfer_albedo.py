@@ -6,7 +6,7 @@ import xarray as xr
 from scenes import join, strip, suns_towards
 
 from citypv.core.errors import InputError
-from citypv.core.materials.materials import MaterialSpec
+from citypv.core.patches.materials import MaterialSpec
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.radiosity.sun_sampling_error import take_surfaces

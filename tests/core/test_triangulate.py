@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from citypv.core.city.build_scene import merge_vertices
+from citypv.core.city.locate_site import turn_to_true_north
 from citypv.core.city.polygons import measure_polygons, triangulate
-from citypv.core.scene.build_scene import merge_vertices
-from citypv.core.scene.local_frame import turn_to_true_north
-from citypv.core.scene.refine import refine_triangles
+from citypv.core.city.refine import refine_triangles
 
 
 def stack(*polygons):

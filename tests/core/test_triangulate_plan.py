@@ -1,23 +1,13 @@
-"""Delaunay triangulations in plan: empty circumcircles, by Qhull's count and area; places added later."""
+"""Delaunay triangulations in plan: empty circumcircles, by Qhull's count and area; the edges they lack, and heights."""
 
 import numpy as np
 import pytest
 import shapely
+from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
+from citypv.core.city.triangulate_feet import drop_on_triangles, find_hanging, find_missing, triangulate_plan
 from citypv.core.errors import InputError
-from citypv.core.ground import walk_plan
-from citypv.core.ground.keep_edges import find_cut_edges
-from citypv.core.ground.triangle_sides import find_neighbours, has_edges, renew_neighbours, sort_sides
-from citypv.core.ground.triangulate_plan import (
-    add_places,
-    circumscribe,
-    find_triangle,
-    near_any,
-    triangulate_plan,
-    twice_areas,
-)
-from citypv.core.ground.walk_plan import triangle_at, walk
 
 CORNERS = np.array([[0.0, 0], [1000, 0], [1000, 1000], [0, 1000]])
 ROUNDING = 1e-6  # [m] of a circumcircle's radius
@@ -31,6 +21,19 @@ def grid():
     """Every four neighbours lie on one circle."""
     x, y = np.meshgrid(np.arange(0.0, 1001, 50), np.arange(0.0, 1001, 50))
     return np.column_stack([x.ravel(), y.ravel()])
+
+
+def twice_areas(corners):
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+
+
+def circumscribe(corners):
+    """Centres, equally far from all corners, and radii of the circles through triangles."""
+    squares = (corners**2).sum(axis=2)
+    sides = 2 * (corners[:, 1:] - corners[:, :1])
+    centre = np.linalg.solve(sides, (squares[:, 1:] - squares[:, :1])[..., None])[..., 0]
+    return centre, np.linalg.norm(centre - corners[:, 0], axis=1)
 
 
 def assert_delaunay(places, triangles):
@@ -77,87 +80,25 @@ def test_where_geos_fails_qhull_triangulates_and_what_neither_can_is_refused(mon
         triangulate_plan(np.outer(np.arange(9), [10.0, 20.0]))
 
 
-@pytest.mark.parametrize("count", [1, 40, 800])
-@pytest.mark.parametrize("places", [scatter(2000), grid()], ids=["scattered", "grid"])
-def test_added_places_leave_them_delaunay(places, count):
-    every = np.concatenate([places, np.random.default_rng(2).uniform(1, 999, (count, 2))])
-    before = triangulate_plan(places)
-    new = np.arange(len(places), len(every))
-    start = find_triangle(places[before], every[new])
-    triangles, gone = add_places(every, (before, find_neighbours(sort_sides(before))), new, start)
-    kept = int((~gone).sum())
-    assert_delaunay(every, triangles)
-    assert 0 < kept < len(before) and len(triangles) == len(before) + 2 * count
-    np.testing.assert_array_equal(triangles[:kept], before[~gone])
-    renewed = renew_neighbours(find_neighbours(sort_sides(before)), gone, triangles)
-    np.testing.assert_array_equal(renewed, find_neighbours(sort_sides(triangles)))
-
-
-def test_places_in_triangles_and_sides():
+def test_edges_that_are_no_sides_are_missing():
     places = scatter(300)
-    triangulation = Delaunay(places)
-    corners, wanted = places[triangulation.simplices], np.random.default_rng(3).uniform(-50, 1050, (500, 2))
-    expected = triangulation.find_simplex(wanted)
-    np.testing.assert_array_equal(find_triangle(corners, wanted), expected)
-    near = near_any(corners, wanted)
-    assert near[expected[expected >= 0]].all()
-    assert not near_any(corners, np.empty((0, 2))).any()
-    assert not near_any(corners, np.array([[2000.0, 2000.0]])).any()
-    sides = np.sort(triangulation.simplices[:, :2], axis=1).astype(np.int64)
-    assert has_edges(sort_sides(triangulation.simplices), sides).all()
-    assert not has_edges(sort_sides(triangulation.simplices), np.array([[0, 2], [1, 3]])).any()
+    triangles = Delaunay(places).simplices
+    assert not find_missing(triangles, np.sort(triangles[:, :2], axis=1).astype(np.int64)).any()
+    assert find_missing(triangles, np.array([[0, 2], [1, 3]])).all()
 
 
-def test_a_walk_ends_where_the_place_lies():
-    places = scatter(2000)
-    wanted = np.random.default_rng(3).uniform(-50, 1050, (500, 2))
-    triangulation = Delaunay(places)
-    mesh = triangulation.simplices.astype(np.int64), find_neighbours(sort_sides(triangulation.simplices))
-    start = np.random.default_rng(4).integers(len(mesh[0]), size=len(wanted))
-    np.testing.assert_array_equal(walk(places, mesh, wanted, start), triangulation.find_simplex(wanted))
-    near = triangle_at(mesh[0], len(places))
-    assert (mesh[0][near] == np.arange(len(places))[:, None]).any(axis=1).all()
-    # Qhull numbers neighbours by the corner opposite to them.
-    np.testing.assert_array_equal(mesh[1], triangulation.neighbors[:, [2, 0, 1]])
+def test_heights_are_linear_in_triangles_and_infinite_beyond():
+    places = scatter(300)
+    height = np.random.default_rng(4).uniform(0, 50, len(places))
+    triangulation, wanted = Delaunay(places), np.random.default_rng(3).uniform(-50, 1050, (500, 2))
+    corners = np.column_stack([places, height])[triangulation.simplices]
+    expected = LinearNDInterpolator(triangulation, height)(wanted)
+    found = drop_on_triangles(corners, wanted)
+    assert np.array_equal(np.isinf(found), np.isnan(expected))
+    assert found[np.isfinite(found)] == pytest.approx(expected[np.isfinite(found)], abs=1e-9)
+    assert len(drop_on_triangles(corners, np.empty((0, 2)))) == 0
 
 
-def test_many_corners_on_one_circle_stay_delaunay_and_whole():
-    """Diagonals of squares on the border of what changes may be drawn either way."""
-    places = grid()
-    every = np.append(places, [[475.0, 475.0], [475.0, 525.0], [500.0, 475.0]], axis=0)
-    before, new = triangulate_plan(places), len(places) + np.arange(3)
-    mesh = before, find_neighbours(sort_sides(before))
-    triangles, gone = add_places(every, mesh, new, find_triangle(places[before], every[new]))
-    assert_delaunay(every, triangles)
-    assert gone.sum() < 40
-
-
-@pytest.mark.parametrize("seed", [5, 6, 7])
-def test_edges_that_more_places_cut_are_those_that_qhull_leaves_out(seed):
-    """Sides of triangles, and diagonals that are none, whose smallest circles hold none of the others."""
-    places, added = scatter(600, seed), np.random.default_rng(seed + 10).uniform(1, 999, (600, 2))
-    before = triangulate_plan(places)
-    near = cKDTree(places).query(places, k=9)[1]
-    pairs = np.concatenate([before[:, :2], before[:, 1:], near[:, [0, 8]]])
-    edges = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
-    ends = places[edges]
-    away = cKDTree(added).query(ends.mean(axis=1))[0]
-    edges = edges[2 * away > np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)]
-    expected = ~has_edges(sort_sides(Delaunay(np.concatenate([places, added])).simplices), edges)
-    np.testing.assert_array_equal(find_cut_edges(places, (before, sort_sides(before)), edges, added), expected)
-    kept = has_edges(sort_sides(before), edges)
-    assert (expected & kept).sum() > 20 and (~expected).sum() > 100 and (~kept).any()
-
-
-def test_a_walk_does_not_turn_back_between_two_triangles_without_area(monkeypatch):
-    """Three triangles of corners in one line: seen from aside, two of them are each beyond the other."""
-    monkeypatch.setattr(walk_plan, "find_triangle", None)  # looked for where a walk does not end
-    places = np.array([[0.0, 0], [4, 0], [2, 0], [1, 0], [3, 0], [2, 4], [2, -4]])
-    triangles = np.array([[0, 3, 5], [3, 2, 5], [2, 4, 5], [4, 1, 5], [0, 1, 2], [0, 2, 3], [2, 1, 4], [0, 6, 1]])
-    mesh = triangles, find_neighbours(sort_sides(triangles))
-    wanted = np.array([[1.5, 1.0], [0.5, 0.2], [3.2, 0.5], [2.2, 2.0]])
-    found = walk(places, mesh, wanted, np.full(4, 7))
-    corners = places[triangles[found]]
-    expected = [1, 0, 3, 2]
-    np.testing.assert_array_equal(found, expected)
-    assert (np.abs(twice_areas(corners)) > 0).all()
+def test_no_edge_hangs_where_none_is_missing():
+    places = np.column_stack([CORNERS, np.zeros(4)])
+    assert len(find_hanging(places[triangulate_plan(CORNERS)], places[np.empty((0, 2), int)])) == 0

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from citypv.core.scene.scene import Site, Surfaces
+from citypv.core.city.scene import Site, Surfaces
 from citypv.core.transfer.trace_record import TraceRecord
 from citypv.core.transfer.transfer import Transfer
 

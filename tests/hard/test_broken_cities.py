@@ -11,21 +11,21 @@ from broken import COUNT, HOUSE, NUMBERS, SUNS, refused, spoiled
 from scipy.spatial import Delaunay
 from towns import city_of_polygons, draw_town
 
+from citypv.core.city.build_ground import build_ground
+from citypv.core.city.build_scene import build_scene
+from citypv.core.city.build_terrain import build_terrain
+from citypv.core.city.classify import classify, measure_tilt
+from citypv.core.city.find_feet import find_feet
+from citypv.core.city.grid_cells import split_into_cells
 from citypv.core.city.polygons import triangulate
+from citypv.core.city.refine import refine_triangles
+from citypv.core.city.terrain import Layer, Terrain, measure_heights
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.ground.build_ground import build_ground
-from citypv.core.ground.build_terrain import build_terrain
-from citypv.core.ground.find_feet import find_feet
-from citypv.core.ground.terrain import Layer, Terrain, measure_heights
 from citypv.core.progress import silent
 from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.scene.build_scene import build_scene
-from citypv.core.scene.classify import classify, measure_tilt
-from citypv.core.scene.grid_cells import split_into_cells
-from citypv.core.scene.refine import refine_triangles
 from citypv.core.sun.solar_position import solar_position, sun_direction
 from citypv.core.sun.sun_sampling import choose_suns, match_suns
 from citypv.core.weather.add_sun import add_sun
@@ -78,8 +78,8 @@ def test_settings_of_a_scene():
         ("--patch-size: 0 is not", {"patch_size": 0}),
         ("--patch-size: nan is not", {"patch_size": np.nan}),
         ("--patch-size: 0.0001 m gives about", {"patch_size": 1e-4}),
-        ("--grid-size: nan is not", {"grid_size": np.nan}),
-        ("--grid-size: 0.001 m gives", {"grid_size": 1e-3}),
+        ("--grid-size: nan is not", {"options": SceneOptions(grid_size=np.nan)}),
+        ("--grid-size: 0.001 m gives", {"options": SceneOptions(grid_size=1e-3)}),
         ("--ground: 'moon' is unknown", {"ground": "moon"}),
         ("--latitude: nan", {"latitude": np.nan}),
         ("--longitude: inf", {"longitude": np.inf}),
@@ -115,19 +115,20 @@ def test_pieces_of_geometry():
 def test_ground_and_terrain():
     scene = build_scene(TOWN, *BERLIN, ground="none", patch_size=None)
     footprint = np.array(TOWN.thematic) == "GroundSurface"
+    placed = PlacedCity(TOWN, TOWN.points, scene.surfaces, footprint, AS_IN_FILES)
     feet = find_feet(TOWN, TOWN.points, scene.surfaces, footprint)
     build = partial(build_scene, TOWN, *BERLIN)
     for number in NUMBERS:
         broken = spoiled(TOWN.points, (5, 1), number)
-        refused("points: point 5 is", build_ground, TOWN, broken, scene.surfaces, footprint)
+        refused("points: point 5 is", build_ground, placed._replace(points=broken))
         refused("points: point 5 is", build_terrain, feet, broken, TERRAIN)
         high = replace(LAYER, points=spoiled(LAYER.points, (5, 2), number))
         refused("hill.asc: vertices: vertex 5 is .* leave a gap", build, terrain=Terrain("hill.asc", [high]))
         lost = replace(feet, start=spoiled(feet.start, (0, 0), number))
         refused("start of the feet: row 0 is", build_terrain, lost, TOWN.points, TERRAIN)
-    refused("footprint: shape", build_ground, TOWN, TOWN.points, scene.surfaces, footprint[1:])
-    refused("footprint: values", build_ground, TOWN, TOWN.points, scene.surfaces, footprint.astype(float))
-    refused("--patch-size: -10", build_ground, TOWN, TOWN.points, scene.surfaces, footprint, -10.0)
+    refused("footprint: shape", build_ground, placed._replace(footprint=footprint[1:]))
+    refused("footprint: values", build_ground, placed._replace(footprint=footprint.astype(float)))
+    refused("--patch-size: -10", build_ground, placed, -10.0)
     refused("--patch-size: nan", build_terrain, feet, TOWN.points, TERRAIN, np.nan)
     for layers in ([], [Layer(np.zeros((0, 3)), np.zeros((0, 3), int))]):
         refused("hill.asc: contains no triangles", build, terrain=Terrain("hill.asc", layers))

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from broken import COUNT, HOUSE, NUMBERS, SUNS, refused, spoiled
 
+from citypv.core.city.find_ground import find_resting_floors
 from citypv.core.effects.closed_form import find_unobstructed, ground_view_of_tilt, sky_view_of_tilt
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.errors import InputError
-from citypv.core.patches.find_resting_floors import find_resting_floors
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
 from citypv.core.radiosity.solve_radiosity import radiosity_factor, solve_radiosity

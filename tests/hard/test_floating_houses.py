@@ -7,7 +7,7 @@ from test_orientation import bowl
 from test_slabs_and_sheets import PLAIN, assert_light, scene_of, sheet, sheets_of
 from towns import box, city_of_polygons
 
-from citypv.core.scene.build_scene import build_scene
+from citypv.core.city.build_scene import build_scene
 
 BELOW = sheet([-4, -3, 0], [8, 0, 0], [0, 6, 0])  # the ground under the house, a surface of its own
 AROUND = [

@@ -9,13 +9,13 @@ from scenes import suns_towards
 from scipy.spatial import Delaunay
 from towns import city_of_polygons, draw_town, moved
 
+from citypv.core.city.build_scene import SceneOptions, build_scene
+from citypv.core.city.find_ground import find_ground
+from citypv.core.city.terrain import Layer, Terrain
 from citypv.core.errors import InputError
-from citypv.core.ground.terrain import Layer, Terrain
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.scene.build_scene import build_scene
-from citypv.core.scene.find_ground import find_ground
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.9, 0.1, 0.2], [0, 0, 1]])
 ROOF, FLOOR, SOUTH, NORTH, EAST, WEST = range(-6, 0)  # the house's faces stand last
@@ -97,7 +97,7 @@ def terrain(height, low=-400.0, high=400.0, step=20.0, gap=None):
 def stand(height, low, high, **options):
     """A house on terrain; both keep their places: the city's own origin is taken off by the scene."""
     city = city_of_polygons(house(low, high), ["", "GroundSurface", "", "", "", ""], [0] * 6)
-    return build_scene(city, 52, 13, terrain=terrain(height, **options))
+    return build_scene(city, 52, 13, options=SceneOptions(terrain=terrain(height, **options)))
 
 
 def test_a_house_on_a_steep_hill():
@@ -173,15 +173,15 @@ def test_terrain_with_gaps():
 
 
 def test_a_town_on_a_hill_far_away():
-    """The same at UTM coordinates and 3,000 m: not a vertex differs."""
+    """The same at UTM coordinates and 3,072 m, whole squares of the ground away: not a vertex differs."""
     kept = [place for place, name in enumerate(draw_town(2)[1]) if name != "TINRelief"]
     polygons, thematic, building = ([rows[place] for place in kept] for rows in draw_town(2))
     hill = terrain(lambda x, y: np.round(30 * np.exp(-((x - 20) ** 2 + y**2) / 5e3), 3))
     scenes = []
-    for away in (np.zeros(3), np.array([390_000.0, 5_818_000.0, 3000.0])):
+    for away in (np.zeros(3), 10_240.0 * np.array([39, 568, 0.3])):
         city = city_of_polygons([points + away for points in polygons], thematic, building)
         layers = [Layer(layer.points + away, layer.triangles) for layer in hill.layers]
-        scenes.append(build_scene(city, 52, 13, terrain=Terrain("hill.asc", layers)))
+        scenes.append(build_scene(city, 52, 13, options=SceneOptions(terrain=Terrain("hill.asc", layers))))
     one, other = scenes
     assert one.vertices.shape == other.vertices.shape
     assert np.array_equal(one.triangles, other.triangles)

@@ -12,6 +12,7 @@ from test_walls_that_touch import follow_paths
 from thorough import draw_count
 from towns import boxes
 
+from citypv.core.city.build_scene import build_scene
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.radiosity.gather_context import prepare_gather

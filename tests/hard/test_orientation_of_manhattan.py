@@ -8,9 +8,9 @@ from own_rays import BACK, SKY, OwnRays
 from test_orientation import DATA, turned
 
 from citypv.core.city import assemble_city
+from citypv.core.city.build_scene import build_scene
 from citypv.core.city.polygons import measure_polygons
 from citypv.core.read.read_city import read_city
-from citypv.core.scene.build_scene import build_scene
 
 
 @cache

@@ -10,12 +10,12 @@ from radiosity import crossed_strings
 from scenes import assert_mean, suns_towards
 from towns import box, city_of_polygons
 
+from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.scene.build_scene import build_scene
 
 ROOT = Path(__file__).parents[2]
 ESTIMATORS = {"gather": trace_gather, "forward": trace_forward}
@@ -47,7 +47,7 @@ def scene_of(*objects, plain=PLAIN, ground="none", patch_size=4.0, terrain=None)
     building = [number for number, part in enumerate(parts) for _ in part]
     thematic = ["TINRelief" if plain and number == 0 else "" for number in building]
     city = city_of_polygons([face for part in parts for face in part], thematic, building)
-    return build_scene(city, 52.5, 13.4, ground=ground, patch_size=patch_size, terrain=terrain)
+    return build_scene(city, 52.5, 13.4, ground=ground, patch_size=patch_size, options=SceneOptions(terrain=terrain))
 
 
 def trace(scene, estimator="gather", **settings):

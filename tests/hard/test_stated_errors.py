@@ -11,6 +11,7 @@ import pytest
 from real_cities import SUNS
 from towns import boxes
 
+from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather

@@ -9,9 +9,9 @@ import pytest
 from test_orientation import write_obj
 from towns import box, city_of_polygons
 
+from citypv.core.city.build_scene import DRAWN_TWICE, build_scene
 from citypv.core.commands.command_line import main
 from citypv.core.read.read_city import read_city
-from citypv.core.scene.build_scene import DRAWN_TWICE, build_scene
 
 BERLIN = Path(__file__).parents[2] / "examples" / "berlin" / "berlin_3910_5817.gml"
 PLACE = {"latitude": 52.5, "longitude": 13.4, "ground": "none", "patch_size": None}

@@ -8,11 +8,11 @@ from own_rays import BACK, OwnRays
 from test_slabs_and_sheets import HOUSE, PLAIN, ROOT, UNDER, scene_of, sheet, sheets_of
 from towns import box, city_of_polygons
 
+from citypv.core.city.build_scene import build_scene
 from citypv.core.city.city import City
-from citypv.core.ground.terrain import Layer, Terrain
+from citypv.core.city.terrain import Layer, Terrain
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.read.read_city import read_city
-from citypv.core.scene.build_scene import build_scene
 
 
 @pytest.mark.parametrize("missing", range(7))

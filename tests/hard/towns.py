@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from citypv.core.city.build_scene import build_scene
 from citypv.core.city.city import City
-from citypv.core.scene.build_scene import build_scene
 
 BOX = {
     "top": [4, 5, 6, 7],

@@ -1,0 +1,300 @@
+"""Generate the ground of a city without terrain: a TIN through the base edges ("feet") of its buildings.
+
+Between them it has points of the open ground, dense near the buildings, sparser with distance. They are the middles of
+squares of patch size × 2ᵏ that lie at the same places whatever is built on them: counted from zero of the grid of the
+files, as far as whole squares reach.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from ..progress import ignore_share, report_part
+from ..rays.random_numbers import mix, uniform
+from .check_geometry import check_parts, check_patch_size
+from .city import City
+from .find_feet import FOOTPRINT_STEP, find_feet
+from .locate_site import MICROMETRE, bring_to_grid, bring_to_origin
+from .places_in_plan import (
+    COINCIDENT,
+    draw_triangles,
+    find_inside,
+    join_polygons,
+    list_runs,
+    merge_places,
+    pair_keys,
+    unique_pairs,
+)
+from .scene import Site, Surfaces
+from .slope_filter import draw_lines, highest_foot
+from .triangulate_feet import drop_on_triangles, triangulate_feet, triangulate_plan
+
+GROWTH = 0.35  # [m/m] how much a patch may grow per metre of distance from the nearest foot
+KEEP_AWAY = 0.5  # [patch sizes] no points closer to a foot than this
+SHIFT = 1e-2  # [squares] by which points are moved at random, so that no four lie on one circle
+
+MILLIMETRE = 3  # decimals of a metre
+PERIOD = 1 << 11  # [half patches] after which these random numbers repeat
+
+
+class Lattice(NamedTuple):
+    """Squares of the ground on the grid of the files."""
+
+    low: np.ndarray  # (2,) float64 [m] least easting and northing, whole multiples of the step
+    high: np.ndarray  # (2,) float64 [m]
+    step: float  # [m] of the largest squares along the rim, patch_size × 2ᵏ
+    patch_size: float  # [m] of the smallest squares
+    site: Site  # whose frame the points are in
+
+    def place(self, eastings_northings):
+        """Points of the grid, (k, 2) float64 [m], in the scene's frame: (k, 2) float64 [m]."""
+        return bring_to_origin(np.pad(eastings_northings, ((0, 0), (0, 1))), self.site)[:, :2]
+
+    def draw_rim(self):
+        """Points on the rim, one step apart, the corners among them: (r, 2) float64 [m] in the scene's frame."""
+        x, y = (np.arange(low, high, self.step) for low, high in zip(self.low, self.high, strict=True))
+        sides = [(x, self.low[1]), (self.high[0], y), (x + self.step, self.high[1]), (self.low[0], y + self.step)]
+        return self.place(np.concatenate([np.stack(np.broadcast_arrays(*side), axis=1) for side in sides]))
+
+
+def lay_lattice(low, high, reach, patch_size, site):
+    """Lattice that reaches at least so far [m] beyond a rectangle of the grid of the files, two (2,) float64 [m]."""
+    step = patch_size * 2.0 ** max(np.floor(np.log2(reach / patch_size)), 0)
+    first, last = np.floor((low[:2] - reach) / step), np.ceil((high[:2] + reach) / step)
+    return Lattice(first * step, last * step, step, patch_size, site)
+
+
+def spread_points(foot_places, footprints, lattice):
+    """Middles of squares outside the footprints, and points on the rim.
+
+    A square is split as long as it is larger than patch_size + GROWTH * (distance to the nearest foot).
+
+    Parameters
+    ----------
+    foot_places : array, (k, 2) float64 [m]
+    footprints : array of shapely polygons
+    lattice : Lattice
+
+    Returns
+    -------
+    array, (p, 2) float64 [m]
+        Those on the rim come last.
+    """
+    tree, patch_size, (low, high) = cKDTree(foot_places), lattice.patch_size, lattice[:2]
+    # So large that none of the first is small enough: the others do not depend on where the ground ends.
+    size = patch_size * 2.0 ** (3 + np.ceil(np.log2(max((high - low).max() / patch_size, 1))))
+    x, y = (np.arange(np.floor(a / size), np.ceil(b / size)) for a, b in zip(low, high, strict=True))
+    cells = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)  # column and row, from zero
+    done = []
+    while len(cells):
+        cells = cells[((cells + 1) * size > low).all(axis=1) & (cells * size < high).all(axis=1)]
+        # Random numbers of each square: of those near each other no two have the same middle in half patches.
+        middles = ((2 * cells + 1) * (size / patch_size)).astype(np.int64) % PERIOD
+        shifts = uniform(mix(pair_keys(middles).view(np.uint64)), 2) - 0.5
+        middles = size * (cells + 0.5 + SHIFT * shifts)
+        places = lattice.place(middles.round(MILLIMETRE))
+        away, _ = tree.query(places)
+        fine = size <= patch_size * 1.0001 + GROWTH * np.maximum(away - 0.7 * size, 0)
+        fine &= (size <= lattice.step) | ((cells * size >= low) & ((cells + 1) * size <= high)).all(axis=1)
+        done.append(places[fine & (away > KEEP_AWAY * patch_size)])
+        cells = (2 * cells[~fine, None] + np.array([[0, 0], [1, 0], [0, 1], [1, 1]])).reshape(-1, 2)
+        size /= 2
+    places = np.concatenate(done)
+    outside = np.ones(len(places), bool)
+    outside[find_inside(footprints, places)[0]] = False
+    return np.concatenate([places[outside], lattice.draw_rim()])
+
+
+DEFAULT_PATCH = 10.0  # [m]
+FEET_FOUND, SPREAD, TRIANGULATED = 0.28, 0.45, 0.8  # shares of the time that are over then
+REACH = 3.0  # [building heights] least extent of the ground beyond the city's edge
+REACH_WHITE = 8.0  # [building heights] the same where the ground absorbs nothing
+SHORTEST_REACH = 30.0  # [m]
+CONTROL_COUNT = 32  # points on a circle around the ground; each has the height of the feet nearest to it
+AROUND = 100.0  # [m] within which these are averaged
+STEPS = 0.1  # [m] to which that mean is rounded
+
+
+def choose_reach(ground_albedo):
+    """Extent of the generated ground beyond the city for which its edge costs less than 0.1 % of the light.
+
+    Ground further away is taken as unshaded. At its edge, r building heights away, a row of buildings hides
+    (1 - cos β)/2 ≈ 1/(4 r²) of its sky, with tan β = 1/r, and the light that it passes on grows with its albedo: the
+    same error needs a reach in proportion to the root of the albedo.
+
+    Returns
+    -------
+    float
+        [building heights]
+    """
+    return max(REACH, REACH_WHITE * ground_albedo**0.5)
+
+
+class PlacedCity(NamedTuple):
+    """A city in the scene's axes, as ground is laid under it."""
+
+    city: City
+    points: np.ndarray  # (m, 3) float64 [m], of the city, z up, local origin
+    surfaces: Surfaces
+    footprint: np.ndarray  # (n,) bool
+    site: Site  # whose frame the points are in
+
+
+def build_ground(placed, patch_size=None, *, reach=REACH, ground_height=None, report_share=ignore_share):
+    """TIN that meets the foot of every wall, with courtyards and passages, coarser with distance.
+
+    Foot edges are split into pieces of at most half a patch, and again where they are missing in the triangulation, so
+    that no gap opens below a wall between two ground points. Where feet of different height meet, the ground takes the
+    higher one: it covers a strip of the lower wall rather than leave a gap below the other. Footprints replace the
+    ground below buildings; courtyards, and the ground below overhanging footprints, are kept.
+
+    Where the triangles lie, and in what order, follows from what is near them: an edit of the city leaves those further
+    away as they are.
+
+    Parameters
+    ----------
+    placed : PlacedCity
+    patch_size : float, optional
+        [m] Distance of ground points near the buildings.
+    reach : float
+        Least extent beyond the city [building heights], of `choose_reach`.
+    ground_height : callable, optional
+        As of `find_feet`.
+    report_share : callable, optional
+        As of `build_scene`, of the ground.
+
+    Returns
+    -------
+    vertices : array, (v, 3) float64 [m]
+    triangles : array, (t, 3) int64
+        Oriented upwards.
+    hanging : array, (h,) int64
+        Footprints above the ground: passages, bridges, towers on other buildings.
+
+    Raises
+    ------
+    InputError
+        An array or the patch size is invalid.
+    """
+    check_patch_size(patch_size)
+    check_parts(*placed[:4])
+    patch_size = patch_size or DEFAULT_PATCH
+    feet = feet_or_corners(placed, ground_height)
+    lattice = lay_lattice(*measure_extent(placed.points, feet, reach, placed.site), patch_size, placed.site)
+    lines = draw_lines(feet)
+    foot_points, edges = cut_feet(feet, lines, 0.5 * patch_size)
+    report_share(FEET_FOUND)
+    free = spread_points(foot_points[:, :2], feet.footprints, lattice)
+    free = interpolate_heights(foot_points, free, lattice)
+    report_share(SPREAD)
+    triangulate_part = partial(report_part, report_share, SPREAD, TRIANGULATED)
+    vertices, triangles = triangulate_feet(lines, foot_points, edges, free, triangulate_part)
+    triangles = faces_up(vertices, triangles)
+    report_share(TRIANGULATED)
+    between = np.flatnonzero((triangles >= len(free)).all(axis=1))  # free places are outside
+    triangles = np.delete(triangles, between[under_buildings(vertices, triangles[between], feet.footprints)], axis=0)
+    return *sort_by_place(vertices, triangles), feet.hanging
+
+
+def measure_extent(points, feet, reach, site):
+    """Bounds of a city on the grid of its files, two (3,) float64 [m], and how far ground reaches beyond them [m].
+
+    Parameters
+    ----------
+    points : array, (m, 3) float64 [m]
+    feet : Feet
+    reach : float
+        In building heights.
+    site : Site
+    """
+    places = bring_to_grid(points, site).round(MILLIMETRE)
+    height = points[:, 2].max() - np.median(feet.start[:, 2])
+    return places.min(axis=0), places.max(axis=0), max(reach * height, SHORTEST_REACH)
+
+
+def sort_by_place(vertices, triangles):
+    """Vertices of some triangles sorted by easting, then northing, and the triangles sorted by these, each beginning
+    with its first one."""
+    used, triangles = np.unique(triangles, return_inverse=True)
+    order = np.lexsort(vertices[used].T[[2, 1, 0]])
+    number = np.empty(len(used), np.int64)
+    number[order] = np.arange(len(used))
+    triangles = number[triangles.reshape(-1, 3)]
+    first = triangles.argmin(axis=1)[:, None]
+    triangles = np.take_along_axis(triangles, (first + np.arange(3)) % 3, axis=1)
+    return vertices[used[order]], triangles[np.lexsort(triangles.T[::-1])]
+
+
+def feet_or_corners(placed, ground_height=None):
+    """Feet of a city; if nothing stands on the ground, the edges of its bounding rectangle."""
+    points = placed.points
+    feet = find_feet(placed.city, points, placed.surfaces, placed.footprint, ground_height)
+    if not len(feet.start):
+        low, high = points.min(axis=0), points.max(axis=0)
+        corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
+        feet.start = np.column_stack([corners, np.full(4, low[2])])
+        feet.end, feet.step = np.roll(feet.start, -1, axis=0), np.full(4, FOOTPRINT_STEP)
+        feet.polygon, feet.on_footprint, feet.outward = np.full(4, -1), np.zeros(4, bool), np.zeros((4, 2))
+    return feet
+
+
+def split_feet(feet, longest):
+    """Edges of feet in pieces no longer than this [m] in plan: the edge of each, (p,), and its ends, (p, 2, 3)."""
+    span = feet.end - feet.start
+    length = np.linalg.norm(span[:, :2], axis=1)
+    count = np.where(length > COINCIDENT, np.maximum(np.ceil(length / longest), 1), 0).astype(np.int64)
+    edge, step = list_runs(np.zeros(len(count), np.int64), count)
+    share = (np.stack([step, step + 1], axis=1) / count[edge, None])[..., None]
+    return edge, feet.start[edge, None] + share * span[edge, None]
+
+
+def cut_feet(feet, lines, longest):
+    """Points along the feet, without duplicates in plan view, and the edges between them."""
+    points = split_feet(feet, longest)[1].reshape(-1, 3)
+    lowest, index = merge_places(points)
+    places = points[lowest]
+    places[:, 2] = highest_foot(lines, places)
+    edges = np.sort(index.reshape(-1, 2), axis=1)
+    return places, unique_pairs(edges[edges[:, 0] != edges[:, 1]])
+
+
+def interpolate_heights(foot_points, free, lattice):
+    """Free places with heights between those of the feet, and out to a rim at the height of those next to it: (k, 3)
+    float64 [m]."""
+    low, high = lattice.low, lattice.high
+    angle = 2 * np.pi * np.arange(CONTROL_COUNT) / CONTROL_COUNT
+    rim = 0.5 * (low + high) + np.hypot(*(high - low)) * np.column_stack([np.cos(angle), np.sin(angle)])
+    rim, tree = lattice.place(rim), cKDTree(foot_points[:, :2])
+    around = tree.query_ball_point(foot_points[tree.query(rim)[1], :2], AROUND)
+    rim_height = [STEPS * np.round(foot_points[some, 2].mean() / STEPS) for some in around]
+    known = np.concatenate([foot_points, np.column_stack([rim, rim_height])])
+    heights = drop_on_triangles(known[triangulate_plan(known[:, :2])], free)
+    return np.column_stack([free, heights.round(MICROMETRE)])
+
+
+def under_buildings(vertices, triangles, footprints):
+    """Triangles completely under buildings, where footprints replace the ground."""
+    if not len(footprints):
+        return np.zeros(len(triangles), bool)
+    # Blocks are widened one by one: all of them together would take four times as long.
+    blocks = shapely.buffer(shapely.get_parts(join_polygons(footprints)), COINCIDENT, quad_segs=4)
+    blocks = shapely.get_parts(join_polygons(blocks))
+    corners = vertices[:, :2].copy()[triangles]
+    triangle, block = find_inside(blocks, (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3)
+    under = np.zeros(len(triangles), bool)
+    under[triangle[shapely.contains(blocks[block], draw_triangles(corners[triangle]))]] = True
+    return under
+
+
+def faces_up(vertices, triangles):
+    """Triangles oriented upwards, without those that have no area in plan view."""
+    a, b, c = triangles.T
+    x, y = vertices[:, 0].copy(), vertices[:, 1].copy()
+    along, across = (x[b] - x[a], y[b] - y[a]), (x[c] - x[a], y[c] - y[a])
+    doubled = along[0] * across[1] - along[1] * across[0]
+    longest = np.maximum(along[0] ** 2 + along[1] ** 2, across[0] ** 2 + across[1] ** 2)
+    triangles = np.where(doubled[:, None] < 0, triangles[:, ::-1], triangles)
+    return triangles[np.abs(doubled) > 1e-6 * longest]

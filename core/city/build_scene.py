@@ -1,0 +1,188 @@
+"""From a City to the Scene for ray tracing: local origin, true north, triangles, kinds, ground."""
+
+import copy
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ..errors import InputError
+from ..progress import ignore_share, report_part
+from .build_ground import PlacedCity
+from .check_geometry import check_city, check_extent
+from .classify import classify, find_footprints, measure_tilt
+from .crowns import build_crowns
+from .find_ground import find_hanging
+from .find_sheets import find_sheets
+from .find_twins import find_twins
+from .grid_cells import split_into_cells
+from .lay_ground import lay_ground
+from .locate_site import bring_to_origin, locate_site, note_outside_use
+from .polygons import measure_polygons, triangulate
+from .refine import refine_triangles
+from .scene import Scene, Site, Surfaces
+from .terrain import Terrain
+
+GROUNDS = ("auto", "feet", "none")
+DRAWN_TWICE = "lies on a surface that faces the same way, counted once"
+TRIANGULATED, CUT, GROUNDED = 0.05, 0.27, 0.65  # shares of the time that are over then
+LOST_SHARE = 0.01  # relative deviation of the triangles' area from the polygon's from which it is reported
+
+
+@dataclass(frozen=True)
+class SceneOptions:
+    """What else tells how a scene is made of a city."""
+
+    terrain: Terrain | None = None  # in the city's coordinate reference system; takes the place of any other ground
+    grid_size: float | None = None  # [m] side of the cells that large polygons are split into, rows ``id#k``
+    ground_albedo: float = 0.25  # the brighter the ground, the further it extends beyond the city: `choose_reach`
+    site: Site | None = None  # of another run: where an edited city stays comparable, place, north and origin are kept
+
+
+def build_scene(
+    city,
+    latitude=None,
+    longitude=None,
+    *,
+    ground="auto",
+    patch_size=10.0,
+    options=None,
+    report_share=ignore_share,
+):
+    """Triangulated and classified scene of a city.
+
+    Parameters
+    ----------
+    city : City
+    latitude, longitude : float, optional
+        [°] Override what the coordinate reference system says.
+    ground : {'auto', 'feet', 'none'}
+        Terrain of the city's own files if it reaches any building, otherwise a surface through the buildings' feet;
+        always that surface; or nothing.
+    patch_size : float or None
+        [m] Longest edge of a triangle; None keeps the triangles of the polygons.
+    options : SceneOptions, optional
+    report_share : callable, optional
+        Called as report_share(share) with the share that is done, 0 to 1; what it raises ends the work.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    InputError
+        If a number, an array or a setting is invalid.
+    """
+    options = options or SceneOptions()
+    if ground not in GROUNDS:
+        raise InputError("--ground", f"{ground!r} is unknown", f"give {' or '.join(GROUNDS)}")
+    if not 0 <= options.ground_albedo <= 1:
+        raise InputError("--ground-albedo", f"{options.ground_albedo} is out of range", "give a number from 0 to 1")
+    report_share(0.0)
+    check_city(city)
+    check_extent(city)
+    whole_area = measure_polygons(city.points, city.ring_start, city.polygon_start)[0]
+    if options.grid_size is not None:
+        city, parent = split_into_cells(city, options.grid_size)
+        whole_area = whole_area[parent]
+    site = options.site
+    if site is None:
+        low, high = city.points.min(axis=0), city.points.max(axis=0)
+        origin = (float(0.5 * (low[0] + high[0])), float(0.5 * (low[1] + high[1])), float(low[2]))
+        latitude_there, longitude_there, convergence = locate_site(city.crs, origin, latitude, longitude)
+        site = Site(latitude_there, longitude_there, origin[2], convergence, city.crs, origin)
+    points = bring_to_origin(city.points, site)
+    surfaces = _describe(city, points, whole_area)
+    triangles, triangle_surface = triangulate(points, city.ring_start, city.polygon_start)
+    report = copy.deepcopy(city.report)
+    if options.site is latitude is longitude is None:
+        report.notes += note_outside_use(city.crs, site.latitude, site.longitude)
+    _count_once(city, points, surfaces, report)
+    _note_lost_area(points, triangles, triangle_surface, surfaces, report)
+    vertices, triangles = merge_vertices(points, triangles)
+    report_share(TRIANGULATED)
+    if patch_size is not None:
+        vertices, triangles, origin_triangle = refine_triangles(vertices, triangles, patch_size, triangle_surface)
+        triangle_surface = triangle_surface[origin_triangle]
+    under = find_footprints(surfaces, city, points)
+    footprint = under[triangle_surface]
+    closure = (np.array(surfaces.thematic) == "ClosureSurface")[triangle_surface]
+    carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
+    scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
+    placed = PlacedCity(city, points, surfaces, under, site)
+    report_share(CUT)
+    lay_part = partial(report_part, report_share, CUT, GROUNDED)
+    scene, floating = lay_ground(scene, placed, ground, options, patch_size, report_share=lay_part)
+    report_share(GROUNDED)
+    scene.trees = build_crowns(city.trees, report, lambda places: bring_to_origin(places, site))
+    scene.footprint &= ~find_hanging(scene, floating)
+    scene.sheet = find_sheets(scene, partial(report_part, report_share, GROUNDED, 1.0))
+    _note_sheets(scene)
+    report_share(1.0)
+    return scene
+
+
+def merge_vertices(points, triangles):
+    """Merge identical points (to 0.01 mm) into one vertex, and drop unused ones.
+
+    Returns
+    -------
+    vertices : array, (v, 3) float64 [m]
+    triangles : array, (t, 3) int64
+    """
+    used, corners = np.unique(triangles, return_inverse=True)
+    keys = np.round(points[used] * 1e5).astype(np.int64)
+    _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    return points[used[first]], inverse.reshape(-1)[corners].reshape(-1, 3)
+
+
+def _describe(city, points, whole_area):
+    area, normal = measure_polygons(points, city.ring_start, city.polygon_start)
+    surface_tilt, surface_azimuth = measure_tilt(normal)
+    # A cell is eligible if the polygon it was cut from is.
+    kind, orientation, eligible = classify(whole_area, surface_tilt, surface_azimuth, city.thematic)
+    return Surfaces(
+        surface_id=city.surface_id,
+        building_id=city.building_id,
+        thematic=city.thematic,
+        kind=kind,
+        orientation=orientation,
+        eligible=eligible,
+        area=area,
+        surface_tilt=surface_tilt,
+        surface_azimuth=surface_azimuth,
+        normal=normal,
+        material=city.material,
+    )
+
+
+def _count_once(city, points, surfaces, report):
+    """Exclude surfaces drawn twice from the eligible area, and report them."""
+    shape = points, city.ring_start, city.polygon_start
+    receiving = ~np.isin(surfaces.kind, ("ground", "downward"))
+    twins = find_twins(shape, surfaces.area, surfaces.normal, receiving)
+    surfaces.eligible &= ~twins
+    report.repair(DRAWN_TWICE, [surfaces.surface_id[i] for i in np.flatnonzero(twins)])
+
+
+def _note_lost_area(points, triangles, triangle_surface, surfaces, report):
+    """Report polygons whose triangles do not cover them, for example because the outline crosses itself."""
+    corners = points[triangles]
+    size = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    covered = np.bincount(triangle_surface, size, minlength=len(surfaces))
+    lost = np.abs(covered - surfaces.area) > np.maximum(LOST_SHARE * surfaces.area, 1e-3)
+    if lost.any():
+        reason = "triangles do not match the area (crossing or strongly bent outline)"
+        report.repair(reason, [surfaces.surface_id[i] for i in np.flatnonzero(lost)])
+
+
+def _note_sheets(scene):
+    """Report the surfaces that are lit from both sides."""
+    rows = np.unique(scene.triangle_surface[scene.sheet])
+    if len(rows):
+        area, names = scene.surfaces.area[rows].sum(), [scene.surfaces.surface_id[i] for i in rows[:5]]
+        scene.report.notes.append(
+            f"{len(rows):,} surfaces ({area:,.0f} m²) have no thickness and enclose nothing: their backs receive and "
+            f"reflect light too, their rows are the fronts as drawn: {', '.join(names)} …"
+        )

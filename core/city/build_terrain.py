@@ -1,0 +1,266 @@
+"""Ground from measured terrain: fine at the buildings, coarse at the horizon, watertight, with walls joined to it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.interpolate import LinearNDInterpolator
+from scipy.spatial import Delaunay, cKDTree
+
+from ..check_arrays import check_array
+from ..errors import InputError
+from .build_ground import (
+    DEFAULT_PATCH,
+    REACH,
+    cut_feet,
+    faces_up,
+    lay_lattice,
+    measure_extent,
+    split_feet,
+    spread_points,
+    under_buildings,
+)
+from .check_geometry import check_patch_size, check_terrain
+from .locate_site import AS_IN_FILES, bring_to_grid
+from .slope_filter import draw_lines
+from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
+from .triangulate_feet import drop_on_triangles
+
+TOLERANCE, SLACK = 0.15, 0.01  # [m], [m/m] largest height error of the ground, and its growth with distance
+ROUNDS = 8  # of adding points where the error is larger
+MOST_POINTS = 60_000
+JOINED = 0.01  # [m] a foot this close to the ground counts as on it
+SUNK = 0.05  # [m] walls extended downwards end that far below the ground
+SUSPICIOUS = 3.0  # [m] a larger offset between feet and terrain suggests another vertical datum
+BELOW = 10.0  # [m] depth of the bottom below the lowest point of ground and city
+
+
+@dataclass
+class Ground:
+    """Triangles of the ground and of the wall extensions that join the buildings to it."""
+
+    vertices: np.ndarray  # (v, 3) float64 [m]
+    triangles: np.ndarray  # (t, 3) int64: ground, upward; wall extensions; sides and bottom
+    hidden: np.ndarray  # (t,) bool: sides and bottom, which receive no light
+    hanging: np.ndarray  # (h,) int64 footprints above the ground
+    raised: np.ndarray  # (r,) int64 surfaces that end above the terrain: extended downwards
+    below_ground: np.ndarray  # (b,) int64 surfaces that end below the terrain: cut by it
+    notes: list  # sentences for the report
+
+
+def build_terrain(feet, points, terrain, patch_size=None, reach=REACH, *, site=AS_IN_FILES):
+    """Ground from terrain heights, with every wall joined to it.
+
+    Parameters
+    ----------
+    feet : Feet
+    points : array, (m, 3) float64 [m]
+        Of the city, z up, local origin.
+    terrain : Terrain
+        In the coordinate frame of the points.
+    patch_size : float, optional
+        [m] Distance of ground points near the buildings.
+    reach : float
+        Least extent beyond the city [building heights], of `choose_reach`.
+    site : Site, optional
+        Whose frame the points are in.
+
+    Returns
+    -------
+    Ground
+
+    Raises
+    ------
+    InputError
+        The terrain is invalid, or has no height under any building.
+    """
+    check_patch_size(patch_size)
+    check_terrain(terrain)
+    check_array("points", points, ("m", 3), row="point")
+    check_array("start of the feet", feet.start, ("e", 3))
+    check_array("end of the feet", feet.end, (len(feet.start), 3))
+    patch_size = patch_size or DEFAULT_PATCH
+    low, high, reach = measure_extent(points, feet, reach, site)
+    near = lay_lattice(low, high, reach, patch_size, site)
+    foot_points, _ = cut_feet(feet, draw_lines(feet), 0.5 * patch_size)
+    places, heights, notes = _spread(foot_points, feet, terrain, near, (low, high))
+    vertices, triangles = _refine(np.column_stack([places, heights]), terrain, foot_points[:, :2])
+    triangles = faces_up(vertices, triangles.astype(np.int64))
+    skirts, raised, below_ground, words = _join(feet, vertices[triangles], 0.5 * patch_size)
+    body, body_triangles = _close(vertices, min(points[:, 2].min(), vertices[:, 2].min()) - BELOW)
+    triangles = triangles[~under_buildings(vertices, triangles, feet.footprints)]
+    pieces = [(vertices, triangles), skirts, (body, body_triangles)]
+    starts = np.cumsum([0, *[len(piece[0]) for piece in pieces]])
+    joined = np.concatenate([piece[1] + first for piece, first in zip(pieces, starts[:-1], strict=True)])
+    hidden = np.arange(len(joined)) >= len(joined) - len(body_triangles)
+    used, corners = np.unique(joined, return_inverse=True)
+    whole = np.concatenate([piece[0] for piece in pieces])[used]
+    return Ground(
+        whole, corners.reshape(-1, 3), hidden, feet.hanging, raised, below_ground, [*terrain.notes, *notes, *words]
+    )
+
+
+def _spread(foot_points, feet, terrain, near, bounds):
+    """Ground points with heights; gaps are interpolated, with a note."""
+    foot_places = foot_points[:, :2]
+    (low, high), site = bounds, near.site
+    found = bring_to_grid(np.concatenate([layer.points for layer in terrain.layers]), site)
+    low, high = np.maximum(found.min(axis=0), low - HORIZON)[:2], np.minimum(found.max(axis=0), high + HORIZON)[:2]
+    far = near._replace(
+        low=np.minimum(near.low, np.ceil(low / near.step) * near.step),
+        high=np.maximum(near.high, np.floor(high / near.step) * near.step),
+    )
+    free = spread_points(foot_places, feet.footprints, far)
+    places = np.concatenate([foot_places, free])
+    heights = measure_heights(terrain, places)
+    at_feet = np.arange(len(places)) < len(foot_places)
+    rest = np.flatnonzero(np.isnan(heights) & at_feet)
+    heights[rest] = nearest_heights(terrain, places[rest], JOINED)  # the same place but for rounding
+    gap = np.isnan(heights)
+    heights[gap & at_feet] = nearest_heights(terrain, places[gap & at_feet], NEAR)
+    if np.isnan(heights[at_feet]).all():
+        problem = "has no height under any building"
+        raise InputError(terrain.source, problem, "give terrain that covers the city, in its system and unit")
+    on_grid = bring_to_grid(np.pad(places, ((0, 0), (0, 1))), site)[:, :2]
+    inside = ((on_grid >= near.low - JOINED) & (on_grid <= near.high + JOINED)).all(axis=1)
+    rim = np.arange(len(places)) >= len(places) - len(far.draw_rim())  # spread_points ends with them
+    keep = ~gap | inside | rim
+    notes = []
+    if (gap & inside & ~rim).any():
+        count, feet_in = int((gap & inside & ~rim).sum()), int(gap[: len(foot_places)].sum())
+        share = count / max(int((inside & ~rim).sum()), 1)
+        notes.append(
+            f"The terrain has gaps: {100 * share:.1f} % of the ground points near the buildings, {feet_in:,} of them "
+            "at walls; heights there are interpolated, or those of the nearest point."
+        )
+    open_feet = np.flatnonzero(np.isnan(heights[at_feet]))
+    heights[open_feet], beyond = _follow_feet(places, heights, foot_points, open_feet)
+    if beyond:
+        notes.append(f"{beyond:,} ground points at walls are beyond the terrain: they follow the buildings' feet.")
+    gap = np.isnan(heights)
+    if gap.any():  # beyond the convex hull the nearest height
+        between = _interpolate(places[~gap], heights[~gap], places[gap])
+        nearest = cKDTree(places[~gap]).query(places[gap])[1]
+        heights[gap] = np.where(np.isnan(between), heights[~gap][nearest], between)
+    return places[keep], heights[keep], notes
+
+
+def _follow_feet(places, heights, foot_points, chosen):
+    """Heights of feet in gaps: linear between what is around; beyond that the feet's own, less the median by which
+    feet stand above the terrain elsewhere. And how many lie beyond."""
+    known = ~np.isnan(heights)
+    between = _interpolate(places[known], heights[known], places[chosen])
+    at_feet = np.flatnonzero(known[: len(foot_points)])
+    offset = np.median(foot_points[at_feet, 2] - heights[at_feet])
+    beyond = np.isnan(between)
+    return np.where(beyond, foot_points[chosen, 2] - offset, between), int(beyond.sum())
+
+
+def _interpolate(places, heights, wanted):
+    """Linear between places; NaN beyond them."""
+    if len(places) < 4 or not len(wanted):
+        return np.full(len(wanted), np.nan)
+    return LinearNDInterpolator(Delaunay(places, qhull_options="QJ"), heights)(wanted)
+
+
+def _refine(vertices, terrain, foot_places):
+    """Greedy refinement: in each triangle add the terrain point with the largest error, until all are in tolerance.
+
+    Returns the vertices, and the triangles between them.
+    """
+    if len(vertices) >= MOST_POINTS:
+        return vertices, Delaunay(vertices[:, :2]).simplices
+    feet = cKDTree(foot_places)
+    low, high = vertices.min(axis=0)[:2], vertices.max(axis=0)[:2]
+    own = np.concatenate([layer.points for layer in terrain.layers])
+    own = own[((own[:, :2] > low) & (own[:, :2] < high)).all(axis=1)]
+    own = own[np.abs(measure_heights(terrain, own[:, :2]) - own[:, 2]) < JOINED]  # not covered by a finer layer
+    distance = feet.query(own[:, :2])[0]
+    own, distance = own[distance > 1.0], distance[distance > 1.0]
+    allowed = TOLERANCE + SLACK * distance
+    for _ in range(ROUNDS):
+        triangulation = Delaunay(vertices[:, :2])
+        simplex = triangulation.find_simplex(own[:, :2])
+        corners = vertices[triangulation.simplices[simplex], 2]
+        turn = triangulation.transform[simplex]
+        share = np.einsum("kij,kj->ki", turn[:, :2], own[:, :2] - turn[:, 2])
+        height = (corners * np.column_stack([share, 1 - share.sum(axis=1)])).sum(axis=1)
+        missed = np.where(simplex >= 0, np.abs(height - own[:, 2]) / allowed, 0.0)
+        order = np.lexsort([-missed, simplex])
+        worst = order[np.unique(simplex[order], return_index=True)[1]]
+        worst = worst[missed[worst] > 1]
+        if not len(worst) or len(vertices) + len(worst) > MOST_POINTS:
+            return vertices, triangulation.simplices
+        vertices = np.concatenate([vertices, own[worst]])
+        left = np.ones(len(own), bool)
+        left[worst] = False
+        own, allowed = own[left], allowed[left]
+    return vertices, Delaunay(vertices[:, :2]).simplices
+
+
+def _join(feet, ground, longest):
+    """Wall extensions down to the ground: (vertices, triangles), surfaces above and below the ground, and notes."""
+    edge, (start, end) = _split_once(feet, longest)
+    shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])[:, None, None]
+    between = (1 - shares) * start + shares * end
+    height = drop_on_triangles(ground, between.reshape(-1, 3)).reshape(5, -1)
+    height = np.where(np.isfinite(height), height, between[..., 2])
+    above, below = (between[..., 2] - height).max(axis=0), (height - between[..., 2]).max(axis=0)
+    own = feet.polygon[edge] >= 0
+    lifted = own & (above > JOINED)
+    bottom = height.min(axis=0) - SUNK
+    lower = [np.column_stack([place[:, :2], np.minimum(bottom, place[:, 2])])[lifted] for place in (start, end)]
+    outward = feet.outward[edge][lifted]
+    along = (end - start)[lifted]
+    turned = outward[:, 0] * along[:, 1] - outward[:, 1] * along[:, 0] < 0
+    k, n = np.arange(lifted.sum()), int(lifted.sum())
+    vertices = np.concatenate([start[lifted], end[lifted], *lower])  # top left, top right, bottom left, bottom right
+    triangles = np.concatenate([np.column_stack([k, k + 2 * n, k + 3 * n]), np.column_stack([k, k + 3 * n, k + n])])
+    triangles[np.tile(turned, 2)] = triangles[np.tile(turned, 2)][:, ::-1]
+    raised, below_ground = (np.unique(feet.polygon[edge][mask]) for mask in (lifted, own & (below > JOINED)))
+    words = []
+    apart = float(np.median((between[..., 2] - height)[:, own])) if own.any() else 0.0
+    if abs(apart) > SUSPICIOUS:
+        where = "above" if apart > 0 else "below"
+        words.append(
+            f"The buildings' feet are {abs(apart):.1f} m {where} the terrain (median): "
+            "check that both heights have the same unit and vertical datum."
+        )
+    if len(raised):
+        area = float((np.linalg.norm(along[:, :2], axis=1) * above[lifted]).sum())
+        words.append(
+            f"{len(raised)} surfaces end above the terrain, by up to {above.max():.1f} m: "
+            f"walls extended downwards, about {area:,.0f} m² without a row in the results."
+        )
+    if len(below_ground):
+        words.append(
+            f"{len(below_ground)} surfaces end below the terrain, by up to {below.max():.1f} m: "
+            "their parts below the terrain receive no light."
+        )
+    return (vertices, triangles), raised, below_ground, words
+
+
+def _split_once(feet, longest):
+    """Pieces of foot edges without duplicates (walls win over footprints): edge, (p,), and its ends, (2, p, 3)."""
+    edge, pieces = split_feet(feet, longest)
+    cells = np.round(pieces.reshape(-1, 3) / JOINED).astype(np.int64)
+    place = np.sort(np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1, 2), axis=1)
+    order = np.argsort(feet.on_footprint[edge], kind="stable")
+    chosen = np.sort(order[np.unique(place[order], axis=0, return_index=True)[1]])
+    return edge[chosen], np.moveaxis(pieces[chosen], 1, 0)
+
+
+def _close(vertices, depth):
+    """Sides and bottom of the ground, so that rays from below ground meet only back faces: vertices, triangles."""
+    order = np.array(shapely.convex_hull(shapely.multipoints(vertices[:, :2])).exterior.coords)[:-1]
+    nearest = cKDTree(vertices[:, :2]).query(order)[1]
+    top = vertices[nearest]
+    bottom = np.column_stack([top[:, :2], np.full(len(top), depth)])
+    middle = np.append(top[:, :2].mean(axis=0), depth)
+    n = len(top)
+    k, following = np.arange(n), (np.arange(n) + 1) % n
+    sides = [np.column_stack([k, k + n, following + n]), np.column_stack([k, following + n, following])]
+    floor = np.column_stack([np.full(n, 2 * n), following + n, k + n])
+    triangles = np.concatenate([*sides, floor])
+    counter = shapely.LinearRing(top[:, :2]).is_ccw
+    return np.concatenate([top, bottom, [middle]]), triangles if counter else triangles[:, ::-1]

@@ -1,0 +1,114 @@
+"""Classify surfaces for photovoltaics: kind by tilt, orientation by azimuth, eligibility, and which are footprints."""
+
+import numpy as np
+
+from ..check_arrays import UNIT, check_array
+from .city import number_names
+from .polygons import polygon_bounds
+
+SMALLEST_ELIGIBLE_AREA = 6.25  # [m²]
+TOLERANCE = 1e-6  # [°] on every bound
+WINDOW = 30.0  # [°] either side of north, east, south, west
+ORIENTATIONS = ("north", "east", "south", "west")
+
+
+def measure_tilt(normal):
+    """Tilt and azimuth of surfaces.
+
+    Parameters
+    ----------
+    normal : array, (n, 3) float64
+        Unit length, x true east, y true north, z up.
+
+    Returns
+    -------
+    surface_tilt : array, (n,) float64 [°]
+        0 faces the zenith, 90 is a wall, 180 faces the ground.
+    surface_azimuth : array, (n,) float64 [°]
+        Clockwise from true north; 0 if the surface is level.
+    """
+    normal = check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)
+    across = np.hypot(normal[:, 0], normal[:, 1])
+    surface_tilt = np.degrees(np.arctan2(across, normal[:, 2]))
+    surface_azimuth = np.degrees(np.arctan2(normal[:, 0], normal[:, 1])) % 360.0
+    surface_azimuth[across < 1e-6] = 0.0
+    surface_azimuth[surface_azimuth >= 360.0] = 0.0  # the remainder of -1e-15 rounds up
+    return surface_tilt, surface_azimuth
+
+
+def classify(area, surface_tilt, surface_azimuth, thematic):
+    """Kind, orientation and eligibility of surfaces, as selected by Bredemeier et al., CityPV.
+
+    Facades are steeper than 89° and not steeper than 91°, roofs between 15° and 60°; both need 6.25 m² and an azimuth
+    within 30° of a cardinal direction. All other surfaces get a kind too, since they shade and reflect.
+
+    Parameters
+    ----------
+    area : array, (n,) float64 [m²]
+    surface_tilt, surface_azimuth : array, (n,) float64 [°]
+    thematic : sequence of str, (n,)
+        Class in the file: WallSurface, …, TINRelief for terrain, or "".
+
+    Returns
+    -------
+    kind : array, (n,) str
+        facade, roof, flat, steep, downward or ground.
+    orientation : array, (n,) str
+        north, east, south, west or none.
+    eligible : array, (n,) bool
+    """
+    count = len(thematic)
+    area = check_array("area", area, (count,), most=np.inf)
+    tilt = check_array("surface_tilt", surface_tilt, (count,), least=0, most=180)
+    surface_azimuth = check_array("surface_azimuth", surface_azimuth, (count,), least=0, most=360)
+    thematic = np.asarray(thematic, dtype=str)
+    kind = np.select(
+        [
+            (thematic == "TINRelief") | ((thematic == "GroundSurface") & (tilt <= 91 + TOLERANCE)),
+            tilt > 91 + TOLERANCE,
+            tilt > 89 + TOLERANCE,
+            tilt > 60 + TOLERANCE,
+            tilt >= 15 - TOLERANCE,
+        ],
+        ["ground", "downward", "facade", "steep", "roof"],
+        default="flat",
+    )
+    orientation = np.full(len(tilt), "none", dtype="<U5")
+    faces_somewhere = np.isin(kind, ["facade", "roof", "steep"])
+    for number, name in enumerate(ORIENTATIONS):
+        off = np.abs((np.asarray(surface_azimuth) - 90.0 * number + 180.0) % 360.0 - 180.0)
+        orientation[faces_somewhere & (off <= WINDOW + TOLERANCE)] = name
+    eligible = (
+        np.isin(kind, ["facade", "roof"])
+        & (np.asarray(area) >= SMALLEST_ELIGIBLE_AREA)
+        & (orientation != "none")
+        & (thematic != "ClosureSurface")
+    )
+    return kind, orientation, eligible
+
+
+LEVEL = 0.5  # [m] a downward surface within this height of its building's lowest point lies on the ground
+
+
+def find_footprints(surfaces, city, points):
+    """Surfaces under buildings: GroundSurfaces, and for buildings without any, downward ones at the lowest height.
+
+    Parameters
+    ----------
+    surfaces : Surfaces
+    city : City
+    points : array, (m, 3) float64 [m]
+        Points of the city, in any frame with z up.
+
+    Returns
+    -------
+    footprint : array, (n,) bool
+    """
+    named = np.array(surfaces.thematic) == "GroundSurface"
+    building = number_names(surfaces.building_id)
+    has_ground = np.bincount(building, weights=named) > 0
+    low, high = polygon_bounds(points[:, 2], city.ring_start, city.polygon_start)
+    lowest = np.full(building.max(initial=-1) + 1, np.inf)
+    np.minimum.at(lowest, building, low)
+    at_bottom = (surfaces.kind == "downward") & (high <= lowest[building] + LEVEL)
+    return named | (at_bottom & ~has_ground[building])

@@ -1,0 +1,187 @@
+"""Find the feet of buildings: edges along which footprints and walls meet the ground.
+
+Things that float, such as slabs, canopies and billboards, tell nothing about it by their lower edges.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from .city import number_names
+from .find_twins import draw_outlines
+from .places_in_plan import find_in_boxes, group, lay_grid
+from .polygons import next_in_ring, polygon_bounds
+from .slope_filter import find_standing
+
+# An edge further above a neighbouring foot than this does not stand on the ground [m]:
+LOWEST_STEP = 6.0  # the lowest footprint of a building (it may stand on an embankment)
+HALF_STOREY = 1.5  # above it, footprints of a building count as lowest, too
+FOOTPRINT_STEP = 2.5  # other footprints: a passage, a bridge, a tower on a podium
+WALL_STEP = 0.5  # walls without a footprint: a bay, a dormer
+SLOPE = 0.5  # [m/m] steepest ground between two feet; next to thin objects only gentle slopes are assumed
+INSIDE = (
+    0.3  # [m] an edge this deep inside another, lower footprint stands on that building; less is inaccurate outlines
+)
+
+
+@dataclass
+class Feet:
+    """Edges along which a city meets the ground."""
+
+    start: np.ndarray  # (e, 3) float64 [m]
+    end: np.ndarray  # (e, 3) float64 [m]
+    step: np.ndarray  # (e,) float64 [m] largest height above a neighbouring foot
+    footprints: np.ndarray  # (f,) shapely polygons in plan view, those on the ground
+    hanging: np.ndarray  # (h,) int64 footprints above the ground
+    polygon: np.ndarray  # (e,) int64 the footprint or wall that each edge belongs to, -1 if none
+    on_footprint: np.ndarray  # (e,) bool: edge of a footprint, else the lower edge of a wall
+    outward: np.ndarray  # (e, 2) float64 away from the building, of any length
+
+
+def find_feet(city, points, surfaces, footprint, ground_height=None):
+    """Edges of footprints and lower edges of walls that meet the ground.
+
+    Slabs, canopies and boards that hang in the air are told by what lies below or beside them: no thing stands on an
+    embankment higher than itself.
+
+    Parameters
+    ----------
+    city : City
+    points : array, (m, 3) float64 [m]
+        Of the city, z up.
+    surfaces : Surfaces
+    footprint : array, (n,) bool
+    ground_height : callable, optional
+        Of ground that is known before any is laid, as of `find_floating`.
+
+    Returns
+    -------
+    Feet
+    """
+    polygon_of_ring = np.repeat(np.arange(len(city)), np.diff(city.polygon_start))
+    polygon_of_point = np.repeat(polygon_of_ring, np.diff(city.ring_start))
+    start, end = points, points[next_in_ring(city.ring_start)]
+    in_plan = np.zeros((int(footprint.sum()), 3)), np.tile(np.eye(3)[:2], (int(footprint.sum()), 1, 1))
+    shapes = draw_outlines((points, city.ring_start, city.polygon_start), np.flatnonzero(footprint), *in_plan)
+    on_footprint = footprint[polygon_of_point]
+    # Lower edges of walls run so that the normal x their direction points up.
+    steep = (np.abs(surfaces.surface_tilt - 90) < 10) & (np.array(surfaces.thematic) != "ClosureSurface")
+    (x, y, _), (u, v, _) = surfaces.normal[polygon_of_point].T, (end - start).T
+    bare = steep[polygon_of_point] & (x * v - y * u > 0.7 * np.linalg.norm(end - start, axis=1)) & ~on_footprint
+    low, _ = polygon_bounds(points[:, 2], city.ring_start, city.polygon_start)
+    edge = np.flatnonzero(on_footprint | bare)
+    middle = 0.5 * (start[edge] + end[edge])
+    own = np.where(on_footprint[edge], polygon_of_point[edge], -1)
+    edge = edge[~_above_another(shapes, low, np.flatnonzero(footprint), middle, own)]
+    building_of = number_names(city.building_id)
+    building = building_of[polygon_of_point]
+    height, thin = measure_objects(building, points)
+    if ground_height is not None:
+        middle = 0.5 * (start[edge] + end[edge])
+        edge = edge[~find_floating(building[edge], middle, (height, thin), ground_height)]
+    lowest = np.full(building_of.max(initial=-1) + 1, np.inf)
+    np.minimum.at(lowest, building_of[footprint], low[footprint])
+    step = np.where(low <= lowest[building_of] + HALF_STOREY, LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
+    step = np.minimum(step, np.maximum(height[building[edge]], WALL_STEP))
+    step[~on_footprint[edge]] = WALL_STEP
+    slope = np.where(thin[building[edge]], GENTLE, SLOPE)
+    stands = find_standing(start[edge], end[edge], step, slope)
+    edge, step = edge[stands], step[stands]
+    standing = np.isin(np.flatnonzero(footprint), polygon_of_point[edge])
+    hanging = np.flatnonzero(footprint)[~standing]
+    polygon = polygon_of_point[edge]
+    along, normal = (end - start)[edge], surfaces.normal[polygon]
+    # The inside of a footprint is to the left of its edges, seen from its front.
+    aside = np.sign(normal[:, 2:]) * np.column_stack([along[:, 1], -along[:, 0]])
+    outward = np.where(footprint[polygon, None], aside, normal[:, :2])
+    return Feet(start[edge], end[edge], step, shapes[standing], hanging, polygon, footprint[polygon], outward)
+
+
+def _above_another(shapes, low, footprints, middles, own):
+    """Edges above another, lower footprint: they stand on a building."""
+    above = np.zeros(len(middles), bool)
+    if not len(shapes) or not len(middles):
+        return above
+    boxes = shapely.bounds(shapes)
+    edge, shape = find_in_boxes(lay_grid(middles[:, :2], boxes), boxes)
+    other = footprints[shape]
+    higher = (other != own[edge]) & (middles[edge, 2] > low[other] + WALL_STEP)
+    edge, (shape, each) = edge[higher], np.unique(shape[higher], return_inverse=True)
+    smaller = shapely.buffer(shapes[shape], -INSIDE)
+    shapely.prepare(smaller)
+    above[edge[shapely.intersects_xy(smaller[each], *middles[edge, :2].T)]] = True
+    return above
+
+
+THIN = 1.0  # [m] what is thinner, lying or upright, is no building
+STOREY = 2.5  # [m] a building that stands nowhere lower than this above the ground floats
+LEAST = 0.5  # [m] lower than this above the ground nothing floats
+GENTLE = 0.1  # [m/m] thin things are not taken for a sign of steeper ground
+MISMATCH = 3.0  # [m] if half of the buildings stand further above the ground, its zero level is another
+
+
+def measure_objects(building, points):
+    """Height of each building, and whether it is thin.
+
+    Parameters
+    ----------
+    building : (m,) int
+        Of each point, 0 to b - 1, each at least once.
+    points : (m, 3) float64 [m]
+        z up.
+
+    Returns
+    -------
+    height : (b,) float64 [m]
+    thin : (b,) bool
+        Its height, or its width seen from above, is less than THIN.
+    """
+    order, first = group(building)
+    if not len(first):
+        return np.zeros(0), np.zeros(0, bool)
+    height = points[order, 2]
+    height = np.maximum.reduceat(height, first) - np.minimum.reduceat(height, first)
+    number = np.diff(first, append=len(building))
+    count = len(first)
+    middle = np.column_stack([np.bincount(building, points[:, k], count) / number for k in (0, 1)])
+    away = points[:, :2] - middle[building]
+    # The width across the longer principal axis of the points.
+    spread = [np.bincount(building, away[:, i] * away[:, k], count) for i, k in ((0, 0), (1, 1), (0, 1))]
+    angle = 0.5 * np.arctan2(2 * spread[2], spread[0] - spread[1])
+    across = (away[:, 1] * np.cos(angle)[building] - away[:, 0] * np.sin(angle)[building])[order]
+    width = np.maximum.reduceat(across, first) - np.minimum.reduceat(across, first)
+    return height, np.minimum(height, width) < THIN
+
+
+def find_floating(building, middles, objects, ground_height):
+    """Lower edges of buildings that hang in the air as a whole above ground that is known.
+
+    A building floats where none of its lower edges comes nearer to the ground than its own height or a storey,
+    whichever is less: no building stands on an embankment higher than itself.
+
+    Parameters
+    ----------
+    building : (e,) int
+        Of each edge.
+    middles : (e, 3) float64 [m]
+        Of the edges.
+    objects : tuple of (b,) float64 [m] and (b,) bool
+        Of `measure_objects`.
+    ground_height : callable
+        Takes places, (e, 3) float64 [m], and whether each belongs to a thin thing, (e,) bool, to heights of what lies
+        below, (e,) float64 [m]: the ground, or for a thin thing anything that faces up; NaN where nothing is known.
+
+    Returns
+    -------
+    (e,) bool
+    """
+    height, thin = objects
+    rise = middles[:, 2] - ground_height(middles, thin[building])
+    least = np.full(len(height), np.inf)
+    np.fmin.at(least, building, np.where(np.isnan(rise), np.inf, rise))
+    known = np.isfinite(least)
+    if (known & ~thin).any() and np.median(least[known & ~thin]) > MISMATCH:
+        known &= thin
+    floats = known & (least > np.maximum(np.minimum(height, STOREY), LEAST))
+    return floats[building]

@@ -1,0 +1,212 @@
+"""Which triangles are ground, and what lies on it: footprints, floors at rest, undersides that hang.
+
+Ground is classified, generated, or an unclassified mesh on which everything stands. Whether a building stands on it
+follows from its feet (`find_feet`). If not, it may still rest on something, as a tower does on its podium. Rays go
+straight down from each triangle: if it rests on something, the next upward face is close below; if a ray hits a back,
+the triangle is inside something.
+"""
+
+import numpy as np
+
+from ..rays.ray_scene import RayScene
+from .city import number_names
+from .scene import check_scene
+from .triangulate_feet import heights_on
+
+AT_ONCE = 1 << 16  # triangles that are measured together, so that they need little memory
+SPANNED = 0.5  # of the city's bounds in plan: a mesh that covers less is not the ground
+
+
+def find_ground(scene):
+    """Triangles of the ground.
+
+    Many meshes have no classes. A "building" is the ground if all of its faces point up, it covers at least half of the
+    city's bounds, and at least half of the other buildings rise above it.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    (t,) bool
+    """
+    check_scene(scene)
+    surface = scene.triangle_surface
+    named = np.append(np.asarray(scene.surfaces.kind) == "ground", True)  # -1, generated ground, takes the last
+    ground = named[surface] & ~scene.footprint
+    if scene.back_of is not None:
+        ground &= scene.back_of < 0
+    if scene.rack_of_back is not None:
+        ground &= scene.rack_of_back < 0
+    building = np.append(number_names(scene.surfaces.building_id), -1)[surface]
+    vertices, triangles, own = np.asarray(scene.vertices, float), scene.triangles, building >= 0
+    if not own.any():
+        return ground
+    upward, inside = plan_areas(vertices, triangles), np.zeros(len(vertices), bool)
+    inside[triangles[own]] = True
+    whole = np.ptp(vertices[inside, :2], axis=0).prod()
+    lowest = np.full(building.max() + 1, np.inf)
+    np.minimum.at(lowest, building[own], upward[own])
+    spanned = np.bincount(building[own], upward[own] / 2)
+    for sheet in np.flatnonzero((lowest > 0) & (lowest < np.inf) & (spanned >= max(SPANNED * whole, 1e-12))):
+        if carries_most(vertices, triangles[building == sheet], vertices[triangles[own]], building[own] - sheet):
+            ground |= building == sheet
+    return ground
+
+
+def plan_areas(vertices, triangles):
+    """Twice the area of triangles seen from above, negative for those that face down: (t,) float64 [m²]."""
+    upward = np.empty(len(triangles))
+    for first in range(0, len(triangles), AT_ONCE):
+        corners = vertices[triangles[first : first + AT_ONCE], :2]
+        edges = corners[:, 1:] - corners[:, :1]
+        upward[first : first + AT_ONCE] = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
+    return upward
+
+
+def carries_most(vertices, sheet, corners, other):
+    """Whether at least half of the other buildings rise above a mesh.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float64 [m]
+    sheet : (k, 3) int
+        Triangles of the mesh.
+    corners : (t, 3, 3) float64 [m]
+        Triangles of all buildings.
+    other : (t,) int
+        Number of the building of each triangle, 0 for the mesh itself.
+    """
+    corners, other = corners[other != 0], other[other != 0]
+    if not len(other):
+        return False
+    # The highest corner of each building.
+    points, owner = corners.reshape(-1, 3), np.repeat(other, 3)
+    order = np.lexsort([-points[:, 2], owner])
+    tops = points[order[np.unique(owner[order], return_index=True)[1]]]
+    above = height_below(vertices, sheet, tops, tops[:, 2]) > -np.inf
+    return 2 * above.sum() >= len(above)
+
+
+def height_below(vertices, triangles, points, start):
+    """Height of the first triangle below a starting height at the position of each point.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float64 [m]
+    triangles : (k, 3) int
+    points : (n, 3) float64 [m]
+    start : (n,) float64 [m]
+
+    Returns
+    -------
+    (n,) float64 [m]
+        -inf if there is none.
+    """
+    origins = np.column_stack([points[:, :2], start]).astype(np.float32)
+    down = np.tile(np.float32([0, 0, -1]), (len(points), 1))
+    hit = RayScene(vertices, triangles).trace_closest(origins, down)
+    height = np.full(len(points), -np.inf)
+    met = hit >= 0
+    height[met] = heights_on(np.asarray(vertices, float)[triangles[hit[met]]], points[met])
+    return height
+
+
+LEVEL = 0.5  # [m] largest gap, as drawn, between a resting face and what carries it
+CONTACT = 0.01  # [m] least value of that gap, however thin the building is
+WEIGHTS = (0.55, 0.27, 0.18)  # barycentric, of ray origins: seldom above an edge, hardly ever two of three
+ROUNDING = 8 * np.finfo(np.float32).eps  # of coordinates, relative
+
+
+def find_hanging(scene, floating):
+    """Footprints that receive light from below.
+
+    Parameters
+    ----------
+    scene : Scene
+        Including its ground.
+    floating : (h,) int
+        Surfaces that are footprints but have no foot on the ground.
+
+    Returns
+    -------
+    (t,) bool
+    """
+    hanging = np.zeros(len(scene.triangles), bool)
+    rows = np.flatnonzero(scene.footprint & (scene.triangle_surface >= 0) & np.isin(scene.triangle_surface, floating))
+    if not len(rows):
+        return hanging
+    corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
+    upward = upward_areas(scene.vertices, scene.triangles)
+    carriers, whole = scene.triangles[upward > 0], RayScene(scene.vertices, scene.triangles)
+    slack = ROUNDING * np.abs(corners).max(axis=(1, 2))
+    own, building = scene.triangle_surface >= 0, number_names(scene.surfaces.building_id)
+    top = np.full(building.max(initial=-1) + 1, -np.inf)  # of each building
+    height = np.asarray(scene.vertices, float)[:, 2]
+    np.maximum.at(top, building[scene.triangle_surface[own]], height[scene.triangles[own]].max(axis=1))
+    above = top[building[scene.triangle_surface[rows]]] - corners[..., 2].min(axis=1)
+    near = np.clip(above, CONTACT, LEVEL)
+    down = np.tile(np.float32([0, 0, -1]), (len(rows), 1))
+    votes = np.zeros(len(rows), int)
+    for turn in range(3):
+        place = np.einsum("c,rcx->rx", np.roll(WEIGHTS, turn), corners)
+        clear = place[:, 2] - height_below(scene.vertices, carriers, place, place[:, 2] + slack) > near
+        place[:, 2] -= np.maximum(slack, CONTACT / 10)
+        met = whole.trace_closest(place.astype(np.float32), down)
+        votes += clear & ~((met >= 0) & (scene.footprint[met] | (upward[met] < 0)))
+    hanging[rows[votes >= 2]] = True
+    return hanging
+
+
+def upward_areas(vertices, triangles):
+    """Twice the plan area of triangles, (t,), negative for those that face down; 0 for walls."""
+    upward = np.empty(len(triangles))
+    for first in range(0, len(triangles), AT_ONCE):
+        corners = np.asarray(vertices, float)[triangles[first : first + AT_ONCE]]
+        edges = corners[:, 1:] - corners[:, :1]
+        normal = np.cross(edges[:, 0], edges[:, 1])
+        upright = np.sin(np.radians(1)) * np.linalg.norm(normal, axis=1)
+        upward[first : first + AT_ONCE] = np.where(np.abs(normal[:, 2]) > upright, normal[:, 2], 0.0)
+    return upward
+
+
+def find_resting_floors(scene, ground=None):
+    """Footprints, and triangles that face downwards at or below the ground or rest on another surface.
+
+    A footprint counts as a back from both sides: nothing can pass light to it, so it receives none. The ground has no
+    thickness, so a ray that starts under it would hit nothing. Triangles under it are found by vertical rays down to
+    the ground from above each triangle's middle. Triangles that rest on anything facing up, such as a roof or ground
+    that is not classified as such, are found by rays down from the middle itself.
+
+    Parameters
+    ----------
+    scene : Scene
+    ground : (t,) bool, optional
+        Result of `find_ground`, if already known.
+
+    Returns
+    -------
+    (t,) bool
+    """
+    check_scene(scene)
+    upward = upward_areas(scene.vertices, scene.triangles)
+    downward = np.flatnonzero((upward < 0) & (scene.triangle_surface >= 0))
+    buried = scene.footprint.copy()
+    if not len(downward):
+        return buried
+    corners = np.asarray(scene.vertices, float)[scene.triangles[downward]]
+    middle = corners.mean(axis=1)
+    ground = find_ground(scene) if ground is None else ground
+    if ground.any():
+        highest = np.full(len(middle), scene.vertices[:, 2].max() + 1)
+        height = height_below(scene.vertices, scene.triangles[ground], middle, highest)
+        buried[downward] |= middle[:, 2] <= height + CONTACT
+    # Start above the middle, which rounding may have put below the face that it rests on.
+    slack = ROUNDING * np.abs(corners).max(axis=(1, 2))
+    carries = upward > 0
+    if scene.back_of is not None:
+        carries &= scene.back_of < 0  # nothing rests on its own back
+    height = height_below(scene.vertices, scene.triangles[carries], middle, middle[:, 2] + slack)
+    buried[downward] |= middle[:, 2] <= height + CONTACT
+    return buried

@@ -1,0 +1,241 @@
+"""Faces without thickness: carports, sails, noise barriers, billboards drawn as single faces.
+
+    sky      sky        Whether a face encloses something follows from what lies on its two sides. Rays start from
+      ↖      ↗          its back and its front and continue from whatever they hit, as light would. Behind the wall
+        ╲  ╱            of a house most of them hit backs; behind cladding they hit the wall at once; between a roof
+  back  │  front        and the ground, and in a room, they never escape. If they reach the sky from both sides, the
+▂▂▂▂▂▂▂▂│▂▂▂▂▂▂▂▂▂▂▂▂   face is a sheet: neither side of it is the inside of anything.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ..progress import ignore_share, report_part
+from ..rays.random_numbers import GOLDEN, mix, uniform
+from ..rays.ray_scene import RayScene
+from ..rays.sample_points import additive_recurrence, barycentric_of_square, cosine_direction
+from ..threads import map_in_order, usable_threads
+from .find_ground import AT_ONCE, find_ground
+
+FEW, SOME, MANY = 8, 16, 64  # rays per triangle: to exclude clear cases, and to judge the others
+CLEARLY_INSIDE = 0.75  # of the FEW rays hit backs
+ENCLOSED = 0.4  # of the rays hit backs: a wall beside a floor without a roof has half, a vault of faces 0.36
+ESCAPING = 0.1  # of the rays reach the sky
+CLADDING = 0.3  # [m] a face this close in front of another belongs to it
+SLIVER = 0.01  # [m] narrower faces are rounding of the data
+AFTER_FEW, EACH = 0.35, 0.125  # share of the time for the FEW rays, and for each pass of the next four
+MOST_ROUNDS = 4  # faces below or behind sheets are judged again, as backs of sheets are not an inside
+HOPS = 8  # largest number of faces that a ray is followed to
+SPACINGS = 16  # of float32: distance of ray origins from their face
+RAYS_PER_TASK = 1 << 13  # so that what they need stays in the cache
+PERPENDICULAR = 4  # points per triangle with a ray straight ahead
+
+
+@dataclass
+class Faces:
+    """Triangles and the tracer that finds them."""
+
+    ray_scene: RayScene
+    vertices: np.ndarray  # (v, 3) float64 [m]
+    triangles: np.ndarray  # (t, 3) int into vertices
+    along: np.ndarray  # (t, 3) float64, a tangent: the first edge
+    normal: np.ndarray  # (t, 3) float64
+    area: np.ndarray  # (t,) float64 [m²]
+    width: np.ndarray  # (t,) float64 [m], the least height
+    offset: np.ndarray  # (t,) float64 [m], distance of ray origins from the face
+    footprint: np.ndarray  # (t,) bool, counts as a back from either side
+
+
+def find_sheets(scene, report_share=ignore_share):
+    """Triangles of faces that have no thickness and enclose nothing.
+
+    Ground, footprints and closure surfaces are never sheets. Surfaces are judged as a whole. An object that is drawn
+    from both sides, as two faces in one place, is a sheet too: neither of its backs is an inside.
+
+    Parameters
+    ----------
+    scene : Scene
+        Including its ground, if any.
+    report_share : callable, optional
+        As of `build_scene`, of the sheets.
+
+    Returns
+    -------
+    (t,) bool
+    """
+    sheet = np.zeros(len(scene.triangles), bool)
+    judged = (scene.triangle_surface >= 0) & ~scene.footprint & ~scene.closure & ~find_ground(scene)
+    if not judged.any():
+        return sheet
+    faces, count = faces_of_scene(scene), len(scene.surfaces)
+
+    def mean(rows, values):
+        """Area-weighted mean over the surface of each triangle; all triangles of each surface are given."""
+        surface, area = scene.triangle_surface[rows], faces.area[rows]
+        whole, total = np.bincount(surface, area, count), np.bincount(surface, area * values, count)
+        return np.divide(total, whole, out=np.zeros(count), where=whole > 0)[surface]
+
+    rows = np.flatnonzero(judged & (faces.area > 0))
+    rows = rows[mean(rows, faces.width[rows]) >= SLIVER]
+    backs, _ = follow_rays(faces, rows, -1, FEW, hops=1, report_share=partial(report_part, report_share, 0, AFTER_FEW))
+    rows = rows[mean(rows, backs / FEW) < CLEARLY_INSIDE]
+    rows = rows[mean(rows, look_straight(faces, rows, -1, CLADDING)) < 0.5]
+    begin = AFTER_FEW
+    for rays, least in ((SOME, 1e-9), (MANY, ESCAPING)):
+        backs = []
+        for side in (-1, 1):
+            tell = partial(report_part, report_share, begin, begin + EACH)
+            found, sky = follow_rays(faces, rows, side, rays, report_share=tell)
+            kept = mean(rows, sky / rays) >= least
+            rows, backs = rows[kept], [one[kept] for one in (*backs, found)]
+            begin += EACH
+    inside = np.array([mean(rows, found / MANY) >= ENCLOSED for found in backs])
+    for _ in range(MOST_ROUNDS):
+        found = ~inside.any(axis=0)
+        if not found.any():
+            break
+        sheet[rows[found]] = True
+        rows, inside = rows[~found], inside[:, ~found]
+        for side, doubtful in zip((-1, 1), inside, strict=True):
+            some = rows[doubtful]
+            backs, _ = follow_rays(faces, some, side, MANY, hops=1, sheet=sheet)
+            doubtful[doubtful] = mean(some, backs / MANY) >= ENCLOSED
+    return sheet
+
+
+def faces_of_scene(scene):
+    """Faces of a scene."""
+    vertices, count, tiny = np.asarray(scene.vertices, float), len(scene.triangles), np.finfo(float).tiny
+    along, normal = np.empty((2, count, 3))
+    area, width, offset = np.empty((3, count))
+    for first in range(0, count, AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        corners = vertices[scene.triangles[some]]
+        edges = corners[:, [1, 2, 2]] - corners[:, [0, 0, 1]]
+        length, across = np.linalg.norm(edges, axis=2), np.cross(edges[:, 0], edges[:, 1])
+        doubled = np.linalg.norm(across, axis=1)
+        along[some] = edges[:, 0] / np.maximum(length[:, :1], tiny)
+        normal[some], area[some] = across / np.maximum(doubled, tiny)[:, None], doubled / 2
+        width[some] = doubled / np.maximum(length.max(axis=1), tiny)
+        reach = np.abs(corners).max(axis=(1, 2)) + np.abs(edges[:, :2]).max(axis=(1, 2))
+        offset[some] = SPACINGS * np.finfo(np.float32).eps * reach
+    ray_scene = RayScene(vertices, scene.triangles)
+    return Faces(ray_scene, vertices, scene.triangles, along, normal, area, width, offset, scene.footprint)
+
+
+def follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None, report_share=ignore_share):
+    """Trace cosine-distributed rays from one side of some triangles, and on from whichever side of a face they hit.
+
+    Every triangle sends the same rays in its own frame, so that the result does not depend on its name or index, and
+    more rays begin with the same ones as fewer.
+
+    Parameters
+    ----------
+    faces : Faces
+    rows : (r,) int
+    side : {-1, 1}
+        Back or front.
+    count : int
+        Rays from each triangle.
+    hops : int
+    sheet : (t,) bool, optional
+        Triangles whose backs count as fronts.
+    report_share : callable, optional
+        Called as report_share(share) with the share that is done, 0 to 1.
+
+    Returns
+    -------
+    backs : (r,) int64
+        Number of the rays that hit a back first.
+    sky : (r,) int64
+        Number that reaches the sky, directly or after hops.
+    """
+    backs, sky = np.zeros((2, len(rows)), np.int64)
+    u, v, w, x = additive_recurrence(count, 4).T
+    keys = np.arange(1, count + 1).astype(np.uint64) * GOLDEN
+    onward = [cosine_direction(*uniform(mix(keys + np.uint64(hop)), 2).T) for hop in range(hops - 1)]
+    rays = np.array(barycentric_of_square(u, v)), np.array([cosine_direction(w, x), *onward])
+    threads = usable_threads()
+    step = max(1, min(RAYS_PER_TASK // count, -(-len(rows) // threads)))
+
+    def follow(begin):
+        some = slice(begin, begin + step)
+        backs[some], sky[some] = follow_some(faces, rows[some], side, rays, sheet)
+
+    tasks = range(0, len(rows), step)
+    for done, _ in enumerate(map_in_order(follow, tasks, threads), 1):
+        report_share(done / len(tasks))
+    return backs, sky
+
+
+def follow_some(faces, rows, side, rays, sheet):
+    """What `follow_rays` returns, of some triangles.
+
+    `rays` are the same for all: barycentric weights of where they start, (2, n), and unit vectors in the frames of the
+    triangle and of each face that they hit, (hops, 3, n), all float32.
+    """
+    weights, local = rays
+    count, sky = local.shape[2], np.zeros(len(rows), np.int64)
+    owner, number = np.divmod(np.arange(len(rows) * count), count)
+    met, sides, weights = rows[owner], np.full(len(owner), float(side)), weights[:, number]
+    for hop, towards in enumerate(local):
+        origins, directions = leave_faces(faces, met, weights, sides, towards[:, number])
+        hit, *weights = faces.ray_scene.trace_places(origins, directions)
+        along = (faces.normal[hit] * directions).sum(axis=1)  # positive at backs
+        if hop == 0:
+            back = (hit >= 0) & ((along > 0) | faces.footprint[hit])
+            back &= True if sheet is None else ~sheet[hit]
+            backs = np.bincount(owner[back], minlength=len(rows))
+        sky += np.bincount(owner[(hit < 0) & (directions[:, 2] > 0)], minlength=len(rows))
+        going = np.flatnonzero(hit >= 0)
+        if not len(going):
+            break
+        owner, number, met, sides = owner[going], number[going], hit[going], -np.sign(along[going])
+        weights = [weight[going] for weight in weights]
+    return backs, sky
+
+
+def leave_faces(faces, rows, weights, sides, local):
+    """Origins and directions, (m, 3) float32 each, of rays from places on triangles, on one side or the other."""
+    (b1, b2), (x, y, z) = (np.asarray(parts, float) for parts in (weights, local))
+    corners, along, (u, v, w) = faces.vertices[faces.triangles[rows]], faces.along[rows].T, faces.normal[rows].T
+    across = v * along[2] - w * along[1], w * along[0] - u * along[2], u * along[1] - v * along[0]
+    origins, directions = np.empty((2, 3, len(rows)), np.float32)
+    for axis, normal in enumerate((u, v, w)):  # columns, since rows of three are short for numpy
+        a, b, c = (corners[:, corner, axis] for corner in range(3))
+        up = sides * normal
+        origins[axis] = a + b1 * (b - a) + b2 * (c - a) + faces.offset[rows] * up
+        directions[axis] = x * along[axis] + y * across[axis] + z * up
+    return origins.T, directions.T
+
+
+def look_straight(faces, rows, side, reach):
+    """Share of the points of each triangle with a front straight ahead of one of its sides, within `reach`.
+
+    Parameters
+    ----------
+    faces : Faces
+    rows : (r,) int
+    side : {-1, 1}
+    reach : float [m]
+
+    Returns
+    -------
+    (r,) float64
+    """
+    found, points = np.zeros(len(rows)), additive_recurrence(PERPENDICULAR, 2)
+    step = RAYS_PER_TASK // PERPENDICULAR
+    for first in range(0, len(rows), step):
+        owner = np.repeat(rows[first : first + step], PERPENDICULAR)
+        weights = barycentric_of_square(*np.tile(points.T, len(owner) // PERPENDICULAR))
+        ahead = np.zeros(len(owner)), np.zeros(len(owner)), np.ones(len(owner))
+        origins, directions = leave_faces(faces, owner, weights, np.full(len(owner), float(side)), ahead)
+        hit = faces.ray_scene.trace_closest(origins, directions)
+        normal, corner = faces.normal[hit], faces.vertices[faces.triangles[hit, 0]]
+        along, away = (directions * normal).sum(axis=1), ((corner - origins) * normal).sum(axis=1)
+        distance = np.divide(away, along, out=np.full(len(hit), np.inf), where=along < 0)
+        near = (hit >= 0) & (distance < reach)
+        found[first : first + step] = near.reshape(-1, PERPENDICULAR).mean(axis=1)
+    return found

@@ -1,0 +1,137 @@
+"""Split large polygons into grid cells on their own plane, and outlines of what results keep of them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from shapely.geometry.polygon import orient
+
+from ..errors import InputError
+from .check_geometry import check_city
+from .locate_site import bring_to_origin
+from .polygons import measure_polygons, plane_axes
+
+MOST_ELEMENTS = 1e6  # largest number of cells per polygon
+SLIVER = 1e-6  # [m²] smaller pieces are rounding errors and dropped
+
+
+def split_into_cells(city, grid_size):
+    """City whose polygons larger than a cell are split along a grid.
+
+    Parameters
+    ----------
+    city : City
+    grid_size : float [m]
+        Side of a cell; rows are horizontal, columns run up the slope.
+
+    Returns
+    -------
+    city : City
+        Cells are named ``id#1``, ``id#2``, …; polygons that fit into one cell keep their name.
+    parent : array, (n,) int64
+        Index of the original polygon of each.
+
+    Raises
+    ------
+    InputError
+        grid_size is not positive or gives too many cells, or the city is invalid.
+    """
+    if not grid_size > 0:
+        raise InputError("--grid-size", f"{grid_size} is not positive", "give the side of a cell in metres")
+    check_city(city)
+    _, normal = measure_polygons(city.points, city.ring_start, city.polygon_start)
+    axes = np.stack([*plane_axes(normal), normal], axis=1)  # (n, 3, 3), rows right, upward, outward
+    pieces, parent, names = [], [], []
+    for polygon in range(len(city)):
+        rings = city.rings(polygon)
+        cells = _cut(rings, axes[polygon], grid_size)
+        pieces += cells
+        parent += [polygon] * len(cells)
+        own = city.surface_id[polygon]
+        names += [own] if len(cells) == 1 else [f"{own}#{k + 1}" for k in range(len(cells))]
+    rings = [ring for piece in pieces for ring in piece]
+    split = replace(
+        city,
+        surface_id=names,
+        building_id=[city.building_id[p] for p in parent],
+        thematic=[city.thematic[p] for p in parent],
+        points=np.concatenate(rings),
+        ring_start=np.cumsum([0] + [len(ring) for ring in rings]),
+        polygon_start=np.cumsum([0] + [len(piece) for piece in pieces]),
+        lod=None if city.lod is None else [city.lod[p] for p in parent],
+        material=None if city.material is None else [city.material[p] for p in parent],
+    )
+    return split, np.array(parent, np.int64)
+
+
+def _cut(rings, axes, grid_size):
+    """Pieces of one polygon, each a list of rings (k, 3)."""
+    origin = rings[0][0]
+    flat = [(ring - origin) @ axes.T for ring in rings]
+    low, high = flat[0][:, :2].min(axis=0), flat[0][:, :2].max(axis=0)
+    columns, rows = np.maximum(np.ceil((high - low) / grid_size - 1e-9), 1)
+    if columns * rows > MOST_ELEMENTS:
+        problem = f"{grid_size:g} m gives {columns * rows:.0e} cells in one polygon"
+        raise InputError("--grid-size", problem, "give a larger size")
+    columns, rows = int(columns), int(rows)
+    if columns * rows == 1:
+        return [rings]
+    shape = shapely.Polygon(flat[0][:, :2], [ring[:, :2] for ring in flat[1:]])
+    if not shape.is_valid:
+        return [rings]
+    height = np.concatenate(flat)[:, 2].mean()
+    x, y = (low[k] + grid_size * np.arange(n) for k, n in ((0, columns), (1, rows)))
+    x, y = (grid.ravel() for grid in np.meshgrid(x, y))
+    parts = shapely.intersection(shape, shapely.box(x, y, x + grid_size, y + grid_size))
+    parts = shapely.get_parts(parts)
+    parts = parts[(shapely.get_type_id(parts) == 3) & (shapely.area(parts) > SLIVER)]
+    pieces = []
+    for part in map(orient, parts):
+        rings = [np.asarray(ring.coords)[:-1, :2] for ring in (part.exterior, *part.interiors)]
+        pieces.append([np.column_stack([ring, np.full(len(ring), height)]) @ axes + origin for ring in rings])
+    return pieces
+
+
+def whole_of_cell(name):
+    """Id of the polygon that a cell ``id#k`` was cut from; else the name itself."""
+    whole, mark, cell = name.rpartition("#")
+    return whole if mark and cell.isdigit() else name
+
+
+@dataclass
+class Outlines:
+    """Rings of n surfaces. A surface's first ring is its outline, the others are holes; rings are open."""
+
+    points: np.ndarray  # (m, 3) float32 [m], x true east, y true north, z up, from the scene's origin
+    ring_start: np.ndarray  # (r + 1,) int32 into points
+    surface_start: np.ndarray  # (n + 1,) int32 into ring_start
+
+    def rings(self, surface):
+        """Rings of one surface, the outline first: list of (k, 3) float32 [m]."""
+        first, last = self.surface_start[surface], self.surface_start[surface + 1]
+        return [self.points[self.ring_start[r] : self.ring_start[r + 1]] for r in range(first, last)]
+
+
+def outline_surfaces(city, surfaces, site, grid_size=None):
+    """Outlines of the surfaces of a scene.
+
+    Parameters
+    ----------
+    city : City
+        As it was read.
+    surfaces : Surfaces
+        Of the scene that was built from it; those behind the city's own polygons get no rings.
+    site : Site
+    grid_size : float, optional
+        [m] As the scene was built with.
+
+    Returns
+    -------
+    Outlines
+    """
+    if grid_size is not None:
+        city, _ = split_into_cells(city, grid_size)
+    start = np.full(len(surfaces) + 1, city.polygon_start[-1], np.int32)
+    start[: len(city) + 1] = city.polygon_start
+    points = bring_to_origin(city.points, site).astype(np.float32)
+    return Outlines(points, np.asarray(city.ring_start, np.int32), start)

@@ -1,0 +1,162 @@
+"""Lay ground under a city: terrain given by the user, terrain of its own files, a surface through its feet, or none."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from .build_ground import build_ground, choose_reach, faces_up, feet_or_corners
+from .build_terrain import build_terrain
+from .check_geometry import check_terrain
+from .find_feet import find_feet
+from .find_ground import find_ground, height_below, upward_areas
+from .locate_site import bring_to_origin
+from .polygons import polygon_bounds
+from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
+
+SLACK = 0.001  # [m] how far below a face something that rests on it may be drawn
+
+
+def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
+    """The scene with its ground, and the footprints that do not touch it.
+
+    Parameters
+    ----------
+    scene : Scene
+    placed : PlacedCity
+    ground : {'auto', 'feet', 'none'}
+    options : SceneOptions
+    patch_size : float or None
+    report_share : callable
+        As of `build_scene`, of the ground.
+
+    Returns
+    -------
+    Scene
+    (h,) int
+    """
+    notes, reach = scene.report.notes, choose_reach(options.ground_albedo)
+    if placed.city.terrain is not None:
+        words = f"errain of the file: {count_triangles(placed.city.terrain):,} triangles"
+        if options.terrain is not None:
+            notes.append(f"T{words}, not used: {options.terrain.source} takes its place.")
+        else:
+            notes.append(f"Ground: t{words}." if ground == "auto" else f"T{words}, left out (--ground {ground}).")
+    chosen = options.terrain or (placed.city.terrain if ground == "auto" else None)
+    if chosen is not None:
+        moved = chosen.moved(lambda places: bring_to_origin(places, scene.site))
+        check_terrain(moved)
+        # Houses that end above the terrain are carried down to it; only thin things float above it.
+        feet = feet_or_corners(
+            placed, lambda places, thin: np.where(thin, measure_heights(moved, places[:, :2]), np.nan)
+        )
+        if options.terrain is not None or reaches(moved, feet.start[:, :2]):
+            laid = build_terrain(feet, placed.points, moved, patch_size, reach, site=scene.site)
+            return stand_on_terrain(scene, laid), feet.hanging
+        notes[-1] = f"Terrain of the file left out: no height under any building or within {NEAR:g} m of one."
+    known = height_of_own_ground(scene)
+    if ground == "none":
+        # No ground is laid under footprints all of whose corners lie over the model's own.
+        city, points = placed.city, placed.points
+        over = np.isfinite(known(points, np.zeros(len(points), bool))).astype(float)
+        above = placed.footprint & (polygon_bounds(over, city.ring_start, city.polygon_start)[0] > 0)
+        return scene, np.union1d(find_feet(*placed[:4], known).hanging, np.flatnonzero(above))
+    vertices, triangles, floating = build_ground(
+        placed, patch_size, reach=reach, ground_height=known, report_share=report_share
+    )
+    if len(floating):
+        names = ", ".join(scene.surfaces.surface_id[i] for i in floating[:5])
+        notes.append(f"{len(floating)} footprints are above the ground, which continues below them: {names} …")
+    return join_ground(scene, vertices, triangles), floating
+
+
+def height_of_own_ground(scene):
+    """Height of the model's own surfaces below a place, as a function for `find_floating`."""
+    upward = upward_areas(scene.vertices, scene.triangles) > 0
+    ground, highest = find_ground(scene) & upward, scene.vertices[:, 2].max() + 1
+
+    def ground_height(places, thin):
+        height = np.full(len(places), -np.inf)
+        for chosen, faces, start in ((~thin, ground, highest), (thin, upward, places[:, 2] + SLACK)):
+            if chosen.any() and faces.any():
+                from_above = np.broadcast_to(start, len(places))[chosen]
+                height[chosen] = height_below(scene.vertices, scene.triangles[faces], places[chosen], from_above)
+        return np.where(height > -np.inf, height, np.nan)
+
+    return ground_height
+
+
+def reaches(terrain, places):
+    """Whether a terrain has a height under any of some places, (k, 2) float64 [m], or close beside it."""
+    under = np.isfinite(measure_heights(terrain, places)).any()
+    return under or np.isfinite(nearest_heights(terrain, places, NEAR)).any()
+
+
+def stand_on_terrain(scene, ground):
+    """The scene on measured Ground; its report says what was done at the feet of walls."""
+    names = scene.surfaces.surface_id
+    for reason, polygons in (
+        ("ends above the terrain, extended down to it", ground.raised),
+        ("continues below the terrain, cut off at it", ground.below_ground),
+        ("footprint above the ground, which continues below it", ground.hanging),
+    ):
+        scene.report.repair(reason, [names[k] for k in polygons])
+    scene.report.notes += ground.notes
+    return replace(join_ground(scene, ground.vertices, ground.triangles, ground.hidden), terrain_laid=True)
+
+
+def join_ground(scene, vertices, triangles, hidden=None):
+    """Add the triangles of the ground, which have no row in the tables, to a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        Without the backs of sheets.
+    vertices : array, (v, 3) float64 [m]
+        In the scene's frame.
+    triangles : array, (t, 3) int64
+    hidden : array, (t,) bool, optional
+        Sides and bottom of the ground, seen only from the back.
+
+    Returns
+    -------
+    Scene
+    """
+    nothing = np.zeros(len(triangles), bool)
+    return replace(
+        scene,
+        vertices=np.concatenate([scene.vertices, vertices]),
+        triangles=np.concatenate([scene.triangles, (triangles + len(scene.vertices)).astype(np.int32)]),
+        triangle_surface=np.concatenate([scene.triangle_surface, np.full(len(triangles), -1, np.int32)]),
+        footprint=np.concatenate([scene.footprint, nothing if hidden is None else hidden]),
+        closure=np.concatenate([scene.closure, nothing]),
+        sheet=None if scene.sheet is None else np.concatenate([scene.sheet, nothing]),
+    )
+
+
+def count_triangles(terrain):
+    """Number of triangles of all layers."""
+    return sum(len(layer.triangles) for layer in terrain.layers)
+
+
+def show_terrain(scene, terrain):
+    """Add the triangles of a terrain as read, for display only; walls are not joined to it.
+
+    Parameters
+    ----------
+    scene : Scene
+        Without ground.
+    terrain : Terrain
+        In the coordinate reference system of the files. Triangles beyond the horizon are left out.
+
+    Returns
+    -------
+    Scene
+    """
+    low, high = scene.vertices.min(axis=0)[:2] - HORIZON, scene.vertices.max(axis=0)[:2] + HORIZON
+    scene.report.notes.append(f"Terrain of the file: {count_triangles(terrain):,} triangles.")
+    for layer in terrain.layers:
+        points = bring_to_origin(layer.points, scene.site)
+        near = ((points[:, :2] >= low) & (points[:, :2] <= high)).all(axis=1)[layer.triangles].all(axis=1)
+        used, corners = np.unique(layer.triangles[near], return_inverse=True)
+        scene = join_ground(scene, points[used], faces_up(points[used], corners.reshape(-1, 3)))
+    return scene

@@ -1,0 +1,147 @@
+"""Where a scene stands: latitude, longitude and true north of its place, and the way from its files to its own frame.
+
+The frame has a local origin and y to true north; meridian convergence is the azimuth of grid north from true north.
+"""
+
+import math
+
+import numpy as np
+import pyproj
+
+from ..errors import InputError
+from .scene import Site
+
+MARGIN = 1.0  # [°] outside the area of use of a system; surveys and zones reach a few kilometres beyond theirs
+STEP = 100.0  # [m] northwards on the grid; large against rounding, small against the curvature of a meridian
+
+
+def locate_site(crs, point, latitude=None, longitude=None):
+    """Latitude, longitude and meridian convergence of a point.
+
+    The convergence is the ellipsoidal azimuth of a short step to grid north, which avoids differing sign conventions.
+    It is that of the system at the point, also where another latitude or longitude is given: walls that face true south
+    do so wherever the city is set up.
+
+    Parameters
+    ----------
+    crs : str or None
+        As accepted by pyproj.CRS.from_user_input; planar, in metres.
+    point : sequence of float, (2,) or (3,) [m]
+        East and north in that system.
+    latitude, longitude : float, optional
+        [°] Given by the user; override those of the system.
+
+    Returns
+    -------
+    latitude, longitude : float or None
+        [°] None if neither the system nor the user gives them.
+    convergence : float
+        [°] Azimuth of grid north from true north; 0 without a system, or where it does not hold.
+
+    Raises
+    ------
+    InputError
+        Latitude or longitude is out of range, or only one of them is given and there is no system.
+    """
+    for name, value, bound in (("latitude", latitude, 90), ("longitude", longitude, 360)):
+        if value is not None and not abs(value) <= bound:  # also true for NaN
+            raise InputError(f"--{name}", f"{value} is out of range", f"give degrees between -{bound} and {bound}")
+    if crs is None:
+        if (latitude is None) != (longitude is None):
+            missing = "longitude" if longitude is None else "latitude"
+            raise InputError(
+                f"--{missing}",
+                "is missing, and the files have no coordinate reference system",
+                "give both --latitude D --longitude D",
+            )
+        return latitude, longitude, 0.0
+    plane = _plane_of(crs)
+    globe = pyproj.Transformer.from_crs(plane, plane.geodetic_crs.to_2d(), always_xy=True)
+    here = globe.transform(point[0], point[1])
+    north = globe.transform(point[0], point[1] + STEP)
+    if not all(math.isfinite(value) for value in (*here, *north)):
+        if latitude is not None and longitude is not None:
+            return latitude, longitude, 0.0  # the system does not hold there, so neither does its north
+        problem = f"the point {point[0]:.0f}, {point[1]:.0f} lies outside {plane.name}"
+        raise InputError(crs, problem, "correct the srsName, or give --latitude and --longitude")
+    azimuth, _, _ = plane.get_geod().inv(*here, *north)
+    return (
+        float(here[1]) if latitude is None else latitude,
+        float(here[0]) if longitude is None else longitude,
+        float(azimuth),
+    )
+
+
+def note_outside_use(crs, latitude, longitude):
+    """Say that a place lies far outside the area for which its system is made.
+
+    Coordinates that are local, or of another system, put it there: 0, 0 of the Dutch grid is in France.
+
+    Parameters
+    ----------
+    crs : str or None
+    latitude, longitude : float or None
+        [°]
+
+    Returns
+    -------
+    list of str
+        A sentence for the report, or none.
+    """
+    area = None if crs is None or latitude is None else _plane_of(crs).area_of_use
+    if area is None:
+        return []
+    width = (area.east - area.west) % 360 or 360.0
+    past_west = (longitude - area.west) % 360  # [°] eastwards from its western edge
+    outside = max(area.south - latitude, latitude - area.north, min(past_west - width, 360 - past_west), 0.0)
+    if outside <= MARGIN:
+        return []
+    place = f"The city, at latitude {latitude:.3f}°, longitude {longitude:.3f}°, lies {outside:.1f}° outside"
+    cure = "If its coordinates are local, or of another system, give --latitude and --longitude."
+    return [f"{place} the area of use of {crs} ({_plane_of(crs).name}). {cure}"]
+
+
+def _plane_of(crs):
+    system = pyproj.CRS.from_user_input(crs)
+    return system.sub_crs_list[0] if system.is_compound else system.to_2d()
+
+
+MICROMETRE = 6  # decimals of a metre
+AS_IN_FILES = Site(None, None, 0.0, 0.0, None, (0.0, 0.0, 0.0))
+
+
+def bring_to_origin(points, site):
+    """Points of the files in the scene's frame.
+
+    What large coordinates leave behind the micrometre is rounding: the same city is the same scene anywhere.
+
+    Parameters
+    ----------
+    points : array, (m, 3) float64 [m]
+    site : Site
+
+    Returns
+    -------
+    array, (m, 3) float64 [m]
+    """
+    return np.round(turn_to_true_north(points - np.array(site.origin), site.convergence), MICROMETRE)
+
+
+def bring_to_grid(points, site):
+    """Points of the scene's frame in the coordinates of the files: the inverse of `bring_to_origin`."""
+    return turn_to_true_north(points, -site.convergence) + np.array(site.origin)
+
+
+def turn_to_true_north(points, convergence):
+    """Turn grid coordinates so that y points to true north.
+
+    A direction of grid azimuth a has true azimuth a + convergence.
+
+    Parameters
+    ----------
+    points : array, (m, 3) float64 [m]
+    convergence : float [°]
+    """
+    sine, cosine = math.sin(math.radians(convergence)), math.cos(math.radians(convergence))
+    x, y = points[:, 0], points[:, 1]
+    return np.column_stack([cosine * x + sine * y, cosine * y - sine * x, points[:, 2]])

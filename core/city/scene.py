@@ -1,0 +1,144 @@
+"""The triangulated scene for ray tracing, with its surfaces and site.
+
+Each triangle of a sheet, a face without thickness, gets a second one for its back, which receives and reflects light.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..check_arrays import check_array, check_triangles
+from .city import ImportReport
+from .crowns import Crowns
+
+
+@dataclass
+class Site:
+    """Location of the scene on Earth."""
+
+    latitude: float | None  # [°]
+    longitude: float | None  # [°]
+    altitude: float  # [m]
+    convergence: float  # [°] azimuth of grid north from true north; the scene is already rotated by it
+    crs: str | None
+    origin: tuple  # (3,) [m] the scene's origin in the coordinate reference system of the files
+
+
+@dataclass
+class Surfaces:
+    """Surfaces, one per polygon of the city, in input order: the rows of all results."""
+
+    surface_id: list  # (n,) str
+    building_id: list  # (n,) str
+    thematic: list  # (n,) str
+    kind: np.ndarray  # (n,) str: facade, roof, flat, steep, downward, ground, rack
+    orientation: np.ndarray  # (n,) str: north, east, south, west, none
+    eligible: np.ndarray  # (n,) bool
+    area: np.ndarray  # (n,) float64 [m²]
+    surface_tilt: np.ndarray  # (n,) float64 [°]
+    surface_azimuth: np.ndarray  # (n,) float64 [°] clockwise from true north; 0 if the surface is level
+    normal: np.ndarray  # (n, 3) float64, unit length
+    material: list | None = None  # (n,) str, names of materials, "" if there is none; None if not recorded
+
+    def __len__(self):
+        return len(self.surface_id)
+
+
+@dataclass
+class Scene:
+    """Triangles with the surface each belongs to; axes x true east, y true north, z up; metres; local origin."""
+
+    vertices: np.ndarray  # (v, 3) float64 [m]
+    triangles: np.ndarray  # (t, 3) int32 into vertices, counter-clockwise seen from outside
+    triangle_surface: np.ndarray  # (t,) int32 into surfaces; -1 for generated ground, terrain, backs of racks
+    footprint: np.ndarray  # (t,) bool: footprint of a building; counts as a back face from both sides
+    closure: np.ndarray  # (t,) bool: ClosureSurface between buildings; blocks rays, receives no light
+    surfaces: Surfaces
+    site: Site
+    report: ImportReport = field(default_factory=ImportReport)
+    colours: dict = field(default_factory=dict)  # name of a material of the files -> (3,) linear RGB, None if not given
+    sheet: np.ndarray | None = None  # (t,) bool: open sheet without thickness, lit on both sides; None: none
+    back_of: np.ndarray | None = None  # (t,) int32, for back sides made by `add_backs`: their triangle, else -1
+    racks: np.ndarray | None = None  # (k, 4, 3) float64 [m], corners of the fronts, which are the last k surfaces
+    rack_of_back: np.ndarray | None = None  # (t,) int32: surface of the rack whose underside or edge it is, else -1
+    back_albedo: float = 0.0  # of those undersides and edges
+    trees: Crowns | None = None  # None: the model has no vegetation
+    number: np.ndarray | None = None  # (t,) int64 among the triangles of its surface; None: counted here
+    terrain_laid: bool = False  # whether the ground without rows in the tables is measured terrain
+    halo: np.ndarray | None = None  # (t,) int8, of a tile: its OWN, NEAR and FAR surroundings; None: not a tile
+
+
+OWN, NEAR, FAR = 0, 1, 2  # surroundings have no results; FAR ones pass light on only where a ray meets them
+
+
+def check_scene(scene):
+    """Raise an error if a scene cannot be traced.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    InputError
+    """
+    check_triangles(scene.vertices, scene.triangles)
+    count, own = len(scene.triangles), len(scene.surfaces)
+    check_array("triangle_surface", scene.triangle_surface, (count,), kind="i", least=-1, most=own - 1)
+    for name in ("footprint", "closure", "sheet"):
+        if name != "sheet" or scene.sheet is not None:
+            check_array(name, getattr(scene, name), (count,), kind="b")
+    for name, most in (("back_of", count - 1), ("rack_of_back", own - 1)):
+        if getattr(scene, name) is not None:
+            check_array(name, getattr(scene, name), (count,), kind="i", least=-1, most=most)
+
+
+def add_backs(scene):
+    """The scene with a reversed triangle appended for each triangle of a sheet.
+
+    These belong to no row of the tables; `back_of` has the triangle whose back each is. Rays do not hit them: they hit
+    the sheet, from one side or the other.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    Scene
+        The same object if there are no sheets.
+    """
+    if scene.sheet is None or not scene.sheet.any() or scene.back_of is not None:
+        return scene
+    rows = np.flatnonzero(scene.sheet)
+    count, nothing, racks = len(scene.triangles), np.zeros(len(rows), bool), scene.rack_of_back
+    return replace(
+        scene,
+        triangles=np.concatenate([scene.triangles, scene.triangles[rows][:, [0, 2, 1]]]),
+        triangle_surface=np.concatenate([scene.triangle_surface, np.full(len(rows), -1, np.int32)]),
+        footprint=np.concatenate([scene.footprint, nothing]),
+        closure=np.concatenate([scene.closure, nothing]),
+        sheet=np.concatenate([scene.sheet, nothing]),
+        back_of=np.concatenate([np.full(count, -1, np.int32), rows.astype(np.int32)]),
+        rack_of_back=None if racks is None else np.concatenate([racks, np.full(len(rows), -1, np.int32)]),
+    )
+
+
+def surface_of_triangles(scene):
+    """Surface that each triangle is a part of, or the back of: (t,) int, -1 on generated ground."""
+    surface = scene.triangle_surface
+    if scene.back_of is not None:
+        surface = np.where(scene.back_of >= 0, surface[scene.back_of], surface)
+    if scene.rack_of_back is not None:
+        surface = np.where(scene.rack_of_back >= 0, scene.rack_of_back, surface)
+    return surface
+
+
+def other_sides(scene):
+    """The triangle on the other side of each triangle of a sheet: (t,) int32, -1 for all others."""
+    other = np.full(len(scene.triangles), -1, np.int32)
+    if scene.back_of is not None:
+        backs = np.flatnonzero(scene.back_of >= 0)
+        other[backs] = scene.back_of[backs]
+        other[scene.back_of[backs]] = backs
+    return other

@@ -1,0 +1,98 @@
+"""Measured terrain: triangulated layers, the finest first, and its height at any position."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import shapely
+
+from ..check_arrays import check_array
+from .triangulate_feet import heights_on
+
+NEAR = 5.0  # [m] feet this close to the edge of the terrain take its height: TINs are often cut out at buildings
+HORIZON = 5000.0  # [m] terrain further than this beyond the city's edge is left out
+
+
+@dataclass
+class Layer:
+    """Triangles of one resolution; gaps have no triangles."""
+
+    points: np.ndarray  # (v, 3) float64 [m], x east, y north, z up
+    triangles: np.ndarray  # (t, 3) int64
+
+
+@dataclass
+class Terrain:
+    """Terrain read from a file, in the coordinate reference system of the city."""
+
+    source: str
+    layers: list = field(default_factory=list)  # of Layer, the finest first
+    notes: list = field(default_factory=list)  # sentences for the report
+
+    def moved(self, move):
+        """The same terrain with its points transformed by a function (v, 3) -> (v, 3)."""
+        return Terrain(self.source, [Layer(move(one.points), one.triangles) for one in self.layers], self.notes)
+
+
+def measure_heights(terrain, places):
+    """Height of a terrain; the highest triangle wins where several overlap.
+
+    Parameters
+    ----------
+    terrain : Terrain
+    places : array, (k, 2) float64 [m]
+
+    Returns
+    -------
+    heights : array, (k,) float64 [m]
+        NaN in gaps and beyond the edge.
+    """
+    places = check_array("places", places, ("k", 2))
+    heights = np.full(len(places), np.nan)
+    for layer in terrain.layers:
+        missing = np.flatnonzero(np.isnan(heights))
+        corners = _corners_near(layer, places[missing], 0.0) if len(missing) else []
+        if len(corners):
+            tree, some = shapely.STRtree(shapely.polygons(corners[..., :2])), places[missing]
+            place, triangle = tree.query(shapely.points(some), "intersects")
+            np.fmax.at(heights, missing[place], heights_on(corners[triangle], some[place]))
+    return heights
+
+
+def nearest_heights(terrain, places, reach):
+    """Height of a terrain at its point nearest to each place.
+
+    Parameters
+    ----------
+    terrain : Terrain
+    places : array, (k, 2) float64 [m]
+    reach : float [m]
+
+    Returns
+    -------
+    heights : array, (k,) float64 [m]
+        NaN where none is within reach.
+    """
+    heights = np.full(len(places), np.nan)
+    for layer in terrain.layers:
+        missing = np.flatnonzero(np.isnan(heights))
+        corners = _corners_near(layer, places[missing], reach) if len(missing) else []
+        if not len(corners):
+            continue
+        shapes, points = shapely.polygons(corners[..., :2]), shapely.points(places[missing])
+        place, triangle = shapely.STRtree(shapes).query_nearest(points, max_distance=reach)
+        lines = shapely.shortest_line(shapes[triangle], points[place])
+        on = shapely.get_coordinates(shapely.get_point(lines, 0))
+        found = np.full(len(missing), -np.inf)
+        np.maximum.at(found, place, heights_on(corners[triangle], on))
+        heights[missing] = np.where(np.isinf(found), np.nan, found)
+    return heights
+
+
+def _corners_near(layer, places, reach):
+    """Corners (t, 3, 3) of the triangles near some places that have an area seen from above."""
+    corners = layer.points[layer.triangles]  # (t, 3, 3)
+    low, high = corners[..., :2].min(axis=1) - reach, corners[..., :2].max(axis=1) + reach
+    corners = corners[((low <= places.max(axis=0)) & (high >= places.min(axis=0))).all(axis=1)]
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    doubled = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    return corners[np.abs(doubled) > 1e-9 * np.maximum((u**2).sum(axis=1), (v**2).sum(axis=1))]

@@ -1,0 +1,109 @@
+"""Cover cells: what those of a patch tell on each other, in the midst of their like or between some that agree."""
+
+import numpy as np
+from numba import njit
+
+from ..rays.hemisphere_rays import CELL_DIVISIONS
+from ..rays.sample_points import cell_contacts, cell_places
+
+UNKNOWN, FACING, OPEN, TOUCHING, COVERED = np.int8(range(5))  # what a ray from a cell tells on it
+
+
+def settled_cells(states):
+    """The verdicts on cells that all their neighbours share; UNKNOWN for the others.
+
+    Along the edge of the covered part a single ray says little, and where none around reaches the sky, fronts may be
+    those of something inside.
+
+    Parameters
+    ----------
+    states : (c, cells) int8
+        Of `first_states`.
+
+    Returns
+    -------
+    (c, cells) int8
+        OPEN, COVERED or UNKNOWN.
+    """
+    settled = np.full_like(states, UNKNOWN)
+    beside_sky = ~enclosed_cells(states != OPEN)
+    settled[enclosed_cells((states == OPEN) | (states == FACING)) & beside_sky] = OPEN
+    settled[enclosed_cells(states == COVERED)] = COVERED
+    return settled
+
+
+def enclosed_cells(covered):
+    """Covered cells whose neighbours are all covered.
+
+    Parameters
+    ----------
+    covered : (c, cells) bool
+
+    Returns
+    -------
+    (c, cells) bool
+    """
+    enclosed = np.zeros(covered.shape, bool)
+    mark_enclosed(covered, cell_contacts(round(np.sqrt(covered.shape[1]))), enclosed)
+    return enclosed
+
+
+def among_covered(covered):
+    """Open cells that touch more covered cells than open ones: (c, cells) bool."""
+    touching = cell_contacts(round(np.sqrt(covered.shape[1]))).astype(np.int8)
+    np.fill_diagonal(touching, 0)
+    return ~covered & (2 * (covered.astype(np.int8) @ touching) > touching.sum(axis=0))
+
+
+@njit(nogil=True, cache=True)
+def mark_enclosed(covered, contacts, enclosed):
+    """Set cells in `enclosed`, (c, cells) bool, that are covered and touch only covered cells.
+
+    A matrix product would do as well, but would start BLAS threads that compete with the tracer's.
+    """
+    for patch in range(len(covered)):
+        for cell in range(covered.shape[1]):
+            if covered[patch, cell]:
+                alone = False
+                for other in range(covered.shape[1]):
+                    alone |= contacts[cell, other] and not covered[patch, other]
+                enclosed[patch, cell] = not alone
+
+
+def leading_cells():
+    """Cells that lead, (m,) int, and which of them touch each, itself alone if it leads: (m, cells) int8.
+
+    All that share an edge with the patch, since what is covered ends along an edge, and a third of the other upright
+    ones: each cell touches two or more.
+    """
+    row, place = cell_places(CELL_DIVISIONS)
+    upright, last = place % 2 == 0, 2 * (CELL_DIVISIONS - 1 - row)
+    edge = (row == 0) | (place == 0) | (place == last)
+    leading = np.flatnonzero(upright & (edge | ((row + place) % 3 == 0)))
+    touch = cell_contacts(CELL_DIVISIONS)[leading].astype(np.int8)
+    touch[:, leading] = np.eye(len(leading), dtype=np.int8)
+    return leading, touch
+
+
+LEADING, TOUCH = leading_cells()
+
+
+def share_verdicts(verdict, states):
+    """The verdicts on cells between leading ones that agree; UNKNOWN where these differ or a first ray denies it.
+
+    Parameters
+    ----------
+    verdict : (c, cells) int8
+        OPEN, COVERED or UNKNOWN; known of all leading cells.
+    states : (c, cells) int8
+        Of `first_states`.
+
+    Returns
+    -------
+    (c, cells) int8
+    """
+    leading, touching = (verdict[:, LEADING] == COVERED).astype(np.int8), TOUCH.sum(axis=0)
+    covered = leading @ TOUCH  # whole numbers, for which no BLAS threads start
+    agreed = np.select([covered == touching, covered == 0], [COVERED, OPEN], UNKNOWN)
+    fitting = np.where(agreed == COVERED, enclosed_cells(states != OPEN), enclosed_cells(states < TOUCHING))
+    return np.where((verdict == UNKNOWN) & fitting, agreed, verdict)

@@ -1,0 +1,136 @@
+"""The inside test, of places from which rays meet hardly anything but fronts: in something, or in a gap or a court.
+
+┌──────────────┐ roof          No ray from the wall w reaches the sky, and half of them meet the front of the house
+│  ┌────┐      │               inside, not a back. What a ray reaches without crossing a face is inside if the place
+│  │    │ ←─ w │               is; so rays go on from fronts until they meet a back or leave. In a court they leave,
+└──┴────┴──────┘               or go on to the end.
+"""
+
+import numpy as np
+from numba import njit
+
+from ..rays.hemisphere_rays import points_of_patches, rays_from_patches
+from ..rays.random_numbers import GOLDEN, mix, uniform_of
+from ..rays.sample_points import cosine_direction
+from .fates_of_rays import meets_back
+
+RAYS = 8  # from each point
+STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an open shell
+TURNS = 16  # most faces that a ray goes on from; then it tells nothing
+CONTACT = 0.01  # [m]: faces that look at each other from closer than this touch, but for the rounding of a model
+WIDTH = 1.0  # [m] of a patch, the root of its area; on smaller ones they must be closer in proportion
+OPPOSITE = -0.9  # cosine between the normals of faces that look at each other
+
+
+def is_touched(ray_scene, patches, places):
+    """Whether a face looks back at some points of patches from less than CONTACT: (k,) bool."""
+    own, b1, b2 = places
+    origins = points_of_patches(patches, own, b1[:, None], b2[:, None])[:, 0]
+    return find_touching(patches, own, ray_scene.trace_places(origins, patches.normal[own]))
+
+
+def judge_ends(backs, skies):
+    """Whether points lie inside something, from how many of their RAYS rays end at backs and in the sky: (k,) bool."""
+    return (2 * backs > RAYS) & (skies <= STRAY_RAYS)
+
+
+def lie_inside(ray_scene, patches, places, keys, ahead=0.0):
+    """Whether some points of patches lie inside something, by RAYS rays from each that go on from fronts: (k,) bool.
+
+    Parameters
+    ----------
+    places : Places
+        k.
+    keys : (k,) uint64
+        Of random numbers.
+    ahead : float [m]
+        From the points to where their rays begin, such as CONTACT behind a face that looks back.
+    """
+    point, ends = np.repeat(np.arange(len(keys)), RAYS), np.zeros((2, len(keys)), np.int64)
+    step = (ahead * patches.normal[places.triangle[point]]).astype(np.float32)
+    follow(ray_scene, patches, (places.take(point), point, number_rays(keys).ravel()), ends, step)
+    return judge_ends(*ends)
+
+
+def number_rays(keys):
+    """Keys of random numbers of the RAYS rays of some points, (k,) uint64: (k, RAYS) uint64."""
+    return mix(keys[:, None] + np.arange(1, RAYS + 1).astype(np.uint64) * GOLDEN)
+
+
+def follow(ray_scene, patches, rays, ends, ahead=0):
+    """Rays go on from fronts by the cosine, until they meet a back or leave, at most TURNS times.
+
+    Parameters
+    ----------
+    ray_scene : RayScene
+    patches : Patches
+        Of all triangles of `ray_scene`.
+    rays : tuple of Places, (r,) int and (r,) uint64
+        Where they start, the point that each belongs to, and keys of random numbers.
+    ends : (2, k) int
+        For each point, how many end at backs and how many in the sky is added to the rows. From points with more than
+        STRAY_RAYS of the latter none is followed any more.
+    ahead : (r, 3) float32 [m], optional
+        From each place to where its ray starts.
+    """
+    (triangle, b1, b2), point, keys = rays
+    for turn in range(TURNS):
+        u, v = uniform_of(keys[:, None], np.arange(2 * turn + 1, 2 * turn + 3)).T
+        local = tuple(part[:, None] for part in cosine_direction(u, v))
+        starts = rays_from_patches(patches, triangle, b1[:, None], b2[:, None], local)
+        origins, directions = (part[:, 0] for part in starts)
+        met, b1, b2 = ray_scene.trace_places(origins + ahead if turn == 0 else origins, directions)
+        back = meets_back(patches, met[:, None], directions[:, None])[:, 0]
+        ends[0] += np.bincount(point[back], minlength=ends.shape[1])
+        ends[1] += np.bincount(point[(met < 0) & (directions[:, 2] > 0)], minlength=ends.shape[1])
+        on = np.flatnonzero((met >= 0) & ~back & (ends[1] <= STRAY_RAYS)[point])
+        triangle, b1, b2, point, keys = met[on], b1[on], b2[on], point[on], keys[on]
+        if not len(on):
+            break
+
+
+def find_touching(patches, own, hits):
+    """Which rays meet a face that looks back at their patch from less than CONTACT.
+
+    Parameters
+    ----------
+    patches : Patches
+    own : (m,) int
+        The patch that each starts from.
+    hits : Places
+        m; where it ends.
+
+    Returns
+    -------
+    (m,) bool
+    """
+    touching = np.zeros(len(own), bool)
+    closest = (CONTACT * np.minimum(np.sqrt(patches.area[own]) / WIDTH, 1)).astype(np.float32)
+    mark_touching((patches.corner, patches.edges, patches.facing), (own, closest), tuple(hits), touching)
+    return touching
+
+
+@njit(nogil=True, cache=True)
+def mark_touching(shapes, starts, hits, touching):
+    """Set entries of the last argument, (m,) bool, for `find_touching`.
+
+    Parameters
+    ----------
+    shapes : tuple of (p, 3) float32 [m], (p, 2, 3) float32 [m] and (p, 4) float32
+        `corner`, `edges` and `facing` of `Patches`.
+    starts : tuple of (m,) int and (m,) float32 [m]
+        The patch that each ray starts from, and how close a face must be.
+    hits : tuple of (m,) int, (m,) float32 and (m,) float32
+        Of `Places`.
+    """
+    (corner, edges, facing), (own, closest), (met, b1, b2) = shapes, starts, hits
+    for ray in range(len(own)):
+        one, other = own[ray], met[ray]
+        if other < 0:
+            continue
+        cosine, distance = np.float32(0), np.float32(0)
+        for axis in range(3):
+            along = b1[ray] * edges[other, 0, axis] + b2[ray] * edges[other, 1, axis]
+            cosine += facing[one, axis] * facing[other, axis]
+            distance += facing[one, axis] * (corner[other, axis] + along - corner[one, axis])
+        touching[ray] = cosine < OPPOSITE and distance < closest[ray]

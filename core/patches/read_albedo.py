@@ -1,0 +1,264 @@
+"""Assign a BRDF to every triangle, from albedos and materials."""
+
+import csv
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..city.grid_cells import whole_of_cell
+from ..city.scene import surface_of_triangles
+from ..errors import InputError
+from .brdfs import Lambertian
+from .materials import MaterialSpec, describe_brdf, named_material
+
+FILE, MATERIALS = "--albedo-file", "materials"  # possible sources of an albedo
+
+
+class Found(NamedTuple):
+    """BRDF of a surface, and its source."""
+
+    source: str
+    name: str  # key in that source; "" for a surface's own line, or if one value applies to all
+    material: str  # name of the material, "" if only an albedo is given
+    brdf: object  # Lambertian, Mirror, Glossy or Glass
+
+
+class TriangleBrdfs(NamedTuple):
+    """Laws of reflection other than Lambert's, and which triangles follow them."""
+
+    brdfs: list  # of Mirror, Glossy and Glass
+    index: np.ndarray  # (t,) int into `brdfs`; -1 for Lambertian triangles
+
+
+HEADERS = (["surface", "albedo"], ["surface", "material"], ["surface", "albedo", "material"])
+
+
+def albedo_of_triangles(scene, request, found=None):
+    """Albedo of the scene's triangles: (t,) float64; the highest one where it depends on the angle.
+
+    Parameters
+    ----------
+    scene : Scene
+    request : Request
+    found : list of Found, optional
+        Of `name_brdfs`, where it is known already.
+
+    Raises
+    ------
+    InputError
+        If the albedo file or a material is invalid, or is not supported by the estimator.
+    """
+    found = name_brdfs(scene, request) if found is None else found
+    distinct, which = list_distinct(found)
+    albedo = np.array([one.brdf.albedo for one in distinct])[which[surface_of_triangles(scene)]]
+    if scene.rack_of_back is not None:
+        albedo[scene.rack_of_back >= 0] = scene.back_albedo
+    return albedo
+
+
+def brdfs_of_triangles(scene, request, found=None):
+    """Laws of reflection other than Lambert's, and which triangles follow them.
+
+    Parameters as of `albedo_of_triangles`.
+
+    Returns
+    -------
+    TriangleBrdfs
+    """
+    distinct, which = list_distinct(name_brdfs(scene, request) if found is None else found)
+    brdfs = list(dict.fromkeys(one.brdf for one in distinct if not isinstance(one.brdf, Lambertian)))
+    place = {brdf: index for index, brdf in enumerate(brdfs)}
+    brdf_index = np.array([place.get(one.brdf, -1) for one in distinct])[which[surface_of_triangles(scene)]]
+    if scene.rack_of_back is not None:
+        brdf_index[scene.rack_of_back >= 0] = -1  # undersides and edges of racks are Lambertian
+    return TriangleBrdfs(brdfs, brdf_index)
+
+
+def list_distinct(found):
+    """The objects of a list, each once in the order of their first places, and which of them stands in each place.
+
+    Most surfaces share one Found: looking at each of them takes longer than all else that is asked of materials.
+
+    Returns
+    -------
+    distinct : list of Found
+    which : (n,) int
+    """
+    _, first, which = np.unique(np.fromiter(map(id, found), np.int64, len(found)), True, True)
+    order = np.argsort(first)
+    return [found[place] for place in first[order]], np.argsort(order)[which]
+
+
+def name_brdfs(scene, request):
+    """BRDF of each surface and, last, of the generated ground, with its source.
+
+    In order of precedence: the albedo file's line for the surface, its line for the surface's material, the material
+    itself (from `request.materials` or, with `request.file_materials`, from the city's files), the albedo file's line
+    for the kind, `request.albedo`. A cell ``id#k`` takes the line of ``id``. Generated ground takes the ground albedo,
+    unless it has a material or the file has a line for the kind `ground`.
+
+    Returns
+    -------
+    list of Found
+        n + 1.
+    """
+    specs = read_albedo(request.albedo_file) if request.albedo_file else {}
+    of_key = {key: (spec.material, spec.brdf()) for key, spec in specs.items()}
+    surfaces = scene.surfaces
+    names, kinds, materials = surfaces.surface_id, surfaces.kind.tolist(), surfaces.material or [""] * len(surfaces)
+    whole = [whole_of_cell(name) for name in names] if of_key else names
+    named = {*materials, request.ground_material} - {""}
+    unused = set(of_key) - {*names, *whole, *named, *kinds, "ground"}
+    if unused:
+        problem = f"{sorted(unused)[0]!r} is neither a surface nor a kind nor a material of this city"
+        cure = "use surface_id or kind as in faces.csv, or a material as `citypv inspect` lists them"
+        raise InputError(request.albedo_file, problem, cure)
+    of_material = brdfs_of_materials(scene, request)
+    of_material |= {name: Found(FILE, name, name, of_key[name][1]) for name in named & set(of_key)}
+    plain = dict.fromkeys([*kinds, "ground"], Found("--albedo", "", "", Lambertian(request.albedo)))
+    of_kind = plain | {kind: Found(FILE, kind, *of_key[kind]) for kind in {*kinds, "ground"} & set(of_key)}
+    found = []
+    for name, parent, material, kind in zip(names, whole, materials, kinds, strict=True):
+        own = of_key.get(name) or of_key.get(parent)
+        found.append(Found(FILE, "", *own) if own else of_material.get(material, of_kind[kind]))
+    if "ground" not in of_key:
+        of_kind["ground"] = Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))
+    return [*found, of_material.get(request.ground_material, of_kind["ground"])]
+
+
+def brdfs_of_materials(scene, request):
+    """BRDFs of the materials given by the request or, if requested, by the city's files: name -> Found."""
+    specs = {}
+    if request.file_materials:
+        if not scene.colours:
+            raise InputError("--materials", "the files of this city have no materials", "omit it, or use --albedo-file")
+        specs = {name: named_material(name, colour) for name, colour in scene.colours.items()}
+    specs |= request.materials
+    return {name: Found(MATERIALS, name, name, brdf_of_named(name, spec)) for name, spec in specs.items() if spec}
+
+
+def brdf_of_named(name, spec):
+    """BRDF of a material of the city, from its MaterialSpec; an error names the material."""
+    try:
+        return spec.brdf()
+    except InputError as error:
+        raise InputError(f"Material {name!r}", f"{error.source}: {error.problem}", error.cure) from error
+
+
+def check_materials(request):
+    """Refuse an albedo file, or a material of the request, that cannot be used with any city.
+
+    Raises
+    ------
+    InputError
+    """
+    if request.albedo_file:
+        read_albedo(request.albedo_file)
+    for name, spec in request.materials.items():
+        if spec:
+            brdf_of_named(name, spec)
+
+
+def describe_albedo(scene, request):
+    """Sources of the albedos of the surfaces.
+
+    Returns
+    -------
+    list of dict
+        One per source, name in it and BRDF: `from`, `name`, `material` ("" if only an albedo is given), `albedo` (the
+        highest one if it depends on the angle), `law` (lambertian, mirror, glossy, glass), `reflects` (the same in
+        words), and count (`surfaces`) and `area` [m²] of the surfaces with it. The generated ground comes last, without
+        these two.
+    """
+    return materials_of_surfaces(scene, name_brdfs(scene, request))["albedos"]
+
+
+def materials_of_surfaces(scene, found):
+    """What a Transfer says of the surfaces it was traced with.
+
+    Parameters
+    ----------
+    scene : Scene
+    found : list of Found
+        Of `name_brdfs`.
+
+    Returns
+    -------
+    dict
+        `albedo` (n,) float64, `material` (n,) list of str, and `albedos`, a list as in `describe_albedo`.
+    """
+    *found, ground = found
+    distinct, which = list_distinct(found)
+    counts, areas = np.bincount(which), np.bincount(which, scene.surfaces.area)
+    rows = {}
+    for one, more, area in zip(distinct, counts.tolist(), areas.tolist(), strict=True):
+        count, whole = rows.get(one, (0, 0.0))
+        rows[one] = count + more, whole + area
+    rows = [*rows.items(), *([(ground, None)] if (surface_of_triangles(scene) < 0).any() else [])]
+    described = []
+    for one, size in rows:
+        row = {"from": one.source, "name": one.name, "material": one.material, "albedo": one.brdf.albedo}
+        row |= {"law": type(one.brdf).__name__.lower(), "reflects": describe_brdf(one.brdf)}
+        described.append(row | (dict(zip(("surfaces", "area"), size, strict=True)) if size else {}))
+    return {
+        "albedo": np.array([one.brdf.albedo for one in distinct], float)[which],
+        "material": [one.material for one in found],
+        "albedos": described,
+    }
+
+
+def read_albedo(path):
+    """Read albedos or materials by surface id, by kind, or by the name of a material in the city's files.
+
+    Parameters
+    ----------
+    path : str or path-like
+        CSV with the header `surface,albedo`, `surface,material` or `surface,albedo,material`. A row may leave albedo or
+        material empty.
+
+    Returns
+    -------
+    dict of str to MaterialSpec
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, has other columns, or holds an albedo that is not a number from 0 to 1 or a
+        material that is not known.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(
+            path, f"cannot be read ({error})", "give a CSV file with the columns surface,albedo"
+        ) from error
+    rows = csv.reader(text.splitlines())
+    header = next(rows, None)
+    if header not in HEADERS:
+        raise InputError(path, "line 1 is not the header surface,albedo", "add it")
+    specs = {}
+    for number, row in enumerate(rows, start=2):
+        if len(row) != len(header):
+            problem = f"line {number} is not {'a name and a number' if header == HEADERS[0] else 'as the header'}"
+            raise InputError(path, problem, f"write {','.join(['name', *header[1:]])}")
+        cells = dict(zip(header, row, strict=True))
+        specs[row[0]] = spec_of_row(path, number, cells.get("albedo", ""), cells.get("material", ""))
+    return specs
+
+
+def spec_of_row(path, number, albedo, material):
+    """MaterialSpec of a line of the file, checked to give a valid BRDF."""
+    if not material or albedo:
+        try:
+            value = float(albedo)
+        except ValueError as error:
+            raise InputError(path, f"line {number} is not a name and a number", "write name,albedo") from error
+        if not 0 <= value <= 1:
+            raise InputError(path, f"line {number}: albedo {albedo}", "give a number from 0 to 1")
+    spec = MaterialSpec(value if albedo or not material else None, material)
+    try:
+        spec.brdf()
+    except InputError as error:
+        raise InputError(path, f"line {number}: {error.source} {error.problem}", error.cure) from error
+    return spec

@@ -1,0 +1,269 @@
+"""Embree, called in packets of rays if a self-test passes, else ray by ray.
+
+embreex (github.com/trimesh/embreex) traces one ray at a time. The Embree library bundled with its wheel traces packets
+of rays with one direction several times as fast; its C interface (github.com/RenderKit/embree, version 4) is called
+here through ctypes, without a compiler.
+"""
+
+import ctypes
+import functools
+import os
+from importlib import metadata
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+from ..errors import InputError
+from . import packet_loops
+
+POINTER = ctypes.c_void_p
+# C functions used: result type, argument types.
+PROTOTYPES = {
+    "rtcNewDevice": (POINTER, [ctypes.c_char_p]),
+    "rtcGetDeviceProperty": (ctypes.c_ssize_t, [POINTER, ctypes.c_int]),
+    "rtcGetDeviceError": (ctypes.c_int, [POINTER]),
+    "rtcNewScene": (POINTER, [POINTER]),
+    "rtcSetSceneFlags": (None, [POINTER, ctypes.c_int]),
+    "rtcNewGeometry": (POINTER, [POINTER, ctypes.c_int]),
+    "rtcSetSharedGeometryBuffer": (
+        None,
+        [POINTER, ctypes.c_int, ctypes.c_uint, ctypes.c_int, POINTER, *[ctypes.c_size_t] * 3],
+    ),
+    "rtcCommitGeometry": (None, [POINTER]),
+    "rtcAttachGeometry": (ctypes.c_uint, [POINTER, POINTER]),
+    "rtcReleaseGeometry": (None, [POINTER]),
+    "rtcCommitScene": (None, [POINTER]),
+    "rtcReleaseScene": (None, [POINTER]),
+    "rtcReleaseDevice": (None, [POINTER]),
+}
+VERSION_MAJOR, NATIVE_PACKETS = 1, {16: 34, 8: 33, 4: 32}  # device properties
+TRIANGLES, INDICES, VERTICES = 0, 0, 1  # geometry and buffer types
+THREE_WORDS, THREE_FLOATS = 0x5003, 0x9003  # buffer formats
+ROBUST = 1 << 2
+COHERENT = 1 << 16  # hint that the rays of a packet are coherent
+ROW = 12  # [bytes] stride of three integers or floats
+
+
+class Arguments(ctypes.Structure):
+    """RTCIntersectArguments, and RTCOccludedArguments, which has the same fields."""
+
+    _fields_ = (
+        ("flags", ctypes.c_int),
+        ("feature_mask", ctypes.c_int),
+        ("context", POINTER),
+        ("filter", POINTER),
+        ("function", POINTER),
+        ("reserved", POINTER * 2),
+    )
+
+
+class LibraryError(Exception):
+    """The library is missing, or does not behave as expected."""
+
+
+@functools.cache
+def load_library():
+    """Load the library bundled with embreex.
+
+    Returns
+    -------
+    library : ctypes.CDLL
+    device : int
+        Device handle, kept for the lifetime of the process.
+    width : int
+        Widest packet that this processor traces natively.
+
+    Raises
+    ------
+    LibraryError
+        With the reason.
+    """
+    import embreex.rtcore_scene  # noqa: F401, loads the library's own dependencies
+
+    paths = [entry.locate() for entry in metadata.files("embreex") or () if "embree4" in entry.name.lower()]
+    if not paths:
+        raise LibraryError("embreex has no Embree 4 library bundled")
+    try:
+        library = ctypes.CDLL(str(paths[0]))
+        for name, (result, arguments) in PROTOTYPES.items():
+            function = getattr(library, name)
+            function.restype, function.argtypes = result, arguments
+    except (OSError, AttributeError) as error:
+        raise LibraryError(f"its library cannot be loaded ({error})") from error
+    device = library.rtcNewDevice(None)
+    if not device:
+        raise LibraryError("Embree cannot create a device")
+    if library.rtcGetDeviceProperty(device, VERSION_MAJOR) != 4:
+        raise LibraryError("its library is not Embree 4")
+    widths = [width for width, number in NATIVE_PACKETS.items() if library.rtcGetDeviceProperty(device, number)]
+    if not widths:
+        raise LibraryError("this processor has no native support for ray packets")
+    return library, device, max(widths)
+
+
+def build_tree(library, device, vertices, triangles):
+    """Handle of a committed triangle scene; the arrays must outlive it, `vertices` needs one spare row at the end."""
+    scene, mesh = library.rtcNewScene(device), library.rtcNewGeometry(device, TRIANGLES)
+    library.rtcSetSceneFlags(scene, ROBUST)
+    share = library.rtcSetSharedGeometryBuffer
+    share(mesh, VERTICES, 0, THREE_FLOATS, vertices.ctypes.data, 0, ROW, len(vertices) - 1)
+    share(mesh, INDICES, 0, THREE_WORDS, triangles.ctypes.data, 0, ROW, len(triangles))
+    library.rtcCommitGeometry(mesh)
+    library.rtcAttachGeometry(scene, mesh)
+    library.rtcReleaseGeometry(mesh)  # the scene holds it
+    library.rtcCommitScene(scene)
+    if error := library.rtcGetDeviceError(device):
+        library.rtcReleaseScene(scene)
+        raise LibraryError(f"Embree could not build its BVH (error {error})")
+    return scene
+
+
+def address_of(library, name):
+    """Address of a C function."""
+    try:
+        return ctypes.cast(getattr(library, name), POINTER).value
+    except AttributeError as error:
+        raise LibraryError(f"the library has no {name}") from error
+
+
+class PacketTree:
+    """Embree's BVH over triangles, traced in packets. Methods as in `RayScene`, without input checks.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float32 [m]
+    triangles : (t, 3) int32
+
+    Raises
+    ------
+    LibraryError
+    """
+
+    def __init__(self, vertices, triangles):
+        self._library, device, self._width = load_library()
+        # Embree reads each vertex as four floats: a spare row keeps the last read inside the array.
+        self._vertices = np.zeros((len(vertices) + 1, 3), np.float32)
+        self._vertices[:-1] = vertices
+        self._triangles = np.ascontiguousarray(triangles, np.uint32)
+        self._scene = build_tree(self._library, device, self._vertices, self._triangles)
+        # Shadow rays of a packet are coherent, hemisphere rays are not.
+        self._arguments = Arguments(feature_mask=-1), Arguments(flags=COHERENT, feature_mask=-1)
+        incoherent, coherent = map(ctypes.addressof, self._arguments)
+        self._closest = (address_of(self._library, f"rtcIntersect{self._width}"), self._scene, incoherent, self._width)
+        self._blocked = (address_of(self._library, f"rtcOccluded{self._width}"), self._scene, coherent, self._width)
+
+    def __del__(self):
+        if getattr(self, "_scene", None):
+            self._library.rtcReleaseScene(self._scene)
+            self._scene = None
+
+    def trace_places(self, origins, directions):
+        """First triangle hit by each ray and barycentric coordinates of the hit: (n,) int32, (n,) and (n,) float32."""
+        rays = np.ascontiguousarray(origins.T), np.ascontiguousarray(directions.T)
+        hit = np.empty(len(origins), np.int32)
+        b1, b2 = np.empty((2, len(origins)), np.float32)
+        packet_loops.trace_closest(self._closest, rays, (hit, b1, b2))
+        return hit, b1, b2
+
+    def trace_blocked(self, origins, direction):
+        """Whether each ray is blocked, for one direction (1, 3): (n,) bool."""
+        position, wanted = np.ascontiguousarray(origins)[:, None], np.ones((len(origins), 1), bool)
+        return ~self.trace_shadow_rays(position, wanted, direction)[:, 0, 0]
+
+    def trace_shadow_rays(self, position, wanted, directions):
+        """Which points of patches, (c, m, 3), see the requested suns, (c, s): (c, s, m) bool."""
+        free = np.zeros((*wanted.shape, position.shape[1]), bool)
+        spread = np.repeat(directions, self._width, axis=1)
+        packet_loops.trace_shadow_rays(self._blocked, position, wanted, spread, free)
+        return free
+
+
+class RayTree:
+    """Embree's BVH over triangles, traced ray by ray. Methods as in `RayScene`, without input checks.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float32 [m]
+    triangles : (t, 3) int32
+    """
+
+    def __init__(self, vertices, triangles):
+        self._scene = EmbreeScene(robust=True)
+        TriangleMesh(self._scene, vertices, triangles)
+        # The first call builds the BVH; it must finish before threads share the scene.
+        self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
+
+    def trace_places(self, origins, directions):
+        """First triangle hit by each ray and barycentric coordinates of the hit: (n,) int32, (n,) and (n,) float32."""
+        found = self._scene.run(np.ascontiguousarray(origins), np.ascontiguousarray(directions), output=1)
+        return found["primID"], found["u"], found["v"]
+
+    def trace_blocked(self, origins, direction):
+        """Whether each ray is blocked, for one direction (1, 3): (n,) bool."""
+        return self._scene.run(np.ascontiguousarray(origins), direction, query="OCCLUDED") == 0
+
+    def trace_shadow_rays(self, position, wanted, directions):
+        """Which points of patches, (c, m, 3), see the requested suns, (c, s): (c, s, m) bool."""
+        free = np.zeros((*wanted.shape, position.shape[1]), bool)
+        for sun in range(len(directions)):
+            chosen = np.flatnonzero(wanted[:, sun])
+            if len(chosen):
+                blocked = self.trace_blocked(position[chosen].reshape(-1, 3), directions[sun : sun + 1])
+                free[chosen, sun] = ~blocked.reshape(len(chosen), -1)
+        return free
+
+
+TREES = {"packets": PacketTree, "rays": RayTree}
+VARIABLE = "CITYPV_ENGINE"  # environment variable that forces one engine
+PROOF_RAYS = 1000
+
+
+def choose_engine():
+    """Choose the engine of this process.
+
+    Returns
+    -------
+    engine : str
+        A key of `TREES`.
+    reason : str
+
+    Raises
+    ------
+    InputError
+        The environment variable names an unknown engine, or packets where they do not work.
+    """
+    asked = os.environ.get(VARIABLE)
+    if asked and asked not in TREES:
+        raise InputError(VARIABLE, f"{asked!r} is not an engine", f"set it to {' or '.join(TREES)}, or unset it")
+    if asked == "rays":
+        return "rays", f"requested by {VARIABLE}"
+    fault = fault_of_packets()
+    if fault and asked:
+        raise InputError(VARIABLE, f"packets do not work here: {fault}", "set it to rays, or unset it")
+    return ("rays", f"no packets: {fault}") if fault else ("packets", "they agree with single rays on a test scene")
+
+
+@functools.cache
+def fault_of_packets():
+    """Why packets cannot be used in this process, "" if they agree with single rays on a small test scene."""
+    generator = np.random.default_rng(1)  # a few hundred triangles in a box, and rays through them
+    middles = generator.uniform(-10, 10, (300, 1, 3))
+    vertices = (middles + generator.normal(size=(300, 3, 3))).reshape(-1, 3).astype(np.float32)
+    triangles = np.arange(900, dtype=np.int32).reshape(-1, 3)
+    origins, directions = generator.normal(size=(2, PROOF_RAYS, 3)).astype(np.float32) * np.float32([[[5]], [[1]]])
+    try:
+        packets, rays = PacketTree(vertices, triangles), RayTree(vertices, triangles)
+    except LibraryError as error:
+        return str(error)
+    found, true = (np.array(tree.trace_places(origins, directions)) for tree in (packets, rays))
+    met = true[0] >= 0
+    if (found[0] != true[0]).any() or not np.allclose(found[:, met], true[:, met], atol=1e-5):
+        return "hits differ from those of single rays"
+    wanted = np.ones((len(origins) // 10, 3), bool)
+    position = origins.reshape(-1, 10, 3)
+    found, true = (tree.trace_shadow_rays(position, wanted, directions[:3]) for tree in (packets, rays))
+    blocked = [tree.trace_blocked(origins, directions[:1]) for tree in (packets, rays)]
+    if (found != true).any() or (blocked[0] != blocked[1]).any():
+        return "shadows differ from those of single rays"
+    return ""

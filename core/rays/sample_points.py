@@ -1,0 +1,259 @@
+"""Sample points on triangles and cosine-weighted directions of the hemisphere."""
+
+import functools
+
+import numpy as np
+from numba import njit
+
+DIGITS = 24  # binary digits of float32 numbers below 1
+DIRECTION_NUMBERS = (  # of dimensions 2 to 4: coefficients of the primitive polynomial, and initial numbers
+    (0, (1,)),
+    (1, (1, 3)),
+    (1, (1, 3, 1)),
+)
+HALF = np.float32(0.5)
+HEMISPHERE_REPLICATES = 4  # independent sets of hemisphere rays per patch; their variance gives the standard error
+
+
+def additive_recurrence(count, dimensions):
+    """Low-discrepancy points (R-sequence): multiples of the powers of the generalised golden ratio, modulo 1.
+
+    Returns
+    -------
+    (count, dimensions) float32 in [0, 1)
+
+    References
+    ----------
+    M. Roberts (2018), The unreasonable effectiveness of quasirandom sequences: the R-sequences.
+    """
+    ratio = 2.0
+    for _ in range(64):
+        ratio = (1 + ratio) ** (1 / (dimensions + 1))
+    steps = ratio ** -np.arange(1.0, dimensions + 1)
+    return np.mod(np.arange(1.0, count + 1)[:, None] * steps, 1).astype(np.float32)
+
+
+def sobol_digits(count):
+    """The first four-dimensional points of Sobol's sequence, as binary fractions.
+
+    The first 2^k of them form a digital net; a digital shift (XOR of each coordinate with a random number) keeps this
+    property.
+
+    Returns
+    -------
+    (count, 4) uint32
+        Multiples of 2^-DIGITS.
+
+    References
+    ----------
+    I. M. Sobol (1967), doi:10.1016/0041-5553(67)90144-9. Direction numbers: S. Joe and F. Y. Kuo (2008),
+    doi:10.1137/070709359. The same points come from `scipy.stats.qmc`, whose import takes longer than a draft's rays.
+    """
+    return sobol_points(np.arange(count))
+
+
+def sobol_points(index):
+    """Points of the same sequence by their numbers, from 0: (n, 4) uint32 of (n,) int.
+
+    Points k 2^m to (k + 1) 2^m - 1, for any k, are the first 2^m moved by the digital shift that is the first of them.
+    So rounds that take such parts one after the other continue one net.
+    """
+    gray = np.asarray(index, np.uint32)
+    gray = gray ^ (gray >> np.uint32(1))
+    points = np.zeros((len(gray), 4), np.uint32)
+    for digit, direction in enumerate(all_directions()[: int(gray.max(initial=0)).bit_length()]):
+        points ^= ((gray[:, None] >> np.uint32(digit)) & np.uint32(1)) * direction
+    return points
+
+
+@functools.cache
+def all_directions():
+    """Direction numbers of all four dimensions, multiples of 2^-DIGITS: (DIGITS, 4) uint32."""
+    found = [[1 << (DIGITS - digit) for digit in range(1, DIGITS + 1)]]
+    for coefficients, initial in DIRECTION_NUMBERS:
+        degree, numbers = len(initial), list(initial)
+        for digit in range(degree, DIGITS):
+            last = numbers[digit - degree]
+            number = last ^ (last << degree)
+            for step in range(1, degree):
+                number ^= ((coefficients >> (degree - 1 - step)) & 1) * (numbers[digit - step] << step)
+            numbers.append(number)
+        found.append([number << (DIGITS - 1 - digit) for digit, number in enumerate(numbers)])
+    return np.array(found, np.uint32).T
+
+
+def shifted(points, shifts):
+    """One coordinate of a point set, shifted at random modulo 1 (Cranley-Patterson rotation).
+
+    Parameters
+    ----------
+    points : (m,) float32
+    shifts : (...) float32
+
+    Returns
+    -------
+    (..., m) float32 in [0, 1)
+
+    References
+    ----------
+    Cranley and Patterson (1976), doi:10.1137/0713071.
+    """
+    moved = points + shifts[..., None]
+    moved -= moved >= 1
+    return moved
+
+
+def barycentric_of_square(u, v):
+    """Uniform points of a triangle from uniform points of the square.
+
+    The map is area-preserving and continuous (Heitz 2019, A low-distortion map between triangle and square).
+
+    Returns
+    -------
+    b1, b2 : (...) float32
+        Weights of the second and third vertex.
+    """
+    below = v > u
+    b1 = np.where(below, u * np.float32(0.5), u - v * np.float32(0.5))
+    b2 = np.where(below, v - u * np.float32(0.5), v * np.float32(0.5))
+    return b1, b2
+
+
+def cosine_direction(u, v):
+    """Directions of the upper hemisphere with density cos(zenith)/π.
+
+    Returns
+    -------
+    x, y, z : (...) float32
+    """
+    radius, angle = np.sqrt(u), np.float32(2 * np.pi) * v
+    return radius * np.cos(angle), radius * np.sin(angle), np.sqrt(np.maximum(np.float32(0), 1 - u))
+
+
+def cell_of_point(b1, b2, divisions):
+    """Which of the `divisions`² congruent sub-triangles contains a point.
+
+    A row of cells runs along b2 = const; within it upright and inverted cells alternate.
+
+    Returns
+    -------
+    (...) unsigned int, of the smallest sufficient size
+    """
+    dtype = np.min_scalar_type(divisions**2 - 1)
+    row = np.minimum(b2 * divisions, divisions - 1).astype(np.int32)
+    along = np.minimum(b1 * divisions, divisions - 1).astype(np.int32)
+    inverted = (b1 + b2) * divisions - row - along >= 1
+    place = np.minimum(2 * along + inverted, 2 * (divisions - 1 - row))
+    return (row * (2 * divisions - row) + place).astype(dtype)
+
+
+@functools.cache
+def cell_corners(divisions):
+    """Barycentric coordinates of the vertices of the congruent sub-triangles, in the order of `cell_of_point`.
+
+    Returns
+    -------
+    (divisions², 3, 2) float32
+        For each cell three vertices, each with the coordinates for the second and third vertex of the triangle.
+    """
+    row, place = cell_places(divisions)
+    along, inverted = np.divmod(place, 2)
+    steps = np.array([[(0, 0), (1, 0), (0, 1)], [(1, 1), (0, 1), (1, 0)]])[inverted]
+    corners = np.stack([along, row], axis=1)[:, None] + steps
+    return corners.astype(np.float32) / np.float32(divisions)
+
+
+def cell_places(divisions):
+    """Row and position in the row of each cell, in the order of `cell_of_point`: two (cells,) int."""
+    row = np.repeat(np.arange(divisions), 2 * (divisions - np.arange(divisions)) - 1)
+    return row, np.arange(divisions**2) - row * (2 * divisions - row)
+
+
+@functools.cache
+def cell_contacts(divisions):
+    """Which cells share an edge or a vertex: (cells, cells) bool."""
+    corners = np.rint(cell_corners(divisions) * divisions).astype(int)
+    names = corners[..., 0] * (divisions + 1) + corners[..., 1]
+    return (names[:, None, :, None] == names[None, :, None, :]).any(axis=(2, 3))
+
+
+def stratified_points(u, v, divisions, cells=slice(None)):
+    """Stratified sampling: one uniform point in each of the `divisions`² congruent sub-triangles.
+
+    Parameters
+    ----------
+    u, v : (n, cells) float32
+        Random numbers.
+    divisions : int
+    cells : (cells,) int, optional
+        The sub-triangles; all if not given.
+
+    Returns
+    -------
+    b1, b2 : (n, cells) float32
+    """
+    first, second, third = np.moveaxis(cell_corners(divisions)[cells], 0, -1)  # (2, cells) each
+    found = np.empty((2, *u.shape), np.float32)
+    cells = np.stack([first, second - first, third - first])
+    lay_in_cells(np.ascontiguousarray(u), np.ascontiguousarray(v), cells, found)
+    return found[0], found[1]
+
+
+@njit(nogil=True, cache=True)
+def lay_in_cells(u, v, cells, found):
+    """Map points of the square into cells of a triangle, as `barycentric_of_square` does into the whole of it.
+
+    Parameters
+    ----------
+    u, v : (n, cells) float32
+    cells : (3, 2, cells) float32
+        First corner of each cell, and edges from there.
+    found : (2, n, cells) float32
+        Written: barycentric weights.
+    """
+    for row in range(len(u)):
+        for cell in range(u.shape[1]):
+            x, y = u[row, cell], v[row, cell]
+            b1 = x * HALF if y > x else x - y * HALF
+            b2 = y - x * HALF if y > x else y * HALF
+            for axis in range(2):
+                found[axis, row, cell] = cells[0, axis, cell] + b1 * cells[1, axis, cell] + b2 * cells[2, axis, cell]
+
+
+@functools.cache
+def cells_inside(divisions, larger):
+    """Which of the `larger`² cells contains each of the `divisions`² (by centroid if it overlaps several).
+
+    Returns
+    -------
+    (divisions²,) int
+    """
+    middle = cell_corners(divisions).mean(axis=1)
+    return cell_of_point(middle[:, 0], middle[:, 1], larger).astype(int)
+
+
+def grid_of(count):
+    """Rows and columns of the unit square divided into `count` rectangles, a power of two: two int."""
+    power = count.bit_length() - 1
+    return 1 << power // 2, 1 << (power - power // 2)
+
+
+@functools.cache
+def points_of_grid(count):
+    """First `count` two-dimensional Sobol points: one in each rectangle of `grid_of`, in the order of the rectangles.
+
+    Parameters
+    ----------
+    count : int
+        A power of two.
+
+    Returns
+    -------
+    (count, 2) uint32
+        Coordinates along columns and rows, multiples of 2^-DIGITS.
+    """
+    digits = sobol_digits(count)[:, :2]
+    rows, columns = grid_of(count)
+    along, across = digits.astype(np.int64).T  # 2^DIGITS times a side overflows 32 bits
+    rectangle = (across * rows >> DIGITS) * columns + (along * columns >> DIGITS)
+    return digits[np.argsort(rectangle)]
