@@ -17,19 +17,19 @@ from .accuracy.trace_alone import trace_alone
 from .effects.table import check_effects, check_needs
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
-from .errors import InputError
 from .files.read_city import read_city
 from .files.read_terrain import read_terrain
 from .horizon.read_horizon import check_horizon
 from .materials.read_albedo import check_materials
 from .photons.trace_forward import trace_forward
 from .photons.trace_hybrid import trace_hybrid
-from .progress import ignore_share, silent
 from .racks.lay_racks import lay_racks
 from .racks.parse_racks import parse_racks
-from .request import check_request
 from .results.list_findings import rows_of_names
 from .scene.build_scene import build_scene
+from .settings.errors import InputError
+from .settings.progress import ignore_share, silent
+from .settings.request import check_request
 from .sky.choose_sky import choose_sky
 from .sun.check_distance import check_distance
 from .sun.choose_suns import choose_suns, parse_way

@@ -2,7 +2,7 @@
 
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
-from ..core.request import declared_settings
+from ..core.settings.request import declared_settings
 from .find_module import suggest_modules
 
 SEARCHES = {"Module": suggest_modules}  # title of a text -> its suggestions

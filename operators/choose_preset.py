@@ -5,7 +5,7 @@ from math import isfinite
 
 import bpy
 
-from ..core.presets import PRESET_WORDS, PRESETS
+from ..core.settings.presets import PRESET_WORDS, PRESETS
 from .attributes import PREFIX
 from .build_properties import UNSET
 from .compile_loops import compile_loops
@@ -81,7 +81,7 @@ def properties_of_preset(preset):
     -------
     dict
     """
-    from ..core.request import Request
+    from ..core.settings.request import Request
 
     defaults = {one.name: getattr(Request(), one.name) for one in fields(Request)}
     named = {name for settings in PRESETS.values() for name in settings}

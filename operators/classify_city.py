@@ -4,8 +4,8 @@ from functools import partial
 
 import bpy
 
-from ..core.errors import InputError
-from ..core.progress import report_polygons
+from ..core.settings.errors import InputError
+from ..core.settings.progress import report_polygons
 from .build_meshes import build_meshes, remove_city, show_objects
 from .compile_loops import COMPILING, compile_loops
 from .in_place import inherit_taken, is_in_place, put_in_place, write_sources

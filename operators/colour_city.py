@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .attributes import PREFIX
 from .colour_faces import read_scale
 from .run_step import redraw_panels

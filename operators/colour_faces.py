@@ -3,8 +3,8 @@
 import bpy
 import numpy as np
 
-from ..core.errors import InputError
 from ..core.results.colour_map import GROUND, MISSING, choose_range, linear_light, srgb_colour
+from ..core.settings.errors import InputError
 from .attributes import CHANGE, CODES, PREFIX, TITLES
 from .colour_scale import build_scale, colours_of_values, linear_colour
 from .write_attributes import read_face_attribute

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .panel_words import in_panel_words
 
 MOST = 100  # suggestions

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from ..core.progress import CancelledError
+from ..core.settings.progress import CancelledError
 from .compute_energy import WeighEnergy
 from .job import share_of_step
 from .step_state import forget_step

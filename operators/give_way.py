@@ -4,7 +4,7 @@ import os
 import sys
 import threading
 
-from ..core.threads import usable_threads
+from ..core.settings.threads import usable_threads
 
 NICENESS = 10  # above the window's own: it gets nine tenths of a core that both want
 LARGEST = 19

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import bpy
 
-from ..core.progress import report_polygons
+from ..core.settings.progress import report_polygons
 from .attributes import PREFIX
 from .build_meshes import build_meshes, remove_city, show_objects
 from .city_files import CityFiles

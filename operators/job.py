@@ -3,7 +3,7 @@
 import threading
 import time
 
-from ..core.progress import SUN_STAGE, CancelledError, with_prefix
+from ..core.settings.progress import SUN_STAGE, CancelledError, with_prefix
 from .check_libraries import name_libraries
 from .compile_loops import COMPILING
 from .give_way import give_way

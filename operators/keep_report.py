@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .attributes import PREFIX
 from .list_groups import list_groups
 from .summarise import write_results_out

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import bpy
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .attributes import PREFIX
 from .session import Session, find_session, list_cities, open_session
 

@@ -2,7 +2,7 @@
 
 import re
 
-from ..core.request import declared_settings, option_of
+from ..core.settings.request import declared_settings, option_of
 
 PHRASES = {  # of the command line -> of properties that have another type in the panel; the longer ones first
     "--latitude D --longitude D": "Own location",

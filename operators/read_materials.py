@@ -4,10 +4,10 @@ import bpy
 import numpy as np
 from mathutils import Color
 
-from ..core.errors import InputError
 from ..core.materials.materials import CLEAR, DIFFUSE, MaterialSpec, describe_brdf, recognise_material
 from ..core.materials.shader_material import albedo_of_colour, named_material, shader_material
 from ..core.scene.name_cells import whole_of_cell
+from ..core.settings.errors import InputError
 from .attributes import PREFIX
 from .write_attributes import read_face_attribute
 

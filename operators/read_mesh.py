@@ -6,7 +6,7 @@ import numpy as np
 
 from ..core.city.polygon import FileContent, Polygon
 from ..core.city.tree import Tree
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .attributes import PREFIX
 from .in_place import has_own_faces
 from .read_materials import name_face_materials

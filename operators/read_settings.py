@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .build_properties import read_properties
 from .effect_switches import read_switches
 from .give_way import threads_beside_window
@@ -21,7 +21,7 @@ def read_settings(settings):
     -------
     core.request.Request
     """
-    from ..core.request import Request
+    from ..core.settings.request import Request
 
     return Request(
         **read_properties(settings),

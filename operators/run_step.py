@@ -6,8 +6,8 @@ from contextlib import nullcontext
 
 import bpy
 
-from ..core.errors import InputError
-from ..core.progress import CancelledError, silent
+from ..core.settings.errors import InputError
+from ..core.settings.progress import CancelledError, silent
 from .check_libraries import name_libraries, note_failure
 from .job import Job
 from .panel_words import in_panel_words

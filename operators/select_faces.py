@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .attributes import PREFIX
 from .in_place import FACE, OBJECT, is_in_place, is_seen, list_taken
 from .write_attributes import read_face_attribute

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .keep_report import BUILDINGS, NAMES_SHOWN, describe_row, find_faces, find_row, read_rows
 from .run_step import redraw_panels
 from .select_faces import deselect_faces, gather_selection, leave_edit_mode, select_faces

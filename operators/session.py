@@ -4,7 +4,7 @@ import uuid
 from dataclasses import dataclass
 from typing import Any
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .attributes import PREFIX
 from .in_place import is_seen
 

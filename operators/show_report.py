@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .keep_report import find_row, write_out
 from .select_group import OfCity
 from .session import find_city

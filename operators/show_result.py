@@ -2,7 +2,7 @@
 
 from contextlib import contextmanager
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .attributes import PREFIX
 from .colour_faces import colour_faces, show_exact_colours
 from .compare_results import follow_scale

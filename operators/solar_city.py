@@ -5,8 +5,8 @@ from queue import SimpleQueue
 
 import bpy
 
-from ..core.errors import InputError
-from ..core.progress import silent
+from ..core.settings.errors import InputError
+from ..core.settings.progress import silent
 from .city_files import CityFiles
 from .classify_city import ClassifyCity, check_place, show_kinds
 from .compute_energy import WeighEnergy

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .attributes import PREFIX
 from .build_legend import build_legend
 from .build_meshes import read_vertices

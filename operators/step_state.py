@@ -2,7 +2,7 @@
 
 from ast import literal_eval
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .attributes import PREFIX
 from .build_properties import settings_of_panel
 from .effect_switches import ELECTRIC, OF_LIGHT, name_switch

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .attributes import PREFIX
 from .build_meshes import read_vertices
 from .colour_faces import read_scale

@@ -3,7 +3,7 @@
 import bpy
 
 from ..core.effects.table import PLANNING
-from ..core.progress import SUN_STAGE
+from ..core.settings.progress import SUN_STAGE
 from ..core.sky.light_sources import SOURCES
 from .compile_loops import COMPILING, compile_loops
 from .keep_report import keep_report

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .attributes import CODES, PREFIX, QUANTITIES, VIEWS
 
 _TYPES = {"INT": np.int32, "FLOAT": np.float32}

@@ -13,7 +13,7 @@ from itertools import product
 
 import numpy as np
 
-from ..progress import silent
+from ..settings.progress import silent
 from ..sun.choose_suns import choose_suns
 from ..sun.spread_suns import spread_suns
 from .fill_untraced import fill_untraced

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..progress import silent
+from ..settings.progress import silent
 from ..sun.choose_suns import choose_suns
 from ..sun.spread_suns import spread_suns
 from .pilot_run import RUNS, SUNS, trace_part

@@ -10,9 +10,9 @@ from ..effects.receivers import fewer_rays
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..photons.trace_hybrid import trace_hybrid
-from ..progress import SUN_STAGE
 from ..radiosity.sun_visibility import POINTS_PER_TASK
 from ..radiosity.trace_hemisphere import RAYS_PER_TASK
+from ..settings.progress import SUN_STAGE
 from ..sky.choose_sky import choose_sky
 from ..transfer.take_rows import take_rows
 from .part_of_city import keep_patches, spread_transfer

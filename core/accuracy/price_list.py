@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..presets import PRESETS
-from ..progress import silent
+from ..settings.presets import PRESETS
+from ..settings.progress import silent
 from ..sun.choose_suns import choose_suns
 from ..transfer.prepare_scene import build_tree, prepare_scene
 from .fill_untraced import fill_untraced

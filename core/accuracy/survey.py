@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..effects.receivers import fewer_points, fewer_rays
-from ..progress import silent
 from ..radiosity.gather_context import prepare_gather
 from ..radiosity.hemisphere import empty_tallies
 from ..radiosity.shadow_points import count_elements, points_above
 from ..radiosity.trace_hemisphere import trace_hemisphere
 from ..radiosity.view_hemispheres import patch_of_keys, patches_hit
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..settings.progress import silent
 
 LADDER = ((64, 512), (256, 512), (1024, 128))  # rays per patch, and how many patches send them
 DRAWN = 0x5A5E  # of the random numbers

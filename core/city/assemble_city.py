@@ -4,8 +4,8 @@ from collections import Counter
 
 import numpy as np
 
-from ..errors import InputError
-from ..progress import ignore_share
+from ..settings.errors import InputError
+from ..settings.progress import ignore_share
 from .choose_lod import check_lod, choose_lod
 from .city import City, ImportReport
 from .clean_rings import clean_rings, starts_of

@@ -3,7 +3,7 @@
 import numpy as np
 import pyproj
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 
 def plane_of(crs):

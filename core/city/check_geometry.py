@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..check_arrays import UNIT, check_array, check_triangles
-from ..errors import InputError
+from ..settings.check_arrays import UNIT, check_array, check_triangles
+from ..settings.errors import InputError
 
 WIDEST = 400e3  # [m] beyond it the tracer's float32 coordinates err by more than a few centimetres
 
@@ -25,7 +25,7 @@ def check_rings(points, ring_start, polygon_start, name_surface=None):
     """
     check_starts("ring_start", ring_start, len(points))
     check_starts("polygon_start", polygon_start, len(ring_start) - 1, least=1)
-    check_array("points", points, ("m", 3), row="point", name_row=name_surface)
+    check_array("points", points, ("m", 3), row=lambda row: f"point {row}, of surface {name_surface(row)!r},")
 
 
 def check_starts(name, starts, last, least=0):

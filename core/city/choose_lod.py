@@ -2,7 +2,7 @@
 
 import re
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 
 def rank_lod(lod):

@@ -5,8 +5,8 @@ from functools import partial
 import numpy as np
 import pyproj
 
-from ..errors import InputError
-from ..progress import silent
+from ..settings.errors import InputError
+from ..settings.progress import silent
 from .assemble_city import assemble_city
 from .convert_to_metres import convert_to_metres
 from .name_crs import name_crs

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from ..sun.solar_position import is_sunny, solar_position
 from .air_temperature import air_temperature
 from .climate_grid import look_up_normals

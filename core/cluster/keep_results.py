@@ -4,7 +4,7 @@ import shutil
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 
 def kept_beside(folder):

@@ -13,8 +13,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import InputError
-from ..version import __version__
+from ..settings.errors import InputError
+from ..settings.version import __version__
 
 SERIAL = "serial"
 CURE = f"give local:N, tcp://HOST:PORT or {SERIAL}"

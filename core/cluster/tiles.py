@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InputError
 from ..ground.build_ground import SHORTEST_REACH, choose_reach
 from ..scene.add_backs import surface_of_triangles
 from ..scene.scene import FAR, NEAR, OWN
+from ..settings.errors import InputError
 from ..sun.solar_position import MINIMUM_ELEVATION
 
 SMALLEST = 20.0  # [m] tiles: twice the patches

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ..progress import silent
 from ..results.write_summary import finite, peak_memory
 from ..results.write_transfer import write_transfer
 from ..scene.scene import OWN, Scene
+from ..settings.progress import silent
 from ..study import measure_sun_sampling, trace_scene
 from ..sun.suns import Suns
 from ..transfer.prepare_scene import build_tree, prepare_scene

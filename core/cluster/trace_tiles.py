@@ -18,11 +18,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
-from ..progress import silent
-from ..request import option_of
 from ..results.read_transfer import read_transfer
-from ..version import __version__
+from ..settings.errors import InputError
+from ..settings.progress import silent
+from ..settings.request import option_of
+from ..settings.version import __version__
 from .bound_halo import SHARES
 from .join_tiles import join_records, join_tiles
 from .run_tasks import SERIAL, check_cluster, open_workers, run_tasks

@@ -1,6 +1,6 @@
 """Options that name who does the work: one process, or the workers of a Dask cluster."""
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 
 def add_cluster(parser, *, tiles=False):

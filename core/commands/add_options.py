@@ -3,10 +3,9 @@
 import argparse
 
 from ..effects.table import check_effects
-from ..errors import InputError
-from ..methods import METHODS
-from ..presets import PRESETS
-from ..request import Request, check_request, declared_settings, option_of
+from ..settings.errors import InputError
+from ..settings.presets import METHODS, PRESETS
+from ..settings.request import Request, check_request, declared_settings, option_of
 
 TITLES = {
     "city": "the city",

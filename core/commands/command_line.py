@@ -12,9 +12,9 @@ import sys
 import traceback
 from functools import partial
 
-from ..errors import InputError
-from ..progress import CancelledError, TerminalProgress
-from ..version import __version__
+from ..settings.errors import InputError
+from ..settings.progress import CancelledError, TerminalProgress
+from ..settings.version import __version__
 from .add_cluster import add_cluster, cluster_of_options
 from .add_options import NOT_FOR_WORLDS, Gather, add_options, free_settings, imply_settings, request_of_options
 from .import_command import compile_beside, import_command

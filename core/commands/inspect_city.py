@@ -6,8 +6,8 @@ import numpy as np
 
 from ..materials.materials import CLEAR, describe_brdf
 from ..materials.shader_material import named_material
-from ..progress import silent
 from ..results.list_findings import list_findings
+from ..settings.progress import silent
 from ..study import read_buildings, stand_city
 from ..trees.crowns import volume_of_crowns
 

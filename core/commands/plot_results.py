@@ -3,7 +3,7 @@
 import importlib.util
 from pathlib import Path
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 
 def plot_results(folder):

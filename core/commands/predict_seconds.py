@@ -7,7 +7,6 @@ import numpy as np
 
 from ..effects.receivers import fewer_points, fewer_rays
 from ..form_factors.form_factor_products import links_of, multiply_visible, propagate
-from ..progress import silent
 from ..radiosity.gather_context import prepare_gather
 from ..radiosity.gather_source import LEAST, trace_patches
 from ..radiosity.hemisphere import empty_tallies
@@ -16,7 +15,8 @@ from ..radiosity.sun_blocks import SunBlock, block_of_suns
 from ..radiosity.sun_visibility import sun_visibility
 from ..radiosity.trace_hemisphere import trace_hemisphere
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, sobol_digits
-from ..threads import usable_threads
+from ..settings.progress import silent
+from ..settings.threads import usable_threads
 from ..trees.kept_rays import forget_rays
 
 PATCHES = 512

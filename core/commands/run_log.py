@@ -2,7 +2,7 @@
 
 import time
 
-from ..progress import Clock, TerminalProgress, silent
+from ..settings.progress import Clock, TerminalProgress, silent
 
 
 class RunLog:

@@ -4,9 +4,9 @@ import json
 import time
 
 from ..accuracy.price_list import describe_prices, list_prices, price_as_dict
-from ..errors import InputError
-from ..progress import TerminalProgress
 from ..results.write_summary import finite
+from ..settings.errors import InputError
+from ..settings.progress import TerminalProgress
 from ..study import check_tracing, read_scene, read_year
 
 PICTURES = (".png", ".svg", ".pdf")

@@ -6,10 +6,6 @@ from ..accuracy.error_budget import suggest_more
 from ..accuracy.foresee_target import foresee_target
 from ..effects.plan_effects import describe_plan
 from ..energy.pv_system import ELECTRIC, build_system
-from ..errors import InputError
-from ..interruption import Interruption
-from ..methods import METHODS
-from ..progress import CancelledError, silent
 from ..racks.lay_racks import city_with_racks
 from ..results.effect_shares import shares_of_effects, state_outcome
 from ..results.output_folder import whole_folder
@@ -25,6 +21,9 @@ from ..sampling.hemisphere_rays import is_compiled
 from ..scene.add_backs import surface_of_triangles
 from ..scene.grid_cells import split_into_cells
 from ..scene.outline_surfaces import outline_surfaces
+from ..settings.errors import InputError
+from ..settings.presets import METHODS
+from ..settings.progress import CancelledError, Interruption, silent
 from ..study import (
     check_settings,
     check_tracing,

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from ..cluster.keep_results import drop_kept, kept_beside
 from ..cluster.run_tasks import check_cluster
 from ..energy.pv_system import build_system
-from ..errors import InputError
-from ..request import declared_settings, option_of
 from ..results.output_folder import whole_folder
 from ..results.write_summary import peak_memory, versions, write_summary
+from ..settings.errors import InputError
+from ..settings.request import declared_settings, option_of
 from ..study import check_settings
 from ..world.compute_world import compute_world
 from ..world.merge_surfaces import merge_surfaces

@@ -19,8 +19,8 @@ from ..cluster.keep_results import keeping
 from ..cluster.run_tasks import SERIAL, open_workers, run_tasks
 from ..cluster.trace_part import write_whole
 from ..energy.pv_system import build_system
-from ..threads import usable_threads
-from ..version import __version__
+from ..settings.threads import usable_threads
+from ..settings.version import __version__
 from ..world.compute_world import compute_chunks, empty_world, fill_places
 from .find_source import find_source
 

@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ..sampling.hemisphere_rays import is_compiled
-from ..threads import usable_threads
+from ..settings.threads import usable_threads
 
 ROOT = Path(__file__).resolve().parents[2]  # the package: "citypv", or another name inside Blender
 START = """\

@@ -9,8 +9,8 @@
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from ..check_arrays import UNIT, check_array
 from ..horizon.lost_sky import lost_sky
+from ..settings.check_arrays import UNIT, check_array
 
 NORMAL_STEPS = 1e6  # in which components of normals are told apart
 NORMAL_BITS = 21  # of such a step, from -HALF_RANGE on

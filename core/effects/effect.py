@@ -9,10 +9,10 @@ import numpy as np
 from ..horizon.read_horizon import read_horizon
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
-from ..request import Request
 from ..scene.scene import Scene
+from ..settings.request import Request
+from ..settings.threads import usable_threads
 from ..sun.solar_position import MINIMUM_ELEVATION
-from ..threads import usable_threads
 from .pilot import Pilot, Surroundings, trace_pilot
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..patches.facing_scene import FacingScene
-from ..progress import silent
+from ..settings.progress import silent
 from ..sky.light_sources import sources_of
 from .effect import Effect, Inputs
 from .pilot import Pilot

@@ -6,7 +6,7 @@ A key stands for the file of its name, with underscores for hyphens, which has `
 from importlib import import_module
 from typing import NamedTuple
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 BOTH = ("gather", "forward")
 PLANNING = "planning effects"  # name of the stage

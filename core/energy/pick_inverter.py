@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 import pvlib
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .search_library import read_library, search_library
 
 PVWATTS = "pvwatts"

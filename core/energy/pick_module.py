@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .search_library import read_library, search_library
 
 SANDIA, CEC = "SandiaMod", "CECMod"

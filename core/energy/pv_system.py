@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import pvlib
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .pick_inverter import Inverter, pick_inverter
 from .pick_module import CEC, SANDIA, Module, pick_module
 

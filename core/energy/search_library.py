@@ -5,7 +5,7 @@ from functools import cache, lru_cache
 
 import pvlib
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 SHOWN = 5  # names that an error lists
 CANDIDATES = 400  # names that are compared letter by letter

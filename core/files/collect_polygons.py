@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..city.polygon import FileContent, Polygon, Reference
-from ..errors import InputError
+from ..settings.errors import InputError
 from .limits import LARGEST_COORDINATE
 from .place_shapes import read_anchor
 

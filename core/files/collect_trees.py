@@ -4,7 +4,7 @@ import numpy as np
 
 from ..city.choose_lod import rank_lod
 from ..city.tree import Tree
-from ..errors import InputError
+from ..settings.errors import InputError
 from .collect_polygons import collect_polygons
 from .place_shapes import place_shapes
 from .resolve_references import resolve_references

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .open_geotiff import UnreadError, open_geotiff
 from .open_input import open_input
 from .raster import Raster

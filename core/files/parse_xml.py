@@ -6,8 +6,8 @@ import textwrap
 
 from lxml import etree
 
-from ..errors import InputError
-from ..progress import ignore_share
+from ..settings.errors import InputError
+from ..settings.progress import ignore_share
 from .open_input import open_input
 
 SAFE = {

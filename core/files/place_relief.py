@@ -5,8 +5,8 @@ import numpy as np
 from ..city.bring_places import bring_places, plane_of
 from ..city.convert_to_metres import UNITS, east_first
 from ..city.name_crs import name_crs
-from ..errors import InputError
 from ..ground.terrain import Layer, Terrain
+from ..settings.errors import InputError
 from .collect_relief import relief_layers
 
 

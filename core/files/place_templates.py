@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .collect_shapes import INSTANCE, Shapes, draw_geometry, find_fault
 from .limits import LARGEST_COORDINATE
 from .place_shapes import Anchor

@@ -4,8 +4,8 @@ from functools import partial
 from pathlib import Path
 
 from ..city.join_contents import join_contents
-from ..errors import InputError
-from ..progress import silent
+from ..settings.errors import InputError
+from ..settings.progress import silent
 from .parse_json import speaks_of_cityjson
 from .place_relief import place_relief
 from .read_citygml import read_content as read_citygml_content

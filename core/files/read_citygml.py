@@ -1,8 +1,8 @@
 """Read CityGML 1.0, 2.0 and 3.0: buildings with parts, holes, references and levels of detail; terrain."""
 
 from ..city.polygon import FileContent
-from ..errors import InputError
-from ..progress import ignore_share
+from ..settings.errors import InputError
+from ..settings.progress import ignore_share
 from .collect_polygons import collect_polygons
 from .collect_relief import GmlRelief
 from .collect_trees import PLANTS, collect_tree, finish_trees

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from ..city.polygon import FileContent
-from ..errors import InputError
-from ..progress import ignore_share
+from ..settings.errors import InputError
+from ..settings.progress import ignore_share
 from .collect_json_trees import collect_json_tree
 from .collect_relief import collect_json_relief
 from .collect_shapes import Owner, Shapes, collect_shapes

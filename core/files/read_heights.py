@@ -7,7 +7,7 @@ import numpy as np
 import pyproj
 
 from ..city.bring_places import bring_places, full_turn, plane_of, turn_towards
-from ..errors import InputError
+from ..settings.errors import InputError
 from .open_raster import open_raster
 from .raster import average_window
 from .read_raster import HIGHEST, LOWEST, height_factor, window_between

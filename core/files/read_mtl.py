@@ -6,7 +6,7 @@ Libraries are optional: problems with one become notes, and its colours stay unk
 import re
 from pathlib import Path
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .limits import clean_name
 from .open_input import open_input
 

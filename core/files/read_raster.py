@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..city.bring_places import bring_places, full_turn, plane_of, turn_towards
-from ..errors import InputError
 from ..ground.terrain import Layer
+from ..settings.errors import InputError
 from .open_raster import open_raster
 from .raster import average_window
 

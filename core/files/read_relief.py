@@ -1,7 +1,7 @@
 """Read the triangles of a CityGML TINRelief."""
 
 from ..city.relief import Relief
-from ..errors import InputError
+from ..settings.errors import InputError
 from .collect_relief import note_srs_names, read_relief_lod, read_triangle, relief_above, relief_layers
 from .parse_xml import iterate_elements
 from .place_relief import crs_of_relief

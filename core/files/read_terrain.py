@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from ..city.convert_to_metres import UNITS
-from ..errors import InputError
 from ..ground.terrain import HORIZON, Layer, Terrain
+from ..settings.errors import InputError
 from .open_input import open_input
 from .parse_obj import parse_obj
 from .place_relief import place_layer

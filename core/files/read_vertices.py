@@ -5,7 +5,7 @@ from itertools import chain
 
 import numpy as np
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .limits import LARGEST_COORDINATE
 
 LARGEST_NUMBER = 1e8  # of a scale or an element of a matrix

@@ -11,10 +11,10 @@ import numpy as np
 from numba import njit
 from scipy import sparse
 
-from ..check_arrays import check_array
-from ..errors import InputError
 from ..sampling.hemisphere_rays import cell_at
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from ..settings.check_arrays import check_array
+from ..settings.errors import InputError
 
 REPLICATE_BITS = HEMISPHERE_REPLICATES.bit_length() - 1  # the last ones of a key
 LARGEST_KEY = 2**31 - 1

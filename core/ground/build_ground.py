@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from ..city.check_geometry import check_parts, check_patch_size
-from ..progress import ignore_share, report_part
+from ..settings.progress import ignore_share, report_part
 from .find_feet import FOOTPRINT_STEP, find_feet
 from .foot_lines import draw_lines, highest_foot
 from .ground_points import spread_points

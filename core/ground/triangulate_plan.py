@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from scipy.spatial import Delaunay, QhullError, cKDTree
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .in_polygons import draw_triangles
 from .merge_places import pair_keys, unique_pairs
 from .triangle_sides import has_edges, sort_sides

@@ -9,7 +9,7 @@ import numpy as np
 import pyproj
 from numba import njit
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .horizon import STEPS, TerrainHorizon
 
 EARTH_RADIUS = 6_371_000.0  # [m] mean; the local one differs by 0.4 %, which is 0.001° at 50 km

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
 from ..files.open_input import open_input
 from ..files.read_heights import open_placed, read_heights
 from ..files.read_terrain import RASTERS, RELIEFS
 from ..scene.find_ground import find_ground
+from ..settings.errors import InputError
 from .horizon import STEPS
 from .horizon_of_terrain import GEODESIC, horizon_of_terrain
 from .read_horizon_table import read_horizon_table

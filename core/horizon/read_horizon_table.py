@@ -13,8 +13,8 @@ import re
 
 import numpy as np
 
-from ..errors import InputError
 from ..files.open_input import open_input
+from ..settings.errors import InputError
 from .horizon import STEPS, TerrainHorizon
 
 CURE = "give lines of azimuth,elevation in degrees, or a horizon file of PVGIS"

@@ -6,7 +6,7 @@ The albedo of a material is the middle of the range in its source. Real facades 
 import re
 from dataclasses import dataclass
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .brdf_glass import Glass
 from .brdf_glossy import Glossy
 from .brdf_lambertian import Lambertian

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
 from ..scene.add_backs import surface_of_triangles
 from ..scene.name_cells import whole_of_cell
+from ..settings.errors import InputError
 from .brdf_lambertian import Lambertian
 from .materials import MaterialSpec, describe_brdf
 from .shader_material import named_material

@@ -9,7 +9,7 @@ from numba import njit
 
 from ..rays.places import Places
 from ..sampling.random_numbers import mix, uniform
-from ..threads import map_in_order
+from ..settings.threads import map_in_order
 from .find_coincident import Coincident
 from .find_covered import vote_covered
 

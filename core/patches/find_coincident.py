@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 from numba import njit
 
-from ..threads import map_in_order
+from ..settings.threads import map_in_order
 from .hash_grid import fill_buckets, touch_cells
 
 PARALLEL = 0.9  # least cosine between normals to test a pair further; loose, as normals of slivers are mostly rounding

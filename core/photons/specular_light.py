@@ -19,7 +19,7 @@ from scipy import sparse
 from ..horizon.horizon import is_above
 from ..radiosity.gather_context import GatherContext
 from ..sampling.random_numbers import key_of_names
-from ..threads import map_in_order
+from ..settings.threads import map_in_order
 from .follow_photons import Target
 from .specular_faces import (
     FAR_GROUND,

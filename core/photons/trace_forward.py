@@ -18,14 +18,14 @@ from ..effects.judge_effects import Measured, judge_effects
 from ..horizon.horizon import without_hidden
 from ..materials.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..patches.facing_scene import FacingScene
-from ..progress import SUN_STAGE, CancelledError, Clock
 from ..radiosity.measure_cover import find_cover
-from ..request import Request, check_request
 from ..scene.check_scene import check_scene
+from ..settings.progress import SUN_STAGE, CancelledError, Clock
+from ..settings.request import Request, check_request
+from ..settings.threads import usable_threads
 from ..sun.check_suns import check_suns
 from ..sun.keep_suns import end_of_days, keep_suns
 from ..sun.suns import Suns
-from ..threads import usable_threads
 from ..transfer.incidence import projection_in_front
 from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.prepare_scene import prepare_scene

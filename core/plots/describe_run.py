@@ -2,7 +2,7 @@
 
 from pathlib import PurePath
 
-from ..request import declared_settings
+from ..settings.request import declared_settings
 
 MOUNTINGS = {
     "open-rack": "on open racks, air behind the modules",

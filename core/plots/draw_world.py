@@ -1,7 +1,7 @@
 """The pictures of a world (paper, Fig. 6 to 9), from world.nc."""
 
-from ..errors import InputError
 from ..files.open_netcdf import open_netcdf
+from ..settings.errors import InputError
 from .draw_world_day import draw_world_day
 from .draw_world_gain import draw_world_gain
 from .draw_world_map import draw_world_map

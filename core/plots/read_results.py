@@ -8,9 +8,9 @@ import h5netcdf
 import numpy as np
 import pandas as pd
 
-from ..errors import InputError
 from ..results.transfer_fields import FORMAT, OUTLINES
 from ..scene.outline_surfaces import Outlines
+from ..settings.errors import InputError
 
 CURE = "give a folder that citypv simulate or citypv yield has written"
 FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")

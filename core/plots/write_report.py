@@ -5,7 +5,7 @@ from html import escape
 from pathlib import Path
 from string import Template
 
-from ..version import __version__
+from ..settings.version import __version__
 from .describe_errors import LIMITS, SPREAD, list_errors, summarise_errors
 from .describe_run import describe_assumptions, describe_input, list_settings
 from .html import fold, paragraph, section, table

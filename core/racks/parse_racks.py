@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 OPTION = "--racks"
 PAIRS = "east-west"

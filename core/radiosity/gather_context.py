@@ -10,9 +10,9 @@ from ..effects.plan_effects import EffectPlan
 from ..materials.read_albedo import brdfs_of_triangles
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
-from ..request import Request
 from ..scene.scene import Surfaces
-from ..threads import usable_threads
+from ..settings.request import Request
+from ..settings.threads import usable_threads
 from ..transfer.surface_means import area_means
 
 

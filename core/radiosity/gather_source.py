@@ -18,7 +18,7 @@ from ..sampling.sample_points import (
     cell_of_point,
     sobol_digits,
 )
-from ..threads import map_in_order
+from ..settings.threads import map_in_order
 from ..transfer.transfer import SourceLight
 from .light_errors import ReflectedError, errors_of_surfaces
 from .patch_size_errors import reflect_cells

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import InputError
 from ..patches.patches import take_patches
-from ..request import check_request
 from ..scene.check_scene import check_scene
+from ..settings.errors import InputError
+from ..settings.request import check_request
+from ..settings.threads import usable_threads
 from ..sun.check_suns import check_suns
-from ..threads import usable_threads
 from ..transfer.prepare_scene import prepare_scene
 from ..transfer.take_rows import take_rows
 from ..trees.canopy import LeafyScene

@@ -3,13 +3,13 @@
 import numpy as np
 
 from ..effects.judge_effects import Measured, judge_effects
-from ..errors import InputError
 from ..horizon.horizon import without_hidden
 from ..materials.read_albedo import materials_of_surfaces
-from ..progress import Clock
-from ..request import check_request
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..scene.check_scene import check_scene
+from ..settings.errors import InputError
+from ..settings.progress import Clock
+from ..settings.request import check_request
 from ..sun.check_suns import check_suns
 from ..sun.keep_suns import keep_suns
 from ..transfer.prepare_scene import prepare_scene

@@ -11,8 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ..check_arrays import check_array
-from ..errors import InputError
 from ..form_factors.form_factors import FEWEST_RAYS, FormFactors, count_hits, count_starts
 from ..horizon.horizon import mark_hidden
 from ..patches.classify_rays import BACK, DARK, FAR_GROUND, FRONT, LEAVES, SKY, classify_rays
@@ -22,7 +20,9 @@ from ..patches.stop_in_crowns import stop_in_crowns
 from ..rays.places import Places
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, cells_inside, sobol_digits
-from ..threads import map_in_order
+from ..settings.check_arrays import check_array
+from ..settings.errors import InputError
+from ..settings.threads import map_in_order
 from .hemisphere import HemisphereRays
 from .replicates import STEP
 

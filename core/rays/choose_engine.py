@@ -5,7 +5,7 @@ import os
 
 import numpy as np
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .embree_library import LibraryError
 from .embree_packets import PacketTree
 from .embree_rays import RayTree

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from ..check_arrays import check_array, check_triangles
-from ..errors import InputError
+from ..settings.check_arrays import check_array, check_triangles
+from ..settings.errors import InputError
 from .choose_engine import TREES, choose_engine
 from .places import Places
 

@@ -7,7 +7,7 @@ from threadpoolctl import threadpool_limits
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC
-from ..threads import map_in_order, usable_threads
+from ..settings.threads import map_in_order, usable_threads
 from ..transfer.take_rows import take_rows
 from ..transfer.transfer import Transfer
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
 from ..files.open_netcdf import open_netcdf
 from ..horizon.horizon import TerrainHorizon
 from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
+from ..settings.errors import InputError
 from ..sky.light_sources import SOURCES
 from ..sun.suns import Suns
 from ..transfer.trace_record import record_of_dict

@@ -6,8 +6,8 @@ import numpy as np
 import pyproj
 
 from ..energy.potential import sum_potential
-from ..progress import silent
 from ..scene.find_footprints import find_footprints
+from ..settings.progress import silent
 from .columns import column_values, tabled_columns
 
 STAGE = "writing city.city.json"

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from ..progress import ignore_share
+from ..settings.progress import ignore_share
 from .columns import column_values, tabled_columns
 
 WRITTEN = 0.7  # share of the time for formatting the numbers

@@ -9,8 +9,8 @@ import struct
 
 import numpy as np
 
-from ..progress import silent
 from ..scene.add_backs import surface_of_triangles
+from ..settings.progress import silent
 from .colour_map import GROUND, MAPS, MISSING, choose_range, linear_light, mix_stops, srgb_colour
 
 STAGE = "writing city.glb"

@@ -5,7 +5,7 @@ import json
 import h5netcdf
 import numpy as np
 
-from ..progress import silent
+from ..settings.progress import silent
 from ..sky.light_sources import SOURCES
 from ..transfer.kept_matrix import row_blocks
 from .netcdf_file import netcdf_file, write_variables

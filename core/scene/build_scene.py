@@ -11,13 +11,13 @@ from ..city.check_geometry import check_city, check_extent, check_terrain
 from ..city.city import City
 from ..city.measure_polygons import measure_polygons, polygon_bounds
 from ..city.triangulate import triangulate
-from ..errors import InputError
 from ..ground.build_ground import build_ground, choose_reach, feet_or_corners
 from ..ground.build_terrain import build_terrain
 from ..ground.choose_terrain import choose_terrain, reaches_feet
 from ..ground.find_feet import find_feet
 from ..ground.terrain import NEAR, measure_heights
-from ..progress import ignore_share, report_part
+from ..settings.errors import InputError
+from ..settings.progress import ignore_share, report_part
 from ..trees.build_crowns import build_crowns
 from .classify import classify, measure_tilt
 from .find_footprints import find_footprints

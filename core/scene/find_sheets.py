@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from ..progress import ignore_share, report_part
+from ..settings.progress import ignore_share, report_part
 from .find_ground import AT_ONCE, find_ground
 from .follow_rays import Enough, faces_of_scene, follow_rays, look_straight
 

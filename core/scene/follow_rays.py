@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..progress import ignore_share
 from ..rays.ray_scene import RayScene
 from ..sampling.random_numbers import GOLDEN, mix, uniform
 from ..sampling.sample_points import additive_recurrence, barycentric_of_square, cosine_direction
-from ..threads import map_in_order, usable_threads
+from ..settings.progress import ignore_share
+from ..settings.threads import map_in_order, usable_threads
 from .find_ground import AT_ONCE
 
 HOPS = 8  # largest number of faces that a ray is followed to

@@ -7,7 +7,7 @@ from ..city.check_geometry import check_city
 from ..city.city import City
 from ..city.measure_polygons import measure_polygons
 from ..city.triangulate import plane_axes
-from ..errors import InputError
+from ..settings.errors import InputError
 
 MOST_ELEMENTS = 1e6  # largest number of cells per polygon
 SLIVER = 1e-6  # [m²] smaller pieces are rounding errors and dropped

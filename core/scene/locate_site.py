@@ -4,7 +4,7 @@ import math
 
 import pyproj
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 MARGIN = 1.0  # [°] outside the area of use of a system; surveys and zones reach a few kilometres beyond theirs
 STEP = 100.0  # [m] northwards on the grid; large against rounding, small against the curvature of a meridian

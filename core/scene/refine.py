@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ..check_arrays import check_array, check_triangles
 from ..city.check_geometry import check_patch_size
-from ..errors import InputError
+from ..settings.check_arrays import check_array, check_triangles
+from ..settings.errors import InputError
 from .flip_edges import find_inner_edges, flip_edges
 
 MOST_PIECES = 50e6  # more would not fit into memory

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from ..city.city import City
-from ..errors import InputError
 from ..files.read_city import read_city
-from ..progress import silent
 from ..radiosity.trace_gather import trace_gather
-from ..request import Request
 from ..scene.build_scene import build_scene
+from ..settings.errors import InputError
+from ..settings.progress import silent
+from ..settings.request import Request
 from ..sun.suns import Suns
 from .closed_form_checks import SINGLE, mean_of, sun_at, trace
 from .plain_scenes import box, join_parts, rectangle, room

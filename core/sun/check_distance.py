@@ -3,7 +3,7 @@
 import numpy as np
 import pyproj
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 FARTHEST = 150.0  # [km] from the city to the place of the weather, unless the user allows more
 KM_PER_DEGREE = 111.2  # along a meridian

@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from ..check_arrays import UNIT, check_array, check_unit
-from ..errors import InputError
+from ..settings.check_arrays import UNIT, check_array, check_unit
+from ..settings.errors import InputError
 
 BELOW_HORIZON = -1e-6  # sine of the elevation down to which a sun counts as on the horizon (rounding)
 SECOND, INSTANT = pd.Timedelta(seconds=1), pd.Timedelta(0)

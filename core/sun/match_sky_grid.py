@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from scipy.spatial import ConvexHull
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 SLACK = -1e-12  # weight down to which a direction counts as inside a triangle: it may lie on an edge
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import KDTree
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .check_suns import check_suns
 from .match_days_of_year import match_days_of_year
 from .match_sky_grid import match_sky_grid

@@ -9,14 +9,14 @@ from ..effects.plan_effects import EffectPlan, plan_effects
 from ..materials.read_albedo import albedo_of_triangles, name_brdfs
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches, keys_of_triangles, patches_of_scene
-from ..progress import silent
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..scene.add_backs import add_backs
 from ..scene.check_scene import check_scene
 from ..scene.scene import Scene
+from ..settings.progress import silent
+from ..settings.threads import usable_threads
 from ..sky.light_sources import RAYS_SHARE
 from ..sun.suns import Suns
-from ..threads import usable_threads
 from .patch_light import Round
 
 

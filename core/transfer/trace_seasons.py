@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from ..progress import CancelledError
+from ..settings.progress import CancelledError
 from ..trees.kept_rays import forget_rays
 from .kept_matrix import keep_columns
 

@@ -7,7 +7,7 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from ..city.triangulate import triangulate
-from ..errors import InputError
+from ..settings.errors import InputError
 from .crowns import Crowns
 from .ellipsoid import cylinder, ellipsoid, extrude
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 DAY = pd.Timedelta(days=1)
 STEP = pd.Timedelta(minutes=10)  # the clear sky is averaged over an interval in steps of at most this

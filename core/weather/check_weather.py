@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 DAY = pd.Timedelta(days=1)
 HOUR = pd.Timedelta(hours=1)

@@ -3,7 +3,7 @@
 import pandas as pd
 import pvlib
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from ..sky.clear_irradiance import clear_irradiance
 from ..sun.solar_position import solar_position
 from .record import Record

@@ -2,7 +2,7 @@
 
 import pvlib
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .read_pvgis import lay_intervals
 from .record import Record
 

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import pyproj
 
-from ..errors import InputError
 from ..files.open_input import open_text
+from ..settings.errors import InputError
 from .record import Record
 from .typical_year import TYPICAL_YEAR
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from ..errors import InputError
 from ..files.open_input import open_text
+from ..settings.errors import InputError
 from .record import Record, read_numbers
 from .typical_year import coerce_year
 

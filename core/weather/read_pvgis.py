@@ -8,8 +8,8 @@ from pathlib import Path
 import pandas as pd
 import pvlib
 
-from ..errors import InputError
 from ..files.open_input import open_text
+from ..settings.errors import InputError
 from .record import Record
 from .typical_year import coerce_year
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import pandas as pd
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 IRRADIANCES = ("ghi", "dhi", "dni")
 SAME_PLACE = 0.05  # [°] by which the places of joined files may differ

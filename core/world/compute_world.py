@@ -15,9 +15,9 @@ import numpy as np
 from ..energy.compute_energy import count_years
 from ..energy.fast_power import tabulate_power
 from ..energy.groups import rank_group
-from ..progress import silent
+from ..settings.progress import silent
+from ..settings.threads import map_in_order, usable_threads
 from ..sun.sun_of_places import geocentric_sun
-from ..threads import map_in_order, usable_threads
 from .group_errors import carry_to_place
 from .match_hours import match_hours, match_shifted
 from .place_hours import HOURS, MONTHS, prepare_place, sum_periods

@@ -10,7 +10,7 @@ from ..energy.diffuse_incidence import diffuse_incidence_factors
 from ..energy.fill_behind import order_neighbours
 from ..energy.groups import find_groups
 from ..energy.sum_block import Block, take_block
-from ..errors import InputError
+from ..settings.errors import InputError
 from ..sky.light_sources import name_untraced, sources_of
 from ..sun.match_sky_grid import SkyTriangles, triangulate_sky
 from .group_errors import GroupErrors, find_group_errors

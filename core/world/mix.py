@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 OPTION = "--mix"
 NAME = "mix"

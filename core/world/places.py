@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 SOUTH, NORTH, WEST, EAST = -60.0, 90.0, -180.0, 180.0  # the paper's band
 

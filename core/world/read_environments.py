@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from ..errors import InputError
 from ..results.read_transfer import read_transfer
+from ..settings.errors import InputError
 from ..sky.light_sources import model_traced
 from .environment import build_environment
 from .unshaded import unshaded_transfer

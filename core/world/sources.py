@@ -7,7 +7,7 @@ import pandas as pd
 
 from ..climate.climate_grid import look_up_normals
 from ..climate.make_climates import INTERVAL, look_up_altitude, make_climates
-from ..errors import InputError
+from ..settings.errors import InputError
 from ..sun.sun_of_places import geocentric_sun, sun_of_place
 from ..weather.add_sun import add_sun
 from ..weather.check_weather import check_weather

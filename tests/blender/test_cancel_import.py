@@ -5,7 +5,7 @@ import pytest
 
 from citypv.core.city.join_contents import JOINING
 from citypv.core.files.read_city import READING
-from citypv.core.progress import CancelledError
+from citypv.core.settings.progress import CancelledError
 from citypv.operators import run_step
 from citypv.operators.import_city import ImportCity
 from citypv.operators.run_step import Job

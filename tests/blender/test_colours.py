@@ -6,8 +6,8 @@ import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 
-from citypv.core.errors import InputError
 from citypv.core.results.colour_map import GROUND, MAPS, MISSING, choose_range, linear_light, srgb_colour
+from citypv.core.settings.errors import InputError
 from citypv.operators import render_preview as rendering
 from citypv.operators.attributes import KIND_CODES, TITLES, VIEWS
 from citypv.operators.build_legend import BAR_BOTTOM, BAR_HEIGHT, BAR_WIDTH, LEFT

@@ -6,8 +6,8 @@ import bpy
 import numpy as np
 import pytest
 
-from citypv.core.errors import InputError
 from citypv.core.scene.scene import Scene
+from citypv.core.settings.errors import InputError
 from citypv.operators.attributes import KIND_CODES, ORIENTATION_CODES, QUANTITIES
 from citypv.operators.build_meshes import build_meshes, read_vertices
 from citypv.operators.write_attributes import (

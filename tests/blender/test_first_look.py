@@ -6,8 +6,8 @@ import bpy
 import numpy as np
 import pytest
 
-from citypv.core.progress import CancelledError
-from citypv.core.request import Request
+from citypv.core.settings.progress import CancelledError
+from citypv.core.settings.request import Request
 from citypv.operators.first_look import TOLD, settings_of_look
 from citypv.operators.read_settings import read_settings
 from citypv.operators.run_step import Step

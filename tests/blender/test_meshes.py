@@ -4,8 +4,8 @@ import bpy
 import numpy as np
 import pytest
 
-from citypv.core.errors import InputError
 from citypv.core.scene.build_scene import build_scene
+from citypv.core.settings.errors import InputError
 from citypv.core.trees.crowns import volume_of_crowns
 from citypv.operators.keep_report import find_row, read_rows
 from citypv.operators.read_mesh import join_meshes, read_meshes

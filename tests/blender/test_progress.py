@@ -7,8 +7,8 @@ import pytest
 
 from citypv.core.city.join_contents import JOINING
 from citypv.core.files.read_city import READING
-from citypv.core.progress import SUN_STAGE
 from citypv.core.sampling import hemisphere_rays
+from citypv.core.settings.progress import SUN_STAGE
 from citypv.operators import classify_city, run_step
 from citypv.operators.classify_city import ClassifyCity
 from citypv.operators.compile_loops import COMPILING

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from citypv.core.commands.simulate import simulate
-from citypv.core.progress import CancelledError
-from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
+from citypv.core.settings.progress import CancelledError
+from citypv.core.settings.request import Request
 from citypv.operators import refine_trace, run_step
 from citypv.operators.refine_trace import show_round
 from citypv.operators.session import find_city, find_session

@@ -10,8 +10,8 @@ from citypv.citypv_addon.menus import GROUPS
 from citypv.core.commands.command_line import build_parser
 from citypv.core.effects.table import TABLE
 from citypv.core.energy.pv_system import ELECTRIC
-from citypv.core.errors import InputError
-from citypv.core.request import declared_settings
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import declared_settings
 from citypv.operators import effect_switches, read_preferences
 from citypv.operators.choose_preset import find_preset, read_prices
 from citypv.operators.find_module import suggest_modules

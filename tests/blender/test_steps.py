@@ -7,8 +7,8 @@ import bpy
 import numpy as np
 import pytest
 
-from citypv.core.errors import InputError
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 from citypv.operators.attributes import QUANTITIES
 from citypv.operators.build_meshes import read_vertices
 from citypv.operators.keep_report import read_rows

@@ -13,7 +13,7 @@ from citypv.core.commands.judge_light import judge_light
 from citypv.core.effects.judge_effects import judge
 from citypv.core.effects.reflections import bound_beyond, certainty_of, look_at_years, share_beyond, years_of
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 from citypv.core.sky.plausible_years import OVERCAST, clear_year, hours_of_suns, overcast_year
 from citypv.core.study import prepare_study, read_scene, read_year, trace_scene
 

@@ -7,10 +7,10 @@ import pytest
 from cities import box, make_city
 
 from citypv.core.city.measure_polygons import measure_polygons
-from citypv.core.errors import InputError
 from citypv.core.files.read_city import read_city
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.grid_cells import split_into_cells
+from citypv.core.settings.errors import InputError
 
 ROOT = Path(__file__).parents[2]
 HANNOVER = ROOT / "tests" / "data" / "citygml" / "hannover_LGLN_LoD2_32_550_5802_3bld.gml"

@@ -13,10 +13,10 @@ from weathers import ERA5, HOUR, year_of
 from citypv.core import study
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import CancelledError, silent
 from citypv.core.radiosity import sun_blocks
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.progress import CancelledError, silent
+from citypv.core.settings.request import Request
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.keep_suns import end_of_days, keep_suns, weigh_by_year
 from citypv.core.sun.match_suns import match_suns

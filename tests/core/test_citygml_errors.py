@@ -7,9 +7,9 @@ import pickle
 import citygml_text as text
 import pytest
 
-from citypv.core.errors import InputError
 from citypv.core.files.open_input import LARGEST_GAIN
 from citypv.core.files.read_city import read_city
+from citypv.core.settings.errors import InputError
 
 HOUSE = text.building(text.surface(text.members(text.polygon("a", text.SQUARE))))
 GOOD = text.model(HOUSE).encode()

@@ -10,8 +10,8 @@ import pytest
 from cityjson_text import CUBE, FACES, SHELL, house, instance, model, read, solid
 from memory_of_reading import memory_of_refusal
 
-from citypv.core.errors import InputError
 from citypv.core.files.read_city import read_city
+from citypv.core.settings.errors import InputError
 
 GOOD = model({"b": house(solid())})
 TEXT = json.dumps(GOOD)

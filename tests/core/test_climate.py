@@ -18,8 +18,8 @@ from citypv.core.climate.make_climates import (
     raise_sky,
 )
 from citypv.core.commands.command_line import main
-from citypv.core.errors import InputError
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 from citypv.core.study import read_year
 from citypv.core.weather.climate import climate
 from citypv.core.weather.read_weather import read_weather

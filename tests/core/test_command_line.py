@@ -21,8 +21,8 @@ from citypv.core.commands.command_line import build_parser
 from citypv.core.commands.report_outcome import report_outcome
 from citypv.core.commands.run_log import RunLog
 from citypv.core.effects.table import TABLE
-from citypv.core.progress import TerminalProgress, describe_progress
-from citypv.core.request import Request
+from citypv.core.settings.progress import TerminalProgress, describe_progress
+from citypv.core.settings.request import Request
 
 ERA5 = Path(__file__).parents[2] / "examples" / "berlin" / "era5_berlin_2017.nc"
 COLUMNS = [

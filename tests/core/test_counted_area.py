@@ -15,12 +15,12 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.potential import sum_potential
 from citypv.core.energy.pv_system import build_system
 from citypv.core.energy.years import split_years
-from citypv.core.methods import METHODS, settings_of_method
-from citypv.core.request import Request
 from citypv.core.results.write_buildings import write_buildings
 from citypv.core.results.write_groups import write_groups
 from citypv.core.results.write_series import write_series
 from citypv.core.results.write_summary import describe_years, sum_totals
+from citypv.core.settings.presets import METHODS, settings_of_method
+from citypv.core.settings.request import Request
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.read_weather import read_weather
 

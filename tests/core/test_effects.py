@@ -15,10 +15,10 @@ from citypv.core.effects.reflections import light_beyond, share_beyond
 from citypv.core.energy import compute_energy as energy_under_test
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
 from citypv.core.results.effect_shares import shares_of_effects, state_outcome
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.sky.plausible_years import even_year
 from citypv.core.study import prepare_study, read_scene, read_year
 from citypv.core.sun.choose_suns import choose_suns

@@ -11,9 +11,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from thorough import draw_count
 
-from citypv.core.errors import InputError
 from citypv.core.files.read_city import READERS, read_city
 from citypv.core.scene.build_scene import build_scene
+from citypv.core.settings.errors import InputError
 
 pytestmark = pytest.mark.once
 

@@ -17,9 +17,9 @@ from citypv.core.horizon.lost_sky import lost_sky
 from citypv.core.horizon.read_horizon_table import read_horizon_table
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.sun.hourly import hourly_suns
 from citypv.core.weather.weather import Weather
 

@@ -8,9 +8,9 @@ import pytest
 from small_city import write_small_city
 
 from citypv.__main__ import main
-from citypv.core.errors import InputError
 from citypv.core.horizon.horizon import elevation_at
 from citypv.core.horizon.read_horizon_table import read_horizon_table
+from citypv.core.settings.errors import InputError
 
 DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.tif"
 NO_SYSTEM = DEM.with_name("dem_jacksboro_utm16_clip.asc")

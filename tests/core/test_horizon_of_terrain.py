@@ -16,12 +16,12 @@ from citypv.core.files.read_heights import HeightGrid, read_heights
 from citypv.core.horizon.horizon import STEPS, elevation_at
 from citypv.core.horizon.horizon_of_terrain import height_at, horizon_of_terrain
 from citypv.core.horizon.read_horizon import read_horizon
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
 from citypv.core.scene.build_scene import build_scene
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.study import prepare_study, read_year
 from citypv.core.sun.hourly import hourly_suns
 from citypv.core.transfer.prepare_scene import prepare_scene

@@ -7,14 +7,14 @@ import rasterio
 from cities import box, make_city
 from rasterio.transform import Affine
 
-from citypv.core.errors import InputError
 from citypv.core.files.read_heights import read_heights
 from citypv.core.files.read_terrain import read_terrain
 from citypv.core.horizon.horizon import STEPS
 from citypv.core.horizon.horizon_of_terrain import horizon_of_terrain
 from citypv.core.horizon.read_horizon import read_horizon
-from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 from citypv.core.study import prepare_study, read_year
 
 LATITUDE, STEP = -17.0, 0.004

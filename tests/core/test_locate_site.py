@@ -8,8 +8,8 @@ import pytest
 
 from citypv.core.city.convert_to_metres import convert_to_metres
 from citypv.core.city.name_crs import name_crs
-from citypv.core.errors import InputError
 from citypv.core.scene.locate_site import locate_site, note_outside_use
+from citypv.core.settings.errors import InputError
 
 PLACES = [
     ("EPSG:25833", 391490.0, 5817850.0),

@@ -8,7 +8,6 @@ import pytest
 from mirror_street import EDGES, HEIGHT, finish, light_of_strips, lit_share, street
 from scenes import assert_mean, suns_towards
 
-from citypv.core.errors import InputError
 from citypv.core.materials.brdf_glass import Glass, reflect_interfaces
 from citypv.core.materials.brdf_glossy import Glossy
 from citypv.core.materials.brdf_lambertian import Lambertian
@@ -16,10 +15,11 @@ from citypv.core.materials.brdf_mirror import Mirror
 from citypv.core.materials.materials import CLEAR, DIFFUSE, brdf_of_material, recognise_material
 from citypv.core.materials.read_albedo import albedo_of_triangles, brdfs_of_triangles, read_albedo
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 
 def trace_street(tmp_path, text, elevation, samples=25_000):

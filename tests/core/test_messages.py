@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from citypv.core.commands.command_line import main
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 
 ROOT = Path(__file__).parents[2]
 

@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 
 from citypv.core.commands.command_line import main
-from citypv.core.errors import InputError
 from citypv.core.files.read_city import read_city
 from citypv.core.files.read_mtl import LARGEST, MOST_LIBRARIES, read_mtl
 from citypv.core.materials.materials import MaterialSpec
 from citypv.core.materials.read_albedo import albedo_of_triangles, describe_albedo
 from citypv.core.materials.shader_material import named_material
-from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 
 TOWER = Path(__file__).parents[1] / "data/obj/nyc_tower_yup.obj.gz"
 CUBE = "\n".join(f"v {x} {y} {z}" for z in (0, 5) for y in (0, 10) for x in (0, 10)) + "\n"

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from citypv.core.errors import InputError
 from citypv.core.results.output_folder import LOCK, whole_folder
+from citypv.core.settings.errors import InputError
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 

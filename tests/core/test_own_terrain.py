@@ -13,14 +13,14 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay
 from small_city import EAST, HEAD, NORTH, UP
 
-from citypv.core.errors import InputError
 from citypv.core.files import parse_xml
 from citypv.core.files.read_city import read_city
 from citypv.core.ground.terrain import measure_heights
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.study import stand_city
 
 ORIGIN = np.array([EAST, NORTH, UP])

@@ -7,10 +7,10 @@ import pytest
 from cityjson_text import CUBE, house, model, solid
 from reliefs import only, told
 
-from citypv.core.errors import InputError
 from citypv.core.files.read_city import read_city
 from citypv.core.ground.terrain import measure_heights
 from citypv.core.scene.build_scene import build_scene
+from citypv.core.settings.errors import InputError
 
 
 def cube_on_relief(boundaries, vertices, **more):

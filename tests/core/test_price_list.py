@@ -11,7 +11,7 @@ from citypv.__main__ import main
 from citypv.core.accuracy.predict import fit_costs, terms_of_suns
 from citypv.core.accuracy.survey import Survey, Work, work_of_city
 from citypv.core.accuracy.yield_errors import split_errors
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, measure_sun_sampling, read_scene, read_year, trace_scene
 
 pytestmark = pytest.mark.once

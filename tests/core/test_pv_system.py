@@ -15,8 +15,8 @@ from citypv.core.energy.pick_inverter import pick_inverter
 from citypv.core.energy.pick_module import pick_module
 from citypv.core.energy.power_model import dc_power, incidence_factor, spectral_factor
 from citypv.core.energy.pv_system import build_system, default_system
-from citypv.core.errors import InputError
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 from citypv.core.study import check_settings
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.read_weather import read_weather

@@ -5,12 +5,12 @@ import pytest
 from cities import box, make_city
 from flat_roofs import fronts_in, rectangle, roof, rows_of, scene_with
 
-from citypv.core.errors import InputError
 from citypv.core.racks.lay_racks import city_with_racks
 from citypv.core.racks.parse_racks import Racks, parse_racks
 from citypv.core.racks.place_rows import THICKNESS
-from citypv.core.request import Request
 from citypv.core.scene.add_backs import surface_of_triangles
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 from citypv.core.study import stand_city
 
 # -- geometry --

@@ -10,10 +10,10 @@ from rasterio.transform import Affine
 from rasterio.windows import Window
 
 from citypv.core.city.bring_places import plane_of
-from citypv.core.errors import InputError
 from citypv.core.files import open_raster as opening
 from citypv.core.files.open_raster import open_raster
 from citypv.core.files.raster import average_window
+from citypv.core.settings.errors import InputError
 
 SHAPE = (150, 211)
 PLACE = Affine(2.0, 0.0, 390_000.0, 0.0, -2.0, 5_820_000.0)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from citypv.core.city.measure_polygons import measure_polygons
-from citypv.core.errors import InputError
 from citypv.core.files.read_city import read_city
 from citypv.core.scene.classify import measure_tilt
+from citypv.core.settings.errors import InputError
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "data" / "citygml"

@@ -10,12 +10,12 @@ from cities import box, make_city
 
 from citypv.core.city.measure_polygons import measure_polygons
 from citypv.core.city.orient_shells import orient_shells, turn_over
-from citypv.core.errors import InputError
 from citypv.core.files.parse_obj import parse_obj
 from citypv.core.files.read_city import read_city
 from citypv.core.files.read_obj import read_obj
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.classify import measure_tilt
+from citypv.core.settings.errors import InputError
 
 DATA = Path(__file__).parents[1] / "data" / "obj"
 EXPECTED = json.loads((DATA / "expected.json").read_text(encoding="utf-8"))

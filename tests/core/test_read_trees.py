@@ -8,10 +8,10 @@ import pytest
 from cityjson_text import CUBE, house, instance, model, read, solid
 
 from citypv.core.commands.command_line import main
-from citypv.core.errors import InputError
 from citypv.core.files.read_city import read_city
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.local_frame import bring_to_origin
+from citypv.core.settings.errors import InputError
 from citypv.core.trees.build_crowns import CROWN_BASE
 from citypv.core.trees.crowns import volume_of_crowns
 from citypv.core.trees.ellipsoid import cylinder, ellipsoid

@@ -15,7 +15,6 @@ from transfers import Horizons, unshaded_transfer
 from weathers import ERA5, PVGIS
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.errors import InputError
 from citypv.core.files import open_netcdf
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_faces import write_faces
@@ -23,6 +22,7 @@ from citypv.core.results.write_groups import write_groups
 from citypv.core.results.write_summary import peak_memory
 from citypv.core.results.write_timeseries import write_timeseries
 from citypv.core.results.write_transfer import write_transfer
+from citypv.core.settings.errors import InputError
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.read_weather import read_weather
 

@@ -17,12 +17,12 @@ from citypv.core.effects.perez import change_unshaded
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.errors import InputError
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.sky.choose_sky import choose_sky
 from citypv.core.sky.sky_models import split_sky
 from citypv.core.sun.choose_suns import choose_suns

@@ -10,9 +10,9 @@ from weathers import ERA5
 from citypv.core.effects.perez import bound_change
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.request import Request
 from citypv.core.results.share_of_sky import share_of_sky, state_sky
 from citypv.core.scene.build_scene import build_scene
+from citypv.core.settings.request import Request
 from citypv.core.sky.light_sources import choose_share
 from citypv.core.sky.sky_models import SkyParts
 from citypv.core.study import prepare_study, read_year, trace_scene

@@ -6,7 +6,7 @@ import pvlib
 import pytest
 from weathers import HOUR, year_of
 
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.sky_grid import sky_grid_suns

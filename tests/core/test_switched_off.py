@@ -18,7 +18,7 @@ from citypv.core.commands.judge_light import judge_light
 from citypv.core.effects import switched_off
 from citypv.core.effects.plan_effects import describe_plan
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 from citypv.core.study import prepare_study, read_scene, read_year, trace_scene
 from citypv.core.weather.weather import Weather
 

@@ -10,10 +10,10 @@ from citypv.core.cluster.take_part import prepare_whole, take_part
 from citypv.core.cluster.thin_surroundings import WIDTH, cluster_patches, draw_members, thin_surroundings
 from citypv.core.cluster.tiles import assign_tiles, bin_pieces, box_pieces, surround
 from citypv.core.materials.read_albedo import name_brdfs
-from citypv.core.progress import silent
-from citypv.core.request import Request
 from citypv.core.sampling.random_numbers import mix
 from citypv.core.scene.scene import OWN
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.transfer.prepare_scene import build_tree, prepare_scene

@@ -10,12 +10,12 @@ from test_covered import box
 
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.effects.table import TABLE
-from citypv.core.errors import InputError
-from citypv.core.progress import silent
 from citypv.core.radiosity import sun_visibility, trace_hemisphere
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.ray_scene import RayScene
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3]])
 FIELDS = ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error", "covered_share")

@@ -5,7 +5,6 @@ import pytest
 import shapely
 from scipy.spatial import Delaunay, cKDTree
 
-from citypv.core.errors import InputError
 from citypv.core.ground import walk_plan
 from citypv.core.ground.keep_edges import find_cut_edges
 from citypv.core.ground.triangle_sides import find_neighbours, has_edges, renew_neighbours, sort_sides
@@ -18,6 +17,7 @@ from citypv.core.ground.triangulate_plan import (
     twice_areas,
 )
 from citypv.core.ground.walk_plan import triangle_at, walk
+from citypv.core.settings.errors import InputError
 
 CORNERS = np.array([[0.0, 0], [1000, 0], [1000, 1000], [0, 1000]])
 ROUNDING = 1e-6  # [m] of a circumcircle's radius

@@ -26,7 +26,7 @@ from weathers import (
     year_of,
 )
 
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.core.weather.add_sun import complete_irradiance
 from citypv.core.weather.check_irradiance import cure_of_factor
 from citypv.core.weather.check_sun_times import measure_sun_times, sun_track

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from citypv.core.commands.command_line import main
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.core.world.read_era5_grid import open_era5_grid
 
 from .weathers import ERA5

@@ -7,8 +7,8 @@ import pytest
 
 from citypv.core.commands.command_line import main
 from citypv.core.energy.pv_system import default_system
-from citypv.core.errors import InputError
 from citypv.core.horizon.horizon import STEPS, TerrainHorizon
+from citypv.core.settings.errors import InputError
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.keep_suns import keep_suns
 from citypv.core.sun.sky_grid import sky_grid_suns

@@ -14,19 +14,19 @@ from towns import city_of_polygons, draw_town
 from citypv.core.city.triangulate import triangulate
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.errors import InputError
 from citypv.core.ground.build_ground import build_ground
 from citypv.core.ground.build_terrain import build_terrain
 from citypv.core.ground.find_feet import find_feet
 from citypv.core.ground.terrain import Layer, Terrain, measure_heights
-from citypv.core.progress import silent
 from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.classify import classify, measure_tilt
 from citypv.core.scene.grid_cells import split_into_cells
 from citypv.core.scene.refine import refine_triangles
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.match_suns import match_suns
 from citypv.core.sun.solar_position import solar_position, sun_direction

@@ -10,17 +10,17 @@ from scenes import join, strip, suns_towards
 
 from citypv.core.effects.closed_form import find_unobstructed, ground_view_of_tilt, sky_view_of_tilt
 from citypv.core.effects.plan_effects import plan_effects
-from citypv.core.errors import InputError
 from citypv.core.patches.find_resting_floors import find_resting_floors
 from citypv.core.patches.patches import patches_of_scene
-from citypv.core.progress import silent
 from citypv.core.radiosity.solve_radiosity import radiosity_factor, solve_radiosity
 from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
 from citypv.core.radiosity.sun_visibility import sun_visibility
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.radiosity.trace_hemisphere import trace_hemisphere
 from citypv.core.rays.ray_scene import RayScene
-from citypv.core.request import Request, check_request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request, check_request
 
 SCENE = join([strip([-20, -20, 0], [40, 0, 0], [0, 40, 0], 2), *box((-5, -5, 0), (5, 5, 10))])
 COUNT = len(SCENE.triangles)

@@ -11,10 +11,10 @@ from thorough import draw_count
 
 from citypv.core.photons import trace_sources
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
 from citypv.core.scene.refine import refine_triangles
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.once
 

@@ -12,10 +12,10 @@ from towns import city_of_polygons
 
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 ROOT = Path(__file__).parents[2]
 ESTIMATORS = {"gather": trace_gather, "forward": trace_forward}

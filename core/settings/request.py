@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, fields
 from .city_settings import CitySettings
 from .errors import InputError
 from .presets import ESTIMATORS, PRESET_WORDS
-from .settings import check_number, check_place, setting
+from .setting import check_number, check_place, setting
 from .system_settings import SystemSettings
 
 SKIES = {
