@@ -125,7 +125,8 @@ def test_no_room_is_deeper_than_one_folder_and_pip_knows_each():
 def test_versions_agree():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text("utf-8"))
-    stated = re.search(r'^__version__ = "(.+)"$', (ROOT / "core" / "settings" / "version.py").read_text("utf-8"), re.MULTILINE)
+    version = (ROOT / "core" / "settings" / "version.py").read_text("utf-8")
+    stated = re.search(r'^__version__ = "(.+)"$', version, re.MULTILINE)
     changes = re.search(r"^## (.+)$", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
     assert project["version"] == manifest["version"] == stated[1] == changes[1]
 
