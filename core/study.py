@@ -166,12 +166,12 @@ def read_year(site, request, suns=None):
 
 
 def prepare_study(scene, weather, request, *, materials=None, progress=silent):
-    """What tracing a scene for a year calls for, with the pilot's shares and bounds: PreparedScene.
+    """What tracing a scene for a year calls for: PreparedScene.
 
     `materials` are those of `PreparedScene`, where they are known already.
     """
     known = {"weather": weather, "suns": choose_year(weather, request), "materials": materials}
-    return prepare_scene(scene, request, **known, measure=True, progress=progress)
+    return prepare_scene(scene, request, **known, progress=progress)
 
 
 def choose_year(weather, request):

@@ -9,7 +9,7 @@ meet what they passed before, or pass it.
 
 import numpy as np
 
-from ..effects.pilot import draw_starts, random_points
+from ..accuracy.part_of_city import draw_starts, random_points
 from ..sampling.hemisphere_rays import rays_from_patches
 from ..sampling.sample_points import cosine_direction
 from ..scene.scene import FAR

@@ -4,7 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from ..effects.judge_effects import judge
+from ..effects.effect import judge
 from ..materials.read_albedo import materials_of_surfaces
 from ..transfer.kept_matrix import keep_matrix
 from ..transfer.merge_transfers import MATRICES
@@ -115,7 +115,7 @@ def join_records(records, plan, request, figures):
     Parameters
     ----------
     records : list of TraceRecord
-    plan : EffectPlan
+    plan : TracePlan
         Of the whole.
     request : Request
         As the user gave it.

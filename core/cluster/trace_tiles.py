@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..effects.terrain_horizon import terrain_alone
 from ..results.read_transfer import read_transfer
 from ..settings.errors import InputError
 from ..settings.progress import silent
@@ -136,7 +137,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
     built = slice(0, len(scene.surfaces))  # the ground beyond is lit like the far ground that takes its place
     city = pieces.low[built, :2].min(axis=0), pieces.high[built, :2].max(axis=0)
     run_path, run_key = write_run(
-        folder, Run(settle(prepared.plan, request), prepared.suns, weather, city, prepared.plan["terrain-horizon"])
+        folder, Run(settle(prepared.plan, request), prepared.suns, weather, city, terrain_alone(prepared.plan))
     )
     threads = request.threads if settings.cluster == SERIAL else 1
     measured = set(np.linspace(0, len(squares) - 1, min(MEASURED, len(squares))).round().astype(int).tolist())

@@ -1,13 +1,15 @@
 """`citypv effects`: what a run would simulate, why, how long it takes, and what each effect makes of the result."""
 
+from ..accuracy.measure_effects import measure_effects
+from ..accuracy.pilot import CityYear
 from ..energy.pv_system import build_system
-from ..results.effect_shares import shares_of_effects, unshaded_transfer
+from ..results.effect_shares import shares_of_effects
 from ..study import check_tracing, prepare_study, read_scene, read_year
-from .predict_seconds import predict_seconds
+from ..transfer.prepare_scene import build_tree
 
 
 def list_effects(paths, request, progress):
-    """Plan of a city: each effect with reason, bound, predicted seconds and expected share of full load hours.
+    """Plan of a city: each effect with reason and bound, and what it changes and takes in a small run.
 
     Parameters
     ----------
@@ -17,7 +19,7 @@ def list_effects(paths, request, progress):
 
     Returns
     -------
-    EffectPlan
+    TracePlan
 
     Raises
     ------
@@ -26,30 +28,11 @@ def list_effects(paths, request, progress):
     check_tracing(request)
     scene = read_scene(paths, request, progress)
     weather = read_year(scene.site, request)
-    prepared = prepare_study(scene, weather, request)
-    unshaded = unshaded_transfer(scene, prepared.suns, request.ground_albedo)
-    shares = shares_of_effects(unshaded, weather, build_system(request), request.threads)
-    state_shares(prepared.plan, shares)
-    if request.estimator == "gather":
-        state_seconds(prepared.plan, predict_seconds(prepared, request))
+    prepared = build_tree(prepare_study(scene, weather, request), request)
+    transfer = measure_effects(CityYear(scene, prepared, weather, request), progress)
+    for key, share in shares_of_effects(transfer, weather, build_system(request), request.threads).items():
+        effect = prepared.plan[key]
+        effect.share = share
+        if not effect.on:
+            effect.bound = abs(share)
     return prepared.plan
-
-
-def state_seconds(plan, seconds):
-    """Write predicted seconds into the effects that cost them."""
-    found = {
-        "sky-rays": seconds.sky_rays,
-        "shadow-rays": seconds.shadow_rays,
-        "reflections": seconds.reflections,
-        "perez": seconds.sources,
-    }
-    for effect in plan.effects:
-        effect.seconds = found.get(effect.key, effect.seconds)
-
-
-def state_shares(plan, shares):
-    """Write shares of full load hours into the effects of a plan; those that are switched off leave out as much."""
-    for key, share in shares.items():
-        plan[key].share = share
-        if not plan[key].on:
-            plan[key].bound = abs(share)

@@ -2,8 +2,9 @@
 
 from dataclasses import replace
 
+from ..accuracy.check_reachable import check_reachable
 from ..accuracy.error_budget import suggest_more
-from ..accuracy.foresee_target import foresee_target
+from ..accuracy.pilot import CityYear
 from ..effects.plan_effects import describe_plan
 from ..energy.pv_system import ELECTRIC, build_system
 from ..racks.lay_racks import city_with_racks
@@ -39,7 +40,6 @@ from ..sun.check_distance import describe_distance
 from ..transfer.kept_matrix import is_on_disk
 from ..transfer.patch_light import Round
 from ..transfer.prepare_scene import build_tree
-from .judge_light import judge_light
 from .refine_run import RunInputs, refine_run, wants_rounds
 from .report_outcome import describe_overrun, report_outcome
 from .run_log import RunLog
@@ -100,7 +100,7 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
         log.write(describe_weather(weather, scene.site))
         log.clock.lap("read weather")
         if request.time_budget and free and not cluster:
-            request = spend_budget((scene, weather, request), free, log)
+            request = spend_budget(scene, weather, request, free, log)
         log.write("Effects included for this scene:")
         prepared = prepare_run(scene, weather, request, cluster, log)
         for line in describe_plan(prepared.plan):
@@ -113,7 +113,6 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
             transfer = trace_until_interrupted(scene, weather, request, log, work.parent, prepared=prepared)
         log.clock.lap("trace")
         city = draw_city(city, scene, request)
-        transfer = judge_light(transfer, prepared.plan, weather, request)
         transfer = replace(transfer, outlines=outline_surfaces(city, scene.surfaces, scene.site))
         keep = not is_on_disk(transfer.visible_share) or "transfer" in exports
         energy = write_results(work, transfer, weather, request, log, scene=scene, draw=draw, keep=keep, tiles=tiles)
@@ -150,7 +149,7 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     with Interruption(log.progress, log.stream) as heard:
         if wants_rounds(request):
             prepared = build_tree(prepared, request)
-            told = foresee_target((scene, prepared, weather, request), heard) if request.target_error else ""
+            told = check_reachable(CityYear(scene, prepared, weather, request), heard) if request.target_error else ""
             if told:
                 log.write(told)
             prepared = replace(prepared, round=Round())

@@ -12,22 +12,19 @@ from .effect import Effect
 from .terrain_horizon import largest_share
 
 KEY = "far-ground"
-CERTAINTY = 2  # standard errors
 
 
 def decide(inputs):
-    """On if anything reflects; the error at the edge of the near ground is its bound."""
-    request = inputs.request
-    pilot = inputs.pilot_if_wanted
-    share = None if pilot is None else sum(shares_of_far_ground(pilot, inputs.direct_over_diffuse))
-    if not inputs.asked(KEY, request.far_ground):
+    """On if anything reflects; the error at the edge of the near ground is its bound where nothing else shades."""
+    plan = inputs.plan
+    if not inputs.asked(KEY, inputs.request.far_ground):
         words = "switched off: rays that leave downwards carry nothing"
         return Effect(KEY, False, "none", words, share_left_out(inputs))
-    if not inputs.decided["reflections"].on:
+    if not plan.reflections:
         return Effect(KEY, False, "none", "it only shines by reflection, and nothing is reflected", 0.0, share=0.0)
-    reach = measure_reach(inputs.scene, inputs.patches)
-    words = f"rays that leave downwards meet unshaded ground, {reach:.1f} building heights away"
-    return Effect(KEY, True, "once reflected", words, bound_of_edge(inputs, reach), setting=reach, share=share)
+    plan.far_ground, plan.reach = True, measure_reach(inputs.scene, inputs.patches)
+    words = f"rays that leave downwards meet unshaded ground, {plan.reach:.1f} building heights away"
+    return Effect(KEY, True, "once reflected", words, bound_of_edge(inputs, plan.reach))
 
 
 def share_left_out(inputs):
@@ -67,17 +64,13 @@ def measure_reach(scene, patches):
 
 
 def bound_of_edge(inputs, reach):
-    """Share of light that shade beyond the near ground would take away, at most; None if nothing tells.
+    """Share of light that shade beyond the near ground would take away, at most; None where something else shades.
 
-    The year of the weather counts, and an overcast one, with which the same trace may be weighed. Where nothing shades
-    the receivers it is the closed form of the kind and orientation that sees most of the far ground.
+    It is the closed form of the kind and orientation that sees most of the far ground, in the year of the weather and
+    in an overcast one, with which the same trace may be weighed.
     """
-    pilot, suns = inputs.pilot_if_wanted, inputs.suns
-    if pilot is not None:
-        found = (edge_error(pilot, reach, suns, ratio) for ratio in (0.0, inputs.direct_over_diffuse))
-        return max(share + CERTAINTY * error for share, error in found)
     share = share_left_out(inputs) if inputs.unshaded else None
-    return None if share is None else max(share, overcast_share(inputs)) * max(shade_at_edge(reach, suns))
+    return None if share is None else max(share, overcast_share(inputs)) * max(shade_at_edge(reach, inputs.suns))
 
 
 def overcast_share(inputs):
@@ -87,33 +80,6 @@ def overcast_share(inputs):
     normal = normal[np.asarray(surfaces.eligible)] if np.any(surfaces.eligible) else normal
     reflected = albedo * ground_view_of_tilt(normal, inputs.terrain)
     return float(np.max(reflected / np.maximum(reflected + sky_view_of_tilt(normal, inputs.terrain), 1e-9)))
-
-
-def edge_error(pilot, reach, suns, ratio):
-    """What shade beyond the near ground would take away, as a share of all light, and its standard error.
-
-    Parameters
-    ----------
-    pilot : Pilot
-    reach : float
-        Of `measure_reach`.
-    suns : Suns or None
-    ratio : float
-        Direct normal over diffuse irradiance of the year.
-
-    Returns
-    -------
-    share, error : float
-    """
-    of_sky, of_sun = shade_at_edge(reach, suns)
-    whole = light_of_all(pilot, ratio)
-    if not pilot.weight @ whole > 0:
-        return 0.0, 0.0
-    lost = of_sky * pilot.far_sky + ratio * of_sun * pilot.far_sun.astype(float)
-    share = pilot.weight @ lost / (pilot.weight @ whole)
-    # Linearised variance of a ratio of two weighted means of independent paths.
-    error = np.sqrt(((pilot.weight * (lost - share * whole)) ** 2).sum()) / (pilot.weight @ whole)
-    return float(share), float(error)
 
 
 def shade_at_edge(reach, suns):
@@ -136,16 +102,3 @@ def shade_at_edge(reach, suns):
         height = np.maximum(suns.direction[:, 2], 0) * np.maximum(suns.weight, 0)
         of_sun = height[suns.direction[:, 2] < np.sin(lowest)].sum() / height.sum() / 2 if height.any() else 0.0
     return float((1 - np.cos(lowest)) / 2), float(of_sun)
-
-
-def shares_of_far_ground(pilot, ratio):
-    """Share of all light that the far ground passes on, from the sky and from the suns: two float."""
-    whole = pilot.weight @ light_of_all(pilot, ratio)
-    if not whole > 0:
-        return 0.0, 0.0
-    return float(pilot.weight @ pilot.far_sky / whole), float(ratio * (pilot.weight @ pilot.far_sun) / whole)
-
-
-def light_of_all(pilot, ratio):
-    """Light that each path finds over all reflections: (m,) float64."""
-    return pilot.sky.sum(axis=1, dtype=float) + ratio * pilot.sun.sum(axis=1, dtype=float)

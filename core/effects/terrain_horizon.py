@@ -1,6 +1,6 @@
 """`terrain-horizon`: terrain far from the scene that hides suns and sky."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,25 +10,14 @@ from ..sky.sky_models import split_sky
 from ..sky.terrain_loss import first_light, light_behind, sum_direct, sunlit_year
 from ..sun.match_suns import match_suns
 from ..sun.solar_position import MINIMUM_ELEVATION, sun_direction
-from .effect import Effect
+from .effect import NO_SUNS, Effect, TracePlan
 
 KEY = "terrain-horizon"
 POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 STEP = 5.0  # [°] to which tilts and azimuths are rounded
-CERTAINTY = 2  # standard errors
-LEAST_LIGHT = 0.01  # of the unshaded one, below which a group's share is not divided by it
 COVERED = 49_000.0  # [m] to which heights should reach in all directions
 UP = np.array([[0.0, 0.0, 1.0]])
 MARGIN = 1.0  # [°] so far below the horizon a sun must stand in all intervals that it represents, not to be traced
-
-
-@dataclass
-class Terrain:
-    """Distant terrain, and the suns that it spares."""
-
-    horizon: TerrainHorizon | None  # None: left out
-    hidden: np.ndarray  # (k, 3) float32, suns that represent none but intervals in which the sun is hidden
-    others: list  # of TerrainHorizon, with which the light is compared after the run: left out, or of the corners
 
 
 def decide(inputs):
@@ -42,8 +31,7 @@ def decide(inputs):
     if inputs.terrain is None:
         low = f"no higher than the {MINIMUM_ELEVATION:g}° below which no sun is traced"
         words = "switched off" if inputs.asked(KEY) is False else low
-        left_out = Terrain(None, np.zeros((0, 3), np.float32), [horizon])
-        return Effect(KEY, False, "none", f"{words}: it rises to {where}", bound_off(inputs, horizon), left_out)
+        return Effect(KEY, False, "none", f"{words}: it rises to {where}", bound_off(inputs, horizon))
     sky, sun = shares_of_level_ground(inputs, horizon)
     extent = f"hides {sky:.1%} of the sky and {sun:.1%} of the sunlight of level ground"
     lowest = replace(horizon, elevation=np.minimum.reduce([one.elevation for one in (horizon, *corners)]))
@@ -53,8 +41,19 @@ def decide(inputs):
     if corners:
         apart = max(float(np.abs(corner.elevation - horizon.elevation).max()) for corner in corners)
         reason += f"; corners of the scene see it up to {apart:.1f}° higher or lower"
-    setting = Terrain(horizon, hidden, corners)
-    return Effect(KEY, True, extent, reason, bound_on(inputs, horizon, corners), setting)
+    inputs.plan.terrain, inputs.plan.hidden_suns = horizon, hidden
+    return Effect(KEY, True, extent, reason, bound_on(inputs, horizon, corners))
+
+
+def terrain_alone(plan):
+    """What a plan says of terrain, without its patches: TracePlan."""
+    return TracePlan([plan[KEY]], terrain=plan.terrain, hidden_suns=plan.hidden_suns)
+
+
+def share_terrain(plan, whole):
+    """The plan of a tile with the terrain of the whole city's: TracePlan."""
+    effects = [whole[KEY] if one.key == KEY else one for one in plan.effects]
+    return replace(plan, effects=effects, terrain=whole.terrain, hidden_suns=whole.hidden_suns)
 
 
 def point_of(azimuth):
@@ -79,7 +78,7 @@ def find_hidden(inputs, horizon):
     """
     suns, weather = inputs.suns, inputs.weather
     if suns is None or weather is None or not len(suns):
-        return np.zeros((0, 3), np.float32)
+        return NO_SUNS
     data = weather.data
     place = weather.interval, weather.latitude, weather.longitude
     match = match_suns(suns, data.index, *place, position=data)
@@ -136,8 +135,7 @@ def year_of(inputs):
 def largest_share(inputs, change, behind=None):
     """Largest change of the light of any kind and orientation of receivers, and of level ground, which reflects.
 
-    What stands in the way of light from the terrain's part of the sky makes the change smaller, but also the light that
-    it is a share of: that is known from the pilot.
+    Both as shares of what they receive unobstructed: shade makes the change smaller, and the light as well.
 
     Parameters
     ----------
@@ -155,23 +153,15 @@ def largest_share(inputs, change, behind=None):
     surfaces = inputs.scene.surfaces
     wanted = np.asarray(surfaces.eligible if surfaces.eligible.any() else np.ones(len(surfaces), bool))
     names = np.char.add(np.char.add(np.asarray(surfaces.kind, str), " "), np.asarray(surfaces.orientation, str))
-    largest, least = 0.0, 1.0
+    level = float(first_light(year, UP)[0])
+    largest = float(np.max(change(year, UP, albedo))) / level if level > 0 else 0.0
     for name in np.unique(names[wanted]):
-        members = np.flatnonzero(wanted & (names == name))
-        normal, area = planes_of(surfaces, members)
+        normal, area = planes_of(surfaces, np.flatnonzero(wanted & (names == name)))
         light = first_light(year, normal)
         if behind is not None:
             light = light - light_behind(year, normal, behind, albedo)[0]
-        left = share_left(inputs, name, area @ (1 + normal[:, 2]) / 2 / area.sum())
-        least = min(least, left)
-        largest = max(largest, max(change(year, normal, albedo) @ area) / max(area @ light * left, 1e-9))
-    return float(max(largest, change_of_level(year, change, albedo) / least))
-
-
-def change_of_level(year, change, albedo):
-    """Largest change of the light of level ground: float."""
-    light = float(first_light(year, UP)[0])
-    return float(np.max(change(year, UP, albedo))) / light if light > 0 else 0.0
+        largest = max(largest, float(max(change(year, normal, albedo) @ area) / max(area @ light, 1e-9)))
+    return largest
 
 
 def planes_of(surfaces, members):
@@ -182,27 +172,3 @@ def planes_of(surfaces, members):
     area = np.bincount(which.ravel(), np.maximum(np.asarray(surfaces.area, float)[members], 1e-9))
     up, turn = np.radians(planes)
     return np.stack([np.sin(up) * np.sin(turn), np.sin(up) * np.cos(turn), np.cos(up)], axis=1), area
-
-
-def share_left(inputs, name, sky_view):
-    """What shade leaves of a group's first light, less its uncertainty; 1 where nothing shades any receiver.
-
-    Parameters
-    ----------
-    inputs : Inputs
-    name : str
-        Kind and orientation.
-    sky_view : float
-        Of the group, unobstructed.
-    """
-    pilot = inputs.pilot_if_wanted
-    if pilot is None or name not in pilot.groups:
-        return 1.0
-    members = pilot.group == pilot.groups.index(name)
-    weight = pilot.weight[members] / pilot.weight[members].sum()
-    ratio = inputs.direct_over_diffuse
-    found = pilot.sky[members, 0] + ratio * pilot.sun[members, 0].astype(float)
-    mean = weight @ found
-    error = np.sqrt((weight**2 * (found - mean) ** 2).sum())
-    whole = sky_view + ratio * (weight @ pilot.unshaded[members])
-    return float(max(mean - CERTAINTY * error, LEAST_LIGHT * whole) / whole)

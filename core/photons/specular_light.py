@@ -90,7 +90,7 @@ def trace_specular(prepared, context, hemisphere):
 
 def prepare_pass(prepared, context, hemisphere):
     """What photons start from and fall on: SpecularPass."""
-    patches, brdfs = context.patches, context.plan["specular"].setting
+    patches, brdfs = context.patches, context.plan.brdfs
     count = len(prepared.scene.surfaces)
     surface = np.where(prepared.scene.triangle_surface < 0, count, prepared.scene.triangle_surface)
     target = Target(context.ray_scene, patches, surface, count, hemisphere.covered, brdfs)

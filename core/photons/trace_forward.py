@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from ..effects.judge_effects import Measured, judge_effects
+from ..effects.effect import Measured, judge_effects
 from ..horizon.horizon import without_hidden
 from ..materials.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..patches.facing_scene import FacingScene

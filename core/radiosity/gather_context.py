@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
-from ..effects.plan_effects import EffectPlan
+from ..effects.effect import TracePlan
 from ..materials.read_albedo import brdfs_of_triangles
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
@@ -22,7 +22,7 @@ class GatherContext:
 
     ray_scene: FacingScene
     patches: Patches  # with the albedo of diffuse reflection only
-    plan: EffectPlan
+    plan: TracePlan
     request: Request
     surfaces: Surfaces
     owner: np.ndarray  # (p,) int, surface of each patch; -1: generated ground

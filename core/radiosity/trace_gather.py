@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..effects.judge_effects import Measured, judge_effects
+from ..effects.effect import Measured, judge_effects
 from ..horizon.horizon import without_hidden
 from ..materials.read_albedo import materials_of_surfaces
 from ..sampling.sample_points import HEMISPHERE_REPLICATES

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..effects.judge_effects import judge
+from ..effects.effect import judge
 from ..energy.compute_energy import compute_energy
 from ..sky.light_sources import sources_of
 from ..transfer.take_rows import take_rows
