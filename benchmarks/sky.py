@@ -16,9 +16,9 @@ import numpy as np
 import pandas as pd
 import pvlib
 
+from citypv.core.commands.plain_scenes import join_parts, rectangle
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.selfcheck.plain_scenes import join_parts, rectangle
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.choose_suns import choose_suns

@@ -28,7 +28,7 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Read the weather and compute the energy."""
-        from ..core.accuracy.seconds_to_halve import seconds_to_halve
+        from ..core.accuracy.yield_errors import seconds_to_halve
         from ..core.study import check_settings, compute_energy, read_year
         from ..core.sun.check_distance import describe_distance
 

@@ -104,7 +104,8 @@ def run_pilot(inputs, progress=silent):
     Pilot
     """
     prepared, suns = inputs.prepared, choose_pilot_suns(inputs)
-    square, counted = choose_neighbourhood(prepared)
+    size = int(np.clip(SHARE * traced_patches(prepared).sum(), LEAST, MOST))
+    square, counted = choose_neighbourhood(prepared, size)
     few = np.zeros(len(square), bool)
     few[np.flatnonzero(square & traced_patches(prepared))[:FEW]] = True
     trace_part(inputs, few, RUNS["fine"], suns)  # loads compiled code, so that none of the others does
@@ -225,14 +226,13 @@ def traced_patches(prepared):
     return prepared.patches.receives & ~prepared.plan.unobstructed
 
 
-def choose_neighbourhood(prepared, most=MOST):
-    """Patches of a square in the middle of the city, (p,) bool, and surfaces in its inner part, (n,) bool.
+def choose_neighbourhood(prepared, count):
+    """About so many patches of a square in the middle of the city, (p,) bool, and surfaces of its inner part, (n,) bool.
 
     Both are the whole city where that has no more patches than the square. Where no eligible surface lies in the inner
     part, as where the middle of a city is one large roof, those of the whole square count.
     """
     scene, traced = prepared.scene, traced_patches(prepared)
-    count = int(np.clip(SHARE * traced.sum(), min(LEAST, most), most))
     square = choose_square(scene, prepared.patches, traced, count)
     within = square if square.all() else choose_square(scene, prepared.patches, traced, int(INNER * count))
     counted = surfaces_of(scene, within)

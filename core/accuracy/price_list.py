@@ -126,7 +126,7 @@ class PricedCity:
         return shares_of_names(self.sampling[way], names, part)
 
     def growth(self, knobs):
-        """Number of patches over that of the pilot: finer ones come of halved edges; small surfaces stay as they are."""
+        """Number of patches over that of the pilot: finer ones come of halved edges, small ones stay as they are."""
         if None in (self.patch_size, knobs.patch_size):
             return 1.0
         if knobs.patch_size > self.patch_size:

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ..settings.check_arrays import UNIT, check_array, check_triangles
-from ..settings.errors import InputError
+from ..settings.errors import UNIT, InputError, check_array, check_triangles
 
 WIDEST = 400e3  # [m] beyond it the tracer's float32 coordinates err by more than a few centimetres
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..effects.terrain_horizon import share_terrain
+from ..effects.beyond_scene import share_terrain
 from ..results.write_summary import finite, peak_memory
 from ..results.write_transfer import write_transfer
 from ..scene.scene import OWN, Scene

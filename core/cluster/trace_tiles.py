@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..effects.terrain_horizon import terrain_alone
+from ..effects.beyond_scene import terrain_alone
 from ..results.read_transfer import read_transfer
 from ..settings.errors import InputError
 from ..settings.progress import silent

@@ -20,7 +20,7 @@ from ..world.write_world import write_world
 from .add_options import NOT_FOR_WORLDS
 from .find_source import MODELS, STATIONS_ONLY, find_source
 from .run_log import RunLog
-from .world_tasks import compute_in_tasks
+from .world_tasks import WorldInputs, compute_in_tasks
 
 FEWEST = 50  # merged surfaces of an environment
 
@@ -81,7 +81,9 @@ def make_world(texts, folder, request, settings, *, overwrite=False, stream=None
         log.clock.lap("open weather")
         if cluster:
             beside = kept_beside(folder)
-            world = compute_in_tasks(environments, source, request, settings, cluster, sky=sky, folder=beside, log=log)
+            world = compute_in_tasks(
+                environments, source, WorldInputs(request, settings, sky), cluster, folder=beside, log=log
+            )
         else:
             world = compute_world(
                 environments, source, system, settings.way, sky=sky, threads=request.threads, progress=log.progress

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from ..horizon.lost_sky import lost_sky
-from ..settings.check_arrays import UNIT, check_array
+from ..settings.errors import UNIT, check_array
 
 NORMAL_STEPS = 1e6  # in which components of normals are told apart
 NORMAL_BITS = 21  # of such a step, from -HALF_RANGE on

@@ -1,7 +1,8 @@
 """Which effects a scene calls for, decided before the first ray, each with a reason, and a bound where one is known."""
 
 from ..settings.progress import silent
-from . import far_ground, perez, reflections, terrain_horizon
+from . import perez, reflections
+from .beyond_scene import decide_far_ground, decide_terrain
 from .effect import Inputs
 from .plain_rules import decide_aoi, decide_spectrum, decide_specular, decide_temperature, decide_trees
 from .rays import decide_shadow, decide_sky
@@ -12,11 +13,11 @@ RULES = {
     "trees": decide_trees,
     "sky-rays": decide_sky,
     "shadow-rays": decide_shadow,
-    "terrain-horizon": terrain_horizon.decide,
+    "terrain-horizon": decide_terrain,
     "receivers": decide_receivers,
     "reflections": reflections.decide,
     "reflectors": decide_reflectors,
-    "far-ground": far_ground.decide,
+    "far-ground": decide_far_ground,
     "perez": perez.decide,
     "specular": decide_specular,
     "aoi": decide_aoi,

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ..settings.check_arrays import UNIT, check_array, check_unit
-from ..settings.errors import InputError
+from ..settings.errors import UNIT, InputError, check_array, check_unit
 from ..sky.light_sources import SOURCES, name_untraced
 from ..sun.check_suns import check_place, check_suns, check_times
 from ..transfer.kept_matrix import is_on_disk, row_blocks

@@ -13,8 +13,7 @@ from scipy import sparse
 
 from ..sampling.hemisphere_rays import cell_at
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
-from ..settings.check_arrays import check_array
-from ..settings.errors import InputError
+from ..settings.errors import InputError, check_array
 
 REPLICATE_BITS = HEMISPHERE_REPLICATES.bit_length() - 1  # the last ones of a key
 LARGEST_KEY = 2**31 - 1

@@ -8,8 +8,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
 from ..city.check_geometry import check_patch_size, check_terrain
-from ..settings.check_arrays import check_array
-from ..settings.errors import InputError
+from ..settings.errors import InputError, check_array
 from .build_ground import DEFAULT_PATCH, REACH, SHORTEST_REACH, cut_feet, faces_up, under_buildings
 from .foot_lines import draw_lines
 from .ground_points import spread_points

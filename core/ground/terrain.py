@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import shapely
 
-from ..settings.check_arrays import check_array
+from ..settings.errors import check_array
 
 NEAR = 5.0  # [m] feet this close to the edge of the terrain take its height: TINs are often cut out at buildings
 HORIZON = 5000.0  # [m] terrain further than this beyond the city's edge is left out

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..settings.check_arrays import UNIT, check_array
+from ..settings.errors import UNIT, check_array
 
 CHUNK = 512  # normals at a time
 

@@ -8,7 +8,7 @@ from ..sampling.random_numbers import digest_names, key_of_digests, mix
 from ..scene.add_backs import other_sides
 from ..scene.check_scene import check_scene
 from ..scene.find_ground import find_ground
-from ..settings.check_arrays import check_array, check_seed
+from ..settings.errors import check_array, check_seed
 from .find_resting_floors import find_resting_floors
 
 OFFSET_SPACINGS = 8  # distance of ray origins from their face in float32 spacings; at 2 the first rays get lost

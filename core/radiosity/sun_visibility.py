@@ -12,8 +12,7 @@ from numba import njit
 
 from ..patches.order_nearby import order_nearby
 from ..sampling.random_numbers import mix
-from ..settings.check_arrays import UNIT, check_array
-from ..settings.errors import InputError
+from ..settings.errors import UNIT, InputError, check_array
 from ..settings.threads import map_in_order
 from ..transfer.incidence import projection_in_front
 from .shadow_points import KnownPoints, ShadowPoints, count_elements, shadow_points, split_net, unknown_points

@@ -20,8 +20,7 @@ from ..patches.stop_in_crowns import stop_in_crowns
 from ..rays.places import Places
 from ..sampling.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, cells_inside, sobol_digits
-from ..settings.check_arrays import check_array
-from ..settings.errors import InputError
+from ..settings.errors import InputError, check_array
 from ..settings.threads import map_in_order
 from .hemisphere import HemisphereRays
 from .replicates import STEP

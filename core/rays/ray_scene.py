@@ -10,8 +10,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from ..settings.check_arrays import check_array, check_triangles
-from ..settings.errors import InputError
+from ..settings.errors import InputError, check_array, check_triangles
 from .choose_engine import TREES, choose_engine
 from .places import Places
 

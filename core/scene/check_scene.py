@@ -1,6 +1,6 @@
 """Check that a scene can be traced, before any ray."""
 
-from ..settings.check_arrays import check_array, check_triangles
+from ..settings.errors import check_array, check_triangles
 
 
 def check_scene(scene):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..settings.check_arrays import UNIT, check_array
+from ..settings.errors import UNIT, check_array
 
 SMALLEST_ELIGIBLE_AREA = 6.25  # [m²]
 TOLERANCE = 1e-6  # [°] on every bound

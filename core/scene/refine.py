@@ -3,8 +3,7 @@
 import numpy as np
 
 from ..city.check_geometry import check_patch_size
-from ..settings.check_arrays import check_array, check_triangles
-from ..settings.errors import InputError
+from ..settings.errors import InputError, check_array, check_triangles
 from .flip_edges import find_inner_edges, flip_edges
 
 MOST_PIECES = 50e6  # more would not fit into memory

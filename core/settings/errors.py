@@ -1,4 +1,9 @@
-"""The one error a user can cause: input that cannot be used."""
+"""The one error a user can cause, input that cannot be used, and checks of arrays that raise it.
+
+Each error names the array, the row and the cure.
+"""
+
+import numpy as np
 
 
 class InputError(ValueError):
@@ -20,3 +25,106 @@ class InputError(ValueError):
 
     def __reduce__(self):
         return type(self), (self.source, self.problem, self.cure)
+
+
+LARGEST = 1e9  # [m] Embree works in float32, which cannot resolve a city beyond this
+UNIT = 1e-3  # tolerance of the length of unit vectors
+MOST_SEED = 2**32 - 1
+KINDS = {"f": ("fiu", "numbers"), "i": ("iu", "integers"), "b": ("b", "booleans")}
+
+
+def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, row="row"):
+    """Raise an error if an array has the wrong shape or type, or a value that is not finite or out of range.
+
+    Parameters
+    ----------
+    name : str
+        Name of the array, for the message.
+    values : array_like
+    shape : tuple of int or str
+        A string means any length.
+    kind : {'f', 'i', 'b'}
+        Numbers, integers or booleans.
+    least, most : float
+        Bounds, inclusive.
+    row : str or callable
+        Name of a row in the message; or `row(index)`, the words for one.
+
+    Returns
+    -------
+    numpy.ndarray
+
+    Raises
+    ------
+    InputError
+    """
+    values = np.asarray(values)
+    words = f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
+    fits = values.ndim == len(shape) and all(
+        isinstance(wanted, str) or wanted == found for wanted, found in zip(shape, values.shape, strict=True)
+    )
+    if not fits:
+        raise InputError(name, f"shape {values.shape}", f"give an array of shape {words}")
+    kinds, noun = KINDS[kind]
+    if values.dtype.kind not in kinds:
+        raise InputError(name, f"values of type {values.dtype}", f"give {noun}")
+    # Compared so that NaN fails too.
+    if kind != "b" and values.size and not (values.min() >= least and values.max() <= most):
+        inside = ((values >= least) & (values <= most)).reshape(len(values), -1).all(axis=1)
+        first = int(np.flatnonzero(~inside)[0])
+        cure = f"give finite {noun} from {least:g} to {most:g}"
+        words = row(first) if callable(row) else f"{row} {first}"
+        raise InputError(name, f"{words} {describe_row(values[first], least, most)}", cure)
+    return values
+
+
+def describe_row(values, least, most):
+    """Values of a row; of a long one, the first value that is out of range."""
+    if values.size <= 4:
+        return f"is {values}"
+    column = int(np.flatnonzero(~((values >= least) & (values <= most)).ravel())[0])
+    return f"holds {values.ravel()[column]} in column {column}"
+
+
+def check_triangles(vertices, triangles):
+    """Check vertices and triangles, since Embree does not.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float [m]
+    triangles : (t, 3) int
+
+    Returns
+    -------
+    vertices, triangles : numpy.ndarray
+    """
+    vertices = check_array("vertices", vertices, ("v", 3), row="vertex")
+    triangles = check_array("triangles", triangles, ("t", 3), kind="i", most=np.inf, least=-np.inf)
+    if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
+        outside = ((triangles < 0) | (triangles >= len(vertices))).any(axis=1)
+        first = int(np.flatnonzero(outside)[0])
+        problem = f"triangle {first} is {triangles[first]}, but there are {len(vertices)} vertices"
+        raise InputError("triangles", problem, "check the indices")
+    return vertices, triangles
+
+
+def check_unit(name, values):
+    """Raise an error if vectors are not of unit length.
+
+    Parameters
+    ----------
+    name : str
+    values : (n, 3) float
+    """
+    values = check_array(name, values, ("n", 3), least=-1 - UNIT, most=1 + UNIT)
+    wrong = np.abs(np.linalg.norm(values, axis=1) - 1) > UNIT
+    if wrong.any():
+        first = int(np.flatnonzero(wrong)[0])
+        raise InputError(name, f"row {first} is {values[first]}", "give unit vectors")
+    return values
+
+
+def check_seed(seed):
+    """Raise an error if a seed is not valid."""
+    if not (isinstance(seed, int | np.integer) and 0 <= seed <= MOST_SEED):
+        raise InputError("--seed", f"{seed!r} is not a seed", f"give a whole number from 0 to {MOST_SEED}")

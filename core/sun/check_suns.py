@@ -3,8 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from ..settings.check_arrays import UNIT, check_array, check_unit
-from ..settings.errors import InputError
+from ..settings.errors import UNIT, InputError, check_array, check_unit
 
 BELOW_HORIZON = -1e-6  # sine of the elevation down to which a sun counts as on the horizon (rounding)
 SECOND, INSTANT = pd.Timedelta(seconds=1), pd.Timedelta(0)

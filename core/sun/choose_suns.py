@@ -2,8 +2,7 @@
 
 import pandas as pd
 
-from ..settings.check_arrays import check_seed
-from ..settings.errors import InputError
+from ..settings.errors import InputError, check_seed
 from .check_suns import check_place, check_times
 from .days_of_year import days_of_year_suns
 from .hourly import hourly_suns

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..settings.check_arrays import check_array
+from ..settings.errors import check_array
 from .check_suns import INSTANT, check_place, check_times
 
 POSITION = ["solar_zenith", "apparent_zenith", "solar_azimuth"]  # columns of `solar_position`

@@ -10,8 +10,8 @@ import numpy as np
 import shapely
 import shapely.affinity
 
+from citypv.core.commands.plain_scenes import join_parts, rectangle
 from citypv.core.scene.scene import Site
-from citypv.core.selfcheck.plain_scenes import join_parts, rectangle
 from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, read_year, trace_scene
 from citypv.core.trees.crowns import Crowns

@@ -10,7 +10,7 @@ from small_city import HEAD, house, write_small_city
 from test_effects import bowl
 
 from citypv.core.commands.judge_light import judge_light
-from citypv.core.effects.judge_effects import judge
+from citypv.core.effects.effect import judge
 from citypv.core.effects.reflections import bound_beyond, certainty_of, look_at_years, share_beyond, years_of
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.settings.request import Request

@@ -18,8 +18,7 @@ from small_city import write_small_city
 from citypv.__main__ import main
 from citypv.core.commands.add_options import imply_settings, request_of_options
 from citypv.core.commands.command_line import build_parser
-from citypv.core.commands.report_outcome import report_outcome
-from citypv.core.commands.run_log import RunLog
+from citypv.core.commands.run_log import RunLog, report_outcome
 from citypv.core.effects.table import TABLE
 from citypv.core.settings.progress import TerminalProgress, describe_progress
 from citypv.core.settings.request import Request

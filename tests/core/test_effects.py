@@ -9,8 +9,9 @@ from test_tracing import SUNS, three_houses
 from transfers import unshaded_transfer
 from weathers import ERA5
 
+from citypv.core.effects.beyond_scene import measure_reach
 from citypv.core.effects.effect import Inputs
-from citypv.core.effects.far_ground import edge_error, measure_reach
+from citypv.core.effects.far_ground import edge_error
 from citypv.core.effects.reflections import light_beyond, share_beyond
 from citypv.core.energy import compute_energy as energy_under_test
 from citypv.core.energy.compute_energy import compute_energy

@@ -8,7 +8,8 @@ import pytest
 from small_city import write_small_city
 
 from citypv.__main__ import main
-from citypv.core.accuracy.foresee_target import find_cure, foresee_target
+from citypv.core.accuracy.check_reachable import find_cure
+from citypv.core.accuracy.foresee_target import foresee_target
 from citypv.core.accuracy.sun_sampling import compare_hours
 from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors, split_errors
 from citypv.core.settings.request import Request

@@ -8,6 +8,7 @@ from scipy import stats
 from test_closed_forms import ALBEDO, SUNS, canyon, direct_relative, tilted_square
 from test_tracing import three_houses
 
+from citypv.core.commands.plain_scenes import room
 from citypv.core.effects.table import TABLE
 from citypv.core.materials.brdf_lambertian import Lambertian
 from citypv.core.materials.brdf_mirror import Mirror
@@ -20,7 +21,6 @@ from citypv.core.photons.scatter import leave_patches
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.rays.places import Places
 from citypv.core.rays.ray_scene import RayScene
-from citypv.core.selfcheck.plain_scenes import room
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request

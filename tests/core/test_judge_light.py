@@ -13,7 +13,7 @@ from weathers import BERLIN, plain_table, year_of
 from citypv.core.commands.judge_light import judge_terrain
 from citypv.core.effects.effect import Effect
 from citypv.core.effects.plan_effects import EffectPlan
-from citypv.core.effects.terrain_horizon import Terrain
+from citypv.core.ground.terrain import Terrain
 from citypv.core.settings.request import Request
 from citypv.core.sun.hourly import hourly_suns
 from citypv.core.weather.weather import Weather

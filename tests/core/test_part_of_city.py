@@ -7,7 +7,7 @@ import pytest
 from small_city import HEAD, house, surface
 
 from citypv.core.accuracy.part_of_city import BACKS, PartOfCity, RaysOfPart, keep_patches, spread_transfer
-from citypv.core.accuracy.pilot_run import PilotRun
+from citypv.core.accuracy.pilot import PilotRun
 from citypv.core.accuracy.predict import of_suns, time_of_arrays
 from citypv.core.materials.materials import MaterialSpec
 from citypv.core.photons.trace_hybrid import trace_hybrid

@@ -8,12 +8,13 @@ import pytest
 from small_city import write_small_city
 
 from citypv.core.accuracy import time_patches
-from citypv.core.accuracy.pilot import choose_neighbourhood
-from citypv.core.accuracy.pilot_run import RUNS, PilotRun, share_work, trace_part
+from citypv.core.accuracy.pilot import RUNS, PilotRun, choose_neighbourhood, trace_part
+from citypv.core.accuracy.pilot_run import share_work
 from citypv.core.accuracy.predict import wall_of
-from citypv.core.accuracy.time_patches import BLOCK, draw_patches
+from citypv.core.accuracy.time_patches import BLOCK
+from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.selfcheck.plain_scenes import join_parts
+from citypv.core.radiosity.sun_sampling_error import draw_patches
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year
 from citypv.core.sun.choose_suns import choose_suns

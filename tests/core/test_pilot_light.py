@@ -6,10 +6,11 @@ from leaves import box, crowns_of
 from scenes import scene_of_triangles, strip, suns_towards
 from scipy.special import expn
 
-from citypv.core.effects.pilot import Surroundings, trace_pilot
+from citypv.core.effects.pilot import trace_pilot
 from citypv.core.horizon.horizon import STEPS, TerrainHorizon
 from citypv.core.patches.facing_scene import FacingScene
 from citypv.core.patches.patches import patches_of_scene
+from citypv.core.photons.specular_light import Surroundings
 from citypv.core.trees.canopy import Canopy
 
 DEPTH = 0.7  # optical depth of the layer of leaves

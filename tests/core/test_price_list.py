@@ -8,7 +8,7 @@ import pytest
 from small_city import write_small_city
 
 from citypv.__main__ import main
-from citypv.core.accuracy.predict import fit_costs, terms_of_suns
+from citypv.core.accuracy.pilot import fit_costs, terms_of_suns
 from citypv.core.accuracy.survey import Survey, Work, work_of_city
 from citypv.core.accuracy.yield_errors import split_errors
 from citypv.core.settings.request import Request
