@@ -227,7 +227,7 @@ def traced_patches(prepared):
 
 
 def choose_neighbourhood(prepared, count):
-    """About so many patches of a square in the middle of the city, (p,) bool, and surfaces of its inner part, (n,) bool.
+    """So many patches of a square in the middle of the city, (p,) bool, and surfaces of its inner part, (n,) bool.
 
     Both are the whole city where that has no more patches than the square. Where no eligible surface lies in the inner
     part, as where the middle of a city is one large roof, those of the whole square count.

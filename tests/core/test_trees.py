@@ -9,7 +9,8 @@ from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 from test_closed_forms import direct_relative
 from weathers import BERLIN, plain_table, write_table, year_of
 
-from citypv.core.commands.predict_seconds import predict_seconds
+from citypv.core.accuracy.measure_effects import measure_effects
+from citypv.core.accuracy.pilot import CityYear
 from citypv.core.energy.pv_system import build_system
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.radiosity.trace_gather import trace_gather
@@ -20,7 +21,7 @@ from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request, check_request
 from citypv.core.study import compute_energy, prepare_study, read_year, trace_scene
-from citypv.core.transfer.prepare_scene import prepare_scene
+from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
 from citypv.core.trees.canopy import Canopy
 from citypv.core.trees.crowns import volume_of_crowns
 from citypv.core.trees.foliage import parse_months
@@ -204,8 +205,8 @@ def test_results_do_not_depend_on_threads(threads):
     assert (found.visible_share == again.visible_share).all()
 
 
-def test_seconds_are_those_of_both_states_and_change_no_result(tmp_path):
-    """Predicting times the stages in leaf and bare with the run's own crowns: the run after it is the same."""
+def test_measuring_effects_changes_no_result(tmp_path):
+    """Their small runs look at leaf and bare with the run's own crowns: the run after them is the same."""
     write_table(tmp_path / "weather.csv", plain_table(year_of(2021)))
     request = Request(
         weather=[str(tmp_path / "weather.csv")], weather_place=BERLIN, suns="days:6", leaf_months="4-9",
@@ -213,17 +214,13 @@ def test_seconds_are_those_of_both_states_and_change_no_result(tmp_path):
     )  # fmt: skip
     scene = wall_and_tree()
     weather = read_year(scene.site, request)
-    one_plan, other_plan = (prepare_study(scene, weather, request) for _ in range(2))
-    seconds = predict_seconds(one_plan, request)
+    one_plan, other_plan = (build_tree(prepare_study(scene, weather, request), request) for _ in range(2))
+    measure_effects(CityYear(scene, one_plan, weather, request))
     one, other = (trace_scene(scene, weather, request, prepared=plan) for plan in (one_plan, other_plan))
     for state, alone in ((one, other), (one.bare, other.bare)):
         assert (state.diffuse_relative == alone.diffuse_relative).all()
         assert (state.visible_share == alone.visible_share).all()
-    assert seconds.sky_rays > 0 and seconds.shadow_rays > 0
-    for key, name in (("sky-rays", "sky_rays"), ("shadow-rays", "shadow_rays")):
-        off = replace(request, effects={key: False})
-        without = predict_seconds(prepare_study(scene, weather, off), off)
-        assert getattr(without, name) == 0 < max(vars(without).values()), key
+    assert one_plan.plan["trees"].share < -10 * one_plan.plan["trees"].share_standard_error < 0
 
 
 def test_volumes_of_crowns():

@@ -8,8 +8,8 @@ import pytest
 from small_city import write_small_city
 
 from citypv.__main__ import main
-from citypv.core.accuracy.check_reachable import find_cure
-from citypv.core.accuracy.foresee_target import foresee_target
+from citypv.core.accuracy.check_reachable import check_reachable, find_cure
+from citypv.core.accuracy.pilot import CityYear
 from citypv.core.accuracy.sun_sampling import compare_hours
 from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors, split_errors
 from citypv.core.settings.request import Request
@@ -30,7 +30,7 @@ def foretold(city, **settings):
     scene = read_scene([city], request)
     weather = read_year(scene.site, request)
     prepared = build_tree(prepare_study(scene, weather, request), request)
-    told = foresee_target((scene, prepared, weather, request))
+    told = check_reachable(CityYear(scene, prepared, weather, request))
     transfer = trace_scene(scene, weather, request, prepared=prepared)
     sampling = measure_sun_sampling(scene, weather, transfer, request, prepared=prepared)
     transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
