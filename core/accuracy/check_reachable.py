@@ -16,6 +16,7 @@ import numpy as np
 from ..settings.progress import silent
 from .price_list import Knobs, price_city
 from .refine import CELLS, unreachable
+from .sun_sampling import LOOKED_AT
 from .yield_errors import SAMPLED
 
 BETTER = ("days:24", "days:52", "hourly")  # choices of suns to propose
@@ -39,7 +40,7 @@ def check_reachable(inputs, progress=silent):
     request = inputs.request
     if not np.any(inputs.scene.surfaces.eligible):
         return ""
-    city = price_city(inputs, list(dict.fromkeys([request.suns, *BETTER])), progress)
+    city = price_city(inputs, list(dict.fromkeys([request.suns, *BETTER])), progress, LOOKED_AT)
     count, fine = len(city.suns[request.suns]), city.pilot.runs["fine"]
     errors = {}
     for way, suns in city.suns.items():

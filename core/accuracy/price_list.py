@@ -146,7 +146,7 @@ class PricedCity:
         return one.last_bounce * factor ** (bounces - one.bounces + 1) / (1 - factor)
 
 
-def price_city(inputs, ways, progress=silent):
+def price_city(inputs, ways, progress=silent, patches=FEWER):
     """Trace the pilot of a city, and compare some choices of suns: PricedCity.
 
     Parameters
@@ -154,17 +154,19 @@ def price_city(inputs, ways, progress=silent):
     inputs : CityYear
     ways : collection of str
     progress : callable
+    patches : int
+        On how many, about, the choices of suns are compared.
     """
     scene, prepared, weather, request = inputs
     pilot = run_pilot(inputs, progress)
     suns = {way: choose_suns(way, *weather.axis, request.seed, position=weather.data) for way in ways}
     started = time.perf_counter()
     traced = TracedYear(scene, weather, fill_untraced(pilot.transfer), request)
-    measured = measure_ways(traced, list(suns.values()), progress, prepared=prepared, patches=FEWER)
+    measured = measure_ways(traced, list(suns.values()), progress, prepared=prepared, patches=patches)
     # A run looks at more patches, under one choice of suns and every hour's.
     hours = len(weather.data) / 2
-    more = LOOKED_AT / FEWER * (len(suns[ways[0]]) + hours) / (sum(map(len, suns.values())) + hours)
-    checking = (time.perf_counter() - started) * min(more, LOOKED_AT / FEWER)
+    more = LOOKED_AT / patches * (len(suns[ways[0]]) + hours) / (sum(map(len, suns.values())) + hours)
+    checking = (time.perf_counter() - started) * min(more, LOOKED_AT / patches)
     electricity = time_electricity(pilot.transfer, weather, request)
     sampling = dict(zip(suns, measured, strict=True))
     corners = np.asarray(prepared.scene.vertices)[prepared.scene.triangles]

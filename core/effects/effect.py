@@ -109,6 +109,11 @@ class Inputs:
         horizon = self.horizons[0]
         return horizon if self.asked("terrain-horizon", horizon.elevation.max() > MINIMUM_ELEVATION) else None
 
+    @property
+    def far_ground_albedo(self) -> float:
+        """Albedo of the far ground; 0 where it is switched off."""
+        return self.request.ground_albedo if self.asked("far-ground", self.request.far_ground) else 0.0
+
     @cached_property
     def unshaded(self) -> bool:
         """Whether every receiver is in closed form: then only the far ground reflects onto it, once."""
@@ -126,6 +131,7 @@ class Measured:
     far_ground: float  # share of the far ground, reflected once
     passed_on: float = 0.0  # standard error from light that others pass on, in the mean of the worst group
     unseen: float = 0.0  # share of hits on patches that were left out
+    beyond: float | None = None  # share of light that would be reflected more often; None: as the last one tells
 
 
 def judge_effects(plan, measured):
@@ -149,7 +155,9 @@ def judge_effects(plan, measured):
         "reflectors": measured.unseen,
         "far-ground": float(measured.far_ground * hidden),
     }
-    if plan.max_bounces and measured.last_bounce < 1:
+    if measured.beyond is not None:
+        left_out["reflections"] = measured.beyond
+    elif plan.max_bounces and measured.last_bounce < 1:
         factor = measured.last_bounce ** (1 / plan.max_bounces)
         left_out["reflections"] = measured.last_bounce * factor / (1 - factor)
     for effect in plan.effects:

@@ -11,8 +11,7 @@ NONE = "no bounce, no matrix"
 def decide(inputs):
     """How many bounces: as asked, or as many as the brightest albedo calls for."""
     request, plan = inputs.request, inputs.plan
-    ground_albedo = request.ground_albedo if inputs.asked("far-ground", request.far_ground) else 0.0
-    brightest = max(float(inputs.patches.albedo.max(initial=0)), ground_albedo)
+    brightest = max(float(inputs.patches.albedo.max(initial=0)), inputs.far_ground_albedo)
     count = request.max_bounces
     if brightest == 0 and not inputs.asked(KEY):
         return Effect(KEY, False, NONE, "every albedo is 0", 0.0, share=0.0)
