@@ -44,8 +44,8 @@ def test_the_pilot_foretells_what_a_run_finds_and_the_option_that_helps(city):
     assert left > 0.3
     stated = float(re.search(r"the choice of suns alone leaves ([\d.]+) ±", told)[1])
     assert stated == pytest.approx(left, rel=0.1)
-    suns = re.search(r"give --suns (\S+)$", told)[1]
-    told, left = foretold(city, suns=suns, samples=1024, target_error=0.3)
+    suns, size = re.search(r"give --suns (\S+)(?: --patch-size (\S+))?$", told).groups()
+    told, left = foretold(city, suns=suns, patch_size=float(size or 10), samples=1024, target_error=0.3)
     assert told == ""
     assert left < 0.3
 
