@@ -218,9 +218,7 @@ REFUSED = {
     "albedo file that is not there": (["CITY", "--albedo-file", "nowhere.csv"], "nowhere.csv"),
     "no such module": (["CITY", "--module", "Nonesuch"], "--module"),
     "no such suns": (["CITY", "--suns", "monthly"], "--suns"),
-    "no such effect": (["CITY", "--effects", "fog=on"], "--effects"),
-    "no such effect, before any file is read": (["nowhere.gml", "--effects", "fog=on"], "no effect is called"),
-    "an effect both on and off": (["CITY", "--effects", "trees=on", "trees=off"], "trees is given as on and as off"),
+    "no such effect, before any file is read": (["nowhere.gml", "--effects", "fog=on"], "--effects"),
     "the same in two places": (
         ["CITY", "--effects", "aoi=on", "--effects", "aoi=off"],
         "aoi is given as on and as off",
