@@ -19,7 +19,7 @@ from ..sun.choose_suns import choose_suns
 from ..transfer.transfer import SourceLight, Transfer
 from ..weather.weather import Weather
 
-FEWER = LOOKED_AT // 4  # patches where several choices are compared before a run
+FEWER = LOOKED_AT // 2  # patches where several choices are compared before a run
 FILLED = ("diffuse_relative", "sky_view_factor", "far_ground_view_factor")
 
 
