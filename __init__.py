@@ -8,7 +8,7 @@ that reading the package costs nothing and `citypv.core` works without Blender.
 def __getattr__(name):
     """`citypv.__version__`, read when it is asked for."""
     if name == "__version__":
-        from .core.version import __version__
+        from .core.settings.version import __version__
 
         return __version__
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -22,9 +22,9 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import qmc
 
+from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.rays.ray_scene import RayScene
-from citypv.core.request import Request
-from citypv.core.selfcheck.plain_scenes import join_parts
+from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year
 from citypv.core.sun.sun_sampling import choose_suns
 

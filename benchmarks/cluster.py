@@ -25,8 +25,8 @@ from citypv.core.city.build_ground import build_ground
 from citypv.core.cluster.tiles import assign_tiles, prepare_whole
 from citypv.core.cluster.trace_part import trace_part
 from citypv.core.cluster.trace_tiles import ClusterSettings, make_tasks, plan_tiles, trace_tiles
-from citypv.core.request import Request
 from citypv.core.results.write_summary import peak_memory
+from citypv.core.settings.request import Request
 from citypv.core.study import place_city, read_buildings, read_year
 
 CITY = Path(__file__).parent.parent / "examples" / "berlin" / "berlin_3910_5817.gml"

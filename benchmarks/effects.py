@@ -20,7 +20,7 @@ import numpy as np
 
 from citypv.core.effects.table import TABLE
 from citypv.core.energy.pv_system import ELECTRIC
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, prepare_study, read_scene, read_year, trace_scene
 
 BOUNCES = 8

@@ -22,7 +22,6 @@ from transfers import Horizons, unshaded_transfer
 from citypv.core.energy import compute_energy as module_of_energy
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.request import Request
 from citypv.core.results.write_summary import peak_memory
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.transfer.kept_matrix import keep_matrix

@@ -37,11 +37,11 @@ def cut_city(count):
 
 def trace_one(count):
     """Trace a city of `count` triangles; return time and memory."""
-    from citypv.core.progress import silent
+    from citypv.core.commands.plain_scenes import join_parts
     from citypv.core.radiosity.trace_gather import trace_gather
-    from citypv.core.request import Request
     from citypv.core.results.write_summary import peak_memory
-    from citypv.core.selfcheck.plain_scenes import join_parts
+    from citypv.core.settings.progress import silent
+    from citypv.core.settings.request import Request
     from citypv.core.sun.suns import Suns
 
     sun = np.load(ROOT / "tests" / "data" / "town.npz")["sun"]

@@ -17,9 +17,9 @@ import numpy as np
 
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.photons.trace_hybrid import trace_hybrid
-from citypv.core.progress import silent
 from citypv.core.read.read_city import read_city
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.sun.suns import Suns
 
 CITY = Path(__file__).parents[1] / "tests" / "data" / "obj" / "nyc_midtown_citicorp_1km.obj.gz"

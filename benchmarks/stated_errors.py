@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.sun.suns import progressive_order

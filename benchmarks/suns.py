@@ -27,11 +27,11 @@ from citypv.core.radiosity.shadow_points import points_above
 from citypv.core.radiosity.sun_sampling_error import take_patches, take_surfaces
 from citypv.core.radiosity.sun_visibility import sun_visibility
 from citypv.core.rays.ray_scene import RayScene
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
+from citypv.core.settings.threads import usable_threads
 from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.sun.sky_models import choose_sky
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.threads import usable_threads
 
 DATA = Path(__file__).parents[1] / "tests" / "data"
 CITY = DATA / "obj" / "nyc_midtown_citicorp_1km.obj.gz"

@@ -31,12 +31,12 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
+from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.patches.facing_scene import FacingScene
 from citypv.core.radiosity import gather_context
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.engines import TREES, VARIABLE
-from citypv.core.request import Request
-from citypv.core.selfcheck.plain_scenes import join_parts
+from citypv.core.settings.request import Request
 from citypv.core.sun.suns import Suns
 
 ROOT = Path(__file__).parents[1]

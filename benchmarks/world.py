@@ -19,8 +19,8 @@ import numpy as np
 import xarray
 
 from citypv.core.energy.pv_system import build_system, default_system
-from citypv.core.methods import settings_of_method
-from citypv.core.request import Request
+from citypv.core.settings.presets import settings_of_method
+from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, read_environments

@@ -20,19 +20,20 @@ from .city.racks import lay_racks, parse_racks
 from .effects.table import check_effects, check_needs
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
-from .errors import InputError
 from .patches.read_albedo import check_materials
 from .photons.trace_forward import trace_forward
 from .photons.trace_hybrid import trace_hybrid
-from .progress import ignore_share, silent
 from .read.read_city import read_city
 from .read.read_terrain import read_terrain
-from .request import check_request
 from .results.list_findings import rows_of_names
+from .settings.errors import InputError
+from .settings.progress import ignore_share, silent
+from .settings.request import check_request
+from .sun.choose_suns import parse_way
 from .sun.read_horizon import check_horizon
 from .sun.sky_models import choose_sky
-from .sun.sun_sampling import choose_suns, parse_sampling, weigh_by_year
-from .sun.suns import progressive_order
+from .sun.spread_suns import spread_suns
+from .sun.sun_sampling import choose_suns, weigh_by_year
 from .transfer.merge_transfers import seed_of_round
 from .transfer.prepare_scene import continue_sampling, prepare_scene, reseed
 from .transfer.trace_seasons import trace_seasons
@@ -163,12 +164,12 @@ def read_year(site, request, suns=None):
 
 
 def prepare_study(scene, weather, request, *, materials=None, progress=silent):
-    """What tracing a scene for a year calls for, with the pilot's shares and bounds: PreparedScene.
+    """What tracing a scene for a year calls for: PreparedScene.
 
     `materials` are those of `PreparedScene`, where they are known already.
     """
     known = {"weather": weather, "suns": choose_year(weather, request), "materials": materials}
-    return prepare_scene(scene, request, **known, measure=True, progress=progress)
+    return prepare_scene(scene, request, **known, progress=progress)
 
 
 def choose_year(weather, request):

@@ -14,8 +14,8 @@ Those of `VIEWS` exist in Blender only: moments of the timeline, and differences
 
 import numpy as np
 
-from ..core.errors import InputError
 from ..core.results.columns import COLUMNS, Column
+from ..core.settings.errors import InputError
 
 PREFIX = "citypv_"
 

@@ -6,8 +6,8 @@ import threading
 import time
 from dataclasses import replace
 
-from ..core.progress import SUN_STAGE, CancelledError, with_prefix
-from ..core.threads import usable_threads
+from ..core.settings.progress import SUN_STAGE, CancelledError, with_prefix
+from ..core.settings.threads import usable_threads
 from .check_libraries import name_libraries
 
 EARLIEST, FEWEST = 5.0, 0.1  # seconds and share before which a time left says nothing
@@ -177,9 +177,9 @@ def compile_loops(progress):
 
     if is_compiled():
         return
+    from ..core.commands.plain_scenes import box, join_parts
     from ..core.radiosity.measure_cover import measure_cover
-    from ..core.request import Request
-    from ..core.selfcheck.plain_scenes import box, join_parts
+    from ..core.settings.request import Request
     from ..core.study import read_year, trace_scene
 
     progress(COMPILING, 0, STEPS, "steps")

@@ -10,9 +10,9 @@ from contextlib import nullcontext
 
 import bpy
 
-from ..core.errors import InputError
-from ..core.progress import CancelledError, silent
-from ..core.request import declared_settings, option_of
+from ..core.settings.errors import InputError
+from ..core.settings.progress import CancelledError, silent
+from ..core.settings.request import declared_settings, option_of
 from .check_libraries import name_libraries, note_failure
 from .job import Job
 from .session import find_city, find_session

@@ -6,7 +6,7 @@ from typing import Any
 
 from bpy.app.handlers import persistent
 
-from ..core.errors import InputError
+from ..core.settings.errors import InputError
 from .attributes import PREFIX
 from .in_place import is_seen
 

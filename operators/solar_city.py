@@ -6,8 +6,8 @@ from queue import SimpleQueue
 
 import bpy
 
-from ..core.errors import InputError
-from ..core.progress import CancelledError, silent
+from ..core.settings.errors import InputError
+from ..core.settings.progress import CancelledError, silent
 from .city.classify_city import ClassifyCity, check_place, show_kinds
 from .city.import_city import CityFiles, ImportCity, show_import
 from .city.read_settings import forget_steps

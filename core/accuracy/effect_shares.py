@@ -7,8 +7,8 @@ from threadpoolctl import threadpool_limits
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC
+from ..settings.threads import map_in_order, usable_threads
 from ..sun.sky_models import sources_of
-from ..threads import map_in_order, usable_threads
 from ..transfer.take_rows import take_rows
 from ..transfer.transfer import SourceLight, Transfer
 

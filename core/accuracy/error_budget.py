@@ -6,8 +6,7 @@ import pvlib
 from ..energy.standard_errors import carry_to_hours, noise_of_mean, sun_sampling_share
 from ..sun.sky_models import split_sky
 from .refine import rounds_needed
-from .seconds_to_halve import seconds_of_rounds
-from .yield_errors import SAMPLED, SOURCES, quantile_by_area, split_errors
+from .yield_errors import SAMPLED, SOURCES, quantile_by_area, seconds_of_rounds, split_errors
 
 WHAT = {  # source -> what its number is
     "sampling": "standard error: rays and shadow points, with the light that other surfaces pass on",

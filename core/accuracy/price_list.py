@@ -1,23 +1,49 @@
-"""Price list of a scene: predicted seconds and errors of presets and of each setting, from a pilot."""
+"""Price list of a scene: predicted seconds and errors of presets and of each setting, from a pilot.
+
+Seconds are the pilot's costs times the patches, rays, points and suns of the whole city. The variance of each source of
+error falls with the power of the number of rays or points that every run takes for it (`yield_errors.SAMPLED`); what
+the size of patches leaves falls with the square of their length.
+"""
 
 import time
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..presets import PRESETS
-from ..progress import silent
+from ..energy.compute_energy import compute_energy
+from ..energy.pv_system import build_system
+from ..settings.presets import PRESETS
+from ..settings.progress import silent
+from ..settings.request import Request
+from ..sun.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
 from ..transfer.prepare_scene import build_tree, prepare_scene
-from .fill_untraced import fill_untraced
-from .pilot import run_pilot
-from .predict import Knobs, left_by_bounces, predict_errors, predict_seconds, price_pilot
-from .sun_sampling import FEWER, TracedYear, measure_ways, name_groups, shares_of_names
-from .yield_errors import SOURCES
+from ..transfer.take_rows import take_rows
+from .pilot import CityYear, PilotRun, run_pilot, terms_before_suns, terms_of_suns
+from .sun_sampling import FEWER, LOOKED_AT, TracedYear, fill_untraced, measure_ways, name_groups, shares_of_names
+from .yield_errors import SAMPLED, SOURCES
 
 WAYS = ("days:12", "days:24", "days:52", "typical-days:12", "sky-grid:1654", "hourly")
 SAMPLES = (64, 256, 1024, 4096)
 POINTS = (4, 16, 64, 256)
+SIZES = (20.0, 10.0, 5.0)
+ROUNDED = 0.999  # of an edge that has just the patch size
+COARSEST = 0.3  # of the patches are left with larger ones, at least: small surfaces have one in any case
+WRITING = 20e6  # [B/s] of tables and transfer.nc
+TIMED = 256, 2_048  # surfaces whose electricity is timed; tables are made for either
+
+
+@dataclass
+class Knobs:
+    """Settings whose price is asked."""
+
+    samples: int
+    shadow_samples: int
+    suns: int  # number of positions
+    way: str  # sun sampling
+    bounces: int
+    patch_size: float | None
+    rounds: int = 1
 
 
 @dataclass
@@ -49,6 +75,119 @@ class PriceList:
     fixed: float  # [s] of every run: reading, preparing, sun sampling, electricity
 
 
+@dataclass
+class PricedCity:
+    """A city with its pilot, and what some choices of suns do to full load hours on it."""
+
+    pilot: object  # Pilot
+    suns: dict  # choice of suns -> Suns
+    sampling: dict  # choice of suns -> what `measure_ways` found
+    checking: float  # [s] of measuring the sun sampling of a run
+    electricity: float  # [s] for all surfaces
+    patch_size: float | None
+    edges: np.ndarray  # (p,) float64 [m], longest of each patch
+    surfaces: int
+
+    def predict_seconds(self, knobs):
+        """Wall and processor time of tracing, and of writing what grows with the suns [s]: three float."""
+        growth = self.growth(knobs)
+        counts = tuple(growth * count for count in self.pilot.counts)
+        run = PilotRun(knobs.samples, knobs.shadow_samples, knobs.bounces, knobs.suns, counts, (), 0.0, 0.0)
+        works = terms_before_suns(run), terms_of_suns(run)
+        processor = knobs.rounds * sum(float(cost @ work) for cost, work in zip(self.pilot.costs, works, strict=True))
+        alone = self.pilot.runs["fine"].alone
+        wall = processor * (alone + (1 - alone) / self.pilot.threads)
+        return wall, processor, 8.0 * self.surfaces * knobs.suns / WRITING
+
+    def predict_errors(self, knobs):
+        """YieldErrors of the surfaces of the pilot with other settings."""
+        fine, coarse = (self.pilot.runs[name] for name in ("fine", "coarse"))
+        few = knobs.shadow_samples <= coarse.shadow_samples  # patches are resolved into as many elements as points
+        rays = coarse if knobs.samples <= coarse.samples else fine
+        points = coarse if few else fine
+        passed_on = coarse if rays is points else fine
+        more = {
+            "rays": knobs.samples / rays.samples,
+            "shadows": knobs.shadow_samples / points.shadow_samples,
+            "passed_on": np.sqrt(knobs.samples * knobs.shadow_samples / (passed_on.samples * passed_on.shadow_samples)),
+        }
+        found = {"rays": rays, "shadows": points, "passed_on": passed_on, "discretisation": points}
+        growth = self.growth(knobs)  # a surface has as many more patches
+        variance = {name: run.errors.variance[name] / growth for name, run in found.items()}
+        for name, power in SAMPLED.items():
+            variance[name] /= more[name] ** power * knobs.rounds
+        variance["suns"] = (self.shares(knobs.way, "rms") * fine.errors.hours) ** 2
+        doubt = self.shares(knobs.way, "rms_standard_error") / np.maximum(self.shares(knobs.way, "rms"), 1e-9)
+        return replace(fine.errors, variance=variance, rounds=knobs.rounds, doubt=np.minimum(doubt, 1))
+
+    def shares(self, way, part):
+        """Error of a choice of suns for each surface of the pilot, as a share of its hours: (e,) float64."""
+        names = name_groups(self.pilot.transfer.surfaces)[self.pilot.runs["fine"].errors.rows]
+        return shares_of_names(self.sampling[way], names, part)
+
+    def growth(self, knobs):
+        """Number of patches over that of the pilot: finer ones come of halved edges, small ones stay as they are."""
+        if None in (self.patch_size, knobs.patch_size):
+            return 1.0
+        if knobs.patch_size > self.patch_size:
+            return max((self.patch_size / knobs.patch_size) ** 2, COARSEST)
+        pieces = [
+            4.0 ** np.ceil(np.log2(np.maximum(ROUNDED * self.edges / size, 1)))
+            for size in (knobs.patch_size, self.patch_size)
+        ]
+        return float(pieces[0].sum() / pieces[1].sum())
+
+    def left_by_bounces(self, bounces):
+        """Share of the light that reflections after so many would add, about: it falls by the same factor each time."""
+        one, many = self.pilot.runs["coarse"], self.pilot.runs["fine"]
+        if not (one.last_bounce > 0 and many.bounces > one.bounces):
+            return one.last_bounce
+        factor = min((many.last_bounce / one.last_bounce) ** (1 / (many.bounces - one.bounces)), 0.99)
+        return one.last_bounce * factor ** (bounces - one.bounces + 1) / (1 - factor)
+
+
+def price_city(inputs, ways, progress=silent, patches=FEWER):
+    """Trace the pilot of a city, and compare some choices of suns: PricedCity.
+
+    Parameters
+    ----------
+    inputs : CityYear
+    ways : collection of str
+    progress : callable
+    patches : int
+        On how many, about, the choices of suns are compared.
+    """
+    scene, prepared, weather, request = inputs
+    pilot = run_pilot(inputs, progress)
+    suns = {way: choose_suns(way, *weather.axis, request.seed, position=weather.data) for way in ways}
+    started = time.perf_counter()
+    traced = TracedYear(scene, weather, fill_untraced(pilot.transfer), request)
+    measured = measure_ways(traced, list(suns.values()), progress, prepared=prepared, patches=patches)
+    # A run looks at more patches, under one choice of suns and every hour's.
+    hours = len(weather.data) / 2
+    more = LOOKED_AT / patches * (len(suns[ways[0]]) + hours) / (sum(map(len, suns.values())) + hours)
+    checking = (time.perf_counter() - started) * min(more, LOOKED_AT / patches)
+    electricity = time_electricity(pilot.transfer, weather, request)
+    sampling = dict(zip(suns, measured, strict=True))
+    corners = np.asarray(prepared.scene.vertices)[prepared.scene.triangles]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    return PricedCity(pilot, suns, sampling, checking, electricity, request.patch_size, edges, len(scene.surfaces))
+
+
+def time_electricity(transfer, weather, request):
+    """Seconds of wall time that `compute_energy` takes for all surfaces of a Transfer, from that of some: float."""
+    count, seconds = len(transfer.surfaces), []
+    system, sky = build_system(request), choose_sky(request, transfer)
+    sizes = (count,) if count <= TIMED[1] else TIMED
+    for size in sizes:
+        part = take_rows(transfer, np.linspace(0, count - 1, size).astype(int))
+        started = time.perf_counter()
+        compute_energy(part, weather, system, request.threads, sky=sky)
+        seconds.append(time.perf_counter() - started)
+    each = max(seconds[-1] - seconds[0], 0.0) / (TIMED[1] - TIMED[0])
+    return seconds[-1] + each * (count - sizes[-1])
+
+
 def list_prices(scene, weather, request, reading=0.0, progress=silent):
     """Trace a pilot and predict what accuracy costs.
 
@@ -69,61 +208,45 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
     started = time.perf_counter()
     prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
     preparing = time.perf_counter() - started
-    pilot = run_pilot(scene, prepared, weather, request, progress)
-    names = list(dict.fromkeys([request.suns, *WAYS]))
-    ways = {name: choose_suns(name, *weather.axis, request.seed, position=weather.data) for name in names}
-    clock = time.perf_counter()
-    whole = fill_untraced(pilot.transfer, name_groups(pilot.transfer.surfaces))
-    traced = TracedYear(scene, weather, whole, request)
-    measured = measure_ways(traced, list(ways.values()), progress, prepared=prepared, patches=FEWER)
-    checking = time.perf_counter() - clock  # a run looks at twice as many patches, under one choice of suns
-    sampling = dict(zip(names, (sampling_of_surfaces(one, pilot) for one in measured), strict=True))
-    fixed = reading + preparing + checking + pilot.electricity
-    prices = price_pilot(pilot, fixed, request.patch_size, len(scene.surfaces))
+    ways = list(dict.fromkeys([request.suns, *WAYS]))
+    city = price_city(CityYear(scene, prepared, weather, request), ways, progress)
+    fixed = reading + preparing + city.checking + city.electricity
     own = Knobs(
         request.samples,
         request.shadow_samples,
-        len(ways[request.suns]),
+        len(city.suns[request.suns]),
         request.suns,
-        prepared.plan.max_bounces,
+        city.pilot.runs["fine"].bounces,
         request.patch_size,
     )
 
     def price(name, **changes):
         if "way" in changes:
-            changes["suns"] = len(ways[changes["way"]])
+            changes["suns"] = len(city.suns[changes["way"]])
         knobs = replace(own, **changes)
-        errors = predict_errors(pilot, knobs, sampling[knobs.way], request.patch_size)
-        wall, processor, whole = predict_seconds(prices, knobs)
-        left = 100 * left_by_bounces(pilot, knobs.bounces)
-        return Price(
-            name, knobs, whole, wall, processor, errors.at_share(share=0.5), errors.at_share(), errors.largest(), left
-        )
+        errors = city.predict_errors(knobs)
+        wall, processor, writing = city.predict_seconds(knobs)
+        parts = errors.at_share(share=0.5), errors.at_share(), errors.largest()
+        left = 100 * city.left_by_bounces(knobs.bounces)
+        return Price(name, knobs, wall + fixed + writing, wall, processor, *parts, left)
 
     listed = [price(name, **knobs_of_preset(name)) for name in PRESETS]
     listed += [price(f"--samples {count}", samples=count) for count in SAMPLES]
     listed += [price(f"--shadow-samples {count}", shadow_samples=count) for count in POINTS]
-    listed += [price(f"--suns {way}", way=way) for way in names]
+    listed += [price(f"--suns {way}", way=way) for way in ways]
     listed += [price(f"--max-bounces {count}", bounces=count) for count in range(6)]
     if request.patch_size:
-        listed += [price(f"--patch-size {size:g}", patch_size=size) for size in (20.0, 10.0, 5.0)]
+        listed += [price(f"--patch-size {size:g}", patch_size=size) for size in SIZES]
     listed += [price(f"{rounds} rounds", rounds=rounds) for rounds in (4, 16)]
     return PriceList(listed, time.perf_counter() - started, len(prepared.patches), fixed)
 
 
 def knobs_of_preset(name):
-    """Changes of Knobs that a preset stands for; what it does not name is the program's default."""
-    settings = {"samples": 256, "shadow_samples": 16, "suns": "days:24", **PRESETS[name]}
-    found = {key: settings[key] for key in ("samples", "shadow_samples", "patch_size") if key in settings}
-    found["way"] = settings["suns"]
-    if "max_bounces" in settings:
-        found["bounces"] = settings["max_bounces"]
-    return found
-
-
-def sampling_of_surfaces(measured, pilot):
-    """Error of a choice of suns for each surface of the pilot, as a share of its hours: (e,) float64."""
-    return shares_of_names(measured, name_groups(pilot.transfer.surfaces)[pilot.runs["A"].errors.rows], "rms")
+    """Changes of Knobs that a preset stands for; what it does not name is the program's default: dict."""
+    default, settings = Request(), PRESETS[name]
+    found = {"samples": default.samples, "shadow_samples": default.shadow_samples, "way": default.suns}
+    names = {"suns": "way", "max_bounces": "bounces"}
+    return found | {names.get(key, key): value for key, value in settings.items()}
 
 
 def describe_prices(listed):
@@ -138,18 +261,14 @@ def describe_prices(listed):
     ]
     for one in listed.prices:
         source = {"passed_on": "reflected", "discretisation": "patch size"}.get(one.largest, one.largest or "none")
+        half, most = (f"{value:.2f}" if np.isfinite(value) else "–" for value in (one.median, one.error))
         lines.append(
-            f"{one.name:24} {one.seconds:8.1f} {one.tracing:8.1f} {write_percent(one.median):>8} "
-            f"{write_percent(one.error):>8} {source:14} {one.bounces_left:11.2f}"
+            f"{one.name:24} {one.seconds:8.1f} {one.tracing:8.1f} {half:>8} {most:>8} {source:14} "
+            f"{one.bounces_left:11.2f}"
         )
     if not any(np.isfinite(one.error) for one in listed.prices):
         lines.append("No surface is eligible for photovoltaics, so there are no errors of full load hours to predict.")
     return lines
-
-
-def write_percent(value):
-    """A percentage with two decimals, or a dash where it is not known."""
-    return f"{value:.2f}" if np.isfinite(value) else "–"
 
 
 def price_as_dict(listed):

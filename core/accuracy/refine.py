@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..progress import CancelledError
 from ..radiosity.continue_rounds import add_continued
+from ..settings.progress import CancelledError
 from ..transfer import merge_transfers
 from ..transfer.patch_light import Round
 from .yield_errors import SAMPLED, SOURCES

@@ -1,5 +1,6 @@
 """What a choice of suns does to full load hours, measured on patches of the scene itself against every hour's sun."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -8,17 +9,18 @@ from threadpoolctl import threadpool_limits
 from ..city.scene import Scene
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
-from ..progress import silent
 from ..radiosity.sun_sampling_error import PATCHES as LOOKED_AT
 from ..radiosity.sun_sampling_error import trace_sun_samples
-from ..request import Request
+from ..settings.progress import silent
+from ..settings.request import Request
+from ..settings.threads import map_in_order, usable_threads
 from ..sun.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
-from ..threads import map_in_order, usable_threads
-from ..transfer.transfer import Transfer
+from ..transfer.transfer import SourceLight, Transfer
 from ..weather.weather import Weather
 
 FEWER = LOOKED_AT // 2  # patches where several choices are compared before a run
+FILLED = ("diffuse_relative", "sky_view_factor", "far_ground_view_factor")
 
 
 class TracedYear(NamedTuple):
@@ -50,10 +52,10 @@ def measure_ways(traced, ways, progress=silent, *, prepared=None, patches=LOOKED
         under `groups`.
     """
     scene, weather, transfer, request = traced
-    if all(suns.sampling == "hourly" for suns in ways) or not transfer.surfaces.eligible.any():
+    others = [suns for suns in ways if suns.way != "hourly"]
+    if not others or not transfer.surfaces.eligible.any():
         return [no_error(0) for _ in ways]
-    hourly = choose_suns("hourly", *weather.axis, request.seed, position=weather.data)
-    every = [*ways, hourly]
+    every = [*others, choose_suns("hourly", *weather.axis, request.seed, position=weather.data)]
     *clustered, exact = trace_sun_samples(scene, transfer, every, request, progress, prepared=prepared, count=patches)
     system, sky = build_system(request), choose_sky(request, transfer)
     threads = usable_threads(request.threads)
@@ -66,8 +68,8 @@ def measure_ways(traced, ways, progress=silent, *, prepared=None, patches=LOOKED
     surfaces = transfer.surfaces
     names = name_groups(exact.surfaces)
     weight, whole = weigh_groups(names, surfaces), np.ones(len(names))
-    found = []
-    for hours in hours_of_ways:
+    hours_of_ways, found = iter(hours_of_ways), []
+    for hours in (true if suns.way == "hourly" else next(hours_of_ways) for suns in ways):
         parts = {
             str(name): compare_hours(hours[names == name], true[names == name], whole[names == name])
             for name in np.unique(names)
@@ -115,3 +117,44 @@ def compare_hours(found, true, weight):
         "rms_standard_error": float((error**2).std() / np.sqrt(count) / max(2 * rms, 1e-9)),
         "patches": count,
     }
+
+
+def fill_untraced(transfer):
+    """Let surfaces without light of the sky have the mean light of those traced of their kind and orientation.
+
+    What single suns do is put in relation to all light, so that surfaces without the light of the sky would show too
+    large errors.
+
+    Parameters
+    ----------
+    transfer : Transfer
+        Of a part of a city.
+
+    Returns
+    -------
+    Transfer
+        For estimates only.
+    """
+    traced, area = transfer.diffuse_relative > 0, np.asarray(transfer.surfaces.area, float)
+    names = name_groups(transfer.surfaces)
+    if traced.all() or not traced.any():
+        return transfer
+
+    def fill(values):
+        return fill_means(np.asarray(values), traced, names, area)
+
+    sources = {
+        name: SourceLight(**{field: fill(values) for field, values in vars(light).items()})
+        for name, light in transfer.sources.items()
+    }
+    return replace(transfer, sources=sources, **{name: fill(getattr(transfer, name)) for name in FILLED})
+
+
+def fill_means(values, traced, names, area):
+    """Values (n, …) of untraced surfaces replaced by the mean over traced ones of the same name, or of all."""
+    filled = values.copy()
+    for name in np.unique(names[~traced]):
+        alike = traced & (names == name)
+        alike = alike if alike.any() else traced
+        filled[~traced & (names == name)] = np.average(values[alike], axis=0, weights=area[alike])
+    return filled

@@ -12,7 +12,6 @@ from dataclasses import replace
 import numpy as np
 
 from ..form_factors.form_factor_products import multiply_elements
-from ..progress import Clock
 from ..radiosity.continue_rounds import ROWS, keep_patches
 from ..radiosity.gather_context import prepare_gather
 from ..radiosity.gather_diffuse import Diffuse
@@ -23,6 +22,7 @@ from ..radiosity.shadow_points import points_above
 from ..radiosity.solve_radiosity import variance_of_replicates
 from ..radiosity.sun_blocks import SunProgress, block_of_suns, cut_into_blocks
 from ..radiosity.view_hemispheres import fill_closed_forms, trace_in_turn
+from ..settings.progress import Clock
 from ..sun.horizon import without_hidden
 from ..transfer.kept_matrix import keep_matrix
 from ..transfer.transfer import SourceLight

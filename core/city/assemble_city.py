@@ -5,8 +5,8 @@ from collections import Counter
 
 import numpy as np
 
-from ..errors import InputError
-from ..progress import ignore_share
+from ..settings.errors import InputError
+from ..settings.progress import ignore_share
 from .city import City, ImportReport
 from .judge_turning import judge_turning
 from .orient_shells import orient_shells, turn_over

@@ -12,8 +12,8 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from ..progress import ignore_share, report_part
 from ..rays.random_numbers import mix, uniform
+from ..settings.progress import ignore_share, report_part
 from .check_geometry import check_parts, check_patch_size
 from .city import City
 from .find_feet import FOOTPRINT_STEP, find_feet

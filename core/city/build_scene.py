@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from ..errors import InputError
-from ..progress import ignore_share, report_part
+from ..settings.errors import InputError
+from ..settings.progress import ignore_share, report_part
 from .build_ground import PlacedCity
 from .check_geometry import check_city, check_extent
 from .classify import classify, find_footprints, measure_tilt

@@ -7,8 +7,7 @@ import shapely
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
-from ..check_arrays import check_array
-from ..errors import InputError
+from ..settings.errors import InputError, check_array
 from .build_ground import (
     DEFAULT_PATCH,
     REACH,

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ..check_arrays import UNIT, check_array, check_triangles
-from ..errors import InputError
+from ..settings.errors import UNIT, InputError, check_array, check_triangles
 
 WIDEST = 400e3  # [m] beyond it the tracer's float32 coordinates err by more than a few centimetres
 
@@ -25,7 +24,11 @@ def check_rings(points, ring_start, polygon_start, name_surface=None):
     """
     check_starts("ring_start", ring_start, len(points))
     check_starts("polygon_start", polygon_start, len(ring_start) - 1, least=1)
-    check_array("points", points, ("m", 3), row="point", name_row=name_surface)
+
+    def name_point(row):
+        return f"point {row}, of surface {name_surface(row)!r}," if name_surface else f"point {row}"
+
+    check_array("points", points, ("m", 3), row=name_point)
 
 
 def check_starts(name, starts, last, least=0):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..check_arrays import UNIT, check_array
+from ..settings.errors import UNIT, check_array
 from .city import number_names
 from .polygons import polygon_bounds
 

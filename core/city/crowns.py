@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 from scipy.spatial import ConvexHull, QhullError
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .polygons import triangulate
 
 CROWN_PER_HEIGHT = 0.5  # crown diameter of a tree of which only the height is given

@@ -12,11 +12,11 @@ from functools import partial
 
 import numpy as np
 
-from ..progress import ignore_share, report_part
 from ..rays.random_numbers import GOLDEN, mix, uniform
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import additive_recurrence, barycentric_of_square, cosine_direction
-from ..threads import map_in_order, usable_threads
+from ..settings.progress import ignore_share, report_part
+from ..settings.threads import map_in_order, usable_threads
 from .find_ground import AT_ONCE, find_ground
 
 FEW, SOME, MANY = 8, 16, 64  # rays per triangle: to exclude clear cases, and to judge the others

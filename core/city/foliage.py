@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .canopy import Canopy, CrownShapes, KeptRays, forget_rays
 from .crowns import Crowns
 

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from shapely.geometry.polygon import orient
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .check_geometry import check_city
 from .locate_site import bring_to_origin
 from .polygons import measure_polygons, plane_axes

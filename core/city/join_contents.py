@@ -3,8 +3,8 @@
 import numpy as np
 import pyproj
 
-from ..errors import InputError
-from ..progress import silent
+from ..settings.errors import InputError
+from ..settings.progress import silent
 from .assemble_city import assemble_city
 from .transform_crs import choose_crs, convert_to_metres
 

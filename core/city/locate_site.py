@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pyproj
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .scene import Site
 
 MARGIN = 1.0  # [°] outside the area of use of a system; surveys and zones reach a few kilometres beyond theirs

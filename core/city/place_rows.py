@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 RISE = 0.1  # [m] above the roof: less is inaccuracy of the data
 THICKNESS = 0.03  # [m] of a module with its frame

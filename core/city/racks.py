@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .build_scene import DRAWN_TWICE
 from .classify import classify, measure_tilt
 from .find_ground import find_ground

@@ -9,8 +9,7 @@ C. L. Lawson (1977), Software for C1 surface interpolation, doi:10.1016/B978-0-1
 
 import numpy as np
 
-from ..check_arrays import check_array, check_triangles
-from ..errors import InputError
+from ..settings.errors import InputError, check_array, check_triangles
 from .check_geometry import check_patch_size
 from .places_in_plan import pair_keys
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..check_arrays import check_array, check_triangles
+from ..settings.errors import check_array, check_triangles
 from .city import ImportReport
 from .crowns import Crowns
 

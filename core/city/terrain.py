@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import shapely
 
-from ..check_arrays import check_array
+from ..settings.errors import check_array
 from .triangulate_feet import heights_on
 
 NEAR = 5.0  # [m] feet this close to the edge of the terrain take its height: TINs are often cut out at buildings

@@ -9,7 +9,7 @@ import warnings
 import numpy as np
 import pyproj
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 UNITS = {"m": 1.0, "ft": 0.3048, "us-ft": 1200 / 3937}  # [m]
 # Names used by German surveys; the vertical system follows after "*".

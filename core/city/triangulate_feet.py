@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from scipy.spatial import Delaunay, QhullError
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .places_in_plan import draw_triangles, merge_places, pair_keys, unique_pairs
 from .slope_filter import highest_foot
 

@@ -94,7 +94,7 @@ def join_records(records, plan, request, figures):
     Parameters
     ----------
     records : list of TraceRecord
-    plan : EffectPlan
+    plan : TracePlan
         Of the whole.
     request : Request
         As the user gave it.

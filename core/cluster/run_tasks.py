@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
-from ..version import __version__
+from ..settings.errors import InputError
+from ..settings.version import __version__
 
 SERIAL = "serial"
 CURE = f"give local:N, tcp://HOST:PORT or {SERIAL}"

@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 
 from ..city.scene import FAR, OWN, Scene
-from ..progress import silent
 from ..rays.hemisphere_rays import rays_from_patches
 from ..rays.sample_points import cosine_direction
 from ..results.transfer_file import write_transfer
 from ..results.write_summary import finite, peak_memory
+from ..settings.progress import silent
 from ..study import measure_sun_sampling, trace_scene
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import split_sky
@@ -43,7 +43,7 @@ class Run:
     suns: Suns
     weather: Any  # Weather
     city: tuple  # bounds of the whole scene in plan, two (2,) float64 [m]
-    terrain: Any = None  # Effect of distant terrain, decided for the whole
+    terrain: Any = None  # TracePlan of the distant terrain alone, decided for the whole
 
 
 @dataclass
@@ -81,8 +81,7 @@ def trace_part(run_path, part_path, result_path, threads):
     run, part = (pickle.loads(Path(path).read_bytes()) for path in (run_path, part_path))
     request, scene = replace(run.request, threads=threads), part.scene
     prepared = prepare_scene(scene, request, suns=run.suns, materials=part.materials)
-    effects = [run.terrain if one.key == run.terrain.key else one for one in prepared.plan.effects]
-    prepared = build_tree(replace(prepared, plan=replace(prepared.plan, effects=effects)), request)
+    prepared = build_tree(replace(prepared, plan=share_terrain(prepared.plan, run.terrain)), request)
     halo = measure_halo(prepared, request.seed, part, run.city)
     few = thin_surroundings(scene, prepared, part.own)
     triangles = len(scene.triangles), int((scene.halo == OWN).sum())

@@ -18,14 +18,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
 from ..patches.read_albedo import name_brdfs
-from ..progress import silent
-from ..request import option_of
 from ..results.transfer_file import read_transfer
+from ..settings.errors import InputError
+from ..settings.progress import silent
+from ..settings.request import option_of
+from ..settings.version import __version__
 from ..study import prepare_study
 from ..transfer.prepare_scene import PreparedScene
-from ..version import __version__
 from .join_tiles import join_records, join_tiles
 from .run_tasks import SERIAL, check_cluster, open_workers, run_tasks
 from .tiles import DEFAULT, assign_tiles, bin_pieces, box_pieces, check_tile_size, prepare_whole, surround, take_part

@@ -1,4 +1,4 @@
-"""The command line and its commands.
+"""The command line, its commands, and the self-check.
 
 In: command line arguments. Out: files, text and an exit status. Read first: command_line.py, then simulate.py.
 """

@@ -1,12 +1,11 @@
-"""Command line options from the settings that `Request` declares."""
+"""Command line options: from the settings that `Request` declares, and those of single commands."""
 
 import argparse
 
 from ..effects.table import check_effects
-from ..errors import InputError
-from ..methods import METHODS
-from ..presets import PRESETS
-from ..request import Request, check_request, declared_settings, option_of
+from ..settings.errors import InputError
+from ..settings.presets import METHODS, PRESETS
+from ..settings.request import Request, check_request, declared_settings, option_of
 
 TITLES = {
     "city": "the city",
@@ -225,3 +224,72 @@ def request_of_options(options):
     check_request(request)
     check_effects(request)
     return request
+
+
+def add_cluster(parser, *, tiles=False):
+    """Add `--cluster`, and for a city `--tile`."""
+    place = parser.add_argument_group("many machines")
+    place.add_argument(
+        "--cluster",
+        metavar="WORD",
+        help="work in tasks: local:N workers here, tcp://HOST:PORT of a Dask scheduler, or serial: this process",
+    )
+    if tiles:
+        place.add_argument("--tile", type=float, metavar="M", help="[m] side of the tiles that --cluster traces (1000)")
+
+
+def cluster_of_options(options):
+    """What the options ask for: ClusterSettings, or None without `--cluster`.
+
+    Raises
+    ------
+    InputError
+        Tiles without `--cluster`.
+    """
+    tile = getattr(options, "tile", None)
+    if options.cluster is None:
+        if tile is not None:
+            raise InputError(
+                "--tile", "is for cities traced in tiles", "give --cluster local:N or --cluster serial too"
+            )
+        return None
+    from ..cluster.trace_tiles import ClusterSettings
+
+    return ClusterSettings(options.cluster) if tile is None else ClusterSettings(options.cluster, tile)
+
+
+def add_city(parser):
+    """Input files, and options for reading them."""
+    parser.add_argument("city", nargs="+", metavar="CITY", help="CityGML, CityJSON or OBJ files, or folders of them")
+    add_options(parser, "city")
+
+
+def add_output(parser):
+    """Output options."""
+    output = parser.add_argument_group("the results")
+    output.add_argument("--out", required=True, metavar="DIR", help="folder to write")
+    output.add_argument("--overwrite", action="store_true", help="replace results in a folder that is not empty")
+    output.add_argument("--quiet", action="store_true", help="print errors only")
+
+
+def add_world(parser):
+    """Environments and places."""
+    parser.add_argument(
+        "environment",
+        nargs="+",
+        metavar="ENVIRONMENT",
+        help="transfer.nc or result folder of simulate --suns sky-grid:N, NAME=PATH, or unshaded",
+    )
+    place = parser.add_argument_group("the world")
+    degrees = {"nargs": 2, "type": float}
+    place.add_argument("--way", choices=("exact", "paper"), help="sun of each place, or of Greenwich, shifted (exact)")
+    place.add_argument("--mix", metavar="NAME=SHARE,…", help="weighted mean of environments as a further one")
+    place.add_argument("--step", type=float, metavar="D", help="[°] distance of places (3; files: all points)")
+    place.add_argument("--latitudes", metavar=("SOUTH", "NORTH"), help="[°] range (-60 90; files: all)", **degrees)
+    place.add_argument("--longitudes", metavar=("WEST", "EAST"), help="[°] range (-180 180; files: all)", **degrees)
+    place.add_argument("--years", nargs="+", type=int, default=(), action=Gather, metavar="Y", help="averaged (all)")
+    place.add_argument(
+        "--surfaces", type=int, metavar="N", help="merge surfaces of similar light, to at most N per environment"
+    )
+    place.add_argument("--off-land", choices=("blank", "clear-sky"), default="blank", help="where there is no land")
+    place.add_argument("--pictures", choices=("on", "off"), default="on", help="draw maps and figures (on)")

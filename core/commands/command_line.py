@@ -5,20 +5,32 @@ kept; 1 any other failure.
 """
 
 import argparse
+import gc
+import importlib
 import importlib.util
 import json
 import signal
 import sys
 import traceback
+from contextlib import contextmanager
 from functools import partial
 
-from ..errors import InputError
-from ..progress import CancelledError, TerminalProgress
-from ..version import __version__
-from .add_cluster import add_cluster, cluster_of_options
-from .add_options import NOT_FOR_WORLDS, Gather, add_options, free_settings, imply_settings, request_of_options
-from .import_command import compile_beside, import_command
-from .print_output import print_output
+from ..settings.errors import InputError
+from ..settings.progress import CancelledError, TerminalProgress
+from ..settings.version import __version__
+from .add_options import (
+    NOT_FOR_WORLDS,
+    add_city,
+    add_cluster,
+    add_options,
+    add_output,
+    add_world,
+    cluster_of_options,
+    free_settings,
+    imply_settings,
+    request_of_options,
+)
+from .run_log import print_output
 
 KNOBS = ("suns", "samples", "shadow_samples")  # that `--time-budget` chooses where they are not given
 EPILOGUE = "Every option and every file written is described in docs/command_line.md."
@@ -148,43 +160,6 @@ def build_parser():
     return parser
 
 
-def add_city(parser):
-    """Input files, and options for reading them."""
-    parser.add_argument("city", nargs="+", metavar="CITY", help="CityGML, CityJSON or OBJ files, or folders of them")
-    add_options(parser, "city")
-
-
-def add_output(parser):
-    """Output options."""
-    output = parser.add_argument_group("the results")
-    output.add_argument("--out", required=True, metavar="DIR", help="folder to write")
-    output.add_argument("--overwrite", action="store_true", help="replace results in a folder that is not empty")
-    output.add_argument("--quiet", action="store_true", help="print errors only")
-
-
-def add_world(parser):
-    """Environments and places."""
-    parser.add_argument(
-        "environment",
-        nargs="+",
-        metavar="ENVIRONMENT",
-        help="transfer.nc or result folder of simulate --suns sky-grid:N, NAME=PATH, or unshaded",
-    )
-    place = parser.add_argument_group("the world")
-    degrees = {"nargs": 2, "type": float}
-    place.add_argument("--way", choices=("exact", "paper"), help="sun of each place, or of Greenwich, shifted (exact)")
-    place.add_argument("--mix", metavar="NAME=SHARE,…", help="weighted mean of environments as a further one")
-    place.add_argument("--step", type=float, metavar="D", help="[°] distance of places (3; files: all points)")
-    place.add_argument("--latitudes", metavar=("SOUTH", "NORTH"), help="[°] range (-60 90; files: all)", **degrees)
-    place.add_argument("--longitudes", metavar=("WEST", "EAST"), help="[°] range (-180 180; files: all)", **degrees)
-    place.add_argument("--years", nargs="+", type=int, default=(), action=Gather, metavar="Y", help="averaged (all)")
-    place.add_argument(
-        "--surfaces", type=int, metavar="N", help="merge surfaces of similar light, to at most N per environment"
-    )
-    place.add_argument("--off-land", choices=("blank", "clear-sky"), default="blank", help="where there is no land")
-    place.add_argument("--pictures", choices=("on", "off"), default="on", help="draw maps and figures (on)")
-
-
 def run_simulate(options):
     """`citypv simulate`: status 130 if it was interrupted and partial results were kept."""
     pictures = [name for name in ("blend", "preview") if getattr(options, name)]
@@ -197,10 +172,12 @@ def run_simulate(options):
             options.city,
             options.out,
             request,
-            overwrite=options.overwrite,
+            output=command.Output(
+                overwrite=options.overwrite,
+                exports=tuple(name for name in command.EXPORTS if getattr(options, name)),
+                draw=partial(options.draw, pictures=pictures) if pictures else None,
+            ),
             stream=output_stream(options),
-            draw=partial(options.draw, pictures=pictures) if pictures else None,
-            exports=[name for name in command.EXPORTS if getattr(options, name)],
             cluster=cluster_of_options(options),
             free=options.free,
         )
@@ -250,7 +227,7 @@ def run_world(options):
 
 def run_plot(options):
     """`citypv plot`."""
-    from .plot_results import plot_results
+    from .show import plot_results
 
     paths = plot_results(options.folder)
     if not options.quiet:
@@ -269,7 +246,7 @@ def run_inspect(options):
 def run_effects(options):
     """`citypv effects`."""
     from ..effects.plan_effects import describe_plan
-    from .list_effects import list_effects
+    from .show import list_effects
 
     plan = list_effects(options.city, request_of_options(options), TerminalProgress(lasting=False))
     as_json = json.dumps([effect.as_dict() for effect in plan.effects], indent=2) if options.json else ""
@@ -279,13 +256,13 @@ def run_effects(options):
 def run_accuracy(options):
     """`citypv accuracy`."""
     with compile_beside(request := request_of_options(options)):
-        show = import_command("show_accuracy").show_accuracy
+        show = import_command("show").show_accuracy
         print_output("\n".join(show(options.city, request, plot=options.plot, as_json=options.json)))
 
 
 def run_selfcheck(options):
     """`citypv selfcheck`: status 1 if a check fails."""
-    from ..selfcheck.selfcheck import describe_check, describe_outcome, report_checks, selfcheck
+    from .selfcheck import describe_check, describe_outcome, report_checks, selfcheck
 
     checks = selfcheck(None if options.json else lambda check: print_output(describe_check(check)))
     found = (
@@ -298,3 +275,36 @@ def run_selfcheck(options):
 def output_stream(options):
     """Stream for progress messages; None if quiet."""
     return None if options.quiet else sys.stderr
+
+
+def import_command(name):
+    """Module of this package, without a search for garbage where it is not imported yet."""
+    known = sys.modules.get(f"{__package__}.{name}")
+    if known is not None:
+        return known
+    with nothing_searched():
+        return importlib.import_module(f".{name}", __package__)
+
+
+@contextmanager
+def nothing_searched():
+    """Import without searching what is imported for garbage, now and at the end.
+
+    Of thousands of modules, classes and functions nothing is garbage: the search takes a quarter of a second while they
+    are made, and as long when the process ends.
+    """
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        if collecting:
+            gc.enable()
+
+
+def compile_beside(request):
+    """Context in which a second process compiles the loops of the gather estimator, where none are kept."""
+    with nothing_searched():
+        from ..rays.compile_ahead import compile_ahead
+    return compile_ahead(request.threads, wanted=request.estimator == "gather")

@@ -3,8 +3,8 @@
 from dataclasses import fields
 from pathlib import Path
 
-from ..errors import InputError
-from ..request import declared_settings, option_of
+from ..settings.errors import InputError
+from ..settings.request import declared_settings, option_of
 from ..weather.read_weather import read_weather, recognise_weather
 from ..world.read_era5_grid import open_era5_grid
 from ..world.sources import (

@@ -4,10 +4,9 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from ..city.crowns import volume_of_crowns
 from ..patches.materials import CLEAR, describe_brdf, named_material
-from ..progress import silent
 from ..results.list_findings import list_findings
+from ..settings.progress import silent
 from ..study import read_buildings, stand_city
 
 NAMES_SHOWN = 3

@@ -7,8 +7,8 @@ from ..accuracy.choose_counted import choose_counted
 from ..accuracy.refine import Goal, largest_round, refine_transfer, unreachable
 from ..accuracy.yield_errors import split_errors
 from ..city.scene import Scene
-from ..progress import TerminalProgress
-from ..request import Request
+from ..settings.progress import TerminalProgress
+from ..settings.request import Request
 from ..study import compute_energy, trace_round
 from ..transfer.prepare_scene import PreparedScene
 from ..weather.weather import Weather

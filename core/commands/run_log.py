@@ -1,8 +1,12 @@
-"""Messages of a run, and the seconds of its stages."""
+"""What a run says of itself, and the seconds of its stages."""
 
+import os
+import sys
 import time
 
-from ..progress import Clock, TerminalProgress, silent
+from ..city.scene import surface_of_triangles
+from ..settings.progress import Clock, TerminalProgress, silent
+from ..weather.weather import describe_distance
 
 
 class RunLog:
@@ -20,3 +24,93 @@ class RunLog:
 
     def show(self, transfer):
         """Receive the Transfer of all rounds so far, after each of them."""
+
+
+def print_output(text):
+    """Print text and a line end; what a reader who has left does not take is dropped.
+
+    Parameters
+    ----------
+    text : str
+    """
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        # Otherwise the interpreter flushes the buffer once more at its end, and reports the error there.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def report_outcome(log, folder, energy):
+    """Report the groups' full load hours, and the folder of the results."""
+    interval = energy.interval.total_seconds() / 3600  # [h]
+    hours = energy.capacity_factor.sum(axis=0) * interval / energy.years  # (groups,) [h]
+    groups = zip(energy.groups, hours, energy.group_count, energy.group_area, strict=True)
+    for (kind, orientation), full_load_hours, count, area in groups:
+        log.write(f"  {kind} {orientation}: {full_load_hours:.0f} h, {count:,} surfaces, {area:,.0f} m²")
+    if not len(energy.groups):
+        log.write("  no surface is eligible for modules: groups.csv is empty; faces.csv has the hours of every surface")
+    log.write(f"Written to {folder} in {sum(log.clock.seconds.values()):.1f} s")
+
+
+def describe_overrun(request, log, record):
+    """That the time budget was exceeded, by what, and what would take less: lines of text, none if it was kept.
+
+    Parameters
+    ----------
+    request : Request
+    log : RunLog
+    record : TraceRecord
+    """
+    took = time.monotonic() - log.started
+    if request.time_budget is None or took <= request.time_budget:
+        return []
+    reading = sum(log.clock.seconds.get(stage, 0.0) for stage in ("read city", "read weather"))
+    tracing = sum(record.seconds.values())
+    planning = max(log.clock.seconds.get("trace", 0.0) - tracing, 0.0)
+    writing = max(took - reading - planning - tracing, 0.0)
+    traced = f"{tracing:.1f} s for tracing" + (
+        " a single round, which is always finished" if record.rounds == 1 else ""
+    )
+    parts = (
+        f"{reading:.1f} s for reading",
+        f"{planning:.1f} s for the plan and checks of accuracy",
+        traced,
+        f"{writing:.1f} s for electricity and files",
+    )
+    return [
+        f"--time-budget {request.time_budget:g} was exceeded: the run took {took:.1f} s, {', '.join(parts)}",
+        "  a larger --patch-size and --preset draft take less",
+    ]
+
+
+def describe_scene(scene):
+    """Counts and place as lines of text."""
+    report, site = scene.report, scene.site
+    kinds = ", ".join(f"{(scene.surfaces.kind == kind).sum():,} {kind}" for kind in sorted(set(scene.surfaces.kind)))
+    lines = [
+        f"{report.building_count:,} buildings, {report.part_count:,} parts, {len(scene.surfaces):,} surfaces: {kinds}",
+        f"{len(scene.triangles):,} triangles, {(surface_of_triangles(scene) < 0).sum():,} of them ground",
+        f"latitude {site.latitude:.4f}°, longitude {site.longitude:.4f}°, grid north at {site.convergence:+.3f}°",
+    ]
+    lines += [f"skipped {len(ids):,} surfaces: {reason}" for reason, ids in report.skipped.items()]
+    lines += [f"repaired {len(ids):,} surfaces: {reason}" for reason, ids in report.repaired.items()]
+    return lines + list(report.notes)
+
+
+def describe_weather(weather, site):
+    """The weather as lines of text: its label, its distance from the city, and notes."""
+    told = "; ".join(filter(None, (weather.label, describe_distance(weather, site))))
+    return "\n".join([f"Weather: {told}", *(f"  {note}" for note in weather.notes)])
+
+
+def describe_interruption(record):
+    """The suns on which an interrupted Transfer is based, and the resulting error; "" for a complete one."""
+    if record.interrupted is None:
+        return ""
+    line = "Interrupted: kept {suns_traced:,} of {of:,} suns".format(**record.interrupted)
+    line += f" and {record.rounds:,} times the samples of the first round" if record.rounds > 1 else ""
+    if record.sun_sampling:
+        line += "; this changes full load hours by {bias:+.2f} %, those of single surfaces by {rms:.2f} % (rms)".format(
+            **record.sun_sampling
+        )
+    return line

@@ -1,19 +1,22 @@
 """The commands that write results: trace a city and compute its energy, or recompute energy from a Transfer."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
-from ..accuracy.effect_shares import shares_of_effects, state_outcome, state_sky
+import numpy as np
+
+from ..accuracy.check_reachable import check_reachable
+from ..accuracy.effect_shares import shares_of_effects, state_outcome
 from ..accuracy.error_budget import suggest_more
-from ..accuracy.foresee_target import foresee_target
+from ..accuracy.pilot import CityYear
 from ..city.grid_cells import outline_surfaces, split_into_cells
 from ..city.racks import city_with_racks
-from ..city.scene import surface_of_triangles
+from ..cluster.run_tasks import drop_kept, keeping, kept_beside
+from ..cluster.trace_part import bound_hours
+from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from ..effects.plan_effects import describe_plan
 from ..energy.pv_system import ELECTRIC, build_system
-from ..errors import InputError
-from ..interruption import Interruption
-from ..methods import METHODS
-from ..progress import CancelledError, silent
 from ..rays.hemisphere_rays import is_compiled
 from ..results.output_folder import whole_folder
 from ..results.transfer_file import read_transfer, write_transfer
@@ -22,6 +25,9 @@ from ..results.write_geopackage import write_geopackage
 from ..results.write_gltf import write_gltf
 from ..results.write_summary import summarise, write_summary
 from ..results.write_tables import write_tables
+from ..settings.errors import InputError
+from ..settings.presets import METHODS
+from ..settings.progress import CancelledError, Interruption, silent
 from ..study import (
     check_settings,
     check_tracing,
@@ -29,6 +35,7 @@ from ..study import (
     find_surfaces,
     measure_sun_sampling,
     place_city,
+    prepare_study,
     read_buildings,
     read_year,
     trace_scene,
@@ -36,18 +43,33 @@ from ..study import (
 from ..transfer.kept_matrix import is_on_disk
 from ..transfer.patch_light import Round
 from ..transfer.prepare_scene import build_tree
-from ..weather.weather import describe_distance
-from .judge_light import judge_light
 from .refine_run import RunInputs, refine_run, wants_rounds
-from .report_outcome import describe_overrun, report_outcome
-from .run_log import RunLog
-from .simulate_tiles import add_bound, check_cluster_settings, drop_kept, kept_beside, prepare_run, trace_in_tiles
+from .run_log import RunLog, describe_interruption, describe_overrun, describe_scene, describe_weather, report_outcome
 from .spend_budget import spend_budget
 
 EXPORTS = ("transfer", "cityjson", "gltf", "geopackage")
 
 
-def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None, exports=(), cluster=None, free=()):
+@dataclass
+class Output:
+    """What a run writes beside its tables."""
+
+    overwrite: bool = False  # replace the results in a folder that is not empty
+    exports: tuple = ()  # of EXPORTS: "transfer" even where its matrices do not fit into memory, files for others
+    draw: Callable | None = None  # `draw(folder, scene, transfer, energy, note)` writes pictures of the results
+
+
+class Results(NamedTuple):
+    """What a run has found."""
+
+    city: Any  # City of `draw_city`, and
+    scene: Any  # Scene; None of a Transfer that was read from a file
+    transfer: Any  # Transfer
+    energy: Any  # Energy
+    weather: Any  # Weather
+
+
+def simulate(paths, folder, request, *, output=None, stream=None, cluster=None, free=()):
     """Trace a city and write its full load hours.
 
     Parameters
@@ -57,15 +79,9 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
     folder : path-like
         Folder for the results, written completely or not at all.
     request : Request
-    overwrite : bool
-        Replace the results in a folder that is not empty.
+    output : Output, optional
     stream : text stream, optional
         Stream for progress messages.
-    draw : callable, optional
-        `draw(folder, scene, transfer, energy, note)` writes pictures of the results.
-    exports : collection of str
-        Of `EXPORTS`: additional formats for other programs. "transfer" writes transfer.nc even if its matrices do not
-        fit into memory; by default it is skipped then.
     cluster : ClusterSettings, optional
         Trace in tiles.
     free : collection of str
@@ -83,10 +99,10 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
     KeyboardInterrupt, CancelledError
         Ctrl-C at any other time: nothing is written.
     """
-    log = RunLog(stream)
+    log, output = RunLog(stream), output or Output()
     check_tracing(request)
     check_cluster_settings(cluster, request)
-    with whole_folder(folder, overwrite) as work:
+    with whole_folder(folder, output.overwrite) as work:
         log.write(f"Reading {', '.join(str(path) for path in paths)}")
         city = read_buildings(paths, request, log.progress)
         scene = place_city(city, request)
@@ -98,7 +114,7 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
         log.write(describe_weather(weather, scene.site))
         log.clock.lap("read weather")
         if request.time_budget and free and not cluster:
-            request = spend_budget((scene, weather, request), free, log)
+            request = spend_budget(scene, weather, request, free, log)
         log.write("Effects included for this scene:")
         prepared = prepare_run(scene, weather, request, cluster, log)
         for line in describe_plan(prepared.plan):
@@ -111,11 +127,16 @@ def simulate(paths, folder, request, *, overwrite=False, stream=None, draw=None,
             transfer = trace_until_interrupted(scene, weather, request, log, work.parent, prepared=prepared)
         log.clock.lap("trace")
         city = draw_city(city, scene, request)
-        transfer = judge_light(transfer, prepared.plan, weather, request)
         transfer = replace(transfer, outlines=outline_surfaces(city, scene.surfaces, scene.site))
-        keep = not is_on_disk(transfer.visible_share) or "transfer" in exports
-        energy = write_results(work, transfer, weather, request, log, scene=scene, draw=draw, keep=keep, tiles=tiles)
-        write_exports(work, (city, scene, transfer, energy, weather), request, exports, log.progress)
+        keep = not is_on_disk(transfer.visible_share) or "transfer" in output.exports
+        energy = write_energy(work, transfer, weather, request, log, keep=keep)
+        if output.draw:
+            log.write("Blender")
+            output.draw(work, scene, transfer, energy, weather.label)
+            log.clock.lap("Blender")
+        results = Results(city, scene, transfer, energy, weather)
+        write_run(work, results, request, log, tiles)
+        write_exports(work, results, request, output.exports, log.progress)
     drop_kept(folder, cluster)
     report_outcome(log, folder, energy)
     log.write("\n".join([suggest_more(transfer, weather, energy), *describe_overrun(request, log, transfer.record)]))
@@ -148,7 +169,7 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     with Interruption(log.progress, log.stream) as heard:
         if wants_rounds(request):
             prepared = build_tree(prepared, request)
-            told = foresee_target((scene, prepared, weather, request), heard) if request.target_error else ""
+            told = check_reachable(CityYear(scene, prepared, weather, request), heard) if request.target_error else ""
             if told:
                 log.write(told)
             prepared = replace(prepared, round=Round())
@@ -189,17 +210,13 @@ def recompute(transfer_path, folder, request, *, overwrite=False, stream=None):
         weather = read_year(transfer.site, request, transfer.suns)
         log.write(describe_weather(weather, transfer.site))
         log.clock.lap("read")
-        energy = write_results(work, transfer, weather, request, log)
+        energy = write_energy(work, transfer, weather, request, log)
+        write_run(work, Results(None, None, transfer, energy, weather), request, log)
     report_outcome(log, folder, energy)
 
 
-def write_results(work, transfer, weather, request, log, *, scene=None, draw=None, keep=True, tiles=None):
-    """Compute the energy of a Transfer and write all files into a folder, transfer.nc only if `keep`.
-
-    Returns
-    -------
-    Energy
-    """
+def write_energy(work, transfer, weather, request, log, *, keep=True):
+    """Compute the Energy of a Transfer and write its tables, and transfer.nc if `keep`: Energy."""
     log.write("Electricity")
     energy = compute_energy(transfer, weather, request, log.progress)
     log.clock.lap("electricity")
@@ -210,10 +227,12 @@ def write_results(work, transfer, weather, request, log, *, scene=None, draw=Non
         log.write(f"transfer.nc would have {transfer.visible_share.shape[1]:,} suns for each surface: not written")
         log.write("  (--transfer writes it)")
     log.clock.lap("write tables")
-    if draw:
-        log.write("Blender")
-        draw(work, scene, transfer, energy, weather.label)
-        log.clock.lap("Blender")
+    return energy
+
+
+def write_run(work, results, request, log, tiles=None):
+    """Measure what effects of the modules and the sky's model change, and write summary.json."""
+    _, scene, transfer, energy, weather = results
     system = build_system(request)
     shares = shares_of_effects(transfer, weather, system, request.threads, sky=energy.sky)
     if shares:
@@ -223,9 +242,9 @@ def write_results(work, transfer, weather, request, log, *, scene=None, draw=Non
     state_outcome(summary, shares, request)
     state_sky(summary, transfer, weather, system, sky=energy.sky, threads=request.threads)
     if tiles:
-        log.write(f"  {add_bound(summary, tiles, transfer, energy, weather)}")
+        summary["tiles"] = state_bound(tiles, transfer, energy, weather)
+        log.write(f"  {describe_bound(summary['tiles'])}")
     write_summary(work / "summary.json", summary)
-    return energy
 
 
 def write_exports(work, results, request, exports, progress=silent):
@@ -234,8 +253,7 @@ def write_exports(work, results, request, exports, progress=silent):
     Parameters
     ----------
     work : Path
-    results : tuple
-        City (of `draw_city`), Scene, Transfer, Energy and Weather of a run.
+    results : Results
     request : Request
     exports : collection of str
     progress : callable, optional
@@ -256,34 +274,46 @@ def draw_city(city, scene, request):
     return city_with_racks(cells, scene)
 
 
-def describe_scene(scene):
-    """Counts and place as lines of text."""
-    report, site = scene.report, scene.site
-    kinds = ", ".join(f"{(scene.surfaces.kind == kind).sum():,} {kind}" for kind in sorted(set(scene.surfaces.kind)))
-    lines = [
-        f"{report.building_count:,} buildings, {report.part_count:,} parts, {len(scene.surfaces):,} surfaces: {kinds}",
-        f"{len(scene.triangles):,} triangles, {(surface_of_triangles(scene) < 0).sum():,} of them ground",
-        f"latitude {site.latitude:.4f}°, longitude {site.longitude:.4f}°, grid north at {site.convergence:+.3f}°",
-    ]
-    lines += [f"skipped {len(ids):,} surfaces: {reason}" for reason, ids in report.skipped.items()]
-    lines += [f"repaired {len(ids):,} surfaces: {reason}" for reason, ids in report.repaired.items()]
-    return lines + list(report.notes)
+def prepare_run(scene, weather, request, cluster, log):
+    """What tracing a city calls for, in tiles if `cluster` is given: PreparedScene."""
+    if cluster is None:
+        return prepare_study(scene, weather, request)
+    return plan_tiles(scene, weather, request, cluster, log.write)
 
 
-def describe_weather(weather, site):
-    """The weather as lines of text: its label, its distance from the city, and notes."""
-    told = "; ".join(filter(None, (weather.label, describe_distance(weather, site))))
-    return "\n".join([f"Weather: {told}", *(f"  {note}" for note in weather.notes)])
+def trace_in_tiles(prepared, weather, request, settings, log, *, folder):
+    """Transfer of a city, and the figures of its tiles.
 
-
-def describe_interruption(record):
-    """The suns on which an interrupted Transfer is based, and the resulting error; "" for a complete one."""
-    if record.interrupted is None:
-        return ""
-    line = "Interrupted: kept {suns_traced:,} of {of:,} suns".format(**record.interrupted)
-    line += f" and {record.rounds:,} times the samples of the first round" if record.rounds > 1 else ""
-    if record.sun_sampling:
-        line += "; this changes full load hours by {bias:+.2f} %, those of single surfaces by {rms:.2f} % (rms)".format(
-            **record.sun_sampling
+    Parameters as of `cluster.trace_tiles.trace_tiles`; finished tiles are kept in `folder` when it ends with an error.
+    """
+    with keeping(folder, log.write):
+        return trace_tiles(
+            prepared,
+            weather,
+            request,
+            settings,
+            folder,
+            progress=log.progress,
+            tell=lambda line: log.write(f"  {line}"),
         )
-    return line
+
+
+def state_bound(tiles, transfer, energy, weather):
+    """Figures of the tiles with what they leave out at most, in percent of the eligible surfaces' irradiation: dict."""
+    chosen = energy.eligible & np.isfinite(energy.poa_global_annual)
+    area = transfer.surfaces.area[chosen]
+    hours = len(weather.data) / energy.years
+    mean = 1000 * float(np.average(energy.poa_global_annual[chosen], weights=area)) / hours if area.any() else 0.0
+    mean /= weather.interval.total_seconds() / 3600
+    bound = bound_hours(tiles["left_out"], transfer.record.brightest_albedo, weather, energy.sky, mean)
+    return tiles | {"bound": bound, "unit": f"{tiles['unit']}; bound in percent of the eligible surfaces' irradiation"}
+
+
+def describe_bound(tiles):
+    """What the tiles leave out, as a line of text."""
+    if tiles["bound"] is None:
+        beyond = "no bound is known for what lies beyond"
+    else:
+        beyond = f"what lies beyond changes at most {tiles['bound']:.2f} % of the irradiation"
+    reach = f"up to {tiles['near']:,.0f} m in full, and what rises above 2° up to {tiles['farthest']:,.0f} m"
+    return f"surroundings of the tiles: {reach}; {beyond}"

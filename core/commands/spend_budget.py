@@ -1,8 +1,6 @@
 """Settings that make the best of `--time-budget`: predicted seconds and errors of suns, rays and points.
 
-    pilot ─► errors of each source, error of each choice of suns ─┐
-                                                                  ├─► least error after all rounds that the time allows
-    a few patches, timed ─► seconds of rays, points and entries ──┘
+    pilot ─► seconds and errors of each choice ─► least error after all rounds that the time allows
 
 Rounds lower the errors of rays and points only, so the suns have to be right at the beginning.
 """
@@ -13,20 +11,11 @@ from itertools import product
 
 import numpy as np
 
-from ..accuracy.foresee_target import measure_suns, trace_square, with_suns
-from ..accuracy.pilot import Pilot
-from ..accuracy.pilot_run import SUNS
-from ..accuracy.predict import USUAL, Knobs, of_sky, of_suns, predict_seconds, price_pilot, terms_of_suns, wall_of
-from ..accuracy.sun_sampling import FEWER, name_groups
-from ..accuracy.survey import survey_city, work_of_patches
-from ..accuracy.time_electricity import time_electricity
-from ..accuracy.time_patches import time_patches
-from ..accuracy.yield_errors import SAMPLED
-from ..request import option_of
-from ..sun.sun_sampling import choose_suns
-from ..sun.suns import progressive_order
+from ..accuracy.pilot import CityYear
+from ..accuracy.price_list import Knobs, price_city
+from ..settings.request import option_of
 from ..transfer.prepare_scene import build_tree, prepare_scene
-from .refine_run import ADAPTIVE, MOMENT, WRITING
+from .refine_run import ADAPTIVE, MOMENT
 
 CHOICES = {  # what each free setting may be, cheapest first
     "suns": ("days:4", "days:12", "days:24", "days:52"),
@@ -54,13 +43,15 @@ class Offer:
         return self.errors.at_share(more=1 + (ADAPTIVE if fine else 1) * left / max(self.seconds, 1e-9))
 
 
-def spend_budget(inputs, free, log):
-    """Choose the free settings for a time budget, and tell.
+def spend_budget(scene, weather, request, free, log):
+    """Choose the free settings for a time budget, of which this takes its part, and tell.
 
     Parameters
     ----------
-    inputs : tuple of Scene, Weather and Request
-        The Request with a time budget.
+    scene : Scene
+    weather : Weather
+    request : Request
+        With a time budget.
     free : collection of str
         Of `CHOICES`.
     log : RunLog
@@ -69,22 +60,21 @@ def spend_budget(inputs, free, log):
     -------
     Request
     """
-    scene, weather, request = inputs
     if request.estimator == "forward":  # its photons have no prices
         return request
     deadline = log.started + request.time_budget
     if deadline < time.monotonic():
         return take(request, {name: CHOICES[name][0] for name in free}, log, "the time is up: the cheapest settings")
     prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
-    offers, finishing = make_offers((scene, prepared, weather, request), free, log.progress)
+    offers, finishing = make_offers(CityYear(scene, prepared, weather, request), free, log.progress)
     left = deadline - time.monotonic() - finishing
     chosen = choose_offer(offers, left, request.target_error)
-    error = chosen.error_in(left)
-    if chosen.seconds + chosen.writing > left:
-        why = f"the cheapest settings, since even these take about {chosen.seconds + chosen.writing:.0f} s of"
-        return take(request, {name: chosen.settings[name] for name in free}, log, f"{why} {max(left, 0):.0f} s left")
     why = f"with {chosen.seconds:.1f} s for the first of the rounds in {left:.0f} s"
-    why += f", predicted {error:.2f} % on 95 % of the eligible area" if np.isfinite(error) else ""
+    if chosen.seconds + chosen.writing > left:
+        takes = chosen.seconds + chosen.writing
+        why = f"the cheapest settings, since even these take about {takes:.0f} s of {max(left, 0):.0f} s left"
+    elif np.isfinite(error := chosen.error_in(left)):
+        why += f", predicted {error:.2f} % on 95 % of the eligible area"
     return take(request, {name: chosen.settings[name] for name in free}, log, why)
 
 
@@ -97,69 +87,15 @@ def take(request, settings, log, why):
 
 def make_offers(inputs, free, progress):
     """Offers of all combinations of the free settings, and seconds that every run takes after tracing."""
-    _, prepared, weather, request = inputs
-    choices = {name: CHOICES[name] if name in free else (getattr(request, name),) for name in CHOICES}
-    square, transfer = trace_square(inputs, SUNS, progress)
-    started = time.monotonic()
-    suns, found = measure_suns(inputs, transfer, choices["suns"], progress, FEWER)
-    checking = time.monotonic() - started  # a run looks at twice as many patches, under one choice of suns
-    names = name_groups(transfer.surfaces)
-    known = {
-        way: (len(one), with_suns(square.errors, part, names))
-        for way, one, part in zip(choices["suns"], suns, found, strict=True)
-    }
-    prices, offers = price_rounds(inputs, square), []
+    choices = {name: CHOICES[name] if name in free else (getattr(inputs.request, name),) for name in CHOICES}
+    city = price_city(inputs, choices["suns"], progress)
+    bounces, offers = city.pilot.runs["fine"].bounces, []
     for way, rays, points in product(*choices.values()):
-        many, one = known[way]
-        knobs = Knobs(rays, points, many, way, prepared.plan.max_bounces, request.patch_size)
+        knobs = Knobs(rays, points, len(city.suns[way]), way, bounces, inputs.request.patch_size)
+        seconds, _, writing = city.predict_seconds(knobs)
         settings = {"suns": way, "samples": rays, "shadow_samples": points}
-        writing = prices.bytes_per_sun * many / WRITING
-        errors = scale_errors(one, rays / square.samples, points / square.shadow_samples)
-        offers.append(Offer(settings, predict_seconds(prices, knobs)[0], writing, errors))
-    return offers, checking + 2 * time_electricity(transfer, weather, request) + MOMENT
-
-
-def price_rounds(inputs, square):
-    """Prices from patches drawn from the whole city, and from the run of a square."""
-    scene, prepared, weather, request = inputs
-    suns = progressive_order(choose_suns(SUNS, *weather.axis, request.seed, position=weather.data))
-    empty, timed = time_patches((scene, prepared, weather, request, suns), square)
-    pilot = Pilot({"A": square}, timed, empty, survey_city(prepared, request), 0.0, None)
-    return raise_prices(price_pilot(pilot, 0.0, request.patch_size, len(scene.surfaces)), square)
-
-
-def raise_prices(prices, square):
-    """The prices, where they are too low for the run of a square raised to what that took: Prices.
-
-    Those of few patches are differences of short times, which noise can make too small.
-    """
-    work = work_of_patches(prices.survey, square.counts, square.samples, square.shadow_samples)
-    terms = np.array(terms_of_suns(work, square.bounces, square.suns))
-    sky, suns = (
-        raise_costs(costs, of_work, max(taken - square.share * overhead, 0.0))
-        for costs, of_work, taken, overhead in (
-            (prices.sky, np.array([work.patches, work.rays]), of_sky(square), prices.overhead[0]),
-            (prices.suns, terms, of_suns(square), prices.overhead[1] * square.suns),
-        )
-    )
-    return replace(prices, sky=sky, suns=suns, wall=max(prices.wall, wall_of([square])))
-
-
-def raise_costs(costs, terms, seconds):
-    """Costs whose sum over some terms is that many seconds at least, shared out as before, or evenly: (k,) float64."""
-    found = costs @ terms
-    if found >= seconds:
-        return costs
-    return costs * (seconds / found) if found > 0.5 * seconds else costs + (seconds - found) / len(terms) / terms
-
-
-def scale_errors(errors, rays, points):
-    """YieldErrors with so many times the rays and points."""
-    more = {"rays": rays, "shadows": points, "passed_on": rays}
-    variance = {
-        name: part / more[name] ** USUAL[name] if name in SAMPLED else part for name, part in errors.variance.items()
-    }
-    return replace(errors, variance=variance)
+        offers.append(Offer(settings, seconds, writing, city.predict_errors(knobs)))
+    return offers, city.checking + 2 * city.electricity + MOMENT
 
 
 def choose_offer(offers, left, target=None):

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 from ..cluster.run_tasks import check_cluster, drop_kept, kept_beside
 from ..energy.pv_system import build_system
-from ..errors import InputError
-from ..request import declared_settings, option_of
 from ..results.output_folder import whole_folder
 from ..results.write_summary import peak_memory, versions, write_summary
+from ..settings.errors import InputError
+from ..settings.request import declared_settings, option_of
 from ..study import check_settings
 from ..world.compute_world import compute_world
 from ..world.environment import read_environments
@@ -19,7 +19,7 @@ from ..world.write_world import write_world
 from .add_options import NOT_FOR_WORLDS
 from .find_source import MODELS, STATIONS_ONLY, find_source
 from .run_log import RunLog
-from .world_tasks import compute_in_tasks
+from .world_tasks import WorldInputs, compute_in_tasks
 
 FEWEST = 50  # merged surfaces of an environment
 
@@ -80,7 +80,9 @@ def make_world(texts, folder, request, settings, *, overwrite=False, stream=None
         log.clock.lap("open weather")
         if cluster:
             beside = kept_beside(folder)
-            world = compute_in_tasks(environments, source, request, settings, cluster, sky=sky, folder=beside, log=log)
+            world = compute_in_tasks(
+                environments, source, WorldInputs(request, settings, sky), cluster, folder=beside, log=log
+            )
         else:
             world = compute_world(
                 environments, source, system, settings.way, sky=sky, threads=request.threads, progress=log.progress

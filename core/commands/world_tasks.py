@@ -12,14 +12,15 @@ import pickle
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from ..cluster.run_tasks import SERIAL, keeping, open_workers, run_tasks
 from ..cluster.trace_part import write_whole
 from ..energy.pv_system import build_system
-from ..threads import usable_threads
-from ..version import __version__
+from ..settings.threads import usable_threads
+from ..settings.version import __version__
 from ..world.compute_world import compute_chunks, empty_world, fill_places
 from .find_source import find_source
 
@@ -27,7 +28,15 @@ PLACES = 256  # of a band, at least
 STAGE = "world"
 
 
-def compute_in_tasks(environments, source, request, settings, cluster, *, sky, folder, log):
+class WorldInputs(NamedTuple):
+    """What all tasks of a world have in common."""
+
+    request: object  # Request
+    settings: object  # WorldSettings
+    sky: str
+
+
+def compute_in_tasks(environments, source, inputs, cluster, *, folder, log):
     """World of some environments, computed in tasks.
 
     Parameters
@@ -35,10 +44,8 @@ def compute_in_tasks(environments, source, request, settings, cluster, *, sky, f
     environments : list of Environment
     source : Source
         Of `find_source` with the same request and settings.
-    request : Request
-    settings : WorldSettings
+    inputs : WorldInputs
     cluster : ClusterSettings
-    sky : str
     folder : Path
         Where finished tasks are kept until all are done.
     log : RunLog
@@ -47,14 +54,12 @@ def compute_in_tasks(environments, source, request, settings, cluster, *, sky, f
     -------
     World
     """
-    world, bands = empty_world(environments, source, settings.way, sky), cut_bands(source.chunks)
+    world, bands = empty_world(environments, source, inputs.settings.way, inputs.sky), cut_bands(source.chunks)
     with keeping(folder, log.write), open_workers(cluster.cluster, cluster.dashboard) as workers:
         log.write(f"  {len(bands) * len(environments):,} tasks; {workers.words}")
-        threads = request.threads if cluster.cluster == SERIAL else 1
+        threads = inputs.request.threads if cluster.cluster == SERIAL else 1
         results = {}
-        tasks = list(
-            list_tasks(environments, bands, (request, settings, sky), folder, results=results, threads=threads)
-        )
+        tasks = list(list_tasks(environments, bands, inputs, folder, results=results, threads=threads))
         log.progress(STAGE, 0, len(results), "tasks")
         for done, _ in enumerate(run_tasks(workers, compute_band, tasks), start=1):
             log.progress(STAGE, len(results) - len(tasks) + done, len(results), "tasks")

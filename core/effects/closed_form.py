@@ -9,7 +9,7 @@
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from ..check_arrays import UNIT, check_array
+from ..settings.errors import UNIT, check_array
 from ..sun.terrain_loss import lost_sky
 
 NORMAL_STEPS = 1e6  # in which components of normals are told apart

@@ -1,19 +1,19 @@
-"""One decision of the plan, and what it is made from."""
+"""One decision of the plan, what all of them together mean for tracing, and what they are made from."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..city.scene import Scene
-from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
-from ..request import Request
+from ..settings.request import Request
 from ..sun.read_horizon import read_horizon
+from ..sun.sky_models import RAYS_SHARE, sources_of
 from ..sun.solar_position import MINIMUM_ELEVATION
-from ..threads import usable_threads
-from .pilot import Pilot, Surroundings, trace_pilot
+
+NO_SUNS = np.zeros((0, 3), np.float32)
 
 
 @dataclass
@@ -24,15 +24,59 @@ class Effect:
     on: bool
     extent: str  # how far it goes: "3 bounces", "812 of 20,133 patches"
     reason: str
-    bound: float | None  # share of full load hours that is left out at most; None: no bound is known
-    setting: Any = None  # what the estimator needs to know, of any type
+    bound: float | None  # share of full load hours that is left out at most; None: not known before the run
     seconds: float | None = None  # predicted cost [s]; None: not known
     outcome: dict | None = None  # after the run: what it left out as measured, and whether the bound holds
-    share: float | None = None  # of full load hours that the effect adds or takes, expected; None: not known
+    share: float | None = None  # of full load hours that the effect adds or takes; None: not known
+    share_standard_error: float | None = None
 
     def as_dict(self):
-        """All but `setting`, which may be an array, by name."""
-        return {one.name: getattr(self, one.name) for one in fields(self) if one.name != "setting"}
+        """All fields by name."""
+        return asdict(self)
+
+
+@dataclass
+class TracePlan:
+    """What will be traced: what each rule decides for the estimators, and in words; `plan[key]` is an Effect."""
+
+    effects: list = field(default_factory=list)  # of Effect, in the order of the table
+    ray_scene: Any = None  # FacingScene, if it was made already
+    foliage: Any = None  # trees.foliage.Foliage; None: no tree is traced
+    unobstructed: np.ndarray | None = None  # (p,) bool, patches that see the sky in closed form
+    open_to_suns: np.ndarray | None = None  # (p,) bool, patches that see every sun in front of them
+    suns_behind: bool = False  # whether shadow rays are sent to suns behind a patch, to see that this changes nothing
+    terrain: Any = None  # TerrainHorizon of distant terrain; None where it is level
+    hidden_suns: np.ndarray = field(default_factory=NO_SUNS.copy)  # (k, 3) float32, never above the terrain: not traced
+    receivers: np.ndarray | None = None  # (p,) bool, patches that get all rays; None: all
+    max_bounces: int | None = 0  # number of reflections; None: until what is left is small
+    optional: np.ndarray | None = None  # (p,) bool, patches that count only where a ray meets them; None: all count
+    far_ground: bool = False  # whether rays that leave downwards meet lit ground
+    reach: float = np.inf  # how far away it begins, in building heights
+    sky: str = "isotropic"  # model of the sky
+    rays_share: int = RAYS_SHARE  # hemisphere rays for each ray towards a source of light in the sky
+    brdfs: Any = None  # TriangleBrdfs of what photons follow; None: every face reflects by Lambert's law, or is black
+
+    def __getitem__(self, key):
+        return next(effect for effect in self.effects if effect.key == key)
+
+    @property
+    def reflections(self) -> bool:
+        """Whether the matrix of form factors is needed."""
+        return self.max_bounces != 0
+
+    @property
+    def reflectors(self) -> bool:
+        """Whether ground that no surface sees is left out."""
+        return self.optional is not None
+
+    @property
+    def sources(self) -> tuple:
+        """Sources of light in the sky that are traced beside its dome: of SkySource."""
+        return sources_of(self.sky)
+
+    def lit(self, directions):
+        """Which suns, (s, 3) float32, are traced: all but those behind the terrain in all that they represent."""
+        return ~(directions[:, None] == self.hidden_suns).all(axis=2).any(axis=1)
 
 
 @dataclass
@@ -45,18 +89,11 @@ class Inputs:
     request: Request
     weather: Any = None  # weather.Weather, where it is known
     suns: Any = None  # sun.Suns, where they are known
-    measure: bool = False  # whether the pilot may be traced where no decision depends on it
-    lit_years: Any = None  # list of reflections.Lit, once they have been looked at
-    decided: dict = field(default_factory=dict)  # key -> Effect, of the lines of the table above this one
+    plan: TracePlan = field(default_factory=TracePlan)  # with the decisions of the lines of the table above
 
     def asked(self, key, default=None):
         """Whether the user has switched an effect on or off; `default` if neither."""
         return self.request.effects.get(key, default)
-
-    @cached_property
-    def ray_scene(self) -> FacingScene:
-        """Triangles for tracing rays, made when an effect needs them."""
-        return FacingScene(self.scene, self.patches, usable_threads(self.request.threads))
 
     @cached_property
     def horizons(self):
@@ -78,31 +115,57 @@ class Inputs:
         return self.request.ground_albedo if self.asked("far-ground", self.request.far_ground) else 0.0
 
     @cached_property
-    def pilot(self) -> Pilot | None:
-        """Where the light of the receivers comes from, traced when an effect needs it."""
-        foliage = self.decided["trees"].setting
-        around = Surroundings(self.far_ground_albedo, self.suns, foliage and foliage.canopy(bare=True), self.terrain)
-        return trace_pilot(self.ray_scene, self.patches, self.scene, around, self.request.seed)
-
-    @property
-    def pilot_if_wanted(self) -> Pilot | None:
-        """The pilot if it has been traced, or may be traced; else None. None where nothing shades the receivers."""
-        if self.unshaded:
-            return None
-        return self.pilot if self.measure or self.lit_years is not None or "pilot" in self.__dict__ else None
-
-    @cached_property
     def unshaded(self) -> bool:
         """Whether every receiver is in closed form: then only the far ground reflects onto it, once."""
         surfaces = self.scene.surfaces
         wanted = np.append(surfaces.eligible if surfaces.eligible.any() else np.ones(len(surfaces), bool), False)
         receivers = wanted[self.scene.triangle_surface] & self.patches.receives
-        return bool(self.decided["sky-rays"].setting[receivers].all())
+        return bool(self.plan.unobstructed[receivers].all())
 
-    @property
-    def direct_over_diffuse(self) -> float:
-        """Direct normal over diffuse irradiance of the year; 1 if the weather is not known."""
-        if self.weather is None:
-            return 1.0
-        diffuse = float(self.weather.data["dhi"].sum())
-        return float(self.weather.data["dni"].sum()) / diffuse if diffuse > 0 else 1.0
+
+@dataclass
+class Measured:
+    """What a run tells on what it left out, as shares of light."""
+
+    last_bounce: float  # share of the last reflection
+    far_ground: float  # share of the far ground, reflected once
+    passed_on: float = 0.0  # standard error from light that others pass on, in the mean of the worst group
+    unseen: float = 0.0  # share of hits on patches that were left out
+    beyond: float | None = None  # share of light that would be reflected more often; None: as the last one tells
+
+
+def judge_effects(plan, measured):
+    """Effects after a run, with an outcome where the run itself knows what was left out.
+
+    Light falls by the same factor from reflection to reflection, so that the last one tells what lies beyond.
+
+    Parameters
+    ----------
+    plan : TracePlan
+    measured : Measured
+
+    Returns
+    -------
+    list of dict
+        Of `Effect.as_dict`.
+    """
+    hidden = (1 - np.cos(np.arctan2(1.0, plan.reach))) / 2  # of the sky, from where the far ground begins
+    left_out = {
+        "receivers": measured.passed_on,
+        "reflectors": measured.unseen,
+        "far-ground": float(measured.far_ground * hidden),
+    }
+    if measured.beyond is not None:
+        left_out["reflections"] = measured.beyond
+    elif plan.max_bounces and measured.last_bounce < 1:
+        factor = measured.last_bounce ** (1 / plan.max_bounces)
+        left_out["reflections"] = measured.last_bounce * factor / (1 - factor)
+    for effect in plan.effects:
+        found = 0.0 if effect.bound == 0 else left_out.get(effect.key) if effect.on else None
+        effect.outcome = None if found is None else judge(found, effect.bound)
+    return [effect.as_dict() for effect in plan.effects]
+
+
+def judge(left_out, bound):
+    """Outcome of one effect: what was left out, and whether that is within its bound (None without one): dict."""
+    return {"left_out": left_out, "holds": None if bound is None else bool(left_out <= bound)}

@@ -1,7 +1,5 @@
 """`perez`: a sky that is brighter around the sun and at the horizon, instead of an even one."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES
@@ -16,14 +14,6 @@ LEVEL = 1.0  # [°] of tilt up to which both skies give the same
 MOST_HOURS = 1 << 22  # of the planes at a time, to limit memory
 
 
-@dataclass
-class SkyChoice:
-    """Which sky is traced, and how densely."""
-
-    model: str  # of the sky
-    rays_share: int = RAYS_SHARE  # hemisphere rays for each ray towards a source
-
-
 def decide(inputs):
     """The sky of Perez where inclined surfaces count; every weather has the direct and diffuse light that it needs."""
     sky, asked, surfaces = inputs.request.sky, inputs.asked(KEY), inputs.scene.surfaces
@@ -35,26 +25,20 @@ def decide(inputs):
     words = (
         f"; it changes unshaded ones by {100 * change.min():+.1f} to {100 * change.max():+.1f} %" if len(change) else ""
     )
-    if choose_model(inputs) == KEY:
+    counts = sky == "auto" and area > 0
+    if sky == KEY or counts if asked is None else asked:
         reason = f"{area:,.0f} m² of inclined surfaces count" if sky == "auto" and asked is None else "as asked"
-        share = share_of_rays(inputs)
-        extent = f"dome, circumsolar light and horizon, one horizon ray for {share} of the dome"
-        return Effect(KEY, True, extent, reason + words, 0.0, setting=SkyChoice(KEY, share))
+        inputs.plan.sky, inputs.plan.rays_share = KEY, share_of_rays(inputs)
+        extent = f"dome, circumsolar light and horizon, one horizon ray for {inputs.plan.rays_share} of the dome"
+        return Effect(KEY, True, extent, reason + words, 0.0)
     reason = "no inclined surface counts" if sky == "auto" and asked is None else "as asked"
     bound = bound_change(inputs.weather, change) if len(change) else 0.0 if area == 0 else None
-    return Effect(KEY, False, "isotropic sky", reason + words, bound, setting=SkyChoice("isotropic"))
-
-
-def choose_model(inputs):
-    """Model of the sky that the settings and the surfaces call for: str."""
-    sky, asked, surfaces = inputs.request.sky, inputs.asked(KEY), inputs.scene.surfaces
-    counts = sky == "auto" and float(np.asarray(surfaces.area)[surfaces_that_count(surfaces)].sum()) > 0
-    return KEY if (sky == KEY or counts if asked is None else asked) else "isotropic"
+    return Effect(KEY, False, "isotropic sky", reason + words, bound)
 
 
 def share_of_rays(inputs):
     """Hemisphere rays for each ray towards the horizon: by its light in the year, unless all surfaces get all rays."""
-    if inputs.weather is None or not inputs.decided["receivers"].on:
+    if inputs.weather is None or inputs.plan.receivers is None:
         return RAYS_SHARE
     return min(choose_share(split_sky(inputs.weather, KEY)), max(RAYS_SHARE, rays_of_replicate(inputs.request)))
 

@@ -1,38 +1,58 @@
-"""`receivers`: surfaces whose numbers are wanted get all rays, the others as many as the reflections need of them."""
+"""`receivers` and `reflectors`: patches whose numbers are not wanted get fewer rays, or none.
+
+Surfaces whose numbers are wanted get all rays, the others as many as the reflections need of them. Generated ground
+that no ray from the city meets stays out of the matrix of form factors.
+"""
 
 import numpy as np
 
-from ..city.scene import OWN
+from ..city.scene import FAR, OWN
 from .effect import Effect
-from .pilot import SKIES
 
-KEY = "receivers"
+RECEIVERS, REFLECTORS = "receivers", "reflectors"
 FEWER = 4  # times fewer rays from the others
 ENOUGH = 64  # of them to resolve the light of 16 elements
 FULL_KINDS = ("flat", "rack")  # sampled in full whether or not they are eligible
 HARDLY_SEEN = 0.3  # share of the ground's light that passes by way of the patches that receivers see least
-NOISE = 1.0  # relative standard deviation of the light that a single ray finds: one half at even odds
-CERTAINTY = 2  # standard errors
 
 
-def decide(inputs):
+def decide_receivers(inputs):
     """All rays for eligible surfaces, flat roofs and racks; a quarter of them for all others."""
     request, count = inputs.request, len(inputs.patches)
     if request.estimator == "forward":
-        return Effect(KEY, False, "photons on all surfaces", "photons fall wherever they fall", 0.0)
-    if not inputs.asked(KEY, request.report == "eligible"):
-        return Effect(KEY, False, f"all rays from all {count:,} patches", "all are reported in full", 0.0)
+        return Effect(RECEIVERS, False, "photons on all surfaces", "photons fall wherever they fall", 0.0)
+    every = f"all rays from all {count:,} patches"
+    if not inputs.asked(RECEIVERS, request.report == "eligible"):
+        return Effect(RECEIVERS, False, every, "all are reported in full", 0.0)
     full = find_receivers(inputs.scene, inputs.patches)
     others = int((inputs.patches.receives & ~full).sum())
     if not others or not (full & inputs.patches.receives).any():
-        return Effect(KEY, False, f"all rays from all {count:,} patches", "they are of one kind", 0.0)
-    fewer = fewer_rays(request.samples)
-    extent = f"{fewer} of {request.samples} rays from {others:,} of {count:,} patches"
+        return Effect(RECEIVERS, False, every, "they are of one kind", 0.0)
+    inputs.plan.receivers = full
+    extent = f"{fewer_rays(request.samples)} of {request.samples} rays from {others:,} of {count:,} patches"
     reason = "they are ground, downward or not eligible, and only pass light on"
-    pilot = inputs.pilot_if_wanted
-    unknown = 0.0 if inputs.unshaded else None  # nothing is passed on to receivers that nothing stands in front of
-    bound = unknown if pilot is None else noise_passed_on(pilot, full, fewer)
-    return Effect(KEY, True, extent, reason, bound, setting=full)
+    # Nothing is passed on to receivers that nothing stands in front of.
+    return Effect(RECEIVERS, True, extent, reason, 0.0 if inputs.unshaded else None)
+
+
+def decide_reflectors(inputs):
+    """Ground that no ray from a surface of the city meets needs no rays of its own."""
+    if inputs.request.estimator == "forward":
+        return Effect(REFLECTORS, False, "all surfaces", "photons fall wherever they fall", 0.0)
+    if not inputs.plan.reflections:
+        return Effect(REFLECTORS, False, "none", "nothing is reflected", 0.0)
+    if not inputs.asked(REFLECTORS, inputs.request.report == "eligible"):
+        return Effect(REFLECTORS, False, "all patches", "switched off", 0.0)
+    only = find_optional(inputs.scene)
+    ground = int((only & inputs.patches.receives).sum())
+    if not ground:
+        return Effect(REFLECTORS, False, "all patches", "the ground is not generated", 0.0)
+    inputs.plan.optional = only
+    rays = inputs.request.samples * int((~only & inputs.patches.receives).sum())
+    # A patch with view factor f is missed by all rays with (1 - f)^rays; f (1 - f)^rays is at most 1/(e rays).
+    bound = float(inputs.patches.albedo.max(initial=0) * ground / (np.e * max(rays, 1)))
+    words = f"of {ground:,} patches of generated ground only those that a ray from the city meets"
+    return Effect(REFLECTORS, True, words, "ground that no surface sees reflects no light onto any", bound)
 
 
 def fewer_rays(samples):
@@ -86,31 +106,7 @@ def find_receivers(scene, patches):
     return full if scene.halo is None else full & (scene.halo == OWN)
 
 
-def noise_passed_on(pilot, full, rays):
-    """Noise of light that others pass on, in the mean of any group of receivers, as a share of its light.
-
-    Each of the k patches on which a group's paths end first has an independent error of NOISE/√rays at most.
-
-    Parameters
-    ----------
-    pilot : Pilot
-    full : (p,) bool
-    rays : float
-        From each of the others.
-
-    Returns
-    -------
-    float
-    """
-    largest = 0.0
-    for index in range(len(pilot.groups)):
-        members = pilot.group == index
-        first = pilot.first[members]
-        by_others = (first >= 0) & ~full[first]
-        patches = len(np.unique(first[by_others]))
-        for ratio in SKIES:
-            light = pilot.sky[members].astype(float) + ratio * pilot.sun[members]
-            whole = light.sum()
-            share = light[by_others, 1:].sum() / whole if whole > 0 else 0.0
-            largest = max(largest, CERTAINTY * share * NOISE / np.sqrt(rays * max(patches, 1)))
-    return float(largest)
+def find_optional(scene):
+    """Patches that count only where a ray meets them: generated ground, and what lies far from a tile: (p,) bool."""
+    ground = scene.triangle_surface < 0
+    return ground if scene.halo is None else ground | (scene.halo == FAR)

@@ -1,12 +1,8 @@
-"""The table of effects: one line each, in the order in which they are decided.
+"""The table of effects: one line each, in the order in which they are decided (`plan_effects.RULES`)."""
 
-A key stands for the file of its name, with underscores for hyphens, which has `KEY` and `decide(inputs) -> Effect`.
-"""
-
-from importlib import import_module
 from typing import NamedTuple
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 BOTH = ("gather", "forward")
 PLANNING = "planning effects"  # name of the stage
@@ -67,8 +63,3 @@ def check_needs(request):
             raise InputError("--effects", f"{key}=off is for gather only", "leave it out or use --estimator gather")
     if request.effects.get("terrain-horizon") and request.horizon is None:
         raise InputError("--effects", "terrain-horizon needs a horizon", "give --horizon FILE")
-
-
-def decide_effect(key, inputs):
-    """Decision on one effect: Effect."""
-    return import_module(f".{key.replace('-', '_')}", __package__).decide(inputs)

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ..check_arrays import UNIT, check_array, check_unit
-from ..errors import InputError
+from ..settings.errors import UNIT, InputError, check_array, check_unit
 from ..sun.horizon_band import SOURCES
 from ..sun.sky_models import name_untraced
 from ..sun.solar_position import check_place, check_times

@@ -11,7 +11,7 @@ from functools import cache, lru_cache
 import numpy as np
 import pvlib
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 SANDIA, CEC = "SandiaMod", "CECMod"
 NEEDED = {

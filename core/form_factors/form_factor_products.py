@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES
-from ..threads import map_in_order
+from ..settings.threads import map_in_order
 from .form_factor_loops import (
     add_columns,
     add_elements,

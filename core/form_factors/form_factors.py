@@ -11,10 +11,9 @@ import numpy as np
 from numba import njit
 from scipy import sparse
 
-from ..check_arrays import check_array
-from ..errors import InputError
 from ..rays.hemisphere_rays import cell_at
 from ..rays.sample_points import HEMISPHERE_REPLICATES
+from ..settings.errors import InputError, check_array
 
 REPLICATE_BITS = HEMISPHERE_REPLICATES.bit_length() - 1  # the last ones of a key
 LARGEST_KEY = 2**31 - 1

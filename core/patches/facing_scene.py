@@ -16,7 +16,7 @@ from numba import njit
 from ..city.canopy import LeafyScene
 from ..rays.random_numbers import mix, uniform
 from ..rays.ray_scene import Places
-from ..threads import map_in_order
+from ..settings.threads import map_in_order
 from .find_coincident import Coincident, find_coincident
 from .find_covered import judge_vote, trace_vote
 

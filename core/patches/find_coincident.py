@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from ..rays.random_numbers import GOLDEN
-from ..threads import map_in_order
+from ..settings.threads import map_in_order
 
 PARALLEL = 0.9  # least cosine between normals to test a pair further; loose, as normals of slivers are mostly rounding
 LAYER_GROWTH = 2.0  # as a power of two: cells of one layer are four times as large as those of the next finer one

@@ -17,7 +17,7 @@ import re
 from contextlib import suppress
 from dataclasses import dataclass
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .brdfs import Glass, Glossy, Lambertian, Mirror
 
 OKE = "T. R. Oke (1987), Boundary layer climates, 2nd edition, Methuen"

@@ -8,11 +8,11 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ..check_arrays import check_array, check_seed
 from ..city.find_ground import find_ground, find_resting_floors
 from ..city.locate_site import bring_to_grid
 from ..city.scene import check_scene, other_sides, surface_of_triangles
 from ..rays.random_numbers import digest_names, key_of_digests, mix
+from ..settings.errors import check_array, check_seed
 
 OFFSET_SPACINGS = 8  # distance of ray origins from their face in float32 spacings; at 2 the first rays get lost
 LARGEST_INSET = 1 / 64  # as a share of the distance to the middle

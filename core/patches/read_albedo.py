@@ -8,7 +8,7 @@ import numpy as np
 
 from ..city.grid_cells import whole_of_cell
 from ..city.scene import surface_of_triangles
-from ..errors import InputError
+from ..settings.errors import InputError
 from .brdfs import Lambertian
 from .materials import MaterialSpec, describe_brdf, named_material
 

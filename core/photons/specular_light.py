@@ -18,8 +18,8 @@ from scipy import sparse
 
 from ..radiosity.gather_context import GatherContext
 from ..rays.random_numbers import key_of_names
+from ..settings.threads import map_in_order
 from ..sun.horizon import is_above
-from ..threads import map_in_order
 from .follow_photons import Target
 from .specular_faces import (
     FAR_GROUND,
@@ -90,7 +90,7 @@ def trace_specular(prepared, context, hemisphere):
 
 def prepare_pass(prepared, context, hemisphere):
     """What photons start from and fall on: SpecularPass."""
-    patches, brdfs = context.patches, context.plan["specular"].setting
+    patches, brdfs = context.patches, context.plan.brdfs
     count = len(prepared.scene.surfaces)
     surface = np.where(prepared.scene.triangle_surface < 0, count, prepared.scene.triangle_surface)
     target = Target(context.ray_scene, patches, surface, count, hemisphere.covered, brdfs)

@@ -15,15 +15,15 @@ import numpy as np
 from scipy import sparse
 
 from ..city.scene import check_scene
-from ..effects.judge_effects import Measured, judge_effects
+from ..effects.effect import Measured, judge_effects
 from ..patches.facing_scene import FacingScene
 from ..patches.read_albedo import brdfs_of_triangles, materials_of_surfaces
-from ..progress import SUN_STAGE, CancelledError, Clock
 from ..radiosity.measure_cover import find_cover
-from ..request import Request, check_request
+from ..settings.progress import SUN_STAGE, CancelledError, Clock
+from ..settings.request import Request, check_request
+from ..settings.threads import usable_threads
 from ..sun.horizon import without_hidden
 from ..sun.suns import Suns, check_suns, end_of_days, interrupted_suns
-from ..threads import usable_threads
 from ..transfer.incidence import projection_in_front
 from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.prepare_scene import prepare_scene

@@ -6,7 +6,7 @@ from itertools import islice
 
 import numpy as np
 
-from ..threads import map_in_order
+from ..settings.threads import map_in_order
 from .follow_photons import Tally, Target, follow_photons
 
 PHOTON_REPLICATES = 16  # independent sets of photons of each source; their variance gives the standard error

@@ -11,8 +11,8 @@ from ..effects.plan_effects import EffectPlan
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
 from ..patches.read_albedo import brdfs_of_triangles
-from ..request import Request
-from ..threads import usable_threads
+from ..settings.request import Request
+from ..settings.threads import usable_threads
 from ..transfer.surface_means import area_means
 
 
@@ -22,7 +22,7 @@ class GatherContext:
 
     ray_scene: FacingScene
     patches: Patches  # with the albedo of diffuse reflection only
-    plan: EffectPlan
+    plan: TracePlan
     request: Request
     surfaces: Surfaces
     owner: np.ndarray  # (p,) int, surface of each patch; -1: generated ground

@@ -6,8 +6,8 @@ import numpy as np
 
 from ..effects.receivers import choose_turns, fewer_rays
 from ..form_factors.form_factor_products import multiply_elements
-from ..progress import CancelledError
 from ..rays.random_numbers import mix
+from ..settings.progress import CancelledError
 from ..transfer.kept_matrix import keep_columns, keep_matrix
 from ..transfer.surface_means import average_surfaces
 from .add_specular import LightOfSuns, Specular, add_specular_suns

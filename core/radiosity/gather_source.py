@@ -11,8 +11,8 @@ from ..patches.find_covered import lie_in_earth
 from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches, shift_replicates
 from ..rays.random_numbers import mix
 from ..rays.sample_points import DIGITS, HEMISPHERE_REPLICATES, barycentric_of_square, cell_of_point, sobol_digits
+from ..settings.threads import map_in_order
 from ..sun.horizon import mark_hidden
-from ..threads import map_in_order
 from ..transfer.transfer import SourceLight
 from .light_errors import ReflectedError, errors_of_surfaces
 from .patch_size_errors import reflect_cells

@@ -6,9 +6,9 @@ from ..city.scene import add_backs
 from ..patches.facing_scene import FacingScene
 from ..patches.find_covered import find_covered_cells
 from ..patches.patches import patches_of_scene
-from ..progress import silent
 from ..rays.hemisphere_rays import CELL_DIVISIONS
-from ..threads import map_in_order, usable_threads
+from ..settings.progress import silent
+from ..settings.threads import map_in_order, usable_threads
 from ..transfer.surface_means import area_means, cover_of_surfaces
 
 COVER_STAGE = "finding interior surfaces"

@@ -12,10 +12,10 @@ in proportion to each cell's first reflection of sky light.
 import numpy as np
 from numba import njit
 
-from ..check_arrays import check_array
 from ..form_factors.form_factor_products import multiply, multiply_starts, multiply_visible, propagate
 from ..form_factors.form_factors import check_form_factors
-from ..threads import work_in_slices
+from ..settings.errors import check_array
+from ..settings.threads import work_in_slices
 
 MINIMAL_OPEN_SHARE = 1 / 64  # below it the light of a patch is too uncertain to be divided by its open share
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..progress import SUN_STAGE
+from ..settings.progress import SUN_STAGE
 from ..sun.suns import end_of_days
 
 BYTES_PER_BLOCK = 53e6  # of one array (patches × suns); about six exist at a time

@@ -6,11 +6,11 @@ import numpy as np
 
 from ..city.canopy import LeafyScene
 from ..city.scene import check_scene
-from ..errors import InputError
 from ..patches.patches import take_patches
-from ..request import check_request
+from ..settings.errors import InputError
+from ..settings.request import check_request
+from ..settings.threads import usable_threads
 from ..sun.suns import check_suns
-from ..threads import usable_threads
 from ..transfer.prepare_scene import prepare_scene
 from ..transfer.take_rows import take_rows
 from .shadow_points import points_above

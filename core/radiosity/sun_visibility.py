@@ -10,11 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ..check_arrays import UNIT, check_array
-from ..errors import InputError
 from ..patches.patches import order_nearby
 from ..rays.random_numbers import mix
-from ..threads import map_in_order
+from ..settings.errors import UNIT, InputError, check_array
+from ..settings.threads import map_in_order
 from ..transfer.incidence import projection_in_front
 from .shadow_points import KnownPoints, ShadowPoints, count_elements, shadow_points, split_net, unknown_points
 from .sun_blocks import SunBlock

@@ -3,12 +3,12 @@
 import numpy as np
 
 from ..city.scene import check_scene
-from ..effects.judge_effects import Measured, judge_effects
-from ..errors import InputError
+from ..effects.effect import Measured, judge_effects
 from ..patches.read_albedo import materials_of_surfaces
-from ..progress import Clock
 from ..rays.sample_points import HEMISPHERE_REPLICATES
-from ..request import check_request
+from ..settings.errors import InputError
+from ..settings.progress import Clock
+from ..settings.request import check_request
 from ..sun.horizon import without_hidden
 from ..sun.suns import check_suns, interrupted_suns
 from ..transfer.prepare_scene import prepare_scene

@@ -11,8 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ..check_arrays import check_array
-from ..errors import InputError
 from ..form_factors.form_factors import FEWEST_RAYS, FormFactors, count_hits, count_starts
 from ..patches.cover_cells import enclosed_cells
 from ..patches.fates_of_rays import BACK, DARK, FAR_GROUND, FRONT, LEAVES, SKY, classify_rays, stop_in_crowns
@@ -20,8 +18,8 @@ from ..patches.find_covered import cells_near_cover, find_covered_cells, lie_in_
 from ..rays.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays
 from ..rays.ray_scene import Places
 from ..rays.sample_points import HEMISPHERE_REPLICATES, cells_inside, sobol_digits
+from ..settings.threads import map_in_order
 from ..sun.horizon import mark_hidden
-from ..threads import map_in_order
 from .hemisphere import HemisphereRays
 from .replicates import STEP
 

@@ -49,7 +49,7 @@ def trace_in_turn(context, tallies):
     )
     traced = ~plan.unobstructed & patches.receives
     full = traced if plan.receivers is None else traced & plan.receivers
-    ground = plan["reflectors"].setting if plan.reflectors else np.zeros(len(patches), bool)
+    ground = plan.optional if plan.reflectors else np.zeros(len(patches), bool)
 
     # Ground that turns out to be unseen, and what is covered, are counted as if they were traced.
     most = every * int((full & ~ground).sum()) + fewer * int((traced & ~(full & ~ground)).sum())

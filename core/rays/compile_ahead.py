@@ -15,7 +15,7 @@ from threading import Thread
 
 from numba.core.sigutils import normalize_signature
 
-from ..threads import usable_threads
+from ..settings.threads import usable_threads
 from .hemisphere_rays import is_compiled
 
 ROOT = Path(__file__).resolve().parents[2]  # the package: "citypv", or another name inside Blender

@@ -14,7 +14,7 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from . import packet_loops
 
 POINTER = ctypes.c_void_p

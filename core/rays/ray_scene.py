@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..check_arrays import check_array, check_triangles
-from ..errors import InputError
+from ..settings.errors import InputError, check_array, check_triangles
 from .engines import TREES, choose_engine
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..city.city import FileContent, Polygon
-from ..errors import InputError
+from ..settings.errors import InputError
 from .open_input import LARGEST_COORDINATE
 
 XLINK = "{http://www.w3.org/1999/xlink}href"

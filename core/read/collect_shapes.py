@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..city.city import Polygon
-from ..errors import InputError
+from ..settings.errors import InputError
 from .collect_polygons import Anchor
 from .open_input import LARGEST_COORDINATE, clean_name
 from .walk_boundaries import CLASSES, DEPTHS, INTERIOR, read_numbers, read_vertices, walk_boundaries

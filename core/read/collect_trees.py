@@ -6,7 +6,7 @@ import numpy as np
 
 from ..city.assemble_city import rank_lod
 from ..city.city import Tree
-from ..errors import InputError
+from ..settings.errors import InputError
 from .collect_polygons import collect_polygons, read_numbers, resolve_references
 from .collect_shapes import INSTANCE, Owner, collect_shapes
 from .open_input import clean_name

@@ -6,8 +6,8 @@ import zlib
 from contextlib import ExitStack
 from pathlib import Path
 
-from ..errors import InputError
-from ..progress import ignore_share
+from ..settings.errors import InputError
+from ..settings.progress import ignore_share
 
 LARGEST_GAIN = 200  # highest compression ratio accepted; text of city models has 10 to 30
 FREE_BYTES = 64 * 2**20  # decompressed size that is always accepted

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import h5py
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 ENGINE = "h5netcdf"  # NetCDF 4 is HDF5
 CLASSIC = (b"CDF\x01", b"CDF\x02")

@@ -15,7 +15,7 @@ import pyproj
 from scipy import sparse
 
 from ..city.transform_crs import plane_of
-from ..errors import InputError
+from ..settings.errors import InputError
 from .open_geotiff import Raster, UnreadError, open_geotiff
 from .open_input import open_input, open_text
 

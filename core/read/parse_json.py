@@ -7,8 +7,8 @@ import re
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..errors import InputError
-from ..progress import ignore_share
+from ..settings.errors import InputError
+from ..settings.progress import ignore_share
 from .open_input import CUT, open_input
 
 CHUNK = 2**22  # bytes

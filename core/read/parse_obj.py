@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
-from ..progress import ignore_share
+from ..settings.errors import InputError
+from ..settings.progress import ignore_share
 from .open_input import CUT, LARGEST_COORDINATE, clean_name, open_input
 
 LONGEST_LINE = 2**20  # characters

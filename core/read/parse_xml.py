@@ -6,8 +6,8 @@ from contextlib import contextmanager
 
 from lxml import etree
 
-from ..errors import InputError
-from ..progress import ignore_share
+from ..settings.errors import InputError
+from ..settings.progress import ignore_share
 from .open_input import CUT, open_input
 
 SAFE = dict.fromkeys(("resolve_entities", "load_dtd", "dtd_validation", "huge_tree"), False)

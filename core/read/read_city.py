@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from ..city.join_contents import join_contents
-from ..errors import InputError
-from ..progress import silent
+from ..settings.errors import InputError
+from ..settings.progress import silent
 from .parse_json import speaks_of_cityjson
 from .read_citygml import read_citygml
 from .read_cityjson import read_cityjson

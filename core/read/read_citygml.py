@@ -3,8 +3,8 @@
 from collections import Counter
 
 from ..city.city import FileContent
-from ..errors import InputError
-from ..progress import ignore_share
+from ..settings.errors import InputError
+from ..settings.progress import ignore_share
 from .collect_polygons import collect_polygons, resolve_references
 from .collect_trees import PLANTS, collect_tree, finish_trees
 from .parse_xml import UndeclaredPrefixError, iterate_elements, read_root

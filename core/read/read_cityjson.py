@@ -8,8 +8,8 @@ from collections import Counter
 from pathlib import Path
 
 from ..city.city import FileContent
-from ..errors import InputError
-from ..progress import ignore_share
+from ..settings.errors import InputError
+from ..settings.progress import ignore_share
 from .collect_shapes import Owner, Shapes, Templates, collect_shapes
 from .collect_trees import collect_json_tree, finish_trees
 from .find_families import find_families

@@ -7,7 +7,7 @@ import numpy as np
 import pyproj
 
 from ..city.transform_crs import full_turn, plane_of, transform_crs, turn_towards
-from ..errors import InputError
+from ..settings.errors import InputError
 from .open_raster import HIGHEST, LOWEST, average_window, height_factor, open_raster, window_between
 
 NEAR = 4000.0  # [m] around the place the raster is read at full resolution, if that is finer than further out

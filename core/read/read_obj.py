@@ -9,8 +9,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from ..city.city import FileContent, Polygon
-from ..errors import InputError
-from ..progress import ignore_share
+from ..settings.errors import InputError
+from ..settings.progress import ignore_share
 from .parse_obj import SHORT, parse_obj, read_libraries
 
 WELD = 1e-3  # [units of the file] vertices closer than this are merged

@@ -6,7 +6,7 @@ from ..city.city import Relief
 from ..city.polygons import triangulate
 from ..city.terrain import Layer, Terrain
 from ..city.transform_crs import UNITS, choose_crs, east_first, plane_of, transform_crs
-from ..errors import InputError
+from ..settings.errors import InputError
 from .collect_polygons import read_numbers
 from .collect_shapes import find_fault, read_lod, read_rings
 from .open_input import LARGEST_COORDINATE, clean_name

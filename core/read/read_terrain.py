@@ -10,7 +10,7 @@ import numpy as np
 
 from ..city.terrain import HORIZON, Layer, Terrain
 from ..city.transform_crs import UNITS, full_turn, plane_of, transform_crs, turn_towards
-from ..errors import InputError
+from ..settings.errors import InputError
 from .open_input import open_input
 from .open_raster import HIGHEST, LOWEST, average_window, height_factor, open_raster, window_between
 from .parse_obj import parse_obj

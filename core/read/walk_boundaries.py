@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .open_input import LARGEST_COORDINATE
 
 LARGEST_NUMBER = 1e8  # of a scale or an element of a matrix

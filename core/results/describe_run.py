@@ -3,7 +3,7 @@
 import math
 from pathlib import PurePath
 
-from ..request import declared_settings
+from ..settings.request import declared_settings
 
 MOUNTINGS = {
     "open-rack": "on open racks, air behind the modules",

@@ -6,7 +6,7 @@ import sys
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 NAMES = (
     "faces.csv",

@@ -11,7 +11,7 @@ import pandas as pd
 from ..city.grid_cells import Outlines
 from ..city.racks import find_racked_roofs
 from ..energy.counted_area import KINDS, ORIENTATIONS
-from ..errors import InputError
+from ..settings.errors import InputError
 from .transfer_file import FORMAT, OUTLINES
 
 CURE = "give a folder that citypv simulate or citypv yield has written"

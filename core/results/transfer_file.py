@@ -13,9 +13,9 @@ import numpy as np
 
 from ..city.grid_cells import Outlines
 from ..city.scene import Site, Surfaces
-from ..errors import InputError
-from ..progress import silent
 from ..read.open_netcdf import open_netcdf
+from ..settings.errors import InputError
+from ..settings.progress import silent
 from ..sun.horizon import TerrainHorizon
 from ..sun.horizon_band import SOURCES
 from ..sun.suns import Suns

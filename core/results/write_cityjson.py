@@ -6,7 +6,7 @@ import numpy as np
 import pyproj
 
 from ..energy.energy import sum_potential
-from ..progress import silent
+from ..settings.progress import silent
 from .columns import column_values, tabled_columns
 
 STAGE = "writing city.city.json"

@@ -13,7 +13,7 @@ import numpy as np
 import pyproj
 import shapely
 
-from ..progress import silent
+from ..settings.progress import silent
 from .columns import column_values, tabled_columns
 from .write_tables import sum_buildings
 

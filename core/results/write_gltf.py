@@ -10,7 +10,7 @@ import struct
 import numpy as np
 
 from ..city.scene import surface_of_triangles
-from ..progress import silent
+from ..settings.progress import silent
 from .colour_map import GROUND, MAPS, MISSING, choose_range, linear_light, mix_stops, srgb_colour
 
 STAGE = "writing city.glb"

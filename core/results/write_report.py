@@ -9,7 +9,7 @@ from html import escape
 from pathlib import Path
 from string import Template
 
-from ..version import __version__
+from ..settings.version import __version__
 from .describe_run import (
     LIMITS,
     SPREAD,

@@ -8,7 +8,7 @@ import pandas as pd
 
 from ..energy.energy import split_years, sum_potential
 from ..energy.pv_system import build_system
-from ..progress import ignore_share
+from ..settings.progress import ignore_share
 from ..sun.solar_position import local_middle
 from .columns import column_values, tabled_columns
 from .netcdf_file import netcdf_file, write_variables

@@ -18,7 +18,7 @@ import numpy as np
 import pyproj
 from numba import njit
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 STEPS = 1440  # azimuths at which a horizon is stored: every 0.25°
 EARTH_RADIUS = 6_371_000.0  # [m] mean; the local one differs by 0.4 %, which is 0.001° at 50 km

@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from ..city.find_ground import find_ground
-from ..errors import InputError
 from ..read.open_input import open_input
 from ..read.read_heights import open_placed, read_heights
 from ..read.read_terrain import RASTERS, RELIEFS
+from ..settings.errors import InputError
 from .horizon import GEODESIC, STEPS, TerrainHorizon, horizon_of_terrain
 
 REACH = 50_000.0  # [m] terrain further away is left out: a peak of 2,000 m rises by less than 2.1° beyond it

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from scipy.spatial import ConvexHull
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .suns import Suns
 
 GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))

@@ -14,8 +14,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..check_arrays import check_array
-from ..errors import InputError
+from ..settings.errors import InputError, check_array
 
 POSITION = ["solar_zenith", "apparent_zenith", "solar_azimuth"]  # columns of `solar_position`
 MINIMUM_ELEVATION = 2.0  # [°] apparent; below it direct light is not traced (paper, section 2.2)

@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import KDTree
 
-from ..check_arrays import check_seed
-from ..errors import InputError
+from ..settings.errors import InputError, check_seed
 from .days_of_year import days_of_year_suns, match_days_of_year
 from .sky_grid import match_sky_grid, sky_grid_suns
 from .solar_position import (

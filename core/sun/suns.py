@@ -10,8 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import KDTree
 
-from ..check_arrays import UNIT, check_array, check_unit
-from ..errors import InputError
+from ..settings.errors import UNIT, InputError, check_array, check_unit
 
 TROPICAL_YEAR = 365.2422  # days: period of the sun's declination and the equation of time
 BELOW_HORIZON = -1e-6  # sine of the elevation down to which a sun counts as on the horizon (rounding)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ..check_arrays import UNIT, check_array
+from ..settings.errors import UNIT, check_array
 from .horizon import TerrainHorizon, is_above
 from .horizon_band import SOURCES
 from .solar_position import is_sunny, solar_position, sun_direction

@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import InputError
 from ..rays.random_numbers import mix_seed
+from ..settings.errors import InputError
 from .noise import own_diffuse, own_direct, variance_of_mean
 from .transfer import ErrorParts, SourceLight
 

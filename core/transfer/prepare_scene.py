@@ -10,11 +10,10 @@ from ..effects.plan_effects import EffectPlan, plan_effects
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches, keys_of_triangles, patches_of_scene
 from ..patches.read_albedo import albedo_of_triangles, name_brdfs
-from ..progress import silent
 from ..rays.sample_points import HEMISPHERE_REPLICATES
+from ..settings.progress import silent
 from ..sun.sky_models import RAYS_SHARE
 from ..sun.suns import Suns
-from ..threads import usable_threads
 from .patch_light import Round
 
 
@@ -25,7 +24,7 @@ class PreparedScene:
     scene: Scene  # with the backs of sheets
     materials: list  # of materials.read_albedo.Found: each surface and, last, the generated ground
     patches: Patches
-    plan: EffectPlan
+    plan: TracePlan
     suns: Suns | None = None  # if they were chosen already
     round: Round | None = None  # if further ones are to be merged with it
     bare: bool = False  # whether deciduous trees are traced without leaves
@@ -33,16 +32,14 @@ class PreparedScene:
     @cached_property
     def canopy(self):
         """What attenuates rays: Canopy, or None without trees."""
-        trees = self.plan["trees"]
-        return trees.setting.canopy(self.bare) if trees.on else None
+        return self.plan.foliage and self.plan.foliage.canopy(self.bare)
 
     def canopy_of_seasons(self):
         """The same for an estimator that sends the same rays in both states, in leaf first: Canopy or None."""
-        trees = self.plan["trees"]
-        return trees.setting.canopy(self.bare, both=True) if trees.on else None
+        return self.plan.foliage and self.plan.foliage.canopy(self.bare, both=True)
 
 
-def prepare_scene(scene, request, *, weather=None, suns=None, measure=False, materials=None, progress=silent):
+def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, progress=silent):
     """Materials, patches and plan of a scene.
 
     Parameters
@@ -52,8 +49,6 @@ def prepare_scene(scene, request, *, weather=None, suns=None, measure=False, mat
     weather : Weather, optional
     suns : Suns, optional
         Where they are known already, for effects that depend on them.
-    measure : bool
-        As of `plan_effects`.
     materials : list, optional
         As of `PreparedScene`, where they are known already.
     progress : callable, optional
@@ -72,7 +67,7 @@ def prepare_scene(scene, request, *, weather=None, suns=None, measure=False, mat
     materials = name_brdfs(scene, request) if materials is None else materials
     scene = add_backs(scene)
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request, materials), request.seed)
-    known = {"materials": materials, "weather": weather, "suns": suns, "measure": measure}
+    known = {"materials": materials, "weather": weather, "suns": suns}
     plan = plan_effects(scene, patches, request, **known, progress=progress)
     return PreparedScene(scene, materials, patches, plan, suns)
 
@@ -117,7 +112,7 @@ def continue_sampling(prepared, request, before, part, seed):
     full = patches.receives if plan.receivers is None else plan.receivers
     if part.counted is not None:
         full = full & np.append(part.counted, True)[scene.triangle_surface]
-        plan = with_receivers(plan, full)
+        plan = replace(plan, receivers=full)
     rays, points = units_of_rounds(request)
     patches = replace(
         patches,
@@ -132,9 +127,3 @@ def units_of_rounds(request):
     """Points of their sequences that replicates of rays and shadow points are given by a round of size 1: two int."""
     rays = max(-(-request.samples // HEMISPHERE_REPLICATES), RAYS_SHARE)
     return tuple(1 << (count - 1).bit_length() for count in (rays, request.shadow_samples))
-
-
-def with_receivers(plan, full):
-    """The plan with other patches that send all rays: EffectPlan."""
-    effects = [replace(one, setting=full) if one.key == "receivers" else one for one in plan.effects]
-    return replace(plan, effects=effects)

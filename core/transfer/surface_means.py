@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from scipy import sparse
 
-from ..threads import map_in_order
+from ..settings.threads import map_in_order
 
 ROWS_PER_TASK = 1 << 13
 COVER_STEPS = 512  # finer than cover is known: walls that are covered by exactly one half are told from larger ones

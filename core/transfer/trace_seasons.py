@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from ..city.canopy import forget_rays
-from ..progress import CancelledError
+from ..settings.progress import CancelledError
 from .kept_matrix import keep_columns
 
 
@@ -24,13 +24,13 @@ def trace_seasons(trace, scene, suns, request, *, progress, folder, prepared):
         It was cancelled before the suns of the second state: one alone does not stand for the year.
     """
     transfer = trace(scene, suns, request, progress, folder, prepared=prepared)
-    trees = prepared.plan["trees"]
-    if not (trees.on and trees.setting.seasonal):
+    foliage = prepared.plan.foliage
+    if foliage is None or not foliage.seasonal:
         return transfer
     if transfer.record.interrupted:
         raise CancelledError
     bare = trace(scene, suns, request, progress, folder, prepared=replace(prepared, bare=True))
-    forget_rays(trees.setting.kept)
+    forget_rays(foliage.kept)
     if bare.record.interrupted:
         transfer = replace(
             transfer,
@@ -39,4 +39,4 @@ def trace_seasons(trace, scene, suns, request, *, progress, folder, prepared):
             direct_reflected=keep_columns(transfer.direct_reflected, len(bare.suns)),
             record=replace(transfer.record, interrupted=bare.record.interrupted),
         )
-    return replace(transfer, bare=bare, leaf_months=trees.setting.months)
+    return replace(transfer, bare=bare, leaf_months=foliage.months)

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from ..sun.solar_position import POSITION, is_sunny, solar_position
 from .weather import IRRADIANCES, Weather
 

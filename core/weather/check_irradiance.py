@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .check_sun_times import haurwitz, sun_track
 
 HOUR = pd.Timedelta(hours=1)

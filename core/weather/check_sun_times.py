@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 DAY, MINUTE = pd.Timedelta(days=1), pd.Timedelta(minutes=1)
 STEP = 10.0  # [min] the clear sky is averaged over an interval in steps of at most this

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from .add_sun import add_sun
 from .check_irradiance import check_given, check_irradiance
 from .check_sun_times import SunTimes, check_closure, check_shift, cure_of_shift, measure_sun_times

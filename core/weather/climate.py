@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from ..sun.plausible_years import clear_irradiance
 from ..sun.solar_position import is_sunny, solar_position
 from .climate_grid import look_up_normals

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ..settings.errors import InputError
 
 AXES = ("time", "latitude", "longitude")
 NO_LEAP_DAYS = ("noleap", "365_day")

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import pyproj
 
-from ..errors import InputError
 from ..read.open_input import open_text
+from ..settings.errors import InputError
 from .weather import TYPICAL_YEAR, Record
 
 ZONE = pd.Timedelta(hours=1)  # Central European Time throughout the year

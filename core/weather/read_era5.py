@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 from scipy.io import netcdf_file
 
-from ..errors import InputError
 from ..read.open_netcdf import open_netcdf
+from ..settings.errors import InputError
 from .grid_point import interpolate_point, name_axes
 from .weather import Record
 

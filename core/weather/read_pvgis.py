@@ -12,8 +12,8 @@ from pathlib import Path
 import pandas as pd
 import pvlib
 
-from ..errors import InputError
 from ..read.open_input import open_text
+from ..settings.errors import InputError
 from .weather import Record, coerce_year
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]

@@ -9,8 +9,8 @@ from pathlib import Path
 import pandas as pd
 import pvlib
 
-from ..errors import InputError
 from ..read.open_input import open_text
+from ..settings.errors import InputError
 from .weather import Record, coerce_year, read_numbers
 
 # Column of the file, and our variable; units of the TMY3 stand in its names. Years of other sources in that format have

@@ -5,7 +5,7 @@ import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from ..sun.solar_position import POSITION
 from .add_sun import add_sun
 from .check_weather import check_values, check_weather, check_years, describe_checks

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from ..errors import InputError
 from ..read.open_input import open_text
+from ..settings.errors import InputError
 from .weather import Record, read_numbers
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]

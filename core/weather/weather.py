@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pyproj
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from ..sun.suns import TimeAxis
 
 IRRADIANCES = ("ghi", "dhi", "dni")

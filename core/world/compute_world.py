@@ -15,8 +15,8 @@ import numpy as np
 from ..energy.compute_energy import count_years
 from ..energy.counted_area import rank_group
 from ..energy.power import tabulate_power
-from ..progress import silent
-from ..threads import map_in_order, usable_threads
+from ..settings.progress import silent
+from ..settings.threads import map_in_order, usable_threads
 from .group_errors import carry_to_place
 from .place_hours import HOURS, MONTHS, match_hours, match_shifted, prepare_place, sum_periods
 from .sources import Places

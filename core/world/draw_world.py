@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ..errors import InputError
 from ..read.open_netcdf import open_netcdf
 from ..results.picture import DOTS, LINES, colour_scale, make_figure, plain_style
 from ..results.read_results import MONTHS
+from ..settings.errors import InputError
 from .draw_world_maps import (
     CLEAR,
     MERIDIAN,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from ..weather.read_era5 import CURE, NEEDED, check_variables, convert_era5, list_files, merge_versions, open_file
 
 ROUNDING = 6  # decimals of coordinates [°]

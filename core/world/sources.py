@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ..errors import InputError
+from ..settings.errors import InputError
 from ..sun.solar_position import geocentric_sun, sun_of_place
 from ..weather.add_sun import add_sun
 from ..weather.check_weather import check_weather, check_years

@@ -5,7 +5,7 @@ import xarray
 
 from ..read.open_netcdf import ENGINE
 from ..results.netcdf_file import netcdf_file
-from ..version import __version__
+from ..settings.version import __version__
 from .place_hours import HOURS, MONTHS
 from .sources import MEANINGS
 

@@ -4,8 +4,8 @@ from functools import partial
 
 import bpy
 
-from ...core.errors import InputError
-from ...core.progress import report_polygons
+from ...core.settings.errors import InputError
+from ...core.settings.progress import report_polygons
 from ..attributes import write_classes
 from ..in_place import OF_CITY, TAKEN, is_in_place, put_in_place, remember_shape, write_sources
 from ..job import COMPILING, compile_loops

@@ -4,7 +4,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ...core.effects.table import TABLE
-from ...core.request import declared_settings
+from ...core.settings.request import declared_settings
 from ..run_step import Action
 
 LARGEST = 2**31 - 1  # Blender keeps whole numbers in 32 bits

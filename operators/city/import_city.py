@@ -7,7 +7,7 @@ from pathlib import Path
 
 import bpy
 
-from ...core.progress import report_polygons
+from ...core.settings.progress import report_polygons
 from ..attributes import PREFIX
 from ..edits.switch_city import show_objects_of
 from ..in_place import list_taken, remember_shape

@@ -5,7 +5,6 @@ import numpy as np
 from mathutils import Color
 
 from ...core.city.grid_cells import whole_of_cell
-from ...core.errors import InputError
 from ...core.patches.materials import (
     CLEAR,
     DIFFUSE,
@@ -16,6 +15,7 @@ from ...core.patches.materials import (
     recognise_material,
     shader_material,
 )
+from ...core.settings.errors import InputError
 from ..attributes import PREFIX, read_array, read_face_attribute
 
 CHOICE = PREFIX + "material"  # property of a material with the user's choice

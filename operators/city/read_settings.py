@@ -9,7 +9,7 @@ from ast import literal_eval
 
 import bpy
 
-from ...core.errors import InputError
+from ...core.settings.errors import InputError
 from ..attributes import PREFIX
 from ..in_place import EDITED, is_in_place
 from ..job import threads_beside_window
@@ -33,7 +33,7 @@ PANELS = {
 
 def read_settings(settings):
     """Read the panel's settings, `scene.citypv`: core.request.Request."""
-    from ...core.request import Request
+    from ...core.settings.request import Request
 
     preferences = find_preferences()
     preferred = preferences.threads if preferences is not None else 0

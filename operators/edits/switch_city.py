@@ -5,7 +5,7 @@ from pathlib import Path
 
 import bpy
 
-from ...core.errors import InputError
+from ...core.settings.errors import InputError
 from ..attributes import PREFIX
 from ..city.build_meshes import read_vertices
 from ..city.read_settings import asked_path

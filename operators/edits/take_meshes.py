@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 
 from ...core.city.city import FileContent, Polygon, Tree
-from ...core.errors import InputError
+from ...core.settings.errors import InputError
 from ..attributes import PREFIX, read_array, read_corners
 from ..city.import_city import show_import, triangulate_import
 from ..city.read_materials import name_face_materials

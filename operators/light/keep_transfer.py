@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 from bpy.app.handlers import persistent
 
-from ...core.errors import InputError
+from ...core.settings.errors import InputError
 from ..attributes import PREFIX
 from ..city.read_settings import read_settings
 from ..session import KEPT, Session, find_city, find_session, list_cities, open_session

@@ -4,8 +4,8 @@ from math import isfinite
 
 import bpy
 
-from ...core.errors import InputError
-from ...core.presets import PRESET_WORDS, PRESETS
+from ...core.settings.errors import InputError
+from ...core.settings.presets import PRESET_WORDS, PRESETS
 from ..attributes import PREFIX
 from ..city.declare_settings import UNSET
 from ..city.read_settings import read_settings
@@ -155,7 +155,7 @@ class PredictPrices(OfScene, Step, bpy.types.Operator):
 
 def properties_of_preset(preset):
     """Values of the panel's properties of a preset: dict; what it does not name is the program's default."""
-    from ...core.request import Request
+    from ...core.settings.request import Request
 
     named = sorted({name for settings in PRESETS.values() for name in settings})
     chosen = {name: PRESETS[preset].get(name, getattr(Request(), name)) for name in named}

@@ -5,7 +5,7 @@ from dataclasses import replace
 import bpy
 
 from ...core.effects.table import PLANNING
-from ...core.progress import SUN_STAGE
+from ...core.settings.progress import SUN_STAGE
 from ..attributes import RESULTS, write_results
 from ..city.read_materials import read_finishes, remember_materials
 from ..city.read_settings import read_settings, remember_step

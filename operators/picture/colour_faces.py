@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from ...core.errors import InputError
 from ...core.results.colour_map import (
     DIVERGING,
     GROUND,
@@ -18,6 +17,7 @@ from ...core.results.colour_map import (
     srgb_light,
     tick_step,
 )
+from ...core.settings.errors import InputError
 from ..attributes import CHANGE, CODES, PREFIX, RESULTS, TITLES, read_array, read_face_attribute
 
 MATERIAL = "CityPV colours"

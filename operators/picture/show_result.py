@@ -6,7 +6,7 @@ A result that was kept as *before* may stand beside the city, in the same colour
 import bpy
 import numpy as np
 
-from ...core.errors import InputError
+from ...core.settings.errors import InputError
 from ..attributes import CHANGE, PREFIX, read_face_attribute
 from ..city.read_materials import remember_materials
 from ..in_place import is_in_place

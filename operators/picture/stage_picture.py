@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ...core.errors import InputError
+from ...core.settings.errors import InputError
 from ..attributes import PREFIX
 from ..city.build_meshes import read_vertices
 from ..in_place import is_in_place

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from ...core.errors import InputError
+from ...core.settings.errors import InputError
 from ..attributes import CHANGE, COMPARED, PREFIX, read_face_attribute, remove_face_attributes, write_surface_values
 from ..city.build_meshes import remove_objects, show_objects
 from ..light.keep_transfer import find_kept, read_kept, reopen_session

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...core.errors import InputError
+from ...core.settings.errors import InputError
 from ..attributes import CHANGE, PREFIX, read_corners, write_results, write_surface_values
 from ..city.build_meshes import BUILDINGS, read_vertices
 from ..city.read_settings import remember_step
@@ -31,7 +31,7 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Read the weather and compute the energy."""
-        from ...core.accuracy.seconds_to_halve import seconds_to_halve
+        from ...core.accuracy.yield_errors import seconds_to_halve
         from ...core.study import check_settings, compute_energy, read_year
         from ...core.weather.weather import describe_distance
 

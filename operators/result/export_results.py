@@ -6,8 +6,8 @@ from pathlib import Path
 
 import bpy
 
-from ...core.errors import InputError
-from ...core.progress import silent
+from ...core.settings.errors import InputError
+from ...core.settings.progress import silent
 from ..run_step import OfCity, Step
 from ..session import find_city, find_session
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...core.errors import InputError
+from ...core.settings.errors import InputError
 from ..attributes import KIND_CODES, ORIENTATION_CODES, PREFIX, read_face_attribute
 from ..city.build_meshes import BUILDINGS
 from ..run_step import Action, OfCity

@@ -7,7 +7,7 @@ import numpy as np
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
 from mathutils.bvhtree import BVHTree
 
-from ...core.errors import InputError
+from ...core.settings.errors import InputError
 from ..attributes import PREFIX, read_face_attribute
 from ..in_place import STAND_IN, is_in_place, list_taken
 from ..run_step import Action, OfCity, leave_edit_mode, list_views

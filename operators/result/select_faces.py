@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from ...core.errors import InputError
+from ...core.settings.errors import InputError
 from ..attributes import PREFIX, read_array, read_face_attribute
 from ..city.build_meshes import BUILDINGS
 from ..in_place import FACE, OBJECT, is_in_place, is_seen, list_taken

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from steps import here, run
 
-from citypv.core.progress import CancelledError
 from citypv.core.radiosity import sun_blocks
+from citypv.core.settings.progress import CancelledError
 from citypv.operators import job as jobs
 from citypv.operators import run_step
 from citypv.operators.attributes import read_face_attribute

@@ -5,8 +5,8 @@ import pytest
 from steps import here, run, session_here
 
 from citypv.core.city.join_contents import JOINING
-from citypv.core.progress import CancelledError
 from citypv.core.read.read_city import READING
+from citypv.core.settings.progress import CancelledError
 from citypv.operators import run_step
 from citypv.operators.session import find_session
 

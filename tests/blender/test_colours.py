@@ -7,7 +7,6 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 from steps import colours_of
 
-from citypv.core.errors import InputError
 from citypv.core.results.colour_map import GROUND, MAPS, MISSING, choose_range, linear_light, srgb_colour
 from citypv.operators.attributes import (
     KIND_CODES,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from citypv.core.city.scene import Scene
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.operators.attributes import (
     KIND_CODES,
     ORIENTATION_CODES,

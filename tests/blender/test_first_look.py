@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from steps import here, run
 
-from citypv.core.progress import CancelledError
-from citypv.core.request import Request
+from citypv.core.settings.progress import CancelledError
+from citypv.core.settings.request import Request
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.city.read_settings import STEPS, read_settings, state_of_step
 from citypv.operators.run_step import Step

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from citypv.core.threads import usable_threads
+from citypv.core.settings.threads import usable_threads
 from citypv.operators.job import LARGEST, NICENESS, threads_beside_window
 from citypv.operators.run_step import Job
 

@@ -8,7 +8,7 @@ from steps import add_box, here, run, session_here
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.crowns import volume_of_crowns
 from citypv.core.city.join_contents import join_contents
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.edits.take_meshes import read_meshes
 

@@ -7,9 +7,9 @@ import pytest
 from steps import run
 
 from citypv.core.city.join_contents import JOINING
-from citypv.core.progress import SUN_STAGE
 from citypv.core.rays import hemisphere_rays
 from citypv.core.read.read_city import READING
+from citypv.core.settings.progress import SUN_STAGE
 from citypv.operators import run_step
 from citypv.operators.city import classify_city
 from citypv.operators.city.classify_city import ClassifyCity

@@ -6,9 +6,9 @@ import pytest
 from steps import here, run, session_here
 
 from citypv.core.commands.simulate import simulate
-from citypv.core.progress import CancelledError
-from citypv.core.request import Request
 from citypv.core.results.transfer_file import read_transfer
+from citypv.core.settings.progress import CancelledError
+from citypv.core.settings.request import Request
 from citypv.operators import run_step
 from citypv.operators.attributes import read_face_attribute
 from citypv.operators.light import trace_city

@@ -11,8 +11,8 @@ from citypv.citypv_addon.menus import GROUPS
 from citypv.core.commands.command_line import build_parser
 from citypv.core.effects.table import TABLE
 from citypv.core.energy.pv_system import ELECTRIC
-from citypv.core.errors import InputError
-from citypv.core.request import declared_settings
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import declared_settings
 from citypv.operators.city import declare_settings
 from citypv.operators.city import read_settings as read_settings_module
 from citypv.operators.city.declare_settings import suggest_modules

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from steps import run
 
-from citypv.core.errors import InputError
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 from citypv.operators.attributes import QUANTITIES, read_face_attribute
 from citypv.operators.city.build_meshes import read_vertices
 from citypv.operators.city.read_settings import read_settings

@@ -3,7 +3,7 @@
 import numpy as np
 from cities import make_city
 
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 from citypv.core.study import stand_city
 
 BERLIN = 52.5, 13.4

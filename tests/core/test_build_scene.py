@@ -9,8 +9,8 @@ from cities import box, make_city
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.grid_cells import split_into_cells
 from citypv.core.city.polygons import measure_polygons
-from citypv.core.errors import InputError
 from citypv.core.read.read_city import read_city
+from citypv.core.settings.errors import InputError
 
 ROOT = Path(__file__).parents[2]
 HANNOVER = ROOT / "tests" / "data" / "citygml" / "hannover_LGLN_LoD2_32_550_5802_3bld.gml"

@@ -43,14 +43,12 @@ def folder(tmp_path, monkeypatch):
     ("settings", "problem"),
     [
         (["--estimator", "forward", "--effects", "sky-rays=off"], "--effects: sky-rays=off is for gather only"),
-        (["--estimator", "forward", "--effects", "shadow-rays=off"], "--effects: shadow-rays=off is for gather only"),
         (["--effects", "terrain-horizon=on"], "--effects: terrain-horizon needs a horizon; give --horizon FILE"),
         (["--albedo-file", "albedo.csv"], "albedo.csv: line 2: mirror needs an albedo; give one"),
         (["--horizon", "nowhere.tif"], "nowhere.tif: no such file"),
         (["--horizon", "albedo.csv"], "albedo.csv: has neither two columns nor one"),
         (["--horizon", "heights.asc"], "heights.asc: names no coordinate reference system"),
         (["--horizon", "mesh.obj"], "mesh.obj: is a mesh or a city, from which no horizon is read; give heights"),
-        (["--horizon", "city.gml"], "city.gml: is a mesh or a city, from which no horizon is read; give heights"),
     ],
 )
 def test_what_tracing_lacks_is_told_before_the_city_is_read(folder, capsys, command, settings, problem):

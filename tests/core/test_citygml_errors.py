@@ -7,8 +7,8 @@ import pickle
 import citygml_text as text
 import pytest
 
-from citypv.core.errors import InputError
 from citypv.core.read.read_city import read_city
+from citypv.core.settings.errors import InputError
 
 HOUSE = text.building(text.surface(text.members(text.polygon("a", text.SQUARE))))
 GOOD = text.model(HOUSE).encode()

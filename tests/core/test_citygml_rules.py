@@ -6,8 +6,8 @@ import pytest
 import shapely
 
 from citypv.core.city.polygons import measure_polygons
-from citypv.core.errors import InputError
 from citypv.core.read.read_city import read_city
+from citypv.core.settings.errors import InputError
 
 SQUARE = text.SQUARE  # in the plane y = 0, 12 m², faces south
 FURTHER = [(x, y + 5, z) for x, y, z in SQUARE]

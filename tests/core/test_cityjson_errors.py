@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from cityjson_text import CUBE, SHELL, house, instance, model, read, solid
 
-from citypv.core.errors import InputError
 from citypv.core.read.read_city import read_city
+from citypv.core.settings.errors import InputError
 
 GOOD = model({"b": house(solid())})
 TEXT = json.dumps(GOOD)

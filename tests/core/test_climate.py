@@ -9,8 +9,8 @@ import pytest
 from weathers import BARROW, HOUR, PVGIS, TMY3
 
 from citypv.core.commands.command_line import main
-from citypv.core.errors import InputError
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 from citypv.core.study import read_year
 from citypv.core.weather.climate import (
     cleanest_sky,

@@ -5,9 +5,9 @@ import pytest
 from radiosity import canyon_after_bounces
 from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 ALBEDO = 0.25
 SUNS = suns_towards([[0, -1, 1], [0.3, -0.9, 0.2], [1, 0.4, 0.5], [-0.2, 1, 0.05], [0, 0, 1]])

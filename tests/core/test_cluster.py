@@ -18,8 +18,8 @@ from citypv.core.cluster import run_tasks, trace_tiles
 from citypv.core.cluster.tiles import assign_tiles, find_centres
 from citypv.core.cluster.trace_part import bound_hours
 from citypv.core.cluster.trace_tiles import ClusterSettings
-from citypv.core.commands.simulate_tiles import describe_bound
-from citypv.core.request import Request
+from citypv.core.commands.simulate import describe_bound
+from citypv.core.settings.request import Request
 from citypv.core.study import place_city, prepare_study, read_buildings, read_year, trace_scene
 
 SETTINGS = ["--weather", str(ERA5), "--suns", "typical-days:2", "--samples", "64", "--shadow-samples", "4"]

@@ -11,7 +11,7 @@ from lxml import etree
 
 from citypv.__main__ import main
 from citypv.core.cluster import run_tasks
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 
 
 @pytest.mark.parametrize("command", [["simulate", "never_read.gml"], ["world", "unshaded"]])

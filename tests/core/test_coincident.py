@@ -10,10 +10,10 @@ from citypv.core.patches.facing_scene import FacingScene
 from citypv.core.patches.find_coincident import MOST_PAIRS, find_coincident
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.ray_scene import RayScene
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.5, 0.7, 0.2]])
 ESTIMATORS = {"gather": (trace_gather, 1024), "forward": (trace_forward, 8000)}

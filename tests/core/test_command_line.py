@@ -18,11 +18,10 @@ from small_city import write_small_city
 from citypv.__main__ import main
 from citypv.core.commands.add_options import imply_settings, request_of_options
 from citypv.core.commands.command_line import build_parser
-from citypv.core.commands.report_outcome import report_outcome
-from citypv.core.commands.run_log import RunLog
+from citypv.core.commands.run_log import RunLog, report_outcome
 from citypv.core.effects.table import TABLE
-from citypv.core.progress import TerminalProgress, describe_progress
-from citypv.core.request import Request
+from citypv.core.settings.progress import TerminalProgress, describe_progress
+from citypv.core.settings.request import Request
 
 ERA5 = Path(__file__).parents[2] / "examples" / "berlin" / "era5_berlin_2017.nc"
 COLUMNS = [
@@ -129,11 +128,12 @@ def test_summary(results):
     assert summary["input"]["site"]["latitude"] == pytest.approx(52.5, abs=0.02)
     effects = {effect["key"]: effect for effect in summary["traced"]["effects"]}
     assert set(effects) == set(TABLE)
-    for key in ("reflections", "receivers", "far-ground", "aoi"):
+    for key in ("reflections", "aoi"):
         assert effects[key]["outcome"]["holds"], key
+    for key in ("receivers", "far-ground"):  # no bound is known before the run, which knows what it left out
+        assert effects[key]["bound"] is None and 0 <= effects[key]["outcome"]["left_out"] < 0.01, key
     hills = effects["terrain-horizon"]
-    assert not hills["on"] and 0 < hills["outcome"]["left_out"] <= hills["bound"] < 0.05
-    assert -hills["outcome"]["left_out"] < hills["share"] < 0 and hills["outcome"]["holds"]
+    assert not hills["on"] and 0 < hills["bound"] < 0.05
     assert -0.1 < effects["aoi"]["share"] < 0
     assert 0 < summary["error_budget"]["sampling_total"] < 1
     assert 0 < summary["error_budget"]["sampling_median"] < summary["error_budget"]["sampling_95"] < 10
@@ -188,8 +188,8 @@ def test_inspect_and_effects(city, capsys):
     assert main(["effects", str(city), "--json"]) == 0
     effects = {effect["key"]: effect for effect in json.loads(capsys.readouterr().out)}
     assert effects["perez"]["on"]
-    assert all(effects[key]["seconds"] > 0 for key in ("sky-rays", "shadow-rays", "reflections", "perez"))
-    assert 0 < effects["reflections"]["share"] < 0.5
+    assert all(effects[key]["seconds"] for key in ("sky-rays", "shadow-rays", "reflections", "perez"))
+    assert 10 * effects["reflections"]["share_standard_error"] < effects["reflections"]["share"] < 0.5
     assert all(effects[key]["share"] for key in ("aoi", "spectrum", "temperature", "far-ground"))
     assert 0 < effects["reflections"]["bound"] < 0.01
     assert main(["effects", str(city)]) == 0
@@ -218,9 +218,7 @@ REFUSED = {
     "albedo file that is not there": (["CITY", "--albedo-file", "nowhere.csv"], "nowhere.csv"),
     "no such module": (["CITY", "--module", "Nonesuch"], "--module"),
     "no such suns": (["CITY", "--suns", "monthly"], "--suns"),
-    "no such effect": (["CITY", "--effects", "fog=on"], "--effects"),
-    "no such effect, before any file is read": (["nowhere.gml", "--effects", "fog=on"], "no effect is called"),
-    "an effect both on and off": (["CITY", "--effects", "trees=on", "trees=off"], "trees is given as on and as off"),
+    "no such effect, before any file is read": (["nowhere.gml", "--effects", "fog=on"], "--effects"),
     "the same in two places": (
         ["CITY", "--effects", "aoi=on", "--effects", "aoi=off"],
         "aoi is given as on and as off",

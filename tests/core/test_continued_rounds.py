@@ -11,11 +11,10 @@ from test_merge_transfers import REQUEST, light_of, prepared_houses
 from test_trees import wall_and_tree
 
 from citypv.core.accuracy.refine import add_round
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.hemisphere_rays import merge_nets
 from citypv.core.rays.sample_points import sobol_digits, sobol_points
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 from citypv.core.study import prepare_study, read_scene, read_year, trace_round, trace_scene
 from citypv.core.transfer.merge_transfers import own_matrices
 from citypv.core.transfer.patch_light import Round

@@ -13,7 +13,7 @@ from small_city import write_small_city
 from weathers import DATA, PVGIS
 
 from citypv.core.commands.command_line import main
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.core.weather.read_weather import read_weather
 
 ANSWER = gzip.decompress((DATA / "pvgis_tmy_45.000_8.000_2005_2023.json.gz").read_bytes())

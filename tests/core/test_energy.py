@@ -12,7 +12,7 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.hours import prepare_hours
 from citypv.core.energy.pv_system import build_system, default_system
 from citypv.core.energy.sum_block import fill_behind, order_neighbours
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 from citypv.core.sun.sky_models import split_sky
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather

@@ -6,13 +6,13 @@ from scenes import join, scene_of_triangles, strip, suns_towards
 from test_covered import box
 from test_town import TOWN
 
-from citypv.core.errors import InputError
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays import engines
 from citypv.core.rays.engines import LibraryError
 from citypv.core.rays.ray_scene import RayScene
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 
 @pytest.fixture

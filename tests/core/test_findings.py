@@ -11,8 +11,8 @@ from test_read_citygml import EXPECTED, find
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.city import ImportReport
 from citypv.core.commands.inspect_city import describe_city, inspect_city
-from citypv.core.request import Request
 from citypv.core.results.list_findings import list_findings
+from citypv.core.settings.request import Request
 
 SHARED = "more than half covered: shared with a neighbour, inside a building or below the ground"
 FOOT = "lies under its building, on the ground"

@@ -8,8 +8,8 @@ from scipy import stats
 from test_closed_forms import ALBEDO, SUNS, canyon, direct_relative, tilted_square
 from test_tracing import three_houses
 
+from citypv.core.commands.plain_scenes import room
 from citypv.core.effects.table import TABLE
-from citypv.core.errors import InputError
 from citypv.core.patches.brdfs import Lambertian, Mirror
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.patches.read_albedo import TriangleBrdfs
@@ -18,10 +18,10 @@ from citypv.core.photons.emit_photons import Box, box_of_scene, emit_photons, fa
 from citypv.core.photons.follow_photons import Photons, Tally, Target, meet_fronts, reflect_photons
 from citypv.core.photons.scatter import leave_patches
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.rays.ray_scene import Places, RayScene
-from citypv.core.request import Request
-from citypv.core.selfcheck.plain_scenes import room
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 FIELDS = ("sky_view_factor", "far_ground_view_factor", "covered_share", "visible_share", "direct_reflected")
 ERRORS = ("diffuse_relative", "diffuse_relative_standard_error", "direct_annual_standard_error")

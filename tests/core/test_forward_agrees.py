@@ -12,10 +12,9 @@ from test_tracing import three_houses
 from thorough import THOROUGH, draw_count
 
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.read.read_city import read_city
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.once
 

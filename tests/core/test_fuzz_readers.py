@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from thorough import draw_count
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.errors import InputError
 from citypv.core.read.read_city import READERS, read_city
+from citypv.core.settings.errors import InputError
 
 pytestmark = pytest.mark.once
 

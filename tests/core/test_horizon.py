@@ -14,9 +14,8 @@ from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 from citypv.core.sun.horizon import STEPS, TerrainHorizon, is_above
 from citypv.core.sun.read_horizon import read_horizon_table
 from citypv.core.sun.sun_sampling import hourly_suns

@@ -6,10 +6,10 @@ import rasterio
 from cities import box, make_city
 from rasterio.transform import Affine
 
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.read.read_terrain import read_terrain
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.study import read_year
 from citypv.core.sun.horizon import STEPS
 from citypv.core.sun.read_horizon import distance_to_end, read_horizon

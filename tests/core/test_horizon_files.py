@@ -8,7 +8,7 @@ import pytest
 from small_city import write_small_city
 
 from citypv.__main__ import main
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.core.sun.horizon import elevation_at
 from citypv.core.sun.read_horizon import read_horizon_table
 

@@ -12,11 +12,11 @@ from test_horizon import HOUR
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.read.read_heights import HeightGrid, read_heights
-from citypv.core.request import Request
 from citypv.core.results.transfer_file import read_transfer, write_transfer
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.study import prepare_study, read_year
 from citypv.core.sun.horizon import STEPS, elevation_at, height_at, horizon_of_terrain
 from citypv.core.sun.read_horizon import read_horizon
@@ -132,7 +132,7 @@ def test_what_is_switched_off_stays_below_its_bound(town, sky):
     off = replace(request, effects={"terrain-horizon": False})
     hours, bounds = {}, {}
     for name, one in (("on", request), ("off", off)):
-        prepared = prepare_scene(town, one, weather=weather, suns=suns, measure=True)
+        prepared = prepare_scene(town, one, weather=weather, suns=suns)
         traced = trace_gather(town, suns, one, silent, prepared=prepared)
         effect = next(effect for effect in traced.record.effects if effect["key"] == "terrain-horizon")
         assert effect["on"] == (name == "on") and "in the" in effect["reason"]
@@ -156,10 +156,10 @@ def test_suns_that_only_stand_behind_terrain_send_no_rays(town, tmp_path):
     request = Request(horizon=str(path), max_bounces=2, **settings)
     weather = read_year(town.site, request)
     prepared = prepare_study(town, weather, request)
-    known = prepared.plan["terrain-horizon"].setting
-    assert 0.1 < len(known.hidden) / len(prepared.suns) < 0.6
+    known = prepared.plan
+    assert 0.1 < len(known.hidden_suns) / len(prepared.suns) < 0.6
     sent = [trace_gather(town, prepared.suns, request, silent, prepared=prepared)]
-    known.hidden = known.hidden[:0]
+    known.hidden_suns = known.hidden_suns[:0]
     sent.append(trace_gather(town, prepared.suns, request, silent, prepared=prepared))
     assert sent[0].record.shadow_rays < 0.9 * sent[1].record.shadow_rays
     hours = [compute_energy(one, weather, threads=1).full_load_hours for one in sent]

@@ -8,10 +8,10 @@ from cities import box, make_city
 from rasterio.transform import Affine
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.errors import InputError
 from citypv.core.read.read_heights import read_heights
 from citypv.core.read.read_terrain import read_terrain
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 from citypv.core.study import prepare_study, read_year
 from citypv.core.sun.horizon import STEPS, horizon_of_terrain
 from citypv.core.sun.read_horizon import read_horizon

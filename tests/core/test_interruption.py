@@ -6,8 +6,7 @@ import threading
 import numpy as np
 import pytest
 
-from citypv.core.interruption import Interruption
-from citypv.core.progress import CancelledError, silent
+from citypv.core.settings.progress import CancelledError, Interruption, silent
 from citypv.core.transfer import kept_matrix
 
 

@@ -7,7 +7,7 @@ import pyproj
 import pytest
 
 from citypv.core.city.transform_crs import convert_to_metres, name_crs
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 
 PLACES = [
     ("EPSG:25833", 391490.0, 5817850.0),

@@ -8,15 +8,15 @@ import pytest
 from mirror_street import EDGES, HEIGHT, finish, light_of_strips, lit_share, street
 from scenes import assert_mean, suns_towards
 
-from citypv.core.errors import InputError
 from citypv.core.patches.brdfs import Glass, Glossy, Lambertian, Mirror, reflect_interfaces
 from citypv.core.patches.materials import CLEAR, DIFFUSE, brdf_of_material, recognise_material
 from citypv.core.patches.read_albedo import albedo_of_triangles, brdfs_of_triangles, read_albedo
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 
 def trace_street(tmp_path, text, elevation, samples=25_000):

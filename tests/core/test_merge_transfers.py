@@ -10,11 +10,11 @@ from test_closed_forms import SUNS, direct_relative
 from test_standard_errors import ANYWHERE, scene_and_suns
 from test_tracing import three_houses
 
-from citypv.core.errors import InputError
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.transfer.merge_transfers import MOST_REPLICATES, merge_replicates, merge_transfers, seed_of_round
 from citypv.core.transfer.noise import variance_of_mean
 from citypv.core.transfer.prepare_scene import build_tree, prepare_scene, reseed

@@ -8,12 +8,12 @@ import pytest
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.commands.command_line import main
-from citypv.core.errors import InputError
 from citypv.core.patches.materials import MaterialSpec, named_material
 from citypv.core.patches.read_albedo import albedo_of_triangles, describe_albedo
 from citypv.core.read.parse_obj import LARGEST, MOST_LIBRARIES, read_mtl
 from citypv.core.read.read_city import read_city
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 
 TOWER = Path(__file__).parents[1] / "data/obj/nyc_tower_yup.obj.gz"
 CUBE = "\n".join(f"v {x} {y} {z}" for z in (0, 5) for y in (0, 10) for x in (0, 10)) + "\n"

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from citypv.core.errors import InputError
 from citypv.core.results.output_folder import LOCK, whole_folder
+from citypv.core.settings.errors import InputError
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 
@@ -18,7 +18,7 @@ def test_a_second_run_into_the_same_new_folder_is_refused(tmp_path):
     with whole_folder(tmp_path / "out") as work:
         (work / "faces.csv").write_text("first")
         code = (
-            "import sys; from citypv.core.errors import InputError\n"
+            "import sys; from citypv.core.settings.errors import InputError\n"
             "from citypv.core.results.output_folder import whole_folder\n"
             "try:\n    with whole_folder(sys.argv[1]): pass\n"
             "except InputError as error: raise SystemExit(str(error))"

@@ -15,12 +15,12 @@ from small_city import EAST, HEAD, NORTH, UP
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.terrain import measure_heights
-from citypv.core.errors import InputError
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.read import parse_xml
 from citypv.core.read.read_city import read_city
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.study import stand_city
 
 ORIGIN = np.array([EAST, NORTH, UP])

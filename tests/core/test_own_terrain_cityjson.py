@@ -9,8 +9,8 @@ from reliefs import only, told
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.terrain import measure_heights
-from citypv.core.errors import InputError
 from citypv.core.read.read_city import read_city
+from citypv.core.settings.errors import InputError
 
 
 def cube_on_relief(boundaries, vertices, **more):

@@ -7,12 +7,10 @@ import pytest
 from small_city import HEAD, house, surface
 
 from citypv.core.accuracy.part_of_city import BACKS, PartOfCity, RaysOfPart, keep_patches, spread_transfer
-from citypv.core.accuracy.pilot_run import PilotRun
-from citypv.core.accuracy.predict import of_suns, time_of_arrays
 from citypv.core.patches.materials import MaterialSpec
 from citypv.core.photons.trace_hybrid import trace_hybrid
-from citypv.core.progress import silent
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
@@ -105,13 +103,3 @@ def test_a_small_city_and_one_with_mirrors_stay_whole(city, tmp_path):
     for effects in ({}, {"specular": False}):
         mirrors = prepare_scene(shiny, replace(request, effects=effects))
         assert keep_patches(shiny, mirrors, np.arange(len(every)) < len(every) // 2, STAND_INS).prepared is mirrors
-
-
-def test_time_of_arrays_grows_with_their_rows():
-    """A second and three per city, known from a tenth and a half of it."""
-    runs = [
-        PilotRun(256, 16, 3, 12, (64, 0), share, {}, {"suns": 1 + 3 * share}, (0.0, 0.0), None, 0.0)
-        for share in (0.1, 0.5)
-    ]
-    assert time_of_arrays(runs, of_suns) == pytest.approx(4.0)
-    assert time_of_arrays(runs, of_suns, 0.2) == pytest.approx(1.6)

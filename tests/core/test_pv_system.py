@@ -13,8 +13,8 @@ from citypv.core.energy import compute_energy as module_under_test
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.power import capacity_factor, dc_power, incidence_factor, spectral_factor, tabulate_power
 from citypv.core.energy.pv_system import build_system, default_system, pick_inverter, pick_module
-from citypv.core.errors import InputError
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 from citypv.core.study import check_settings
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather

@@ -17,11 +17,11 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.counted_area import find_counted_area
 from citypv.core.energy.pv_system import default_system
 from citypv.core.patches.read_albedo import albedo_of_triangles
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
 from citypv.core.results.read_results import select_mounted
 from citypv.core.results.transfer_file import read_transfer
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 

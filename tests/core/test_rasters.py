@@ -10,9 +10,9 @@ from rasterio.transform import Affine
 from rasterio.windows import Window
 
 from citypv.core.city.transform_crs import plane_of
-from citypv.core.errors import InputError
 from citypv.core.read import open_raster as opening
 from citypv.core.read.open_raster import average_window, open_raster
+from citypv.core.settings.errors import InputError
 
 SHAPE = (150, 211)
 PLACE = Affine(2.0, 0.0, 390_000.0, 0.0, -2.0, 5_820_000.0)

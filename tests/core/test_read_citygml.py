@@ -11,8 +11,8 @@ import pytest
 
 from citypv.core.city.classify import measure_tilt
 from citypv.core.city.polygons import measure_polygons
-from citypv.core.errors import InputError
 from citypv.core.read.read_city import read_city
+from citypv.core.settings.errors import InputError
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "data" / "citygml"

@@ -10,8 +10,8 @@ from cityjson_text import CUBE, FACES, SHELL, house, model, read, solid
 
 from citypv.core.city.locate_site import locate_site
 from citypv.core.city.polygons import measure_polygons
-from citypv.core.errors import InputError
 from citypv.core.read.read_city import read_city
+from citypv.core.settings.errors import InputError
 
 DATA = Path(__file__).parents[1] / "data" / "cityjson"
 EXPECTED = json.loads((DATA / "expected.json").read_text(encoding="utf-8"))

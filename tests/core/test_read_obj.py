@@ -12,10 +12,10 @@ from citypv.core.city.build_scene import build_scene
 from citypv.core.city.classify import measure_tilt
 from citypv.core.city.orient_shells import orient_shells, turn_over
 from citypv.core.city.polygons import measure_polygons
-from citypv.core.errors import InputError
 from citypv.core.read.parse_obj import parse_obj
 from citypv.core.read.read_city import read_city
 from citypv.core.read.read_obj import read_obj
+from citypv.core.settings.errors import InputError
 
 DATA = Path(__file__).parents[1] / "data" / "obj"
 EXPECTED = json.loads((DATA / "expected.json").read_text(encoding="utf-8"))

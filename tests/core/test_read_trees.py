@@ -11,8 +11,8 @@ from citypv.core.city.build_scene import build_scene
 from citypv.core.city.crowns import CROWN_BASE, cylinder, ellipsoid, volume_of_crowns
 from citypv.core.city.locate_site import bring_to_origin
 from citypv.core.commands.command_line import main
-from citypv.core.errors import InputError
 from citypv.core.read.read_city import read_city
+from citypv.core.settings.errors import InputError
 
 DATA = Path(__file__).parents[1] / "data"
 HEAD = (

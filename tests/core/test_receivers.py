@@ -8,11 +8,11 @@ from weathers import HOUR
 
 from citypv.core.effects.receivers import choose_turns
 from citypv.core.patches.patches import order_nearby
-from citypv.core.progress import silent
 from citypv.core.radiosity.shadow_points import split_net
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.sample_points import grid_of
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns
 
 

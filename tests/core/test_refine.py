@@ -5,7 +5,7 @@ import pytest
 from scenes import join, strip
 
 from citypv.core.city.refine import refine_triangles
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 
 HEIGHT, WIDTH, LENGTH = 20.0, 20.0, 3000.0  # [m] of a wall and of the ground before it, as long as the wall
 

@@ -17,11 +17,11 @@ from transfers import Horizons, unshaded_transfer
 from weathers import ERA5, PVGIS
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.errors import InputError
 from citypv.core.read import open_netcdf
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.results.write_summary import peak_memory
 from citypv.core.results.write_tables import write_faces, write_groups, write_timeseries
+from citypv.core.settings.errors import InputError
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 

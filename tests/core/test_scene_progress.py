@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from citypv.core.effects.table import PLANNING, TABLE
-from citypv.core.progress import CancelledError
 from citypv.core.read.read_city import read_city
-from citypv.core.request import Request
+from citypv.core.settings.progress import CancelledError
+from citypv.core.settings.request import Request
 from citypv.core.study import prepare_study, read_year, stand_city
 
 CITY = Path(__file__).parents[1] / "data/citygml/berlin_opendata_part_v1.gml.gz"

@@ -7,7 +7,7 @@ import pytest
 from transfers import Horizons
 from weathers import ERA5
 
-from citypv.core.accuracy.seconds_to_halve import seconds_of_rounds, seconds_to_halve, times_more
+from citypv.core.accuracy.yield_errors import seconds_of_rounds, seconds_to_halve, times_more
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
+from citypv.core.commands import closed_form_checks, selfcheck
 from citypv.core.commands.command_line import main
 from citypv.core.radiosity import solve_radiosity
-from citypv.core.selfcheck import closed_form_checks, selfcheck
 
 
 @pytest.fixture(scope="module")

@@ -17,10 +17,8 @@ from citypv.core.effects.perez import change_unshaded
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.errors import InputError
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 from citypv.core.sun.sky_models import choose_sky, split_sky
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.transfer.prepare_scene import prepare_scene

@@ -13,7 +13,7 @@ from citypv.core.city.build_scene import build_scene
 from citypv.core.effects.perez import bound_change
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 from citypv.core.study import prepare_study, read_year, trace_scene
 from citypv.core.sun.sky_models import SkyParts, choose_share
 from citypv.core.sun.sun_sampling import choose_suns

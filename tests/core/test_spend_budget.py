@@ -11,7 +11,7 @@ from citypv.__main__ import main
 from citypv.core.accuracy.yield_errors import YieldErrors
 from citypv.core.commands.add_options import free_settings, imply_settings
 from citypv.core.commands.command_line import KNOBS, build_parser
-from citypv.core.commands.spend_budget import Offer, choose_offer, scale_errors
+from citypv.core.commands.spend_budget import Offer, choose_offer
 
 CITY = ["simulate", "x.gml", "--out", "y"]
 
@@ -36,11 +36,6 @@ def test_more_time_is_for_more_days():
     assert adaptive.error_in(8.0) == pytest.approx(np.sqrt(1 + 25**-1.3))
     assert choose_offer([few, many], 40.0, target=1.1) is few  # both reach it
     assert choose_offer([few, many], 1.0) is few  # none fits: the cheapest
-
-
-def test_errors_fall_with_rays_and_points_but_not_those_of_the_suns():
-    errors = scale_errors(made(0.5, 1.0), 4.0, 1.0)
-    assert errors.relative() == pytest.approx(np.sqrt(0.25 + 4**-1.3))
 
 
 @pytest.mark.parametrize(

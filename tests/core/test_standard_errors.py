@@ -10,12 +10,12 @@ from test_closed_forms import SUNS, direct_relative, tilted_square
 from test_tracing import box, three_houses
 
 from citypv.core.city.refine import refine_triangles
-from citypv.core.progress import silent
 from citypv.core.radiosity.direct_errors import variance_of_cover, variance_of_neighbours
 from citypv.core.radiosity.shadow_points import place_points
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.sample_points import DIGITS, grid_of, points_of_grid, stratified_points
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.once
 

@@ -6,7 +6,7 @@ import pvlib
 import pytest
 from weathers import HOUR, year_of
 
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.sun.solar_position import is_sunny, solar_days, solar_position, sun_direction, whole_solar_days
 from citypv.core.sun.sun_sampling import choose_suns, match_suns

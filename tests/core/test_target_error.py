@@ -25,9 +25,9 @@ from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors
 from citypv.core.commands import refine_run
 from citypv.core.commands.add_options import imply_settings, request_of_options
 from citypv.core.commands.command_line import build_parser
-from citypv.core.presets import PRESETS, settings_of_preset
-from citypv.core.request import Request
 from citypv.core.results.transfer_file import read_transfer
+from citypv.core.settings.presets import PRESETS, settings_of_preset
+from citypv.core.settings.request import Request
 from citypv.core.transfer.trace_record import TraceRecord
 
 COARSE = ["--weather", "clear-sky", "--samples", "64", "--shadow-samples", "16", "--suns", "days:24", "--threads", "1"]
@@ -195,8 +195,9 @@ def test_presets_are_defaults_that_options_and_methods_override():
     assert set(PRESETS) == {"draft", "standard", "reference"}
 
 
-@pytest.mark.parametrize("option", ["--target-error", "--time-budget"])
-@pytest.mark.parametrize("value", ["0", "-1", "nan"])
+@pytest.mark.parametrize(
+    ("option", "value"), [("--target-error", "0"), ("--target-error", "nan"), ("--time-budget", "-1")]
+)
 def test_goals_that_mean_nothing_are_refused(option, value, city, tmp_path, capfd):
     assert main(["simulate", str(city), "--out", str(tmp_path / "c"), option, value]) == 2
     assert option in capfd.readouterr().err

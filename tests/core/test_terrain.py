@@ -11,9 +11,9 @@ from cities import box, heights_below, make_city
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.terrain import measure_heights
-from citypv.core.errors import InputError
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_terrain import read_terrain
+from citypv.core.settings.errors import InputError
 
 DATA = Path(__file__).parents[1] / "data" / "terrain"
 ASC = DATA / "dem_jacksboro_utm16_clip.asc"

@@ -9,9 +9,9 @@ from scenes import scene_of_triangles, suns_towards
 from scipy import stats
 from test_closed_forms import direct_relative
 
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.once
 

@@ -7,7 +7,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
 from citypv.core.city.triangulate_feet import drop_on_triangles, find_hanging, find_missing, triangulate_plan
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 
 CORNERS = np.array([[0.0, 0], [1000, 0], [1000, 1000], [0, 1000]])
 ROUNDING = 1e-6  # [m] of a circumcircle's radius

@@ -22,7 +22,7 @@ from weathers import (
     year_of,
 )
 
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.core.weather.read_weather import read_weather
 
 

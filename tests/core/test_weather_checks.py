@@ -25,7 +25,7 @@ from weathers import (
     year_of,
 )
 
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.core.weather.add_sun import complete_irradiance
 from citypv.core.weather.check_sun_times import measure_sun_times, sun_track
 from citypv.core.weather.read_weather import read_weather

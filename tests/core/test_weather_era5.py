@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from weathers import BERLIN, ERA5, HOUR, annual_sums, direct_horizontal, refuse, save_era5
 
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.core.weather.read_weather import read_weather
 
 

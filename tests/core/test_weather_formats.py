@@ -21,7 +21,7 @@ from weathers import (
     write_lines,
 )
 
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.core.weather.read_weather import read_weather
 
 POTSDAM = (52.38, 13.06)

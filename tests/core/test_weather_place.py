@@ -10,8 +10,8 @@ from weathers import BARROW, BERLIN, ERA5, TMY3, lines_of, write_lines
 
 from citypv.__main__ import main
 from citypv.core import study
-from citypv.core.errors import InputError
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 from citypv.core.sun.solar_position import sun_direction
 from citypv.core.sun.sun_sampling import match_suns
 from citypv.core.weather.read_weather import read_weather

@@ -9,7 +9,7 @@ import xarray as xr
 from citypv.core.commands.command_line import main
 from citypv.core.commands.world_tasks import stamp_files
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.core.weather.climate import look_up_altitude
 from citypv.core.weather.read_era5 import read_era5
 from citypv.core.weather.read_weather import read_weather

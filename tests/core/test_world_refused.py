@@ -7,7 +7,7 @@ import pytest
 
 from citypv.core.commands.command_line import main
 from citypv.core.energy.pv_system import default_system
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.core.sun.horizon import STEPS, TerrainHorizon
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.sun.sun_sampling import choose_suns

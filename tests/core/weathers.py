@@ -9,7 +9,7 @@ import pvlib
 import pytest
 import xarray as xr
 
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 from citypv.core.weather.read_weather import read_weather
 
 ROOT = Path(__file__).parents[2]

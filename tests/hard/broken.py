@@ -5,7 +5,7 @@ import pytest
 from closed import box
 from scenes import join, strip, suns_towards
 
-from citypv.core.errors import InputError
+from citypv.core.settings.errors import InputError
 
 HOUSE = join([strip([-20, -20, 0], [40, 0, 0], [0, 40, 0], 2), *box((-5, -5, 0), (5, 5, 10))])
 COUNT = len(HOUSE.triangles)

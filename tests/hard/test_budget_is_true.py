@@ -16,9 +16,9 @@ from citypv.core.accuracy.refine import Goal, largest_round, refine_transfer
 from citypv.core.accuracy.yield_errors import find_lit, split_errors
 from citypv.core.city.refine import refine_triangles
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 from citypv.core.study import trace_round
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.transfer.patch_light import Round

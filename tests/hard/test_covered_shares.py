@@ -9,10 +9,10 @@ from real_cities import SUNS
 from towns import boxes
 
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.measure_cover import measure_cover
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 ROW = [  # houses that touch, each set back and of another height, so that neighbours cover corners of walls [m]
     ((11 * k, 1.3 * (k * 5 % 7), 0), (11 * k + 11, 9 + 1.7 * (k * 3 % 5), 7 + 2.9 * (k * 4 % 9))) for k in range(14)

@@ -9,9 +9,9 @@ from scenes import join, scene_of_triangles, strip, suns_towards
 from towns import spun, turned
 
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
 PLAIN = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 6)

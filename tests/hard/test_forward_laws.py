@@ -12,9 +12,8 @@ from thorough import draw_count
 from citypv.core.city.refine import refine_triangles
 from citypv.core.photons import trace_sources
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 
 SCENES = draw_count(200, 25, 4)
 law = settings(law_of_gather, max_examples=SCENES)

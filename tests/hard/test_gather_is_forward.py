@@ -16,9 +16,9 @@ from test_closed_forms import direct_relative
 from test_tracing import three_houses
 from thorough import draw_count
 
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 PHOTONS = {"Berlin": 32, "Manhattan": 12}  # per patch of the whole city
 WHOLE = os.environ.get("CITYPV_WHOLE_CITIES") == "1"

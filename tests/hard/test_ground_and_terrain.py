@@ -12,10 +12,10 @@ from towns import city_of_polygons, draw_town, moved
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.find_ground import find_ground
 from citypv.core.city.terrain import Layer, Terrain
-from citypv.core.errors import InputError
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.9, 0.1, 0.2], [0, 0, 1]])
 ROOF, FLOOR, SOUTH, NORTH, EAST, WEST = range(-6, 0)  # the house's faces stand last

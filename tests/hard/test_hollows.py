@@ -11,9 +11,8 @@ from towns import box, boxes, city_of_polygons
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.slow
 

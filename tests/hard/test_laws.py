@@ -14,11 +14,10 @@ from towns import city_of_polygons, moved, turned
 from citypv.core.city.build_scene import build_scene
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.patches.patches import patches_of_scene
-from citypv.core.progress import silent
 from citypv.core.radiosity import sun_visibility, trace_hemisphere
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.ray_scene import RayScene
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.law
 

@@ -16,9 +16,9 @@ from scenes import join, strip, suns_towards
 from small_city import write_small_city
 
 from citypv.core.commands.command_line import main
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 SCENE = join([strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 8), *box((-5, -5, 0), (5, 5, 10))])
 SUNS = suns_towards(np.random.default_rng(1).normal(size=(20, 3)) * [1, 1, 0.3] + [0, 0, 1])

@@ -13,14 +13,13 @@ from thorough import draw_count
 from towns import boxes
 
 from citypv.core.city.build_scene import build_scene
+from citypv.core.commands.hard_checks import narrow_gap
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.gather_context import prepare_gather
 from citypv.core.radiosity.measure_cover import find_cover
 from citypv.core.radiosity.patch_size_errors import ABRUPT, SMOOTH, remaining_error
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
-from citypv.core.selfcheck.hard_checks import narrow_gap
+from citypv.core.settings.request import Request
 from citypv.core.transfer.prepare_scene import prepare_scene
 
 ERRORS = 3.0  # stated ones that gather may be off by

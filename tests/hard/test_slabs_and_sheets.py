@@ -13,9 +13,8 @@ from towns import box, city_of_polygons
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 
 ROOT = Path(__file__).parents[2]
 ESTIMATORS = {"gather": trace_gather, "forward": trace_forward}

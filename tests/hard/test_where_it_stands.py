@@ -10,12 +10,11 @@ from towns import city_of_polygons, draw_town, moved, turned
 
 from citypv.core.city.transform_crs import convert_to_metres
 from citypv.core.patches.patches import patches_of_scene
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.hemisphere_rays import hemisphere_rays
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.rays.sample_points import sobol_digits
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 
 SUNS = np.array([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3], [0.1, -0.9, 0.1]])
 FIELDS = ("sky_view_factor", "diffuse_relative", "visible_share", "direct_reflected", "covered_share")

@@ -6,9 +6,9 @@ from closed import box, room
 from scenes import join, strip, suns_towards
 from towns import spun
 
-from citypv.core.progress import silent
 from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.request import Request
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
 ALBEDO = 0.25

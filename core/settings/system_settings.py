@@ -1,8 +1,8 @@
-"""Settings of the modules, of the area that counts, and of the tables; part of `core.request.Request`."""
+"""Settings of the modules, of the area that counts, and of the tables; part of `core.settings.request.Request`."""
 
 from dataclasses import dataclass
 
-from .settings import setting
+from .setting import setting
 
 METHODS = {"paper": "As in Bredemeier et al., CityPV (docs/method_paper.md)"}
 MOUNTINGS = {

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, fields
 from .city_settings import CitySettings
 from .errors import InputError
 from .presets import ESTIMATORS, PRESET_WORDS
-from .settings import check_number, check_place, setting
+from .setting import check_number, check_place, setting
 from .system_settings import SystemSettings
 
 SKIES = {
@@ -117,7 +117,7 @@ class Request(CitySettings, SystemSettings):
     max_bounces: int | None = setting(
         None,
         "light",
-        "number of reflections; default auto: as many as matter in a short pilot trace",
+        "number of reflections; default auto: until what is left is small",
         kind="integer",
         title="Reflections",
         panel="trace",

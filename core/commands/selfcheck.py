@@ -4,7 +4,7 @@ import math
 import time
 from dataclasses import asdict, dataclass
 
-from ..version import __version__
+from ..settings.version import __version__
 from .closed_form_checks import closed_form_checks
 from .hard_checks import hard_checks
 

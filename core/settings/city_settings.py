@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
-from .settings import setting
+from .setting import setting
 
 
 @dataclass
 class CitySettings:
-    """Settings of the city, the first part of `core.request.Request`."""
+    """Settings of the city, the first part of `core.settings.request.Request`."""
 
     lod: str | None = setting(None, "city", "level of detail; default: the best 2.x of each building", metavar="L")
     unit: str = setting(

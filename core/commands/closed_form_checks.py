@@ -7,13 +7,13 @@ import pvlib
 
 from ..energy.pv_system import default_system
 from ..patches.patches import patches_of_scene
-from ..progress import silent
 from ..radiosity.solve_radiosity import radiosity_factor, solve_radiosity
 from ..radiosity.trace_gather import trace_gather
 from ..radiosity.trace_hemisphere import trace_hemisphere
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import HEMISPHERE_REPLICATES
-from ..request import Request
+from ..settings.progress import silent
+from ..settings.request import Request
 from ..sun.suns import Suns
 from .plain_scenes import join_parts, rectangle, room
 

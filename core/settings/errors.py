@@ -1,8 +1,31 @@
-"""Check arrays on input: each error names the array, the row and the cure."""
+"""The one error a user can cause, input that cannot be used, and checks of arrays that raise it.
+
+Each error names the array, the row and the cure.
+"""
 
 import numpy as np
 
-from .errors import InputError
+
+class InputError(ValueError):
+    """Input that cannot be used.
+
+    Parameters
+    ----------
+    source : str or path-like
+        The file (or option) that is at fault.
+    problem : str
+        What is wrong and where in it.
+    cure : str
+        What the user can do about it.
+    """
+
+    def __init__(self, source, problem, cure):
+        super().__init__(f"{source}: {problem}; {cure}")
+        self.source, self.problem, self.cure = str(source), problem, cure
+
+    def __reduce__(self):
+        return type(self), (self.source, self.problem, self.cure)
+
 
 LARGEST = 1e9  # [m] Embree works in float32, which cannot resolve a city beyond this
 UNIT = 1e-3  # tolerance of the length of unit vectors
@@ -10,7 +33,7 @@ MOST_SEED = 2**32 - 1
 KINDS = {"f": ("fiu", "numbers"), "i": ("iu", "integers"), "b": ("b", "booleans")}
 
 
-def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, row="row", name_row=None):
+def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, row="row"):
     """Raise an error if an array has the wrong shape or type, or a value that is not finite or out of range.
 
     Parameters
@@ -24,10 +47,8 @@ def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, 
         Numbers, integers or booleans.
     least, most : float
         Bounds, inclusive.
-    row : str
-        Name of a row in the message.
-    name_row : callable, optional
-        `name_row(index)`: surface of a row, for the message.
+    row : str or callable
+        Name of a row in the message; or `row(index)`, the words for one.
 
     Returns
     -------
@@ -52,8 +73,8 @@ def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, 
         inside = ((values >= least) & (values <= most)).reshape(len(values), -1).all(axis=1)
         first = int(np.flatnonzero(~inside)[0])
         cure = f"give finite {noun} from {least:g} to {most:g}"
-        owner = f", of surface {name_row(first)!r}," if name_row else ""
-        raise InputError(name, f"{row} {first}{owner} {describe_row(values[first], least, most)}", cure)
+        words = row(first) if callable(row) else f"{row} {first}"
+        raise InputError(name, f"{words} {describe_row(values[first], least, most)}", cure)
     return values
 
 

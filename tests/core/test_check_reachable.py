@@ -8,10 +8,11 @@ import pytest
 from small_city import write_small_city
 
 from citypv.__main__ import main
-from citypv.core.accuracy.foresee_target import find_cure, foresee_target
+from citypv.core.accuracy.check_reachable import check_reachable, find_cure
+from citypv.core.accuracy.pilot import CityYear
 from citypv.core.accuracy.sun_sampling import compare_hours
 from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors, split_errors
-from citypv.core.request import Request
+from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, measure_sun_sampling, prepare_study, read_scene, read_year, trace_scene
 from citypv.core.transfer.prepare_scene import build_tree
 
@@ -29,7 +30,7 @@ def foretold(city, **settings):
     scene = read_scene([city], request)
     weather = read_year(scene.site, request)
     prepared = build_tree(prepare_study(scene, weather, request), request)
-    told = foresee_target((scene, prepared, weather, request))
+    told = check_reachable(CityYear(scene, prepared, weather, request))
     transfer = trace_scene(scene, weather, request, prepared=prepared)
     sampling = measure_sun_sampling(scene, weather, transfer, request, prepared=prepared)
     transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
@@ -43,8 +44,8 @@ def test_the_pilot_foretells_what_a_run_finds_and_the_option_that_helps(city):
     assert left > 0.3
     stated = float(re.search(r"the choice of suns alone leaves ([\d.]+) ±", told)[1])
     assert stated == pytest.approx(left, rel=0.1)
-    suns = re.search(r"give --suns (\S+)$", told)[1]
-    told, left = foretold(city, suns=suns, samples=1024, target_error=0.3)
+    suns, size = re.search(r"give --suns (\S+)(?: --patch-size (\S+))?$", told).groups()
+    told, left = foretold(city, suns=suns, patch_size=float(size or 10), samples=1024, target_error=0.3)
     assert told == ""
     assert left < 0.3
 

@@ -1,6 +1,11 @@
-"""`terrain-horizon`: terrain far from the scene that hides suns and sky."""
+"""`terrain-horizon` and `far-ground`: what lies beyond the scene.
 
-from dataclasses import dataclass, replace
+Terrain far from it hides suns and sky. The open ground beyond it, up to the horizon, reflects light as if nothing
+shaded it. Where the near ground ends, buildings still shade it a little: at a distance of r building heights a long row
+of them hides (1 - cos β)/2 of its sky, with tan β = 1/r, and suns below β on one side.
+"""
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,40 +23,29 @@ from ..sun.terrain_loss import (
     sunlit_year,
     suns_of_year,
 )
-from .effect import Effect
+from .closed_form import ground_view_of_tilt, sky_view_of_tilt
+from .effect import NO_SUNS, Effect, TracePlan
 
-KEY = "terrain-horizon"
+TERRAIN = "terrain-horizon"
 POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 STEP = 5.0  # [°] to which tilts and azimuths are rounded
-CERTAINTY = 2  # standard errors
-LEAST_LIGHT = 0.01  # of the unshaded one, below which a group's share is not divided by it
 COVERED = 49_000.0  # [m] to which heights should reach in all directions
 UP = np.array([[0.0, 0.0, 1.0]])
 MARGIN = 1.0  # [°] so far below the horizon a sun must stand in all intervals that it represents, not to be traced
 
 
-@dataclass
-class Terrain:
-    """Distant terrain, and the suns that it spares."""
-
-    horizon: TerrainHorizon | None  # None: left out
-    hidden: np.ndarray  # (k, 3) float32, suns that represent none but intervals in which the sun is hidden
-    others: list  # of TerrainHorizon, with which the light is compared after the run: left out, or of the corners
-
-
-def decide(inputs):
+def decide_terrain(inputs):
     """Called for when the horizon rises above the 2° below which no direct light is traced."""
     if inputs.horizons is None:
-        return Effect(KEY, False, "none", "no --horizon is given: the horizon is level", None)
+        return Effect(TERRAIN, False, "none", "no --horizon is given: the horizon is level", None)
     horizon, corners = inputs.horizons
     top = int(horizon.elevation.argmax())
     highest, azimuth = horizon.elevation[top], horizon.azimuth[top]
     where = f"{highest:.1f}° in the {point_of(azimuth)} (azimuth {azimuth:.0f}°){seen_from(horizon)}"
     if inputs.terrain is None:
         low = f"no higher than the {MINIMUM_ELEVATION:g}° below which no sun is traced"
-        words = "switched off" if inputs.asked(KEY) is False else low
-        left_out = Terrain(None, np.zeros((0, 3), np.float32), [horizon])
-        return Effect(KEY, False, "none", f"{words}: it rises to {where}", bound_off(inputs, horizon), left_out)
+        words = "switched off" if inputs.asked(TERRAIN) is False else low
+        return Effect(TERRAIN, False, "none", f"{words}: it rises to {where}", bound_off(inputs, horizon))
     sky, sun = shares_of_level_ground(inputs, horizon)
     extent = f"hides {sky:.1%} of the sky and {sun:.1%} of the sunlight of level ground"
     lowest = replace(horizon, elevation=np.minimum.reduce([one.elevation for one in (horizon, *corners)]))
@@ -61,8 +55,19 @@ def decide(inputs):
     if corners:
         apart = max(float(np.abs(corner.elevation - horizon.elevation).max()) for corner in corners)
         reason += f"; corners of the scene see it up to {apart:.1f}° higher or lower"
-    setting = Terrain(horizon, hidden, corners)
-    return Effect(KEY, True, extent, reason, bound_on(inputs, horizon, corners), setting)
+    inputs.plan.terrain, inputs.plan.hidden_suns = horizon, hidden
+    return Effect(TERRAIN, True, extent, reason, bound_on(inputs, horizon, corners))
+
+
+def terrain_alone(plan):
+    """What a plan says of terrain, without its patches: TracePlan."""
+    return TracePlan([plan[TERRAIN]], terrain=plan.terrain, hidden_suns=plan.hidden_suns)
+
+
+def share_terrain(plan, whole):
+    """The plan of a tile with the terrain of the whole city's: TracePlan."""
+    effects = [whole[TERRAIN] if one.key == TERRAIN else one for one in plan.effects]
+    return replace(plan, effects=effects, terrain=whole.terrain, hidden_suns=whole.hidden_suns)
 
 
 def point_of(azimuth):
@@ -87,7 +92,7 @@ def find_hidden(inputs, horizon):
     """
     suns, weather = inputs.suns, inputs.weather
     if suns is None or weather is None or not len(suns):
-        return np.zeros((0, 3), np.float32)
+        return NO_SUNS
     data = weather.data
     place = weather.interval, weather.latitude, weather.longitude
     match = match_suns(suns, data.index, *place, position=data)
@@ -144,8 +149,7 @@ def year_of(inputs):
 def largest_share(inputs, change, behind=None):
     """Largest change of the light of any kind and orientation of receivers, and of level ground, which reflects.
 
-    What stands in the way of light from the terrain's part of the sky makes the change smaller, but also the light that
-    it is a share of: that is known from the pilot.
+    Both as shares of what they receive unobstructed: shade makes the change smaller, and the light as well.
 
     Parameters
     ----------
@@ -163,23 +167,15 @@ def largest_share(inputs, change, behind=None):
     surfaces = inputs.scene.surfaces
     wanted = np.asarray(surfaces.eligible if surfaces.eligible.any() else np.ones(len(surfaces), bool))
     names = np.char.add(np.char.add(np.asarray(surfaces.kind, str), " "), np.asarray(surfaces.orientation, str))
-    largest, least = 0.0, 1.0
+    level = float(first_light(year, UP)[0])
+    largest = float(np.max(change(year, UP, albedo))) / level if level > 0 else 0.0
     for name in np.unique(names[wanted]):
-        members = np.flatnonzero(wanted & (names == name))
-        normal, area = planes_of(surfaces, members)
+        normal, area = planes_of(surfaces, np.flatnonzero(wanted & (names == name)))
         light = first_light(year, normal)
         if behind is not None:
             light = light - light_behind(year, normal, behind, albedo)[0]
-        left = share_left(inputs, name, area @ (1 + normal[:, 2]) / 2 / area.sum())
-        least = min(least, left)
-        largest = max(largest, max(change(year, normal, albedo) @ area) / max(area @ light * left, 1e-9))
-    return float(max(largest, change_of_level(year, change, albedo) / least))
-
-
-def change_of_level(year, change, albedo):
-    """Largest change of the light of level ground: float."""
-    light = float(first_light(year, UP)[0])
-    return float(np.max(change(year, UP, albedo))) / light if light > 0 else 0.0
+        largest = max(largest, float(max(change(year, normal, albedo) @ area) / max(area @ light, 1e-9)))
+    return largest
 
 
 def planes_of(surfaces, members):
@@ -192,25 +188,96 @@ def planes_of(surfaces, members):
     return np.stack([np.sin(up) * np.sin(turn), np.sin(up) * np.cos(turn), np.cos(up)], axis=1), area
 
 
-def share_left(inputs, name, sky_view):
-    """What shade leaves of a group's first light, less its uncertainty; 1 where nothing shades any receiver.
+FAR_GROUND = "far-ground"
+
+
+def decide_far_ground(inputs):
+    """On if anything reflects; the error at the edge of the near ground is its bound where nothing else shades."""
+    plan = inputs.plan
+    if not inputs.asked(FAR_GROUND, inputs.request.far_ground):
+        words = "switched off: rays that leave downwards carry nothing"
+        return Effect(FAR_GROUND, False, "none", words, share_left_out(inputs))
+    if not plan.reflections:
+        return Effect(
+            FAR_GROUND, False, "none", "it only shines by reflection, and nothing is reflected", 0.0, share=0.0
+        )
+    plan.far_ground, plan.reach = True, measure_reach(inputs.scene, inputs.patches)
+    words = f"rays that leave downwards meet unshaded ground, {plan.reach:.1f} building heights away"
+    return Effect(FAR_GROUND, True, "once reflected", words, bound_of_edge(inputs, plan.reach))
+
+
+def share_left_out(inputs):
+    """Share of the light of any kind and orientation that a dark far ground takes at most; None without weather.
+
+    Unshaded surfaces see (1 - cos tilt)/2 of it, and terrain below a horizon. Of light that other surfaces pass on it
+    makes no larger share than of theirs.
+    """
+    if inputs.weather is None:
+        return None
+    terrain = inputs.terrain
+
+    def light_of_ground(year, normal, albedo):
+        direct = year.direct if terrain is None else year.direct * is_above(terrain, year.towards)
+        level = year.dome + direct @ np.maximum(year.towards[:, 2], 0)
+        return albedo * level * ground_view_of_tilt(normal, terrain)[None]
+
+    gained = largest_share(inputs, light_of_ground, terrain)
+    return gained / (1 + gained)
+
+
+def measure_reach(scene, patches):
+    """How far the near ground goes on beyond the city, in heights of its highest building.
+
+    Returns
+    -------
+    float
+        The shortest of the four sides; 0 without ground.
+    """
+    corners = np.asarray(scene.vertices, float)[scene.triangles[: len(patches)]]
+    ground, city = corners[patches.ground].reshape(-1, 3), corners[~patches.ground].reshape(-1, 3)
+    if not len(ground) or not len(city):
+        return 0.0
+    height = city[:, 2].max() - np.median(ground[:, 2])
+    room = np.minimum((city - ground.min(axis=0)).min(axis=0), (ground.max(axis=0) - city).min(axis=0))[:2]
+    return float(max(room.min(), 0.0) / height) if height > 0 else 0.0
+
+
+def bound_of_edge(inputs, reach):
+    """Share of light that shade beyond the near ground would take away, at most; None where something else shades.
+
+    It is the closed form of the kind and orientation that sees most of the far ground, in the year of the weather and
+    in an overcast one, with which the same trace may be weighed.
+    """
+    share = share_left_out(inputs) if inputs.unshaded else None
+    return None if share is None else max(share, overcast_share(inputs)) * max(shade_at_edge(reach, inputs.suns))
+
+
+def overcast_share(inputs):
+    """Share of the far ground in the light of an even sky, of the unshaded receiver that sees most of it: float."""
+    surfaces, albedo = inputs.scene.surfaces, inputs.request.ground_albedo
+    normal = np.asarray(surfaces.normal, float)
+    normal = normal[np.asarray(surfaces.eligible)] if np.any(surfaces.eligible) else normal
+    reflected = albedo * ground_view_of_tilt(normal, inputs.terrain)
+    return float(np.max(reflected / np.maximum(reflected + sky_view_of_tilt(normal, inputs.terrain), 1e-9)))
+
+
+def shade_at_edge(reach, suns):
+    """Shares of the sky and of the suns' light that a long row of buildings hides from ground at some distance.
 
     Parameters
     ----------
-    inputs : Inputs
-    name : str
-        Kind and orientation.
-    sky_view : float
-        Of the group, unobstructed.
+    reach : float
+        Distance in building heights.
+    suns : Suns or None
+
+    Returns
+    -------
+    of_sky, of_sun : float
+        Half of the light of suns below the row's edge.
     """
-    pilot = inputs.pilot_if_wanted
-    if pilot is None or name not in pilot.groups:
-        return 1.0
-    members = pilot.group == pilot.groups.index(name)
-    weight = pilot.weight[members] / pilot.weight[members].sum()
-    ratio = inputs.direct_over_diffuse
-    found = pilot.sky[members, 0] + ratio * pilot.sun[members, 0].astype(float)
-    mean = weight @ found
-    error = np.sqrt((weight**2 * (found - mean) ** 2).sum())
-    whole = sky_view + ratio * (weight @ pilot.unshaded[members])
-    return float(max(mean - CERTAINTY * error, LEAST_LIGHT * whole) / whole)
+    lowest = np.arctan2(1.0, reach)
+    of_sun = 0.0
+    if suns is not None and len(suns):
+        height = np.maximum(suns.direction[:, 2], 0) * np.maximum(suns.weight, 0)
+        of_sun = height[suns.direction[:, 2] < np.sin(lowest)].sum() / height.sum() / 2 if height.any() else 0.0
+    return float((1 - np.cos(lowest)) / 2), float(of_sun)

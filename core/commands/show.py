@@ -1,0 +1,124 @@
+"""`citypv effects`, `citypv accuracy` and `citypv plot`: what is shown without a run, or after it."""
+
+import importlib.util
+import json
+import time
+from pathlib import Path
+
+from ..accuracy.effect_shares import shares_of_effects
+from ..accuracy.measure_effects import measure_effects
+from ..accuracy.pilot import CityYear
+from ..accuracy.price_list import describe_prices, list_prices, price_as_dict
+from ..energy.pv_system import build_system
+from ..results.write_summary import finite
+from ..settings.errors import InputError
+from ..settings.progress import TerminalProgress
+from ..study import check_tracing, prepare_study, read_scene, read_year
+from ..transfer.prepare_scene import build_tree
+
+
+def list_effects(paths, request, progress):
+    """Plan of a city: each effect with reason and bound, and what it changes and takes in a small run.
+
+    Parameters
+    ----------
+    paths : list of path-like
+    request : Request
+    progress : callable
+
+    Returns
+    -------
+    TracePlan
+
+    Raises
+    ------
+    InputError
+    """
+    check_tracing(request)
+    scene = read_scene(paths, request, progress)
+    weather = read_year(scene.site, request)
+    prepared = build_tree(prepare_study(scene, weather, request), request)
+    transfer = measure_effects(CityYear(scene, prepared, weather, request), progress)
+    for key, share in shares_of_effects(transfer, weather, build_system(request), request.threads).items():
+        effect = prepared.plan[key]
+        effect.share = share
+        if not effect.on:
+            effect.bound = abs(share)
+    return prepared.plan
+
+
+PICTURES = (".png", ".svg", ".pdf")
+
+
+def show_accuracy(paths, request, *, plot=None, as_json=False):
+    """Predict seconds and errors of presets and settings.
+
+    Parameters
+    ----------
+    paths : list of path-like
+    request : Request
+        Its settings are varied one at a time.
+    plot : path-like, optional
+        Picture to write.
+    as_json : bool
+
+    Returns
+    -------
+    list of str
+        Lines to print.
+
+    Raises
+    ------
+    InputError
+    """
+    if plot and not str(plot).endswith(PICTURES):
+        raise InputError("--plot", f"{plot} is not a picture", f"give a name that ends in {', '.join(PICTURES)}")
+    check_tracing(request)
+    started, progress = time.perf_counter(), TerminalProgress(lasting=False)
+    scene = read_scene(paths, request, progress)
+    weather = read_year(scene.site, request)
+    listed = list_prices(scene, weather, request, time.perf_counter() - started, progress)
+    if plot:
+        from ..results.draw_results import draw_prices
+
+        draw_prices(listed, plot)
+    return [json.dumps(finite(price_as_dict(listed)), indent=2)] if as_json else describe_prices(listed)
+
+
+def plot_results(folder):
+    """Draw the results in a folder and write report.html beside them; of a world, draw its pictures.
+
+    Parameters
+    ----------
+    folder : path-like
+        Of `citypv simulate`, `citypv yield` or `citypv world`. A report or pictures of an earlier call are replaced.
+
+    Returns
+    -------
+    list of pathlib.Path
+        Files written: the page, or the pictures.
+
+    Raises
+    ------
+    InputError
+        matplotlib is not installed, or the folder holds no results.
+    """
+    if importlib.util.find_spec("matplotlib") is None:
+        raise InputError("citypv plot", "needs matplotlib, which is not installed", "type: pip install matplotlib")
+    if (Path(folder) / "world.nc").is_file():
+        return redraw_world(Path(folder))
+    from ..results.read_results import read_results
+    from ..results.write_report import write_report
+
+    return [write_report(folder, read_results(folder))]
+
+
+def redraw_world(folder):
+    """Draw the pictures of a world anew: list of pathlib.Path."""
+    from ..world.draw_world import draw_world
+
+    path = folder / "world.nc"
+    names = draw_world(path, folder)
+    if not names:
+        raise InputError(path, "holds single places, of which there are no pictures", "give a world on a grid")
+    return [folder / name for name in names]

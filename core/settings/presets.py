@@ -1,0 +1,76 @@
+"""Names for sets of settings: the estimators, presets (points on the curve of error against time), whole methods."""
+
+ESTIMATORS = {
+    "gather": "Rays from the surfaces: fast; photons only for mirrors, glossy surfaces and glass",
+    "forward": "Photons from sun, sky and far ground for all light: slow, without discretisation error",
+}
+PRESET_WORDS = {
+    "draft": "A first look: a quarter of the rays, half of the days",
+    "standard": "The defaults of all options",
+    "reference": "Four times the rays, twice the days, patches of 5 m",
+}
+PRESETS = {
+    "draft": {"samples": 64, "shadow_samples": 4, "suns": "days:12"},
+    "standard": {},
+    "reference": {"samples": 1024, "shadow_samples": 64, "suns": "days:52", "patch_size": 5.0, "max_bounces": 5},
+}
+
+
+def settings_of_preset(preset, **given):
+    """Settings that a preset implies; those given beside it win.
+
+    Parameters
+    ----------
+    preset : str
+        A key of PRESETS.
+    **given
+        Fields of Request.
+
+    Returns
+    -------
+    dict
+        For `Request(**settings)`.
+    """
+    return {**PRESETS[preset], **given, "preset": preset}
+
+
+METHODS = {
+    # Bredemeier et al., CityPV; docs/method_paper.md says what follows from each, and where the program differs.
+    "paper": {
+        "suns": "typical-days:12",
+        "horizon_cut": "neglect",
+        "sky": "isotropic",
+        "max_bounces": 3,
+        "albedo": 0.25,
+        "ground_albedo": 0.25,
+        "report": "all",
+        "module": "SunPower_SPR_300_WHT__2007__E__",
+        "mounting": "open-rack",
+        "iam": "module",
+        "diffuse_iam": False,
+        "losses": 0.0,
+        "inverter": None,
+        "hidden_walls": "count",
+        "overhangs": "count",
+        "usable": {},
+        "effects": {"trees": False},
+    },
+}
+
+
+def settings_of_method(method, **given):
+    """Settings that a method implies; those given beside it win.
+
+    Parameters
+    ----------
+    method : str or None
+        A key of METHODS.
+    **given
+        Fields of Request.
+
+    Returns
+    -------
+    dict
+        For `Request(**settings)`.
+    """
+    return {**METHODS.get(method, {}), **given, "method": method}
