@@ -37,8 +37,8 @@ def cut_city(count):
 
 def trace_one(count):
     """Trace a city of `count` triangles; return time and memory."""
+    from citypv.core.light.trace_gather import trace_gather
     from citypv.core.progress import silent
-    from citypv.core.radiosity.trace_gather import trace_gather
     from citypv.core.request import Request
     from citypv.core.results.write_summary import peak_memory
     from citypv.core.selfcheck.plain_scenes import join_parts

@@ -17,8 +17,8 @@ import pandas as pd
 import pvlib
 
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.selfcheck.plain_scenes import join_parts, rectangle
 from citypv.core.sun.choose_suns import choose_suns

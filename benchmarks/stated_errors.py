@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.study import read_scene, read_year
 from citypv.core.sun.choose_suns import choose_suns

@@ -31,9 +31,9 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
+from citypv.core.light import prepare_scene
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.facing_scene import FacingScene
-from citypv.core.radiosity import gather_context
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.choose_engine import TREES, VARIABLE
 from citypv.core.request import Request
 from citypv.core.selfcheck.plain_scenes import join_parts
@@ -71,7 +71,7 @@ def trace(scene, suns, engine, threads, record=None, **settings):
             ray_scene._tree = record(ray_scene._tree)
         return ray_scene
 
-    os.environ[VARIABLE], gather_context.FacingScene = engine, open_scene
+    os.environ[VARIABLE], prepare_scene.FacingScene = engine, open_scene
     reports = []
     request = Request(**SETTINGS | settings, threads=threads)
     transfer = trace_gather(scene, suns, request, lambda *report: reports.append(time.process_time()))

@@ -18,7 +18,7 @@ def compile_loops(progress):
 
     if is_compiled():
         return
-    from ..core.radiosity.measure_cover import measure_cover
+    from ..core.light.measure_cover import measure_cover
     from ..core.request import Request
     from ..core.selfcheck.plain_scenes import box, join_parts
     from ..core.study import read_year, trace_scene

@@ -43,9 +43,9 @@ def curve_of_day(session, rows, kwp):
     kwp : (k,) float64
         Nominal power of each surface [kWp].
     """
+    from ..core.light.transfer import take_rows
     from ..core.study import compute_energy
     from ..core.sun.solar_days import local_middle
-    from ..core.transfer.take_rows import take_rows
 
     transfer = take_rows(session.transfer, rows)
     request = replace(session.request, series=tuple(transfer.surfaces.surface_id))

@@ -21,7 +21,7 @@ def stage_city(scene, transfer, energy, note=""):
     Parameters
     ----------
     scene : core.scene.scene.Scene
-    transfer : core.transfer.transfer.Transfer
+    transfer : core.light.transfer.Transfer
     energy : core.energy.energy.Energy
     note : str
         What has to be read beside the colours, such as the weather.

@@ -70,7 +70,7 @@ def write_results(city, ground, transfer, energy=None):
     ----------
     city, ground : bpy.types.Object or None
         Objects as `build_meshes` makes them; the ground may be None.
-    transfer : core.transfer.transfer.Transfer
+    transfer : core.light.transfer.Transfer
         Results of n surfaces.
     energy : core.energy.energy.Energy, optional
         Results of the same surfaces; without it, attributes of an earlier energy are removed.

@@ -34,15 +34,13 @@ def choose_counted(errors, request, target, surfaces, before=None):
 
     Returns
     -------
-    counted : (n,) bool or None
-        None: all.
-    alone : bool
-        Whether these are traced alone: light that others pass on makes little of their error.
+    (n,) bool or None
+        Those to be traced alone; None: all, also where light that others pass on makes much of their error.
     """
     last = max(errors.rounds // 2, 1) * request.shadow_samples  # points of the last round, and so its elements
     few = errors.rounds * request.samples < LEAST_RAYS or last < LEAST_POINTS
     if few:
-        return None, False
+        return None
     relative = {name: 1e4 * part / errors.hours**2 for name, part in errors.variance.items()}  # [%²]
     sampled = sum(relative[name] for name in SAMPLED)
     fixed = sum(part for name, part in relative.items() if name not in SAMPLED)
@@ -54,4 +52,4 @@ def choose_counted(errors, request, target, surfaces, before=None):
     counted = counted if before is None else counted & before
     rows = counted[errors.rows]
     by_others, of_all = (errors.area[rows] @ part[rows] for part in (relative["passed_on"], sampled))
-    return counted, bool(by_others < BY_OTHERS * of_all)
+    return counted if by_others < BY_OTHERS * of_all or not rows.any() else None

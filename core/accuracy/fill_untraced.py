@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..transfer.transfer import SourceLight
+from ..light.transfer import SourceLight
 
 FILLED = ("diffuse_relative", "sky_view_factor", "far_ground_view_factor")
 

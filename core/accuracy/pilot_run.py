@@ -9,12 +9,12 @@ from threadpoolctl import threadpool_limits
 from ..effects.receivers import fewer_rays
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
+from ..light.sun_visibility import POINTS_PER_TASK
+from ..light.trace_hemisphere import RAYS_PER_TASK
+from ..light.transfer import take_rows
 from ..photons.trace_hybrid import trace_hybrid
 from ..progress import SUN_STAGE
-from ..radiosity.sun_visibility import POINTS_PER_TASK
-from ..radiosity.trace_hemisphere import RAYS_PER_TASK
 from ..sky.choose_sky import choose_sky
-from ..transfer.take_rows import take_rows
 from .part_of_city import keep_patches, spread_transfer
 from .survey import whole_replicates
 from .yield_errors import split_errors

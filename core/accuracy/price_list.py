@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..light.prepare_scene import build_tree, prepare_scene
 from ..presets import PRESETS
 from ..progress import silent
 from ..sun.choose_suns import choose_suns
-from ..transfer.prepare_scene import build_tree, prepare_scene
 from .fill_untraced import fill_untraced
 from .pilot import run_pilot
 from .predict import Knobs, left_by_bounces, predict_errors, predict_seconds, price_pilot

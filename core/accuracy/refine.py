@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..light import merge_transfers
+from ..light.rounds import add_continued
+from ..light.transfer import Round
 from ..progress import CancelledError
-from ..radiosity.continue_rounds import add_continued
-from ..transfer import merge_transfers
-from ..transfer.patch_light import Round
 from .yield_errors import SAMPLED, SOURCES
 
 CELLS = 16  # shadow points from which patches are resolved into as many elements
@@ -38,7 +38,7 @@ class Goal:
     target: float | None  # [%] of full load hours, on 95 % of the eligible area
     deadline: float | None  # `time.monotonic()` at which tracing must end [s]
     largest: int = 1  # round, in units of the first
-    choose: Callable = lambda errors, before: (None, False)  # of the next round, from errors and those of the last
+    choose: Callable = lambda errors, before: None  # surfaces of the next round, from errors and those of the last
 
 
 def largest_round(request):
@@ -73,7 +73,8 @@ def refine_transfer(transfer, errors, goal, trace_round, tell):
     while True:
         stop = decide_stop(found, goal)
         if not stop:
-            counted, alone = goal.choose(found, counted)
+            counted = goal.choose(found, counted)
+            alone = counted is not None
             each = lasted[alone]
             size = size_of_round(found, goal, each)
             stop = ALL_KNOWN if counted is not None and not counted.any() else "" if size else NO_TIME
@@ -84,7 +85,7 @@ def refine_transfer(transfer, errors, goal, trace_round, tell):
         if stop:
             return transfer
         try:
-            more = trace_round(transfer, Round(size, counted, alone))
+            more = trace_round(transfer, Round(size, counted))
         except CancelledError:
             return transfer
         if more.record.interrupted:  # by some suns only: not a whole round

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..energy.standard_errors import carry_to_hours, sun_sampling_share
+from ..light.transfer import variance_of_mean
 from ..sky.sky_models import split_sky
-from ..transfer.noise import variance_of_mean
 
 ONCE = ("plan and tree",)  # stages that rounds do not repeat
 

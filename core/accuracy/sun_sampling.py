@@ -7,15 +7,15 @@ from threadpoolctl import threadpool_limits
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
+from ..light.sun_sampling_error import PATCHES as LOOKED_AT
+from ..light.sun_sampling_error import trace_sun_samples
+from ..light.transfer import Transfer
 from ..progress import silent
-from ..radiosity.sun_sampling_error import PATCHES as LOOKED_AT
-from ..radiosity.sun_sampling_error import trace_sun_samples
 from ..request import Request
 from ..scene.scene import Scene
 from ..sky.choose_sky import choose_sky
 from ..sun.choose_suns import choose_suns
 from ..threads import map_in_order, usable_threads
-from ..transfer.transfer import Transfer
 from ..weather.weather import Weather
 
 FEWER = LOOKED_AT // 2  # patches where several choices are compared before a run

@@ -10,12 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..effects.receivers import fewer_points, fewer_rays
+from ..light.shadow_points import count_elements, points_above
+from ..light.trace_all import patch_of_keys, patches_hit, prepare_gather
+from ..light.trace_hemisphere import trace_hemisphere
 from ..progress import silent
-from ..radiosity.gather_context import prepare_gather
-from ..radiosity.hemisphere import empty_tallies
-from ..radiosity.shadow_points import count_elements, points_above
-from ..radiosity.trace_hemisphere import trace_hemisphere
-from ..radiosity.view_hemispheres import patch_of_keys, patches_hit
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
 
 LADDER = ((64, 512), (256, 512), (1024, 128))  # rays per patch, and how many patches send them
@@ -95,8 +93,6 @@ def trace_some(context, some, rays, cells):
         reflections=True,
         threads=context.threads,
         progress=silent,
-        tallies=empty_tallies(len(context.patches), cells),
-        terrain=context.plan.terrain,
     ).form_factors
 
 

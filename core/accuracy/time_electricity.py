@@ -6,8 +6,8 @@ import numpy as np
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
+from ..light.transfer import take_rows
 from ..sky.choose_sky import choose_sky
-from ..transfer.take_rows import take_rows
 
 FEWER, MORE = 256, 2_048  # surfaces timed; tables are made for either
 

@@ -5,10 +5,10 @@ from dataclasses import fields, replace
 import numpy as np
 
 from ..effects.judge_effects import judge
+from ..light.kept_matrix import keep_matrix
+from ..light.merge_transfers import MATRICES
+from ..light.transfer import ErrorParts, SourceLight, Transfer
 from ..materials.read_albedo import materials_of_surfaces
-from ..transfer.kept_matrix import keep_matrix
-from ..transfer.merge_transfers import MATRICES
-from ..transfer.transfer import ErrorParts, SourceLight, Transfer
 
 COLUMNS = (
     "covered_share",

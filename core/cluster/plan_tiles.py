@@ -6,11 +6,11 @@ than any worker needs for its tile.
 
 from dataclasses import replace
 
+from ..light.prepare_scene import PreparedScene
 from ..materials.read_albedo import name_brdfs
 from ..patches.patches import number_triangles
 from ..scene.add_backs import add_backs
 from ..study import prepare_study
-from ..transfer.prepare_scene import PreparedScene
 from .take_part import take_part
 from .tiles import assign_tiles, bin_pieces, box_pieces, surround
 

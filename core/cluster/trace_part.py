@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from ..light.prepare_scene import build_tree, prepare_scene
 from ..progress import silent
 from ..results.write_summary import finite, peak_memory
 from ..results.write_transfer import write_transfer
 from ..scene.scene import OWN, Scene
 from ..study import measure_sun_sampling, trace_scene
 from ..sun.suns import Suns
-from ..transfer.prepare_scene import build_tree, prepare_scene
 from .bound_halo import measure_halo
 from .take_part import take_rows
 from .thin_surroundings import thin_surroundings

@@ -13,10 +13,10 @@ import numpy as np
 from ..effects.judge_effects import judge
 from ..effects.switched_off import JUDGED, is_left_out, measure_left_out
 from ..horizon.lost_sky import lost_sky
+from ..light.transfer import take_rows
 from ..results.effect_shares import draw_surfaces
 from ..sky.light_sources import SOURCES
 from ..study import compute_energy
-from ..transfer.take_rows import take_rows
 
 KEY = "terrain-horizon"
 UP = np.array([[0.0, 0.0, 1.0]])

@@ -6,15 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..effects.receivers import fewer_points, fewer_rays
-from ..form_factors.form_factor_products import links_of, multiply_visible, propagate
+from ..light.form_factor_products import links_of, multiply_visible, propagate
+from ..light.shadow_points import points_above
+from ..light.sun_blocks import SunBlock, block_of_suns
+from ..light.sun_visibility import SunWatch, sun_visibility
+from ..light.trace_all import prepare_gather
+from ..light.trace_hemisphere import LEAST, look_at_source, trace_hemisphere
 from ..progress import silent
-from ..radiosity.gather_context import prepare_gather
-from ..radiosity.gather_source import LEAST, trace_patches
-from ..radiosity.hemisphere import empty_tallies
-from ..radiosity.shadow_points import count_elements, points_above
-from ..radiosity.sun_blocks import SunBlock, block_of_suns
-from ..radiosity.sun_visibility import sun_visibility
-from ..radiosity.trace_hemisphere import trace_hemisphere
 from ..sampling.sample_points import HEMISPHERE_REPLICATES, sobol_digits
 from ..threads import usable_threads
 from ..trees.kept_rays import forget_rays
@@ -65,7 +63,7 @@ def predict_seconds(prepared, request):
         pairs = lit[one].sum() * (1.0 if every else fewer_points(points) / points)
         # Of those that look at the sky as many send rays to a source as face it.
         facing_sources = np.mean([len(facing(patches, source, one)) for source in plan.sources] or [0]) / len(one)
-        work.append([rays, pairs * len(suns), rays * (1 + len(suns)) * plan.max_bounces, rays * facing_sources])
+        work.append([rays, pairs * len(suns), rays * (1 + len(suns)) * (plan.max_bounces or 4), rays * facing_sources])
     seconds = (np.array(work) * time_states(prepared, request, few)).sum(axis=0) / usable_threads(request.threads)
     sky, sun, products, sources = map(float, seconds)
     # What patches receive of a source is reflected as is the light of one more sun.
@@ -116,9 +114,8 @@ def time_source(context, source, few, covered):
     if not len(chosen):
         return 0.0
     started = time.process_time()
-    sequence = sobol_digits(-(-context.request.samples // (context.plan.rays_share * HEMISPHERE_REPLICATES)))
-    cells = count_elements(points_above(context.request.shadow_samples))
-    trace_patches(context, source, (chosen, covered[chosen]), sequence, cells)
+    sequence = sobol_digits(-(-context.request.samples // HEMISPHERE_REPLICATES))
+    look_at_source(context, source, chosen, covered[chosen], sequence)
     return (time.process_time() - started) * len(few) / len(chosen)
 
 
@@ -138,31 +135,23 @@ def time_stages(context, few, suns):
         reflections=plan.reflections,
         threads=1,
         progress=silent,
-        tallies=empty_tallies(len(patches), count_elements(points)) if plan.reflections else None,
     )
     laps.append(time.process_time())
-    light = sun_visibility(
-        context.ray_scene,
-        patches,
-        chosen & ~rays.covered.all(axis=1),
-        np.zeros(len(patches), bool),
-        rays.covered,
-        point_count=points,
-        suns=part,
-        behind=plan.suns_behind,
-        threads=1,
-        progress=lambda share, done: None,
-    )
+    looking, none = chosen & ~rays.covered.all(axis=1), np.zeros(len(patches), bool)
+    watch = SunWatch(context.ray_scene, patches, looking, none, rays.covered, points, behind=plan.suns_behind)
+    light = sun_visibility(watch, part)
     laps.append(time.process_time())
     sources = sum(time_source(context, source, few, rays.covered) for source in context.plan.sources)
     if not plan.reflections:
         return np.append(np.diff([*laps, laps[-1]]) / [1, count, 1], sources)
     weights = part.weights, np.empty(len(patches), np.float32)
-    visible = part.directions, light.visible_elements
-    factor = np.ones((len(patches), count_elements(points)), np.float32)
+    visible = part.directions, light.bits
+    factor = np.ones((len(patches), rays.form_factors.cells), np.float32)
     links_of(rays.form_factors, factor)  # once for all reflections of a run
     laps.append(time.process_time())
-    arriving = multiply_visible(rays.form_factors, patches.albedo, patches.normal, visible)
+    arriving = multiply_visible(
+        rays.form_factors, (patches.albedo, patches.normal, watch.points.representative_points), visible
+    )
     propagate(rays.form_factors, factor, arriving, weights)
     laps.append(time.process_time())
     sky, sun, _, products = np.diff(laps)

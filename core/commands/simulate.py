@@ -8,6 +8,9 @@ from ..effects.plan_effects import describe_plan
 from ..energy.pv_system import ELECTRIC, build_system
 from ..errors import InputError
 from ..interruption import Interruption
+from ..light.kept_matrix import is_on_disk
+from ..light.prepare_scene import build_tree
+from ..light.transfer import Round
 from ..methods import METHODS
 from ..progress import CancelledError, silent
 from ..racks.lay_racks import city_with_racks
@@ -37,9 +40,6 @@ from ..study import (
     trace_scene,
 )
 from ..sun.check_distance import describe_distance
-from ..transfer.kept_matrix import is_on_disk
-from ..transfer.patch_light import Round
-from ..transfer.prepare_scene import build_tree
 from .judge_light import judge_light
 from .refine_run import RunInputs, refine_run, wants_rounds
 from .report_outcome import describe_overrun, report_outcome

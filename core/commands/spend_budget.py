@@ -22,10 +22,10 @@ from ..accuracy.survey import survey_city, work_of_patches
 from ..accuracy.time_electricity import time_electricity
 from ..accuracy.time_patches import time_patches
 from ..accuracy.yield_errors import SAMPLED
+from ..light.prepare_scene import build_tree, prepare_scene
 from ..request import option_of
 from ..sun.choose_suns import choose_suns
 from ..sun.spread_suns import spread_suns
-from ..transfer.prepare_scene import build_tree, prepare_scene
 from .refine_run import ADAPTIVE, MOMENT, WRITING
 
 CHOICES = {  # what each free setting may be, cheapest first

@@ -13,6 +13,7 @@ class Measured:
     far_ground: float  # share of the far ground, reflected once
     passed_on: float = 0.0  # standard error from light that others pass on, in the mean of the worst group
     unseen: float = 0.0  # share of hits on patches that were left out
+    beyond: float | None = None  # share of light that would be reflected more often; None: not known
 
 
 def judge_effects(plan, measured):
@@ -35,9 +36,8 @@ def judge_effects(plan, measured):
         "reflectors": measured.unseen,
         "far-ground": measured.far_ground * edge_loss(plan),
     }
-    beyond = share_after_last(plan)
-    if beyond is not None:
-        left_out["reflections"] = measured.last_bounce * beyond
+    if measured.beyond is not None:
+        left_out["reflections"] = measured.beyond
     for effect in plan.effects:
         found = left_out.get(effect.key) if effect.on else None
         if found is None and effect.bound == 0:
@@ -49,18 +49,6 @@ def judge_effects(plan, measured):
 def judge(left_out, bound):
     """Outcome of one effect: dict."""
     return {"left_out": left_out, "holds": None if bound is None else bool(left_out <= bound)}
-
-
-def share_after_last(plan):
-    """Light beyond the last reflection over the light of the last one, as paths found it; None without any."""
-    last = plan.max_bounces
-    if not plan.lit_years or not last:
-        return None
-    found = [0.0]
-    for one in plan.lit_years:
-        of_last, beyond = one.weight @ one.beyond[:, last], one.weight @ one.beyond[:, last + 1]
-        found.append(float(beyond / (of_last - beyond)) if of_last > beyond else 0.0)
-    return max(found)
 
 
 def edge_loss(plan):

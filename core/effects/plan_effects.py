@@ -42,14 +42,14 @@ class EffectPlan:
         return self["receivers"].setting
 
     @property
-    def max_bounces(self) -> int:
-        """Number of reflections."""
+    def max_bounces(self) -> int | None:
+        """Number of reflections; None: until what is left of the light is small."""
         return self["reflections"].setting
 
     @property
     def reflections(self) -> bool:
         """Whether the matrix of form factors is needed."""
-        return self.max_bounces > 0
+        return self.max_bounces != 0
 
     @property
     def reflectors(self) -> bool:

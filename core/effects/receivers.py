@@ -10,7 +10,7 @@ KEY = "receivers"
 FEWER = 4  # times fewer rays from the others
 ENOUGH = 64  # of them to resolve the light of 16 elements
 FULL_KINDS = ("flat", "rack")  # sampled in full whether or not they are eligible
-HARDLY_SEEN = 0.3  # share of the ground's light that passes by way of the patches that receivers see least
+HARDLY_SEEN = 0.1  # share of a patch's hemisphere that receivers fill
 NOISE = 1.0  # relative standard deviation of the light that a single ray finds: one half at even odds
 CERTAINTY = 2  # standard errors
 
@@ -45,7 +45,7 @@ def fewer_points(points):
     return points // FEWER if points >= FEWER**2 else points
 
 
-def choose_turns(full, ground, seen, points):
+def choose_turns(full, ground, filled, points):
     """One in how many of its shadow points looks at one sun, in turn, for each patch.
 
     All of those of receivers, a quarter of those of others, a sixteenth of those of generated ground that receivers
@@ -57,8 +57,8 @@ def choose_turns(full, ground, seen, points):
         Receivers; None: all patches.
     ground : (p,) bool
         Generated ground.
-    seen : (p,) float64 or None
-        Of `Hemisphere`.
+    filled : (p,) float32 or None
+        Share of each patch's hemisphere that receivers fill.
     points : int
         Shadow points of a receiver.
 
@@ -70,12 +70,7 @@ def choose_turns(full, ground, seen, points):
     if full is None or fewer_points(points) == points:
         return None
     turns = np.where(full, 1, FEWER)
-    if seen is not None:
-        least = np.flatnonzero(ground & ~full)
-        least = least[np.argsort(seen[least], kind="stable")]
-        passed = np.cumsum(seen[least])
-        turns[least[passed <= HARDLY_SEEN * passed[-1:]]] = FEWER**2
-    return turns
+    return turns if filled is None else np.where(ground & ~full & (filled < HARDLY_SEEN), FEWER**2, turns)
 
 
 def find_receivers(scene, patches):

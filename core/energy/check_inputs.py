@@ -4,9 +4,9 @@ import numpy as np
 
 from ..check_arrays import UNIT, check_array, check_unit
 from ..errors import InputError
+from ..light.kept_matrix import is_on_disk, row_blocks
 from ..sky.light_sources import SOURCES, name_untraced
 from ..sun.check_suns import check_place, check_suns, check_times
-from ..transfer.kept_matrix import is_on_disk, row_blocks
 from ..weather.check_weather import LIMITS
 
 ANGLES = ("apparent_zenith", "solar_azimuth")

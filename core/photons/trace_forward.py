@@ -16,22 +16,20 @@ from scipy import sparse
 
 from ..effects.judge_effects import Measured, judge_effects
 from ..horizon.horizon import without_hidden
+from ..light.kept_matrix import area_means, cover_of_surfaces, keep_columns, keep_matrix
+from ..light.measure_cover import find_cover
+from ..light.prepare_scene import prepare_scene
+from ..light.sun_visibility import projection_in_front
+from ..light.transfer import SourceLight, TraceRecord, Transfer, note_interruption
 from ..materials.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..patches.facing_scene import FacingScene
 from ..progress import SUN_STAGE, CancelledError, Clock
-from ..radiosity.measure_cover import find_cover
 from ..request import Request, check_request
 from ..scene.check_scene import check_scene
 from ..sun.check_suns import check_suns
 from ..sun.keep_suns import end_of_days, keep_suns
 from ..sun.suns import Suns
 from ..threads import usable_threads
-from ..transfer.incidence import projection_in_front
-from ..transfer.kept_matrix import keep_columns, keep_matrix
-from ..transfer.prepare_scene import prepare_scene
-from ..transfer.surface_means import area_means, cover_of_surfaces
-from ..transfer.trace_record import TraceRecord, note_interruption
-from ..transfer.transfer import SourceLight, Transfer
 from .emit_photons import Box, box_of_scene, far_ground_source, part_of_sky, sky_source, sun_source, terrain_source
 from .follow_photons import Tally, Target
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, standard_error, trace_sources
@@ -124,6 +122,9 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
     covered_share = cover_of_surfaces(merge, covered_share)
     traced = dict(zip(SOURCES, (sky, far, direct), strict=True)) | parts
+    brightest, last = float(patches.albedo.max(initial=0)), max(sky.last, direct.last)
+    beyond = last * brightest / (1 - brightest) if brightest < 1 else None
+    measured = Measured(last, share_of_far_ground(far, sky, request), beyond=beyond)
     unreachable = (covered_share > WHOLE) | (run.area == 0)
     return Transfer(
         surfaces=scene.surfaces,
@@ -142,7 +143,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None)
         sources={name: light_of_part(light, unreachable) for name, light in parts.items()},
         record=TraceRecord(
             request=request.as_dict(),
-            effects=judge_effects(plan, Measured(max(sky.last, direct.last), share_of_far_ground(far, sky, request))),
+            effects=judge_effects(plan, measured),
             max_bounces=plan.max_bounces,
             brightest_albedo=max(float(patches.albedo.max(initial=0)), request.ground_albedo),
             patches=len(patches),

@@ -2,8 +2,8 @@
 
 from functools import partial
 
-from ..radiosity.trace_gather import trace_gather
-from ..transfer.prepare_scene import prepare_scene
+from ..light.prepare_scene import prepare_scene
+from ..light.trace_gather import trace_gather
 from .specular_light import trace_specular
 
 

@@ -7,9 +7,8 @@ from threadpoolctl import threadpool_limits
 
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC
+from ..light.transfer import Transfer, take_rows
 from ..threads import map_in_order, usable_threads
-from ..transfer.take_rows import take_rows
-from ..transfer.transfer import Transfer
 
 MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..light.measure_cover import measure_cover
 from ..progress import silent
-from ..radiosity.measure_cover import measure_cover
 
 HALF = 0.5  # of a surface: if more of it is covered, it is listed as inside
 SHEET = "has no thickness and encloses nothing: its back receives and reflects too, its row is the front as drawn"

@@ -9,12 +9,11 @@ import numpy as np
 from ..errors import InputError
 from ..files.open_netcdf import open_netcdf
 from ..horizon.horizon import TerrainHorizon
+from ..light.transfer import ErrorParts, SourceLight, Transfer, record_of_dict
 from ..scene.outline_surfaces import Outlines
 from ..scene.scene import Site, Surfaces
 from ..sky.light_sources import SOURCES
 from ..sun.suns import Suns
-from ..transfer.trace_record import record_of_dict
-from ..transfer.transfer import ErrorParts, SourceLight, Transfer
 from .transfer_fields import (
     ALBEDO,
     BARE,

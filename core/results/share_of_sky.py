@@ -6,9 +6,8 @@ import numpy as np
 
 from ..effects.judge_effects import judge
 from ..energy.compute_energy import compute_energy
+from ..light.transfer import SourceLight, take_rows
 from ..sky.light_sources import sources_of
-from ..transfer.take_rows import take_rows
-from ..transfer.transfer import SourceLight
 from .effect_shares import draw_surfaces
 
 KEY = "perez"

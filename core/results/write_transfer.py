@@ -5,9 +5,9 @@ import json
 import h5netcdf
 import numpy as np
 
+from ..light.kept_matrix import row_blocks
 from ..progress import silent
 from ..sky.light_sources import SOURCES
-from ..transfer.kept_matrix import row_blocks
 from .netcdf_file import netcdf_file, write_variables
 from .transfer_fields import (
     ALBEDO,

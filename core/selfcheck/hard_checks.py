@@ -8,8 +8,8 @@ import numpy as np
 from ..city.city import City
 from ..errors import InputError
 from ..files.read_city import read_city
+from ..light.trace_gather import trace_gather
 from ..progress import silent
-from ..radiosity.trace_gather import trace_gather
 from ..request import Request
 from ..scene.build_scene import build_scene
 from ..sun.suns import Suns

@@ -3,10 +3,10 @@
 import numpy as np
 
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
+from ..light.transfer import SourceLight, Transfer
 from ..scene.scene import Site, Surfaces
 from ..sky.light_sources import SOURCES
 from ..sun.sky_grid import sky_grid_suns
-from ..transfer.transfer import SourceLight, Transfer
 
 ROOF_TILT = 35.0  # [°]; the paper's roofs have mean tilts of 28 to 42°
 SIDES = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}

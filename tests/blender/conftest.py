@@ -18,9 +18,9 @@ import pytest
 import citypv
 from citypv.core.energy.energy import Energy
 from citypv.core.files.read_city import read_city
+from citypv.core.light.transfer import Transfer
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.sun.suns import Suns
-from citypv.core.transfer.transfer import Transfer
 
 EAST, NORTH = 391500.0, 5817800.0  # Berlin, EPSG:25833
 POLYGON = (

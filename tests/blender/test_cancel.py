@@ -7,8 +7,8 @@ import bpy
 import numpy as np
 import pytest
 
+from citypv.core.light import sun_blocks
 from citypv.core.progress import CancelledError
-from citypv.core.radiosity import sun_blocks
 from citypv.operators import job as jobs
 from citypv.operators import run_step
 from citypv.operators.job import Job

@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from citypv.core.light.transfer import take_rows
 from citypv.core.study import compute_energy
-from citypv.core.transfer.take_rows import take_rows
 from citypv.operators.best_buildings import read_best
 from citypv.operators.export_results import FORMATS, NAMES
 from citypv.operators.probe_charts import read_charts

@@ -6,8 +6,8 @@ import bpy
 import numpy as np
 import pytest
 
+from citypv.core.light import sun_blocks
 from citypv.core.progress import SUN_STAGE, CancelledError
-from citypv.core.radiosity import sun_blocks
 from citypv.operators import run_step
 from citypv.operators.session import find_city, find_session
 from citypv.operators.step_state import STEPS, state_of_step

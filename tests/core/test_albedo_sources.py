@@ -6,10 +6,10 @@ import pytest
 from scenes import join, strip, suns_towards
 
 from citypv.core.errors import InputError
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.materials.materials import MaterialSpec
 from citypv.core.materials.read_albedo import albedo_of_triangles, describe_albedo
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 

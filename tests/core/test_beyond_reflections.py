@@ -1,24 +1,23 @@
-"""Bounds of light beyond the last reflection, against closed forms and against runs that follow 30."""
+"""The number of reflections, against a closed form and against runs that follow 30."""
 
 from dataclasses import replace
 
 import numpy as np
 import pvlib
 import pytest
-from scenes import assert_mean, suns_towards
+from radiosity import bowl
+from scenes import suns_towards
 from small_city import HEAD, house, write_small_city
-from test_effects import bowl
 
-from citypv.core.commands.judge_light import judge_light
-from citypv.core.effects.judge_effects import judge
-from citypv.core.effects.reflections import bound_beyond, certainty_of, look_at_years, share_beyond, years_of
+from citypv.core.effects.reflections import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT, count_surely
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.progress import silent
 from citypv.core.request import Request
 from citypv.core.sky.plausible_years import OVERCAST, clear_year, hours_of_suns, overcast_year
-from citypv.core.study import prepare_study, read_scene, read_year, trace_scene
+from citypv.core.study import read_scene, read_year, trace_scene
 
 CHEAP = {"suns": "days:4", "samples": 64, "shadow_samples": 4, "threads": 1}
-SINGLE = {"samples": 16, "shadow_samples": 1, "suns": "days:2", "threads": 1}
 MANY = 30
 
 
@@ -42,81 +41,34 @@ def light_of_groups(transfer, weather):
 @pytest.mark.once
 @pytest.mark.parametrize(("city", "albedo"), [("houses", 0.25), ("houses", 0.6), ("street", 0.1), ("street", 0.25)])
 def test_no_group_loses_more_in_clear_and_overcast_years(tmp_path, city, albedo):
-    """Planned for either year, weighed with both: beside a run of another seed and many reflections."""
+    """Beside a run with the same rays and many reflections."""
     light = {"albedo": albedo, "ground_albedo": albedo, "weather": "clear-sky", **CHEAP}
     scene = read_scene([write_city(tmp_path / "city.gml", city)], Request(**light))
     clear = read_year(scene.site, Request(**light))
-    years = clear, overcast_year(clear)
-    effects = [prepare_study(scene, weather, Request(**light)).plan["reflections"] for weather in years]
-    assert effects[0].setting == effects[1].setting
-    # With the same seed both find the same light up to the last reflection of the first.
-    few, many = (
-        trace_scene(scene, clear, Request(**light, seed=3, max_bounces=count)) for count in (effects[0].setting, MANY)
-    )
-    lost = max((1 - light_of_groups(few, weather) / light_of_groups(many, weather)).max() for weather in years)
-    for effect in effects:
-        assert 0 < lost <= effect.bound < 0.005
+    few, many = (trace_scene(scene, clear, Request(**light, max_bounces=count)) for count in (None, MANY))
+    (effect,) = (one for one in few.record.effects if one["key"] == "reflections")
+    assert effect["outcome"]["holds"] and effect["outcome"]["left_out"] <= WHOLE_LIMIT
+    for weather in (clear, overcast_year(clear)):
+        found, known = (light_of_groups(one, weather) for one in (few, many))
+        assert 0 < (1 - found / known).max() <= GROUP_LIMIT
+        assert 0 < 1 - found.sum() / known.sum() <= WHOLE_LIMIT
 
 
-def test_the_outcome_is_of_the_group_that_loses_most(tmp_path):
-    """Walls to the north of three houses lose 0.28 % beyond two reflections under a clear sky (0.275 in long runs)."""
-    request = Request(weather="clear-sky", max_bounces=2, **SINGLE)
-    scene = read_scene([write_small_city(tmp_path / "city.gml")], request)
-    weather = read_year(scene.site, request)
-    prepared = prepare_study(scene, weather, request)
-    transfer = trace_scene(scene, weather, request, prepared=prepared)
-    (effect,) = (
-        one
-        for one in judge_light(transfer, prepared.plan, weather, request).record.effects
-        if one["key"] == "reflections"
-    )
-    assert effect["outcome"]["left_out"] == pytest.approx(0.00275, rel=0.2)
-    assert effect["outcome"]["holds"]
-    assert not judge(effect["outcome"]["left_out"], 0.0024)["holds"]  # what even suns would tell
+@pytest.mark.parametrize("albedo", [0.2, 0.4, 0.6, 0.8])
+def test_in_a_half_sphere_the_number_is_that_of_a_geometric_series(albedo):
+    """E_n = 1/2 (albedo/2)^n everywhere under the sky, so (albedo/2)^(n+1) of the light lies beyond n reflections."""
+    request = Request(albedo=albedo, far_ground=False, samples=256, shadow_samples=16, threads=1)
+    transfer = trace_gather(bowl(), suns_towards([[0, 0, 1]]), request, silent)
+    assert transfer.record.max_bounces == next(n for n in range(1, 30) if (albedo / 2) ** (n + 1) <= WHOLE_LIMIT)
+    (effect,) = (one for one in transfer.record.effects if one["key"] == "reflections")
+    expected = (albedo / 2) ** (transfer.record.max_bounces + 1)
+    assert effect["outcome"]["left_out"] == pytest.approx(expected, rel=0.1)
 
 
-def light_in_bowl(scene, year, albedo):
-    """Light of each group in a half sphere by its order of reflection: (g, 60), by exact integration over its facets.
-
-    Direct light is seen where the chord towards the sun ends above the rim; in a sphere every part receives alike of
-    every other, 1/(4 π r²).
-    """
-    corners = scene.vertices[scene.triangles]
-    place = corners.mean(axis=1)
-    place /= np.linalg.norm(place, axis=1)[:, None]
-    facing = -(place @ year.towards.T)
-    free = place[:, 2:] + 2 * facing * year.towards[:, 2] >= 0
-    first = (np.maximum(facing, 0) * free) @ year.direct + year.dome / 2
-    passed = np.pi * (year.direct @ year.towards[:, 2] + year.dome) * albedo / (4 * np.pi)
-    names, area = np.char.add(np.char.add(scene.surfaces.kind, " "), scene.surfaces.orientation), scene.surfaces.area
-    orders = passed * (albedo / 2) ** np.arange(59)
-    groups = [names == name for name in np.unique(names)]
-    return np.array([[np.average(first[one], weights=area[one]), *orders] for one in groups])
-
-
-@pytest.mark.parametrize("albedo", [0.25, pytest.param(0.6, marks=pytest.mark.once)])
-def test_groups_in_a_half_sphere_under_a_clear_sky(albedo):
-    """All places receive the same reflected light, and as much of the sun at first as their orientation lets them."""
-    scene, request = bowl(), Request(albedo=albedo, far_ground=False, weather="clear-sky", sky="isotropic", **SINGLE)
-    weather = read_year(scene.site, request)
-    inputs = prepare_study(scene, weather, request).plan.inputs
-    years = years_of(inputs)
-    for count in (1, 2, 3):
-        shares = []
-        for year, lit in zip(years, look_at_years(inputs), strict=True):
-            light = light_in_bowl(scene, year, albedo)
-            expected = light[:, count + 1 :].sum(axis=1) / light.sum(axis=1)
-            found = [share_beyond(lit, count, lit.group == index) for index in range(len(light))]
-            # Facets are a little flatter than the sphere; few paths of a small group come so far.
-            assert_mean(*np.transpose(found), expected, z=4.5)
-            shares.append(expected.max())
-        assert max(shares) <= bound_beyond(look_at_years(inputs), count, albedo) <= 2 * max(shares)
-
-
-def test_more_groups_need_more_standard_errors():
-    """One of 2.3 in a hundred beyond two of them: of ten groups each, one of 0.23 (tables of the normal law: 2.83)."""
-    assert certainty_of(1) == pytest.approx(2)
-    assert certainty_of(10) == pytest.approx(2.835, abs=0.005)
+def test_by_albedo_alone_where_no_solver_tells():
+    """Photons are followed until ρⁿ⁺¹/(1 - ρ), the most that any scene reflects beyond, is below 0.2 %."""
+    assert [count_surely(albedo) for albedo in (0.1, 0.25, 0.6)] == [2, 4, 13]
+    assert count_surely(1.0) == MOST_BOUNCES
 
 
 def test_clear_and_overcast_years():

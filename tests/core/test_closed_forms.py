@@ -5,8 +5,8 @@ import pytest
 from radiosity import canyon_after_bounces
 from scenes import assert_mean, join, scene_of_triangles, strip, suns_towards
 
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 ALBEDO = 0.25

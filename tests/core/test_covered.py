@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scenes import join, scene_of_triangles, strip, suns_towards
 
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 SUN = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6]])

@@ -11,18 +11,16 @@ from weathers import ERA5
 
 from citypv.core.effects.effect import Inputs
 from citypv.core.effects.far_ground import edge_error, measure_reach
-from citypv.core.effects.reflections import light_beyond, share_beyond
 from citypv.core.energy import compute_energy as energy_under_test
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
+from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.results.effect_shares import shares_of_effects, state_outcome
-from citypv.core.sky.plausible_years import even_year
 from citypv.core.study import prepare_study, read_scene, read_year
 from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.transfer.prepare_scene import prepare_scene
 from citypv.core.weather.read_weather import read_weather
 
 ONCE = pytest.mark.once
@@ -56,20 +54,6 @@ def pilot_of(scene, **settings):
     prepared = prepare_scene(scene, request)
     decided = {effect.key: effect for effect in prepared.plan.effects}
     return Inputs(prepared.scene, prepared.patches, prepared.materials, request, decided=decided).pilot
-
-
-@pytest.mark.parametrize("albedo", [0.25, 0.6])
-def test_a_bowl_loses_a_geometric_series(albedo):
-    """In a half sphere E_n = 1/2 (albedo/2)^n everywhere, so (albedo/2)^(n+1) lies beyond n reflections."""
-    pilot = pilot_of(bowl(), albedo=albedo, far_ground=False)
-    assert pilot.weight.sum() == pytest.approx(1)
-    assert pilot.weight @ pilot.sky[:, 0] == pytest.approx(0.5, abs=0.02)
-    lit = light_beyond(pilot, even_year())
-    for count in range(4):
-        share, error = share_beyond(lit, count)
-        # Facets are a little flatter than the sphere.
-        assert share == pytest.approx((albedo / 2) ** (count + 1), abs=4 * error, rel=0.01)
-        assert 0 < error < 0.25 * share
 
 
 def test_reflections_follow_the_albedo():

@@ -7,8 +7,8 @@ from test_covered import box
 from test_town import TOWN
 
 from citypv.core.errors import InputError
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays import choose_engine, embree_library
 from citypv.core.rays.embree_library import LibraryError
 from citypv.core.rays.ray_scene import RayScene

@@ -11,9 +11,9 @@ from citypv.__main__ import main
 from citypv.core.accuracy.foresee_target import find_cure, foresee_target
 from citypv.core.accuracy.sun_sampling import compare_hours
 from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors, split_errors
+from citypv.core.light.prepare_scene import build_tree
 from citypv.core.request import Request
 from citypv.core.study import compute_energy, measure_sun_sampling, prepare_study, read_scene, read_year, trace_scene
-from citypv.core.transfer.prepare_scene import build_tree
 
 CITY = ["--weather", "clear-sky", "--threads", "1"]
 

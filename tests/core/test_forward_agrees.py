@@ -12,9 +12,9 @@ from test_tracing import three_houses
 from thorough import THOROUGH, draw_count
 
 from citypv.core.files.read_city import read_city
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.refine import refine_triangles

@@ -15,10 +15,10 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.horizon.horizon import STEPS, TerrainHorizon, is_above
 from citypv.core.horizon.lost_sky import lost_sky
 from citypv.core.horizon.read_horizon_table import read_horizon_table
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.sun.hourly import hourly_suns
 from citypv.core.weather.weather import Weather

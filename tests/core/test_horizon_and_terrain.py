@@ -9,8 +9,8 @@ from rasterio.transform import Affine
 from citypv.core.files.read_terrain import read_terrain
 from citypv.core.horizon.horizon import STEPS
 from citypv.core.horizon.read_horizon import distance_to_end, read_horizon
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import read_year

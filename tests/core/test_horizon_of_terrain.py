@@ -16,15 +16,15 @@ from citypv.core.files.read_heights import HeightGrid, read_heights
 from citypv.core.horizon.horizon import STEPS, elevation_at
 from citypv.core.horizon.horizon_of_terrain import height_at, horizon_of_terrain
 from citypv.core.horizon.read_horizon import read_horizon
+from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import prepare_study, read_year
 from citypv.core.sun.hourly import hourly_suns
-from citypv.core.transfer.prepare_scene import prepare_scene
 
 DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.tif"
 VALLEY, SLOPE = (36.3, -84.2), (36.25, -84.12)  # places in the raster

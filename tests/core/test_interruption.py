@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from citypv.core.interruption import Interruption
+from citypv.core.light import kept_matrix
 from citypv.core.progress import CancelledError, silent
-from citypv.core.transfer import kept_matrix
 
 
 def test_an_interruption_is_heard_once_and_the_old_handlers_come_back():

@@ -16,10 +16,11 @@ from test_tracing import three_houses
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.errors import InputError
+from citypv.core.light.merge_transfers import merge_transfers
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.photons.trace_hybrid import trace_hybrid
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
@@ -27,7 +28,6 @@ from citypv.core.sky import light_sources, sky_models
 from citypv.core.sky.perez_sky import perez_sky
 from citypv.core.sky.sky_source import SkySource
 from citypv.core.sun.sky_grid import sky_grid_suns
-from citypv.core.transfer.merge_transfers import merge_transfers
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment

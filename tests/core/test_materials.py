@@ -9,6 +9,8 @@ from mirror_street import EDGES, HEIGHT, finish, light_of_strips, lit_share, str
 from scenes import assert_mean, suns_towards
 
 from citypv.core.errors import InputError
+from citypv.core.light.sun_sampling_error import trace_sun_samples
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.materials.brdf_glass import Glass, reflect_interfaces
 from citypv.core.materials.brdf_glossy import Glossy
 from citypv.core.materials.brdf_lambertian import Lambertian
@@ -17,8 +19,6 @@ from citypv.core.materials.materials import CLEAR, DIFFUSE, brdf_of_material, re
 from citypv.core.materials.read_albedo import albedo_of_triangles, brdfs_of_triangles, read_albedo
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
-from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 

@@ -11,13 +11,13 @@ from test_standard_errors import ANYWHERE, scene_and_suns
 from test_tracing import three_houses
 
 from citypv.core.errors import InputError
+from citypv.core.light.merge_transfers import MOST_REPLICATES, merge_replicates, merge_transfers, seed_of_round
+from citypv.core.light.prepare_scene import build_tree, prepare_scene, reseed
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.transfer import variance_of_mean
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
-from citypv.core.transfer.merge_transfers import MOST_REPLICATES, merge_replicates, merge_transfers, seed_of_round
-from citypv.core.transfer.noise import variance_of_mean
-from citypv.core.transfer.prepare_scene import build_tree, prepare_scene, reseed
 
 pytestmark = pytest.mark.once
 

@@ -17,8 +17,8 @@ from citypv.core.errors import InputError
 from citypv.core.files import parse_xml
 from citypv.core.files.read_city import read_city
 from citypv.core.ground.terrain import measure_heights
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import stand_city

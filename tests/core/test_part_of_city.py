@@ -9,13 +9,13 @@ from small_city import HEAD, house, surface
 from citypv.core.accuracy.part_of_city import BACKS, PartOfCity, RaysOfPart, keep_patches, spread_transfer
 from citypv.core.accuracy.pilot_run import PilotRun
 from citypv.core.accuracy.predict import of_suns, time_of_arrays
+from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.materials.materials import MaterialSpec
 from citypv.core.photons.trace_hybrid import trace_hybrid
 from citypv.core.progress import silent
 from citypv.core.request import Request
 from citypv.core.study import read_scene, read_year
 from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
 
 REQUEST = Request(weather="clear-sky", threads=1, patch_size=2.0, samples=64, shadow_samples=4, report="all")
 STAND_INS = 40

@@ -13,11 +13,11 @@ from citypv.core.accuracy.pilot_run import RUNS, PilotRun, share_work, trace_par
 from citypv.core.accuracy.predict import wall_of
 from citypv.core.accuracy.time_patches import BLOCK, draw_patches
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.request import Request
 from citypv.core.selfcheck.plain_scenes import join_parts
 from citypv.core.study import read_scene, read_year
 from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
 
 SIDE = 40  # tiles of a metre
 

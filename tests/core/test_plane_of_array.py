@@ -10,8 +10,8 @@ from scenes import scene_of_triangles
 from weathers import BARROW, DATA
 
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.weather.read_weather import read_weather

@@ -16,10 +16,10 @@ from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.counted_area import find_counted_area
 from citypv.core.energy.pv_system import default_system
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.materials.read_albedo import albedo_of_triangles
 from citypv.core.plots.tabulate import select_mounted
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.sun.choose_suns import choose_suns

@@ -21,6 +21,7 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
 from citypv.core.files.open_input import BUFFER
 from citypv.core.files.read_city import READING, read_city
+from citypv.core.light import kept_matrix
 from citypv.core.progress import CancelledError, TerminalProgress
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_cityjson import write_cityjson
@@ -29,7 +30,6 @@ from citypv.core.results.write_gltf import write_gltf
 from citypv.core.results.write_transfer import write_transfer
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.transfer import kept_matrix
 from citypv.core.weather.read_weather import read_weather
 
 DATA = Path(__file__).parents[1] / "data"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from citypv.core.commands.command_line import main
-from citypv.core.radiosity import solve_radiosity
+from citypv.core.light import solve_radiosity
 from citypv.core.selfcheck import closed_form_checks, selfcheck
 
 

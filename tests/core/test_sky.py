@@ -13,9 +13,9 @@ from weathers import BARROW, DATA
 
 from citypv.core.effects.perez import surfaces_that_count
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.sky.horizon_band import HEIGHT, horizon_directions, weight_of_band
 from citypv.core.sun.choose_suns import choose_suns

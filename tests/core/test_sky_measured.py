@@ -18,16 +18,16 @@ from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.errors import InputError
+from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.transfer import SourceLight
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
 from citypv.core.sky.choose_sky import choose_sky
 from citypv.core.sky.sky_models import split_sky
 from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.transfer.prepare_scene import prepare_scene
-from citypv.core.transfer.transfer import SourceLight
 from citypv.core.weather.read_weather import read_weather
 
 BENCHMARK = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks" / "sky.py"))

@@ -12,14 +12,14 @@ from test_forward_agrees import SUNS, group_means, refined
 from test_tracing import three_houses
 
 from citypv.core.errors import InputError
+from citypv.core.light import sun_blocks
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.materials.brdf_glass import reflect_interfaces
 from citypv.core.materials.materials import MaterialSpec
 from citypv.core.photons import specular_light
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.photons.trace_hybrid import trace_hybrid
 from citypv.core.progress import silent
-from citypv.core.radiosity import sun_blocks
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 MIRROR = "surface,albedo,material\nfacade,0.6,mirror\nflat,{},\n"

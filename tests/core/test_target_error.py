@@ -25,10 +25,10 @@ from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors
 from citypv.core.commands import refine_run
 from citypv.core.commands.add_options import imply_settings, request_of_options
 from citypv.core.commands.command_line import build_parser
+from citypv.core.light.transfer import TraceRecord
 from citypv.core.presets import PRESETS, settings_of_preset
 from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
-from citypv.core.transfer.trace_record import TraceRecord
 
 COARSE = ["--weather", "clear-sky", "--samples", "64", "--shadow-samples", "16", "--suns", "days:24", "--threads", "1"]
 

@@ -9,6 +9,7 @@ from small_city import HEAD, house
 from citypv.core.cluster.take_part import prepare_whole, take_part
 from citypv.core.cluster.thin_surroundings import WIDTH, cluster_patches, draw_members, thin_surroundings
 from citypv.core.cluster.tiles import assign_tiles, bin_pieces, box_pieces, surround
+from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.materials.read_albedo import name_brdfs
 from citypv.core.progress import silent
 from citypv.core.request import Request
@@ -16,7 +17,6 @@ from citypv.core.sampling.random_numbers import mix
 from citypv.core.scene.scene import OWN
 from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
 
 SIDE, STEP, TILE = 9, 28.0, 40.0
 REQUEST = Request(weather="clear-sky", threads=1, samples=256, shadow_samples=16, max_bounces=3)

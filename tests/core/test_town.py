@@ -9,8 +9,8 @@ from scenes import scene_of_triangles, suns_towards
 from scipy import stats
 from test_closed_forms import direct_relative
 
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 pytestmark = pytest.mark.once

@@ -11,9 +11,9 @@ from test_covered import box
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.effects.table import TABLE
 from citypv.core.errors import InputError
+from citypv.core.light import sun_visibility, trace_hemisphere
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity import sun_visibility, trace_hemisphere
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
 

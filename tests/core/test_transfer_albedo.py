@@ -6,11 +6,11 @@ import xarray as xr
 from scenes import join, strip, suns_towards
 
 from citypv.core.errors import InputError
+from citypv.core.light.sun_sampling_error import take_surfaces
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.materials.materials import MaterialSpec
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
-from citypv.core.radiosity.sun_sampling_error import take_surfaces
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer

@@ -12,15 +12,15 @@ from weathers import BERLIN, plain_table, write_table, year_of
 from citypv.core.commands.predict_seconds import predict_seconds
 from citypv.core.energy.pv_system import build_system
 from citypv.core.errors import InputError
+from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request, check_request
 from citypv.core.results.effect_shares import shares_of_effects
 from citypv.core.results.read_transfer import read_transfer
 from citypv.core.results.write_transfer import write_transfer
 from citypv.core.study import compute_energy, prepare_study, read_year, trace_scene
-from citypv.core.transfer.prepare_scene import prepare_scene
 from citypv.core.trees.canopy import Canopy
 from citypv.core.trees.crowns import volume_of_crowns
 from citypv.core.trees.foliage import parse_months

@@ -11,6 +11,7 @@ import pytest
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import default_system
 from citypv.core.errors import InputError
+from citypv.core.light.transfer import SourceLight
 from citypv.core.request import Request
 from citypv.core.results.write_groups import place_periods
 from citypv.core.results.write_groups import sum_periods as sum_rows
@@ -18,7 +19,6 @@ from citypv.core.sun.match_sky_grid import match_sky_grid, match_triangles, tria
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.sun.solar_position import solar_position
 from citypv.core.sun.sun_of_places import geocentric_sun, sun_of_place
-from citypv.core.transfer.transfer import SourceLight
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment

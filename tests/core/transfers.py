@@ -2,9 +2,8 @@
 
 import numpy as np
 
+from citypv.core.light.transfer import TraceRecord, Transfer
 from citypv.core.scene.scene import Site, Surfaces
-from citypv.core.transfer.trace_record import TraceRecord
-from citypv.core.transfer.transfer import Transfer
 
 
 def make_surfaces(surface_tilt, surface_azimuth, seed=0):

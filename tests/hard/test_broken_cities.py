@@ -19,9 +19,9 @@ from citypv.core.ground.build_ground import build_ground
 from citypv.core.ground.build_terrain import build_terrain
 from citypv.core.ground.find_feet import find_feet
 from citypv.core.ground.terrain import Layer, Terrain, measure_heights
+from citypv.core.light.sun_sampling_error import trace_sun_samples
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.classify import classify, measure_tilt

@@ -11,14 +11,14 @@ from scenes import join, strip, suns_towards
 from citypv.core.effects.closed_form import find_unobstructed, ground_view_of_tilt, sky_view_of_tilt
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.errors import InputError
+from citypv.core.light.solve_radiosity import radiosity_factor, solve_radiosity
+from citypv.core.light.sun_sampling_error import trace_sun_samples
+from citypv.core.light.sun_visibility import SunWatch, sun_visibility
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.find_resting_floors import find_resting_floors
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
-from citypv.core.radiosity.solve_radiosity import radiosity_factor, solve_radiosity
-from citypv.core.radiosity.sun_sampling_error import trace_sun_samples
-from citypv.core.radiosity.sun_visibility import sun_visibility
-from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.radiosity.trace_hemisphere import trace_hemisphere
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request, check_request
 
@@ -196,10 +196,9 @@ def test_broken_shadow_rays():
     }
 
     def look(**changed):
-        rest = {"behind": False, "threads": 1, "progress": lambda share, rays: None}
         arrays = good | changed
-        first = [arrays.pop(name) for name in ("traced", "unobstructed", "covered")]
-        return sun_visibility(ray_scene, PATCHES, *first, **arrays, **rest)
+        suns = arrays.pop("suns")
+        return sun_visibility(SunWatch(ray_scene, PATCHES, **arrays), suns)
 
     assert np.isfinite(look().visible_share).all()
     for name, value in (

@@ -15,14 +15,14 @@ from citypv.core.accuracy.choose_counted import choose_counted
 from citypv.core.accuracy.refine import Goal, largest_round, refine_transfer
 from citypv.core.accuracy.yield_errors import find_lit, split_errors
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.prepare_scene import build_tree, prepare_scene
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.transfer import Round
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.refine import refine_triangles
 from citypv.core.study import trace_round
 from citypv.core.sun.choose_suns import choose_suns
-from citypv.core.transfer.patch_light import Round
-from citypv.core.transfer.prepare_scene import build_tree, prepare_scene
 from citypv.core.weather.read_weather import read_weather
 
 pytestmark = pytest.mark.once

@@ -8,10 +8,10 @@ import pytest
 from real_cities import SUNS
 from test_stated_errors import boxes
 
+from citypv.core.light.measure_cover import measure_cover
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
-from citypv.core.radiosity.measure_cover import measure_cover
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 ROW = [  # houses that touch, each set back and of another height, so that neighbours cover corners of walls [m]

@@ -9,10 +9,10 @@ from test_laws import SUNS, random_parts, seeds
 from test_laws import law as law_of_gather
 from thorough import draw_count
 
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons import trace_sources
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.refine import refine_triangles
 

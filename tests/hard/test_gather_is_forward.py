@@ -16,8 +16,8 @@ from test_closed_forms import direct_relative
 from test_tracing import three_houses
 from thorough import draw_count
 
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 PHOTONS = {"Berlin": 32, "Manhattan": 12}  # per patch of the whole city

@@ -11,8 +11,8 @@ from towns import city_of_polygons, draw_town, moved
 
 from citypv.core.errors import InputError
 from citypv.core.ground.terrain import Layer, Terrain
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.scene.find_ground import find_ground

@@ -9,9 +9,9 @@ from test_narrow_gaps import light_by_paths, scene_of
 from test_orientation import bowl, box, valley
 from towns import city_of_polygons
 
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 

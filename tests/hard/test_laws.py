@@ -12,10 +12,10 @@ from thorough import draw_count
 from towns import city_of_polygons, moved, turned
 
 from citypv.core.effects.plan_effects import plan_effects
+from citypv.core.light import sun_visibility, trace_hemisphere
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
-from citypv.core.radiosity import sun_visibility, trace_hemisphere
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene

@@ -16,8 +16,8 @@ from scenes import join, strip, suns_towards
 from small_city import write_small_city
 
 from citypv.core.commands.command_line import main
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 SCENE = join([strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 8), *box((-5, -5, 0), (5, 5, 10))])

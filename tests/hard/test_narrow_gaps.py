@@ -12,16 +12,16 @@ from test_walls_that_touch import follow_paths
 from thorough import draw_count
 from towns import OUTWARDS, city_of_polygons
 
+from citypv.core.light.light_errors import ABRUPT, SMOOTH, remaining_error
+from citypv.core.light.measure_cover import find_cover
+from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.trace_all import prepare_gather
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
-from citypv.core.radiosity.gather_context import prepare_gather
-from citypv.core.radiosity.measure_cover import find_cover
-from citypv.core.radiosity.patch_size_errors import ABRUPT, SMOOTH, remaining_error
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.selfcheck.hard_checks import narrow_gap
-from citypv.core.transfer.prepare_scene import prepare_scene
 
 pytestmark = pytest.mark.once
 

@@ -7,8 +7,8 @@ import pytest
 from closed import box, room
 from scenes import join, strip, suns_towards
 
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.9, 0.1, 0.15]])

@@ -10,11 +10,11 @@ from own_rays import BACK, FAR, FRONT, INSIDE, SKY, OwnRays, meets_in_double
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.files.read_city import read_city
+from citypv.core.light import trace_hemisphere
+from citypv.core.light.sun_visibility import SunWatch, sun_visibility
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
-from citypv.core.radiosity import trace_hemisphere
-from citypv.core.radiosity.sun_visibility import sun_visibility
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
@@ -195,18 +195,16 @@ def test_no_wall_gets_more_or_less_sun_than_reaches_it(town):
     """Shadow rays of one's own from 1,024 points of each wall to three suns."""
     scene, (patches, rows, own, _, points) = scene_of(town), walls_of(town)
     _, found = look(town)
-    light = sun_visibility(
+    watch = SunWatch(
         RayScene(scene.vertices, scene.triangles),
         patches,
         np.isin(np.arange(len(patches)), rows),
         np.zeros(len(patches), bool),
         found.covered,
-        point_count=1024,
-        suns=(SUNS.astype(np.float32), np.ones(3, np.float32) / 3),
-        behind=False,
+        1024,
         threads=2,
-        progress=lambda share, rays: None,
     )
+    light = sun_visibility(watch, (SUNS.astype(np.float32), np.ones(3, np.float32) / 3))
     lit = np.stack([own.lit(rows, 1024, sun, np.random.default_rng(7)) for sun in SUNS], axis=1)
     shares = light.visible_share[rows]
     assert 0.05 < lit.mean() < 0.6

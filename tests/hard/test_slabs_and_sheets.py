@@ -10,10 +10,10 @@ from radiosity import crossed_strings
 from scenes import assert_mean, suns_towards
 from towns import city_of_polygons
 
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 

@@ -12,8 +12,8 @@ from real_cities import SUNS
 from towns import OUTWARDS, city_of_polygons
 
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.build_scene import build_scene
 from citypv.core.study import read_year

@@ -10,9 +10,9 @@ from scenes import join, strip, suns_towards
 from towns import city_of_polygons, draw_town, moved, turned
 
 from citypv.core.city.convert_to_metres import convert_to_metres
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request
 from citypv.core.sampling.hemisphere_rays import hemisphere_rays

@@ -6,8 +6,8 @@ from closed import box, room
 from scenes import join, strip, suns_towards
 from towns import spun
 
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])

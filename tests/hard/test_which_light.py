@@ -12,11 +12,11 @@ from thorough import draw_count
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.errors import InputError
+from citypv.core.light.solve_radiosity import radiosity_factor, solve_radiosity
+from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.trace_hemisphere import trace_hemisphere
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.progress import silent
-from citypv.core.radiosity.solve_radiosity import radiosity_factor, solve_radiosity
-from citypv.core.radiosity.trace_gather import trace_gather
-from citypv.core.radiosity.trace_hemisphere import trace_hemisphere
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.request import Request, check_request
 from citypv.core.weather.add_sun import add_sun

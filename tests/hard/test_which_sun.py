@@ -7,8 +7,8 @@ from closed import box
 from scenes import join, strip, suns_towards
 
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.sun.choose_suns import choose_suns
 from citypv.core.sun.match_suns import match_suns

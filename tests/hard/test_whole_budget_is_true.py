@@ -15,8 +15,8 @@ from weathers import ERA5
 from citypv.core.accuracy.sun_sampling import TracedYear, measure_ways
 from citypv.core.accuracy.yield_errors import find_lit
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.light.trace_gather import trace_gather
 from citypv.core.progress import silent
-from citypv.core.radiosity.trace_gather import trace_gather
 from citypv.core.request import Request
 from citypv.core.scene.refine import refine_triangles
 from citypv.core.sun.choose_suns import choose_suns

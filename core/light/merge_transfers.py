@@ -13,8 +13,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..sampling.random_numbers import mix_seed
-from .noise import own_diffuse, own_direct, variance_of_mean
-from .transfer import ErrorParts, SourceLight
+from .transfer import ErrorParts, SourceLight, own_diffuse, own_direct, variance_of_mean
 
 MEANS = ("covered_share", "sky_view_factor", "far_ground_view_factor", "diffuse_relative")
 MATRICES = ("visible_share", "direct_reflected")

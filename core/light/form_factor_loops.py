@@ -198,7 +198,7 @@ def add_visible(rows, scale, product, patches, suns):
     Computing the cosine of incidence from normals and suns is no slower than loading it from a matrix. What two places
     need is computed where it is used, which is faster than writing it into arrays of the whole row first.
     """
-    (chosen, start, key, count), (to_patch, to_cell, share), (albedo, normal) = rows, scale, patches
+    (chosen, start, key, count), (to_patch, to_cell, share), (albedo, normal, points) = rows, scale, patches
     (directions, visible), entries = suns, (start, key, count)
     east, north, up = directions[0], directions[1], directions[2]
     bits = to_patch - to_cell
@@ -210,8 +210,10 @@ def add_visible(rows, scale, product, patches, suns):
         total[:] = 0
         for place in range(0, found, 2):
             patch, other_patch = met[place] >> bits, met[place + 1] >> bits
-            first, second = visible[patch], visible[other_patch]
-            a, b = np.uint16(1 << (met[place] & inside)), np.uint16(1 << (met[place + 1] & inside))
+            point = np.int64(points[patch, met[place] & inside])
+            other_point = np.int64(points[other_patch, met[place + 1] & inside])
+            first, second = visible[patch, point >> 4], visible[other_patch, other_point >> 4]
+            a, b = np.uint16(1 << (point & 15)), np.uint16(1 << (other_point & 15))
             own_normal, other_normal = normal[patch], normal[other_patch]
             part, other_part = share * albedo[patch] * weight[place], share * albedo[other_patch] * weight[place + 1]
             c, d, e = part * own_normal[0], part * own_normal[1], part * own_normal[2]

@@ -3,21 +3,17 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-
 from ..effects.plan_effects import EffectPlan, plan_effects
 from ..materials.read_albedo import albedo_of_triangles, name_brdfs
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches, keys_of_triangles, patches_of_scene
 from ..progress import silent
-from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..scene.add_backs import add_backs
 from ..scene.check_scene import check_scene
 from ..scene.scene import Scene
-from ..sky.light_sources import RAYS_SHARE
 from ..sun.suns import Suns
 from ..threads import usable_threads
-from .patch_light import Round
+from .transfer import Round
 
 
 @dataclass
@@ -91,52 +87,3 @@ def reseed(prepared, seed):
     """The same with the random numbers of another seed: PreparedScene."""
     (keys,) = keys_of_triangles(prepared.scene, seed)
     return replace(prepared, patches=replace(prepared.patches, key=keys))
-
-
-def continue_sampling(prepared, request, before, part, seed):
-    """The same for a further round.
-
-    Patches that send all rays go on in their sequences of points; the others, and those of surfaces that the round is
-    not for, only pass light on, with other random numbers in every round.
-
-    Parameters
-    ----------
-    prepared : PreparedScene
-        Of the first round.
-    request : Request
-        Of the first round.
-    before : int
-        Samples of all rounds before, in units of those of the first: a multiple of the size of this one.
-    part : Round
-    seed : int
-        Of the numbers that do not go on.
-
-    Returns
-    -------
-    PreparedScene
-    """
-    scene, patches, plan = prepared.scene, prepared.patches, prepared.plan
-    full = patches.receives if plan.receivers is None else plan.receivers
-    if part.counted is not None:
-        full = full & np.append(part.counted, True)[scene.triangle_surface]
-        plan = with_receivers(plan, full)
-    rays, points = units_of_rounds(request)
-    patches = replace(
-        patches,
-        key=np.where(full, patches.key, *keys_of_triangles(scene, seed)),
-        rays_before=np.where(full, before * rays, 0).astype(np.uint32),
-        points_before=np.where(full, before * points, 0).astype(np.uint32),
-    )
-    return replace(prepared, patches=patches, plan=plan, round=part)
-
-
-def units_of_rounds(request):
-    """Points of their sequences that replicates of rays and shadow points are given by a round of size 1: two int."""
-    rays = max(-(-request.samples // HEMISPHERE_REPLICATES), RAYS_SHARE)
-    return tuple(1 << (count - 1).bit_length() for count in (rays, request.shadow_samples))
-
-
-def with_receivers(plan, full):
-    """The plan with other patches that send all rays: EffectPlan."""
-    effects = [replace(one, setting=full) if one.key == "receivers" else one for one in plan.effects]
-    return replace(plan, effects=effects)

@@ -43,6 +43,19 @@ class FormFactors:
     rays: int  # of each replicate, where the rows do not say
     starts: int = 1  # cells by which the starts of rays are resolved: as many as `cells`, or 1
     links: tuple | None = field(default=None, repr=False, compare=False)  # last factor and lists of `links_of`
+    sent: np.ndarray | None = field(default=None, repr=False, compare=False)  # (p,) bool, which patches have rows
+
+    def put(self, rows):
+        """Add the rows of some patches, in place of those that they had."""
+        if self.sent is None:
+            self.sent = np.zeros(self.count, bool)
+        if self.sent[rows.chosen].any():
+            replaced = np.zeros(self.count, bool)
+            replaced[rows.chosen] = True
+            self.rows = [leave_rows(one, ~replaced[one.chosen]) for one in self.rows]
+        self.sent[rows.chosen] = True
+        self.rows.append(rows)
+        self.links = None
 
     @property
     def start_bits(self):
@@ -67,6 +80,15 @@ class FormFactors:
         row, column, share = np.concatenate(parts, axis=1)
         shape = (self.count * HEMISPHERE_REPLICATES, self.count)
         return sparse.csr_matrix((share.astype(np.float32), (row.astype(int), column.astype(int))), shape=shape)
+
+
+def leave_rows(rows, kept):
+    """Some rows, (c,) bool: Rows."""
+    if kept.all():
+        return rows
+    entries, counts = np.repeat(kept, np.diff(rows.start)), np.diff(rows.start)[kept]
+    start = np.concatenate([[0], np.cumsum(counts)])
+    return Rows(rows.chosen[kept], start, rows.key[entries], rows.count[entries], rows.rays)
 
 
 def check_form_factors(form_factors, count):

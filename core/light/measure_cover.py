@@ -9,7 +9,7 @@ from ..progress import silent
 from ..sampling.hemisphere_rays import CELL_DIVISIONS
 from ..scene.add_backs import add_backs
 from ..threads import map_in_order, usable_threads
-from ..transfer.surface_means import area_means, cover_of_surfaces
+from .kept_matrix import area_means, cover_of_surfaces
 
 COVER_STAGE = "finding interior surfaces"
 PATCHES_PER_TASK = 1 << 10

@@ -155,15 +155,15 @@ def radiosity_of_cells(form_factors, factor, light):
     return np.broadcast_to(factor[:, None] * light, (len(factor), form_factors.cells)).ravel()
 
 
-def multiply_visible(form_factors, albedo, normal, suns, threads=1):
-    """F · (albedo ∘ visible share · cos(aoi)), where the visible share of a cell is that of its representative point.
+def multiply_visible(form_factors, patches, suns, threads=1):
+    """F · (albedo ∘ visible share · cos(aoi)), where the visible share of an element is that of the point for it.
 
     Parameters
     ----------
-    albedo : (p,) float32
-    normal : (p, 3) float32
-    suns : tuple of (s, 3) float32 and (p, s) uint16
-        Directions; and bit c set where the sun is visible from the point of cell c, so none for a sun behind the patch.
+    patches : tuple of (p,) float32, (p, 3) float32 and (p, elements) uint
+        Albedo, normal, and the point that stands for each element.
+    suns : tuple of (s, 3) float32 and (p, words, s) uint16
+        Directions; and bit k of word w set where the sun is visible from point 16 w + k, so none for a sun behind.
     threads : int
 
     Returns
@@ -171,9 +171,9 @@ def multiply_visible(form_factors, albedo, normal, suns, threads=1):
     (p, s) float32
     """
     directions, visible = suns
-    product = empty_product(form_factors, visible.shape[1])
+    product = empty_product(form_factors, visible.shape[2])
     suns = np.ascontiguousarray(directions.T), visible
-    return run_rows(form_factors, product, threads, add_visible, (albedo, normal), suns)
+    return run_rows(form_factors, product, threads, add_visible, patches, suns)
 
 
 def multiply_columns(form_factors, factor, light, threads=1):

@@ -46,13 +46,23 @@ def cut_into_blocks(suns, patch_count):
     """
     wanted = min(SUNS_PER_BLOCK, max(FEWEST_PER_BLOCK, len(suns) // BLOCKS))
     most = max(1, min(wanted, int(BYTES_PER_BLOCK / 4 / max(patch_count, 1))))
-    ends, blocks, start = end_of_days(suns), [], 0
+    ends, blocks, start, first = end_of_days(suns), [], 0, first_days(suns)
     while start < len(suns):
         whole = ends[(ends > start) & (ends <= start + most)]
         stop = int(whole[-1]) if len(whole) else min(start + most, len(suns))
+        stop = first if start < first < stop else stop
         blocks.append(slice(start, stop))
         start = stop
     return blocks
+
+
+def first_days(suns):
+    """Number of suns of the first days, whole ones, which stand for the year: they tell how often light is reflected.
+
+    It does not depend on the patches, and no block has suns of these days and of others.
+    """
+    ends = end_of_days(suns)
+    return int(ends[ends <= FEWEST_PER_BLOCK].max(initial=0)) or min(FEWEST_PER_BLOCK, len(suns))
 
 
 def count_kept(suns, blocks):

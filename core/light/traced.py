@@ -1,0 +1,130 @@
+"""What rays of patches met: RowLight of some patches, and Traced, the same of all patches of a city.
+
+       sky                        A ray that escapes upwards reaches the sky, one that escapes downwards the far
+    \\   |   /                      ground. A ray that hits the front of a patch links the two in the matrix F.
+ hit ←  \\|/ → far ground          A ray that hits a back carries nothing.
+═════════════ patch
+
+The light of a patch is resolved by 1, 4 or 16 elements, congruent parts of its triangle.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..horizon.horizon import TerrainHorizon
+from ..patches.facing_scene import FacingScene
+from ..patches.patches import Patches
+from ..sampling.hemisphere_rays import CELL_DIVISIONS
+from ..sampling.sample_points import HEMISPHERE_REPLICATES
+from .form_factors import FormFactors, Rows
+
+STEP = np.float32(1 / 4096)  # of deviations stored as 16-bit integers; the range ends at eight times full light
+SKY_DOME = "sky"  # the name of its first light, beside those of `sky.light_sources`
+
+
+@dataclass(kw_only=True)
+class RayCity:
+    """What rays are traced in, and what is wanted of them."""
+
+    ray_scene: FacingScene
+    patches: Patches
+    threads: int = 1
+    reflections: bool = True  # whether to collect the matrix of form factors
+    elements: int = 1  # of each patch: 1, 4 or 16
+    starts: int = 1  # elements by which the starts of rays are resolved in that matrix, of `count_starts`
+    terrain: TerrainHorizon | None = None  # rays that leave below it reach the far ground, not the sky
+    sources: tuple = ()  # of SkySource: further parts of the sky that patches look at
+    rays_share: int = 4  # hemisphere rays for each ray towards one of them
+
+
+@dataclass
+class FirstLight:
+    """Light of the sky, or of a source in it, on p patches before reflections: the visible share of the sky."""
+
+    light: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32
+    element: np.ndarray  # (p, elements) float32, of their open part; of the whole patch if too few rays start there
+    deviation: np.ndarray  # (p, elements, HEMISPHERE_REPLICATES) int16, of each replicate from the mean, in units
+    unit: np.ndarray | np.float32 = STEP  # of `deviation`; or (p,) float32
+
+    def put(self, rows, part):
+        """Replace the light of some patches."""
+        self.light[rows], self.element[rows], self.deviation[rows] = part.light, part.element, part.deviation
+
+
+def no_light(count, elements, unit=STEP):
+    """FirstLight of `count` patches that see nothing."""
+    shape = count, elements, HEMISPHERE_REPLICATES
+    light, element = np.zeros((count, shape[2]), np.float32), np.zeros(shape[:2], np.float32)
+    return FirstLight(light, element, np.zeros(shape, np.int16), unit)
+
+
+@dataclass
+class RowLight:
+    """What the rays of c patches met; and d patches that send none, since they lie wholly inside something."""
+
+    rows: np.ndarray  # (c,) int
+    covered: np.ndarray  # (c, CELL_DIVISIONS²) bool, cells that lie inside or under something
+    dark: np.ndarray  # (d,) int
+    first: dict  # of the sky, and of each source by its name: FirstLight
+    far_ground: np.ndarray  # (c, HEMISPHERE_REPLICATES) float32, share of rays that escape below the horizon
+    element_far_ground: np.ndarray  # (c, elements) float32, share of all rays that start there and do so
+    open_share: np.ndarray  # (c, elements) float32, share of the rays of each element that start in the open
+    hits: Rows | None  # without reflections None
+    ray_count: dict  # rays towards the sky, and towards each source
+
+
+@dataclass
+class Traced:
+    """RowLight of all p patches; those without rows see nothing, and all of them is open."""
+
+    first: dict
+    far_ground: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32
+    element_far_ground: np.ndarray | None  # (p, elements) float32; None once the element factors are known
+    open_share: np.ndarray | None  # (p, elements) float32; likewise
+    covered: np.ndarray  # (p, CELL_DIVISIONS²) bool
+    form_factors: FormFactors | None
+    ray_count: dict = field(default_factory=dict)
+    filled: np.ndarray | None = None  # (p,) float32, share of a patch's hemisphere that receivers fill; None: unknown
+    unseen_share: float = 0.0  # of all hits, on patches that were left out
+    factor: np.ndarray | None = None  # (p, elements) float32, of `element_factors`; None without reflections
+
+    def put(self, part):
+        """Replace rows by those of a RowLight."""
+        for name, first in self.first.items():
+            first.put(part.rows, part.first[name])
+            first.put(part.dark, no_light(len(part.dark), first.element.shape[1]))
+            self.ray_count[name] = self.ray_count.get(name, 0) + part.ray_count[name]
+        for name, dark in (("far_ground", 0), ("element_far_ground", 0), ("open_share", 0), ("covered", True)):
+            values = getattr(self, name)
+            values[part.rows], values[part.dark] = getattr(part, name), dark
+        if part.hits is not None:
+            self.form_factors.put(part.hits)
+
+    @property
+    def sky(self):
+        """Share of rays that reach the sky: (p, HEMISPHERE_REPLICATES) float32."""
+        return self.first[SKY_DOME].light
+
+    @property
+    def covered_share(self):
+        """Share of each patch that lies inside or under something: (p,) float32."""
+        return self.covered.mean(axis=1, dtype=np.float32)
+
+
+def empty_traced(city):
+    """Traced of patches that sent no rays yet."""
+    count, elements = len(city.patches), city.elements
+    first = {SKY_DOME: no_light(count, elements)}
+    for source in city.sources:
+        unshaded = source.unshaded(city.patches.normal).astype(np.float32)
+        first[source.name] = no_light(count, elements, STEP * unshaded)
+    return Traced(
+        first=first,
+        far_ground=np.zeros((count, HEMISPHERE_REPLICATES), np.float32),
+        element_far_ground=np.zeros((count, elements), np.float32),
+        open_share=np.ones((count, elements), np.float32),
+        covered=np.zeros((count, CELL_DIVISIONS**2), bool),
+        form_factors=FormFactors([], count, elements, 0, city.starts) if city.reflections else None,
+        ray_count=dict.fromkeys(first, 0),
+    )
