@@ -8,6 +8,7 @@ Each Transfer is a *round*: a complete trace with random numbers of its own (`se
 """
 
 from dataclasses import replace
+from functools import partial, reduce
 
 import numpy as np
 
@@ -29,7 +30,9 @@ SUMS = (
     "embree_thread_seconds",
     "seconds",
     "processor_seconds",
+    "degrees_of_freedom",
 )
+SHARES = ("last_bounce_share_diffuse", "last_bounce_share_direct", "discretisation_error")
 
 
 def seed_of_round(seed, index):
@@ -55,10 +58,7 @@ def merge_transfers(transfers):
         They are of different scenes or suns.
     """
     first, *others = transfers
-    total = own_matrices(first) if others else first
-    for other in others:
-        total = add_round(total, other)
-    return total
+    return reduce(add_round, others, own_matrices(first)) if others else first
 
 
 def own_matrices(transfer):
@@ -73,25 +73,21 @@ def add_round(total, other):
     Parameters, result and errors as of `merge_transfers`.
     """
     check_same(total, other)
-    counts = count_rounds(total), count_rounds(other)
-    weights = tuple(count / sum(counts) for count in counts)
-    parts = merge_parts(total.error_parts, other.error_parts, weights, counts[0])
-    own = [merge_variance(*(noise(one) for one in (total, other)), weights) for noise in (own_diffuse, own_direct)]
-    for name in MATRICES:
-        average_in_place(getattr(total, name), getattr(other, name), weights[1])
+    counts = tuple(one.record.rounds if one.record else 1 for one in (total, other))
+    weight = counts[1] / sum(counts)
+    parts = merge_parts(total.error_parts, other.error_parts, weight, counts[0])
+    left = (None, None, None, None) if parts is None else (
+        parts.diffuse_passed_on, parts.diffuse_discretisation, parts.direct_passed_on, parts.direct_discretisation
+    )  # fmt: skip
+    own = [blend_variance(noise(total), noise(other), weight) for noise in (own_diffuse, own_direct)]
     return replace(
         total,
-        **{name: weights[0] * getattr(total, name) + weights[1] * getattr(other, name) for name in MEANS},
-        diffuse_relative_standard_error=whole_error(
-            own[0], parts and (parts.diffuse_passed_on, parts.diffuse_discretisation)
-        ),
-        direct_annual_standard_error=whole_error(
-            own[1], parts and (parts.direct_passed_on, parts.direct_discretisation)
-        ),
+        **merge_light(total, other, weight),
+        diffuse_relative_standard_error=whole_error(own[0], *left[:2]),
+        direct_annual_standard_error=whole_error(own[1], *left[2:]),
         error_parts=parts,
-        sources=merge_sources(total.sources, other.sources, weights),
         bare=total.bare and add_round(total.bare, other.bare),
-        record=merge_records(total.record, other.record, weights),
+        record=merge_records(total.record, other.record, weight),
     )
 
 
@@ -109,70 +105,59 @@ def check_same(one, other):
         raise InputError("transfer", "it is of another scene, estimator or sampling of suns", "merge rounds of one run")
 
 
-def count_rounds(transfer):
-    """Number of rounds that were merged into a Transfer."""
-    return transfer.record.rounds if transfer.record else 1
+def merge_light(total, other, weight):
+    """Light of two Transfers, with the weight of the second for all surfaces or for each: dict of fields.
+
+    The matrices of surfaces × suns of the first are overwritten, in blocks of rows.
+    """
+    weight = np.broadcast_to(np.float64(weight), (len(total.surfaces),))
+    for name in MATRICES:
+        matrix, values = getattr(total, name), getattr(other, name)
+        for first in range(0, len(matrix), ROWS):
+            rows = slice(first, first + ROWS)
+            matrix[rows] += weight[rows, None].astype(np.float32) * (values[rows] - matrix[rows])
+    sources = {}
+    for name, one in total.sources.items():
+        two = other.sources[name]
+        error = np.sqrt(blend_variance(one.standard_error**2, two.standard_error**2, weight))
+        view, relative = (blend(getattr(one, n), getattr(two, n), weight) for n in ("view_factor", "relative"))
+        sources[name] = SourceLight(view, relative, error)
+    return {name: blend(getattr(total, name), getattr(other, name), weight) for name in MEANS} | {"sources": sources}
 
 
-def average_in_place(matrix, other, weight):
-    """Move a matrix of surfaces × suns, (n, s), towards another by `weight` of their difference, in blocks of rows."""
-    for first in range(0, len(matrix), ROWS):
-        rows = slice(first, first + ROWS)
-        matrix[rows] += np.float32(weight) * (other[rows] - matrix[rows])
+def blend(one, other, weight):
+    """Mean of two arrays with the weight of the second, for all rows or for each; (n, …) in their own type."""
+    weight = np.asarray(weight, one.dtype)
+    weight = weight[:, None] if weight.ndim and one.ndim > 1 else weight
+    return (1 - weight) * one + weight * other
 
 
-def merge_variance(one, other, weights):
-    """Variance of a weighted mean of two independent values with variances `one` and `other`, in their unit."""
-    return weights[0] ** 2 * one + weights[1] ** 2 * other
+def blend_variance(one, other, weight):
+    """Variance of that mean if both are independent."""
+    return (1 - weight) ** 2 * one + weight**2 * other
 
 
-def whole_error(own, others):
-    """Standard error from the variance `own`, (n,), and None or replicates (n, r) and discretisation (n,)."""
-    if others is None:
-        return np.sqrt(own)
-    passed_on, discretisation = others
-    return np.sqrt(own + variance_of_mean(passed_on) + discretisation**2)
+def whole_error(own, transported, discretisation):
+    """Standard error from the variance `own`, (n,), and replicates (n, r) and discretisation (n,), or None."""
+    return np.sqrt(own if transported is None else own + variance_of_mean(transported) + discretisation**2)
 
 
-def merge_parts(one, other, weights, rounds):
+def merge_parts(one, other, weight, rounds):
     """ErrorParts of a weighted mean of two Transfers, of which the first has `rounds`; None if they have none."""
     if one is None:
         return None
-
-    def mean(name):
-        return weights[0] * getattr(one, name) + weights[1] * getattr(other, name)
-
-    def replicates(name):
-        return merge_replicates(getattr(one, name), getattr(other, name), weights, rounds)
-
-    def variance(name):
-        return merge_variance(getattr(one, name), getattr(other, name), weights)
-
-    return ErrorParts(
-        diffuse_passed_on=replicates("diffuse_passed_on"),
-        direct_passed_on=replicates("direct_passed_on"),
-        diffuse_discretisation=mean("diffuse_discretisation"),
-        direct_discretisation=mean("direct_discretisation"),
-        covariance=variance("covariance"),
-        direct_points=variance("direct_points"),
-    )
+    merges = {
+        "diffuse_passed_on": partial(merge_replicates, rounds=rounds),
+        "direct_passed_on": partial(merge_replicates, rounds=rounds),
+        "diffuse_discretisation": blend,
+        "direct_discretisation": blend,
+        "covariance": blend_variance,
+        "direct_points": blend_variance,
+    }
+    return ErrorParts(**{n: merge(getattr(one, n), getattr(other, n), weight) for n, merge in merges.items()})
 
 
-def merge_sources(one, other, weights):
-    """Light of each traced source in a weighted mean: dict of SourceLight."""
-    return {name: merge_light(light, other[name], weights) for name, light in one.items()}
-
-
-def merge_light(one, other, weights):
-    """SourceLight of a weighted mean."""
-    return SourceLight(
-        weights[0] * one.view_factor + weights[1] * other.view_factor,
-        weights[0] * one.relative + weights[1] * other.relative,
-        np.sqrt(merge_variance(one.standard_error**2, other.standard_error**2, weights)),
-    )
-
-
-def merge_replicates(one, other, weights, rounds):
+def merge_replicates(one, other, weight, rounds):
     """Deviations of replicates whose `variance_of_mean` is that of a weighted mean of two independent values.
 
     With weights w, numbers of replicates r and R of them all, deviations are scaled by w √(R (R - 1) / (r (r - 1))).
@@ -180,7 +165,8 @@ def merge_replicates(one, other, weights, rounds):
     Parameters
     ----------
     one, other : (n, r) float
-    weights : tuple of two float
+    weight : float
+        Of the other.
     rounds : int
         In `one`: tells to which replicates those of `other` are added where they are too many to stand side by side.
 
@@ -192,8 +178,8 @@ def merge_replicates(one, other, weights, rounds):
     beside = sum(counts) <= MOST_REPLICATES
     whole = sum(counts) if beside else counts[0]
     scaled = [
-        weight * np.sqrt(whole * (whole - 1) / (count * (count - 1))) * (values - values.mean(axis=1, keepdims=True))
-        for values, weight, count in zip((one, other), weights, counts, strict=True)
+        share * np.sqrt(whole * (whole - 1) / (count * (count - 1))) * (values - values.mean(axis=1, keepdims=True))
+        for values, share, count in zip((one, other), (1 - weight, weight), counts, strict=True)
     ]
     if beside:
         return np.concatenate(scaled, axis=1)
@@ -202,29 +188,19 @@ def merge_replicates(one, other, weights, rounds):
     return scaled[0]
 
 
-def merge_records(one, other, weights):
+def merge_records(one, other, weight):
     """TraceRecord of all rounds: counts and seconds add up, shares are averaged; None if one is unknown."""
     if one is None or other is None:
         return None
-
-    def mean(name):
-        return blend(getattr(one, name), getattr(other, name), weights)
-
-    return replace(
-        one,
-        rounds=one.rounds + other.rounds,
-        **{name: blend(getattr(one, name), getattr(other, name), (1, 1)) for name in SUMS},
-        last_bounce_share_diffuse=mean("last_bounce_share_diffuse"),
-        last_bounce_share_direct=mean("last_bounce_share_direct"),
-        discretisation_error=mean("discretisation_error"),
-        degrees_of_freedom=blend(one.degrees_of_freedom, other.degrees_of_freedom, (1, 1)),
-    )
+    sums = {name: combine(getattr(one, name), getattr(other, name), (1, 1)) for name in SUMS}
+    means = {name: combine(getattr(one, name), getattr(other, name), (1 - weight, weight)) for name in SHARES}
+    return replace(one, rounds=one.rounds + other.rounds, **sums, **means)
 
 
-def blend(one, other, weights):
+def combine(one, other, weights):
     """Weighted sum of two numbers, or of those in two dicts by their keys; None if one is unknown."""
     if one is None or other is None:
         return None
     if isinstance(one, dict):
-        return {key: blend(value, other.get(key, 0), weights) for key, value in one.items()}
+        return {key: combine(value, other.get(key, 0), weights) for key, value in one.items()}
     return weights[0] * one + weights[1] * other

@@ -21,18 +21,17 @@ from ..sky.light_sources import RAYS_SHARE
 from .direct_errors import variance_of_neighbours
 from .form_factor_products import multiply_elements
 from .form_factors import count_starts
-from .kept_matrix import keep_matrix
+from .kept_matrix import keep_matrix, row_blocks
 from .light_errors import patch_size_error
-from .merge_transfers import MATRICES, MEANS, check_same, merge_records, merge_sources, whole_error
+from .merge_transfers import blend, blend_variance, check_same, merge_light, merge_records, whole_error
 from .shadow_points import shift_points
 from .solve_radiosity import covariance_of_replicates, variance_of_replicates
 from .solve_suns import keep_block, look_at_block, prepare_suns
 from .trace_all import prepare_gather, trace_all
 from .traced import SKY_DOME
-from .transfer import Emitted, Net, PatchLight, SourceLight, own_diffuse, own_direct
+from .transfer import Emitted, Net, PatchLight, SourceLight, Uneven, own_diffuse, own_direct
 
 MOST_POINTS = 1024  # of a net; larger ones stay apart
-ROWS = 1 << 14  # of matrices at a time
 
 
 def continue_sampling(prepared, request, before, part):
@@ -159,18 +158,21 @@ def trace_alone(total, request, progress, folder=None, *, prepared):
         more = np.where(context.full, (now - then).mean(axis=1, dtype=float), 0)
         return context.patch_to_surface @ more
 
-    far = context.patch_to_surface @ traced.far_ground.mean(axis=1)
+    to_surface, sources = context.patch_to_surface, {}
+    for name, known in total.sources.items():
+        first = traced.first[name].light
+        view, error = to_surface @ first.mean(axis=1, dtype=float), to_surface.power(2) @ variance_of_replicates(first)
+        sources[name] = SourceLight(view, known.relative + view - known.view_factor, np.sqrt(error))
+    far = to_surface @ traced.far_ground.mean(axis=1)
     more = gain(reflected, kept.reflected) - emitted.far_ground * (far - total.far_ground_view_factor)
     return replace(
         total,
-        sky_view_factor=context.patch_to_surface @ traced.sky.mean(axis=1),
+        sky_view_factor=to_surface @ traced.sky.mean(axis=1),
         far_ground_view_factor=far,
         diffuse_relative=total.diffuse_relative + gain(sky, kept.diffuse),
         visible_share=visible_share,
         direct_reflected=scale_reflected(total, more, folder),
-        sources={
-            one.name: view_source(context, traced.first[one.name], total.sources[one.name]) for one in context.sources
-        },
+        sources=sources,
         patch_light=light,
         bare=None,
         record=replace(
@@ -209,21 +211,13 @@ def see_suns(context, task, folder):
     return visible_share, annual, ray_count
 
 
-def view_source(context, first, before):
-    """SourceLight with the first light of this round in place of that of those before."""
-    view = context.patch_to_surface @ first.light.mean(axis=1, dtype=float)
-    error = np.sqrt(context.patch_to_surface.power(2) @ variance_of_replicates(first.light))
-    return SourceLight(view, before.relative + view - before.view_factor, error)
-
-
 def scale_reflected(total, more, folder):
     """Reflected light of each sun, with `more`, (n,), in its annual mean: (n, s) float32."""
     annual = total.direct_reflected @ total.suns.weight.astype(np.float32)
     factor = 1 + np.divide(more, annual, out=np.zeros(len(annual)), where=annual > 0)
     factor, scaled = np.maximum(factor, 0).astype(np.float32), keep_matrix(total.direct_reflected.shape, folder)
-    for first in range(0, len(factor), ROWS):
-        rows = slice(first, first + ROWS)
-        np.multiply(total.direct_reflected[rows], factor[rows, None], out=scaled[rows])
+    for rows, values in row_blocks(total.direct_reflected):
+        np.multiply(values, factor[rows, None], out=scaled[rows])
     return scaled
 
 
@@ -247,66 +241,56 @@ def add_continued(total, other):
         They are of different scenes or suns.
     """
     check_same(total, other)
-    one, new = total.patch_light, other.patch_light
+    one, new, parts = total.patch_light, other.patch_light, {}
     share = new.size / np.maximum(one.size + new.size, 1)
-    kept, weight = merge_light(one, new, share), share[:-1]
-    weights = 1 - weight, weight
-    told = tell_noise(kept)
-    own = [part + rest for part, rest in zip(told, kept.rest, strict=False)]
-    parts, uneven = total.error_parts, kept.uneven
-    transported = [
-        blend(getattr(parts, n), getattr(other.error_parts, n), weight)
-        for n in ("diffuse_passed_on", "direct_passed_on")
-    ]
-    left = [
-        stated if light is None else patch_size_error(light, values)
-        for light, values, stated in zip(
-            uneven, transported, (parts.diffuse_discretisation, parts.direct_discretisation), strict=True
-        )
-    ]
-    for name in MATRICES:
-        average_rows(getattr(total, name), getattr(other, name), weight)
+    kept, weight = merge_patches(one, new, share), share[:-1]
+    *own, parts["covariance"], parts["direct_points"] = tell_noise(kept)
+    errors = []
+    for name, variance, rest, uneven in zip(("diffuse", "direct"), own, kept.rest, kept.uneven, strict=True):
+        moved = (getattr(one.error_parts, f"{name}_passed_on") for one in (total, other))
+        transported = parts[f"{name}_passed_on"] = blend(*moved, weight)
+        left = getattr(total.error_parts, f"{name}_discretisation")
+        # Told from the light of all rounds: errors by patch size of single rounds would cancel in their mean.
+        left = parts[f"{name}_discretisation"] = left if uneven is None else patch_size_error(uneven, transported)
+        errors.append(whole_error(variance + rest, transported, left))
     size = int(new.size.max(initial=0))
-    whole = size / (total.record.rounds + size)
-    record = merge_records(total.record, other.record, (1 - whole, whole))
+    record = merge_records(total.record, other.record, size / (total.record.rounds + size))
     return replace(
         total,
-        **{name: blend(getattr(total, name), getattr(other, name), weight) for name in MEANS},
-        diffuse_relative_standard_error=whole_error(own[0], (transported[0], left[0])),
-        direct_annual_standard_error=whole_error(own[1], (transported[1], left[1])),
-        error_parts=replace(
-            parts,
-            diffuse_passed_on=transported[0],
-            direct_passed_on=transported[1],
-            diffuse_discretisation=left[0],
-            direct_discretisation=left[1],
-            covariance=told[2],
-            direct_points=told[3],
-        ),
-        sources=merge_sources(total.sources, other.sources, weights),
+        **merge_light(total, other, weight),
+        diffuse_relative_standard_error=errors[0],
+        direct_annual_standard_error=errors[1],
+        error_parts=replace(total.error_parts, **parts),
         bare=total.bare and add_continued(total.bare, other.bare),
         record=replace(record, degrees_of_freedom=total.record.degrees_of_freedom),
         patch_light=kept,
     )
 
 
-def merge_light(one, new, share):
+def merge_patches(one, new, share):
     """PatchLight of all rounds, with the last one's share in the light of each surface and, last, of the ground."""
-    of_all, of_patch = new.rest is not None, share[one.owner]
+    of_patch, weight, merged = share[one.owner], share[:-1], {}
     rows = np.intersect1d(one.rows, new.rows)
     nets = [Net(net.before, net.light[np.searchsorted(kept.rows, rows)]) for kept in (one, new) for net in kept.nets]
-    nets = join_nets(one.key[rows], nets)
-    points = (1 - of_patch) ** 2 * one.points + of_patch**2 * new.points
-    count = sum(net.light.shape[1] for net in nets)
+    nets, count = join_nets(one.key[rows], nets), sum(net.light.shape[1] for net in nets)
     variance = sum((net.light.shape[1] / count) ** 2 * variance_of_neighbours(net.light) for net in nets)
+    points = blend_variance(one.points, new.points, of_patch)
     points[rows] = np.where(one.sent[rows], variance, 0)
-    weight = share[:-1]
-    merged = {"emitted": new.emitted} if of_all else {}
-    if of_all:
-        merged["rest"] = tuple((1 - weight) ** 2 * a + weight**2 * b for a, b in zip(one.rest, new.rest, strict=True))
-        merged["uneven"] = tuple(
-            mine and merge_uneven(mine, others, weight) for mine, others in zip(one.uneven, new.uneven, strict=True)
-        )
+    if new.rest is not None:  # a round of all
+        pairs = zip(one.uneven, new.uneven, strict=True)
+        merged = {
+            "emitted": new.emitted,
+            "rest": tuple(blend_variance(a, b, weight) for a, b in zip(one.rest, new.rest, strict=True)),
+            "uneven": tuple(
+                mine
+                and Uneven(
+                    blend(mine.received, others.received, weight),
+                    blend_variance(mine.variance, others.variance, weight),
+                    blend(mine.light, others.light, weight),
+                )
+                for mine, others in pairs
+            ),
+        }
     return replace(
         one,
         size=one.size + new.size,
@@ -319,45 +303,17 @@ def merge_light(one, new, share):
     )
 
 
-def merge_uneven(one, other, weight):
-    """Uneven light of all rounds. Patch-size errors told from single rounds would cancel in their mean."""
-    variance = (1 - weight) ** 2 * one.variance + weight**2 * other.variance
-    return one._replace(
-        received=blend(one.received, other.received, weight),
-        variance=variance,
-        light=blend(one.light, other.light, weight),
-    )
-
-
 def join_nets(keys, nets):
     """Nets of which none continues the one before it: list of Net."""
     joined = []
     for net in nets:
         joined.append(net)
-        while len(joined) > 1 and are_halves(*joined[-2:]):
-            halves = joined[-2:]
-            shifts = tuple(shift_points(keys, np.full(len(keys), half.before)) for half in halves)
-            joined[-2:] = [Net(halves[0].before, merge_nets(shifts, tuple(half.light for half in halves)))]
+        while len(joined) > 1:
+            one, other = joined[-2:]
+            count = one.light.shape[1]
+            halves = count == other.light.shape[1] and other.before == one.before + count
+            if not halves or one.before % (2 * count) or 2 * count > MOST_POINTS:
+                break
+            shifts = tuple(shift_points(keys, np.full(len(keys), half.before)) for half in (one, other))
+            joined[-2:] = [Net(one.before, merge_nets(shifts, (one.light, other.light)))]
     return joined
-
-
-def are_halves(one, other):
-    """Whether two nets are the halves of a larger one."""
-    count = one.light.shape[1]
-    same = count == other.light.shape[1] and other.before == one.before + count
-    return same and one.before % (2 * count) == 0 and 2 * count <= MOST_POINTS
-
-
-def blend(one, other, weight):
-    """Mean of two arrays with the weight of the second for each row."""
-    weight = np.asarray(weight, one.dtype)
-    weight = weight[:, None] if one.ndim > 1 else weight
-    return (1 - weight) * one + weight * other
-
-
-def average_rows(matrix, other, weight):
-    """Move a matrix of surfaces × suns towards another by a share of their difference, (n,), by blocks of rows."""
-    weight = weight.astype(np.float32)[:, None]
-    for first in range(0, len(matrix), ROWS):
-        rows = slice(first, first + ROWS)
-        matrix[rows] += weight[rows] * (other[rows] - matrix[rows])

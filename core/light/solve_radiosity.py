@@ -211,7 +211,7 @@ def find_bounces(exchange, light, weights, first):
     """
     limits = np.append(np.full(len(first) - 1, GROUP_LIMIT), WHOLE_LIMIT)[:, None]
     arrived, whole = weights @ light.astype(float), np.array(first)
-    for count in range(1, MOST_BOUNCES + 1):
+    for count in range(1, MOST_BOUNCES + 1):  # noqa: B007
         whole += arrived
         light = exchange.reflect(light)
         following = weights @ light.astype(float)

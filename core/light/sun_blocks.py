@@ -61,8 +61,8 @@ def first_days(suns):
 
     It does not depend on the patches, and no block has suns of these days and of others.
     """
-    ends = end_of_days(suns)
-    return int(ends[ends <= FEWEST_PER_BLOCK].max(initial=0)) or min(FEWEST_PER_BLOCK, len(suns))
+    ends, most = end_of_days(suns), min(FEWEST_PER_BLOCK, SUNS_PER_BLOCK)
+    return int(ends[ends <= most].max(initial=0)) or min(most, len(suns))
 
 
 def count_kept(suns, blocks):
@@ -86,14 +86,14 @@ class SunProgress:
 
     def __init__(self, progress, count, bounces):
         self.progress, self.count, self.bounces = progress, count, bounces
-        self.rays_before = self.rays = 0
+        self.rays_before = self.rays = self.furthest = 0
         self.part = 0.5 if bounces else 1.0  # share of a block's time that its rays take
 
     def begin(self, block):
         """Start a block of suns, given as a slice."""
         self.block, self.rays_before, self.started = block, self.rays, time.perf_counter()
         self.rays_done = self.started
-        if block.start == 0:
+        if block.start == 0 and not self.rays:
             self.progress(SUN_STAGE, 0, self.count, "suns")
 
     def report_rays(self, share, rays):
@@ -114,7 +114,8 @@ class SunProgress:
         self._report(1.0)
 
     def _report(self, share):
-        suns = self.block.start + share * (self.block.stop - self.block.start)
+        # Blocks that tell the number of reflections are looked at first and reflected afterwards.
+        suns = self.furthest = max(self.furthest, self.block.start + share * (self.block.stop - self.block.start))
         if self.rays:
             self.progress(
                 SUN_STAGE, self.rays, self.rays if suns == self.count else self.rays * self.count / suns, "rays"

@@ -20,7 +20,7 @@ from .form_factor_products import multiply_elements
 from .kept_matrix import cover_of_surfaces, keep_columns
 from .prepare_scene import prepare_scene
 from .rounds import keep_patches, with_patches
-from .solve_radiosity import exchange_of, find_bounces, radiosity_factor, variance_of_replicates
+from .solve_radiosity import Exchange, find_bounces, radiosity_factor, variance_of_replicates
 from .solve_sky import solve_dome, solve_source
 from .solve_suns import light_of_first_days, prepare_suns, solve_suns
 from .trace_all import prepare_gather, trace_all
@@ -80,7 +80,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     # Every sun is traced, since open hours lie between them; errors are those of the light that counts.
     task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain)), None
     if plan.reflections and plan.max_bounces is None:
-        context.bounces, left = choose_bounces(context, traced, task)
+        context.bounces, left = choose_bounces(prepared, context, traced, task)
         clock.lap("number of reflections")
     diffuse = solve_dome(context, traced, traced.first[SKY_DOME])
     light = specular and specular(context, traced)
@@ -153,48 +153,45 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     return with_patches(transfer, replace(kept, emitted=emitted, uneven=(diffuse.error.uneven, direct.error.uneven)))
 
 
-def choose_bounces(context, traced, task):
+def choose_bounces(prepared, context, traced, task):
     """How often light is followed from patch to patch, and the share of light that is left then: (int, float).
 
     It is found on two columns, the sky and the sum of the first days' suns, and holds for all light.
     """
-    patches, sky, threads = context.patches, traced.first[SKY_DOME], context.threads
+    factor, sky, threads = traced.factor, traced.first[SKY_DOME], context.threads
+    if context.plan["specular"].on:  # what reflects otherwise counts as if it did by Lambert's law
+        context = replace(context, patches=prepared.patches)
+        whole = radiosity_factor(prepared.patches, traced.covered_share)
+        factor = np.repeat(whole[:, None], factor.shape[1], axis=1)
+    patches = context.patches
     once = multiply_elements(traced.form_factors, patches.albedo, sky.element, threads)
     once += np.float32(context.request.ground_albedo) * traced.far_ground
     columns = [(sky.light.mean(axis=1), once.mean(axis=1)), light_of_first_days(context, traced, task)]
     first, light = (np.stack(part, axis=1) for part in zip(*columns, strict=True))
-    groups = group_patches(context)
-    return find_bounces(exchange_of(context, traced), light, groups, groups @ first.astype(float))
+    groups = sparse.csr_matrix(group_surfaces(context)) @ context.patch_to_surface
+    return find_bounces(Exchange(traced.form_factors, factor, threads), light, groups, groups @ first.astype(float))
 
 
-def group_patches(context):
-    """Patches in the light of receivers of each kind and orientation, the last row being all: (g + 1, p) sparse."""
+def group_surfaces(context):
+    """Weights of surfaces in the light of receivers of each kind and orientation, and of all: (g + 1, n) float64."""
     area, surfaces = context.eligible_area, context.surfaces
-    if not area.any():
-        return sparse.csr_matrix(context.patches.area * context.patches.receives)
     names = np.char.add(np.asarray(surfaces.kind, str), np.asarray(surfaces.orientation, str))
     groups = [np.where(names == name, area, 0) for name in np.unique(names[area > 0])]
-    return sparse.csr_matrix(np.stack([*groups, area])) @ context.patch_to_surface
+    return np.stack([*groups, area if area.any() else surfaces.area])
 
 
 def measure_outcome(context, traced, diffuse, direct, left):
     """What a run tells on what it left out: Measured; `left` of reflections is known where their number was found."""
-    groups, area = group_patches(context), context.eligible_area
+    groups, area = group_surfaces(context), context.eligible_area
     last, brightest = max(diffuse.last, direct.last), float(context.patches.albedo.max(initial=0))
     if left is None and brightest < 1:
         left = last * brightest / (1 - brightest)  # each reflection keeps that much at most
-    far = context.patch_to_surface @ traced.far_ground.mean(axis=1)
-    light, noise = float(area @ diffuse.mean), [0.0]
-    whole = groups @ diffuse.by_replicate.mean(axis=1)
-    if area.any():
-        names = np.char.add(np.asarray(context.surfaces.kind, str), np.asarray(context.surfaces.orientation, str))
-        for row, name in enumerate(np.unique(names[area > 0])):
-            deviations = np.where(names == name, area, 0) @ diffuse.error.transported
-            noise.append(float(np.sqrt(variance_of_replicates(deviations[None])[0]) / max(whole[row], 1e-30)))
+    noise, light = np.sqrt(variance_of_replicates(groups @ diffuse.error.transported)), groups @ diffuse.mean
+    far = context.request.ground_albedo * (area @ (context.patch_to_surface @ traced.far_ground.mean(axis=1)))
     return Measured(
         last_bounce=last,
-        far_ground=float(context.request.ground_albedo * (area @ far)) / light if light > 0 else 0.0,
-        passed_on=max(noise),
+        far_ground=float(far / light[-1]) if light[-1] > 0 else 0.0,
+        passed_on=float(np.divide(noise, light, out=np.zeros(len(light)), where=light > 0)[:-1].max(initial=0)),
         unseen=traced.unseen_share,
         beyond=left,
     )

@@ -110,7 +110,7 @@ def test_replicates_side_by_side_state_the_variance_of_the_mean():
         total = values[:, 0]
         for index in range(1, rounds):
             weights = index / (index + 1), 1 / (index + 1)
-            total = merge_replicates(total, values[:, index], weights, index)
+            total = merge_replicates(total, values[:, index], weights[1], index)
         assert total.shape[1] == min(4 * rounds, MOST_REPLICATES)
         stated, freedom = variance_of_mean(total), 3 * min(rounds, MOST_REPLICATES // 4)
         assert stated.mean() == pytest.approx(1 / (4 * rounds), rel=5 * np.sqrt(2 / freedom / 4000))
