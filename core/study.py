@@ -26,8 +26,8 @@ from .light.rounds import continue_sampling, trace_alone
 from .light.trace_gather import trace_seasons
 from .light.transfer import scale_direct
 from .materials.read_albedo import check_materials
+from .photons.specular_light import trace_hybrid
 from .photons.trace_forward import trace_forward
-from .photons.trace_hybrid import trace_hybrid
 from .progress import ignore_share, silent
 from .racks.lay_racks import lay_racks
 from .racks.parse_racks import parse_racks
@@ -222,7 +222,7 @@ def trace_round(scene, total, request, part, *, progress=silent, folder=None, pr
     before, suns = total.record.rounds, total.suns
     seed = seed_of_round(request.seed, before)
     if request.estimator == "gather":
-        prepared = continue_sampling(prepared, request, before, part)
+        prepared = continue_sampling(prepared, request, total, part)
     else:
         prepared = reseed(prepared, seed)
     samples, points = part.size * request.samples, part.size * request.shadow_samples

@@ -12,7 +12,7 @@ from ..energy.pv_system import build_system
 from ..light.sun_visibility import POINTS_PER_TASK
 from ..light.trace_hemisphere import RAYS_PER_TASK
 from ..light.transfer import take_rows
-from ..photons.trace_hybrid import trace_hybrid
+from ..photons.specular_light import trace_hybrid
 from ..progress import SUN_STAGE
 from ..sky.choose_sky import choose_sky
 from .part_of_city import keep_patches, spread_transfer

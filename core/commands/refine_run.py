@@ -3,8 +3,7 @@
 import time
 from typing import NamedTuple
 
-from ..accuracy.choose_counted import choose_counted
-from ..accuracy.refine import Goal, largest_round, refine_transfer, unreachable
+from ..accuracy.refine import Goal, choose_counted, largest_round, refine_transfer, unreachable
 from ..accuracy.yield_errors import split_errors
 from ..light.prepare_scene import PreparedScene
 from ..progress import TerminalProgress

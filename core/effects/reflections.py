@@ -21,13 +21,8 @@ def decide(inputs):
     if count:
         words = f"{count} bounce{'s' if count != 1 else ''}"
         return Effect(KEY, True, words, "as asked", bound_beyond(count, brightest), setting=count)
-    if request.estimator == "forward":
-        count = count_surely(brightest)
-        bound = bound_beyond(count, brightest)
-        left = "an albedo is 1" if bound is None else f"by albedo at most {100 * bound:.2f} % of the light is left"
-        return Effect(KEY, True, f"{count} bounces", left, bound, setting=count)
     words = f"until what is left is below {100 * WHOLE_LIMIT:g} %"
-    return Effect(KEY, True, words, "the solver's residual tells", GROUP_LIMIT, setting=None)
+    return Effect(KEY, True, words, "the light that is still on its way tells", GROUP_LIMIT, setting=None)
 
 
 def bound_beyond(count, brightest):

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
-from .form_factors import REPLICATE_BITS
+from .traced import REPLICATE_BITS
 
 NONE = np.float32(0)
 

@@ -1,4 +1,4 @@
-"""Matrices of surfaces × suns: in memory if small, else memory-mapped files."""
+"""Matrices of surfaces × suns, in memory if small, else memory-mapped files; and means of patches over surfaces."""
 
 import os
 import tempfile
@@ -13,6 +13,9 @@ from ..threads import map_in_order
 
 LIMIT = 1 << 28  # bytes: largest matrix kept in memory
 ZEROS = 1 << 24  # bytes written at a time where the system cannot preallocate files
+ROWS_PER_TASK = 1 << 13
+COVER_STEPS = 512  # finer than cover is known: walls that are covered by exactly one half are told from larger ones
+TIE = 1e-4  # of a step: what lies halfway between two is rounded down, whatever the rounding of areas adds to it
 
 
 def keep_matrix(shape, folder=None):
@@ -90,11 +93,6 @@ def keep_columns(matrix, count):
     return np.array(kept) if is_on_disk(matrix) and kept.nbytes <= LIMIT else kept
 
 
-ROWS_PER_TASK = 1 << 13
-COVER_STEPS = 512  # finer than cover is known: walls that are covered by exactly one half are told from larger ones
-TIE = 1e-4  # of a step: what lies halfway between two is rounded down, whatever the rounding of areas adds to it
-
-
 def area_means(triangle_surface, area, count):
     """Matrix that averages patches over their surface: (count, p) sparse float64; 0 for patches without area."""
     own = np.flatnonzero((triangle_surface >= 0) & (area > 0))
@@ -103,12 +101,12 @@ def area_means(triangle_surface, area, count):
     return sparse.csr_matrix((area[own] / whole[surface], (surface, own)), shape=(count, len(area)))
 
 
-def cover_of_surfaces(merge, covered_share):
+def cover_of_surfaces(patch_to_surface, covered_share):
     """Covered share of surfaces, to 1/COVER_STEPS.
 
     Parameters
     ----------
-    merge : (n, p) sparse float64
+    patch_to_surface : (n, p) sparse float64
         Of `area_means`.
     covered_share : (p,) float
         Of patches.
@@ -117,15 +115,15 @@ def cover_of_surfaces(merge, covered_share):
     -------
     (n,) float64
     """
-    return np.floor(COVER_STEPS * (merge @ covered_share) + 0.5 - TIE) / COVER_STEPS
+    return np.floor(COVER_STEPS * (patch_to_surface @ covered_share) + 0.5 - TIE) / COVER_STEPS
 
 
-def average_surfaces(merge, values, threads, out=None):
+def average_surfaces(patch_to_surface, values, threads, out=None):
     """Means over surfaces, in float32.
 
     Parameters
     ----------
-    merge : (n, p) sparse float64
+    patch_to_surface : (n, p) sparse float64
         Of `area_means`.
     values : (p, s) float32
     threads : int
@@ -136,11 +134,17 @@ def average_surfaces(merge, values, threads, out=None):
     -------
     (n, s) float32
     """
-    means = np.empty((merge.shape[0], values.shape[1]), np.float32) if out is None else out
+    means = np.empty((patch_to_surface.shape[0], values.shape[1]), np.float32) if out is None else out
 
     def average(first):
         last = min(first + ROWS_PER_TASK, len(means))
-        add_rows(merge.indptr[first : last + 1], merge.indices, merge.data, values, means[first:last])
+        add_rows(
+            patch_to_surface.indptr[first : last + 1],
+            patch_to_surface.indices,
+            patch_to_surface.data,
+            values,
+            means[first:last],
+        )
 
     for _ in map_in_order(average, range(0, len(means), ROWS_PER_TASK), threads):
         pass

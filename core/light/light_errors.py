@@ -1,9 +1,15 @@
-"""Propagation of the errors of re-emitted light to the patches that receive it.
+"""Errors of surfaces' light: own noise, noise of the light that others re-emit, and discretisation.
 
-The hemisphere rays of a patch are four independent replicates, and its shadow points differ from their neighbours. Both
-give the error of the first light of each cell. Every patch that sees the cell shares that error, and so do all patches
-of a surface: unlike their own noise, it does not average out among them. Deviations of four replicates of the first
-light are therefore propagated through F like light, and the variance of what arrives is its error.
+Own noise          the hemisphere rays of a patch are four independent replicates; noise of patches averages out
+Transported        every patch that sees an element shares the error of its first light, and so do all patches of a
+                   surface: deviations of four replicates of it are followed through F like light
+Discretisation     first light is re-emitted by elements, 16 per patch. Re-emitted from elements of twice that length,
+                   or evenly from whole patches, it arrives elsewhere:
+
+    whole patches  ── first step ──►  4 elements  ── second step ──►  16 elements  ── remainder ──►  exact
+
+Where light varies smoothly, each step is a quarter of the one before; where it ends abruptly, as at the mouth of a
+narrow gap, half of it. So the remainder follows from the two steps: one third of the second step, up to all of it.
 """
 
 from dataclasses import dataclass
@@ -17,6 +23,8 @@ from .solve_radiosity import exchange_of, variance_of_replicates
 from .transfer import Uneven
 
 LEAST_SHARE = 0.1  # of a deviation, by powers of the brightest albedo: bounces that carry less are left out
+SMOOTH, ABRUPT = 1 / 4, 1 / 2  # ratio of successive steps: errors fall with the square or the first power of length
+SMALL_SHARE = 0.01  # of a surface's light: a smaller discretisation error is stated for the whole run only
 
 
 class Deviations(NamedTuple):
@@ -56,9 +64,6 @@ def propagate_deviations(context, traced, first, arrived):
 def count_bounces(albedo, max_bounces):
     """Number of reflections that carry more than LEAST_SHARE of a deviation at the brightest albedo, at least one."""
     return next((n for n in range(1, max_bounces) if albedo ** (n + 1) < LEAST_SHARE), max(max_bounces, 1))
-
-
-SMOOTH, ABRUPT = 1 / 4, 1 / 2  # ratio of successive steps: errors fall with the square or the first power of length
 
 
 class Steps(NamedTuple):
@@ -158,9 +163,6 @@ def estimate_discretisation_error(context, steps, reflected):
     weight = context.eligible_area @ context.patch_to_surface  # of the patches
     whole = float(weight @ reflected.mean(axis=1))
     return float(weight @ steps.received.sum(axis=1)) / whole if whole > 0 else 0.0
-
-
-SMALL_SHARE = 0.01  # of a surface's light: a smaller discretisation error is stated for the whole run only
 
 
 @dataclass

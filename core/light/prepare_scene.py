@@ -26,6 +26,7 @@ class PreparedScene:
     plan: EffectPlan
     suns: Suns | None = None  # if they were chosen already
     round: Round | None = None  # if further ones are to be merged with it
+    bounces: int | None = None  # number of reflections, where a round before found it
     bare: bool = False  # whether deciduous trees are traced without leaves
 
     @cached_property

@@ -20,7 +20,6 @@ from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..sky.light_sources import RAYS_SHARE
 from .direct_errors import variance_of_neighbours
 from .form_factor_products import multiply_elements
-from .form_factors import count_starts
 from .kept_matrix import keep_matrix, row_blocks
 from .light_errors import patch_size_error
 from .merge_transfers import blend, blend_variance, check_same, merge_light, merge_records, whole_error
@@ -28,13 +27,13 @@ from .shadow_points import shift_points
 from .solve_radiosity import covariance_of_replicates, variance_of_replicates
 from .solve_suns import keep_block, look_at_block, prepare_suns
 from .trace_all import prepare_gather, trace_all
-from .traced import SKY_DOME
+from .traced import SKY_DOME, count_starts
 from .transfer import Emitted, Net, PatchLight, SourceLight, Uneven, own_diffuse, own_direct
 
 MOST_POINTS = 1024  # of a net; larger ones stay apart
 
 
-def continue_sampling(prepared, request, before, part):
+def continue_sampling(prepared, request, total, part):
     """The scene for a further round, in which the patches go on in their sequences of points: PreparedScene.
 
     Parameters
@@ -43,10 +42,11 @@ def continue_sampling(prepared, request, before, part):
         Of the first round.
     request : Request
         Of the first round.
-    before : int
-        Samples of all rounds before, in units of those of the first: a multiple of the size of this one.
+    total : Transfer
+        Of all rounds before; their samples are a multiple of those of this one.
     part : Round
     """
+    before, bounces = total.record.rounds, max(one.record.max_bounces for one in (total, total.bare or total))
     patches, owner, count = prepared.patches, prepared.scene.triangle_surface, len(prepared.patches)
     rays = max(-(-request.samples // HEMISPHERE_REPLICATES), RAYS_SHARE)
     rays, points = (1 << (number - 1).bit_length() for number in (rays, request.shadow_samples))
@@ -60,7 +60,7 @@ def continue_sampling(prepared, request, before, part):
         rays_before=np.full(count, before * rays, np.uint32),
         points_before=np.full(count, before * points, np.uint32),
     )
-    return replace(prepared, patches=patches, round=part)
+    return replace(prepared, patches=patches, round=part, bounces=bounces)
 
 
 def keep_patches(context, task, part, by_replicate, annual):

@@ -20,12 +20,11 @@ from ..request import Request
 from ..sampling.sample_points import HEMISPHERE_REPLICATES
 from ..scene.scene import Surfaces
 from ..threads import usable_threads
-from .form_factors import count_starts
 from .kept_matrix import area_means
 from .shadow_points import count_elements, points_above
 from .solve_radiosity import element_factors
 from .trace_hemisphere import trace_rows
-from .traced import SKY_DOME, RayCity, empty_traced
+from .traced import SKY_DOME, RayCity, count_starts, empty_traced
 
 STAGE = "sky and reflections"
 
@@ -101,7 +100,7 @@ def prepare_gather(prepared, request, progress):
         eligible_area=np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0),
         progress=progress,
         rounds=prepared.round is not None,
-        bounces=plan.max_bounces or 0,
+        bounces=plan.max_bounces or prepared.bounces or 0,
     )
 
 

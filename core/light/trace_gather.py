@@ -79,7 +79,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     clock.lap("sky and reflections")
     # Every sun is traced, since open hours lie between them; errors are those of the light that counts.
     task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain)), None
-    if plan.reflections and plan.max_bounces is None:
+    if plan.reflections and not context.bounces:
         context.bounces, left = choose_bounces(prepared, context, traced, task)
         clock.lap("number of reflections")
     diffuse = solve_dome(context, traced, traced.first[SKY_DOME])

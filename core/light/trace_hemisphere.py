@@ -30,8 +30,7 @@ from ..sampling.sample_points import (
     sobol_digits,
 )
 from ..threads import map_in_order
-from .form_factors import FEWEST_RAYS, count_hits
-from .traced import SKY_DOME, STEP, FirstLight, RayCity, RowLight, empty_traced, no_light
+from .traced import FEWEST_RAYS, SKY_DOME, STEP, FirstLight, RayCity, RowLight, count_hits, empty_traced, no_light
 
 RAYS_PER_TASK = 1 << 18
 LEAST = 1e-6  # of a source's light on an unshaded patch, up to which that does not face it

@@ -1,4 +1,4 @@
-"""How a Transfer was made: settings, decisions, counts and measurements, so that the run can be judged and repeated."""
+"""Result of tracing, independent of weather: relative irradiance of every surface, its errors, and how it was made."""
 
 from dataclasses import asdict, dataclass, field, fields, replace
 from typing import NamedTuple
@@ -199,10 +199,10 @@ def no_parts(count):
     return ErrorParts(np.zeros((count, 2)), np.zeros((count, 2)), *np.zeros((4, count)))
 
 
-def own_variance(standard_error, passed_on, discretisation):
+def own_variance(standard_error, transported, discretisation):
     """Variance from own rays: squared standard error, (n,), less those of replicates (n, r) and discretisation (n,)."""
     whole = np.asarray(standard_error, float) ** 2
-    return np.maximum(whole - variance_of_mean(passed_on) - discretisation**2, 0)
+    return np.maximum(whole - variance_of_mean(transported) - discretisation**2, 0)
 
 
 def variance_of_mean(replicates):

@@ -12,24 +12,19 @@ After that reflection photons are reflected by any face. No path is counted twic
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import sparse
 
 from ..horizon.horizon import is_above
+from ..light.prepare_scene import prepare_scene
 from ..light.trace_all import GatherContext
+from ..light.trace_gather import trace_gather
 from ..sampling.random_numbers import key_of_names
 from ..threads import map_in_order
 from .follow_photons import Target
-from .specular_faces import (
-    FAR_GROUND,
-    SKY,
-    Batch,
-    add_up,
-    follow_reflected,
-    photons_of_sun,
-    photons_of_surroundings,
-)
+from .specular_faces import FAR_GROUND, SKY, Batch, add_up, follow_reflected, photons_of_sun, photons_of_surroundings
 
 REPLICATES = 8  # independent sets of photons; their variance gives the standard error
 PHOTONS_PER_TASK = 1 << 16
@@ -238,3 +233,13 @@ def trace_sun(task, direction, index):
         last = np.full(len(photons.number), context.bounces - 1)
         arrived += add_up(follow_reflected(target, batch.key, photons, last), shape)
     return arrived * per_area(task, float(power.sum()), per_replicate)
+
+
+def trace_hybrid(scene, suns, request, progress, folder=None, *, prepared=None):
+    """Trace a scene by gather, and by photons what its mirrors, glossy faces and glass add.
+
+    Parameters, result and errors as of `trace_gather`.
+    """
+    prepared = prepared or prepare_scene(scene, request, suns=suns)
+    specular = partial(trace_specular, prepared) if prepared.plan["specular"].on else None
+    return trace_gather(scene, suns, request, progress, folder, prepared=prepared, specular=specular)

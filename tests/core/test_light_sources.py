@@ -18,8 +18,8 @@ from citypv.core.energy.pv_system import build_system
 from citypv.core.errors import InputError
 from citypv.core.light.merge_transfers import merge_transfers
 from citypv.core.light.trace_gather import trace_gather
+from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.photons.trace_hybrid import trace_hybrid
 from citypv.core.progress import silent
 from citypv.core.request import Request
 from citypv.core.results.read_transfer import read_transfer

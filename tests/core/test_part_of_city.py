@@ -11,7 +11,7 @@ from citypv.core.accuracy.pilot_run import PilotRun
 from citypv.core.accuracy.predict import of_suns, time_of_arrays
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.materials.materials import MaterialSpec
-from citypv.core.photons.trace_hybrid import trace_hybrid
+from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.progress import silent
 from citypv.core.request import Request
 from citypv.core.study import read_scene, read_year

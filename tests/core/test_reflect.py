@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from citypv.core.light.form_factors import FormFactors, Rows, leave_rows
 from citypv.core.light.solve_radiosity import Exchange, find_bounces, iterate_bounces, solve_radiosity
+from citypv.core.light.traced import FormFactors, Rows, leave_rows
 
 PATCHES, CELLS, REPLICATES, RAYS = 300, 16, 4, 50
 

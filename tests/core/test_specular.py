@@ -17,8 +17,8 @@ from citypv.core.light.trace_gather import trace_gather
 from citypv.core.materials.brdf_glass import reflect_interfaces
 from citypv.core.materials.materials import MaterialSpec
 from citypv.core.photons import specular_light
+from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.photons.trace_forward import trace_forward
-from citypv.core.photons.trace_hybrid import trace_hybrid
 from citypv.core.progress import silent
 from citypv.core.request import Request
 

@@ -11,9 +11,9 @@ from small_city import write_small_city
 from test_tracing import three_houses
 
 from citypv.__main__ import main
-from citypv.core.accuracy.choose_counted import choose_counted
 from citypv.core.accuracy.refine import (
     Goal,
+    choose_counted,
     decide_stop,
     describe_round,
     largest_round,

@@ -11,8 +11,7 @@ from test_tracing import box, join, strip, three_houses
 from thorough import draw_count
 from weathers import ERA5
 
-from citypv.core.accuracy.choose_counted import choose_counted
-from citypv.core.accuracy.refine import Goal, largest_round, refine_transfer
+from citypv.core.accuracy.refine import Goal, choose_counted, largest_round, refine_transfer
 from citypv.core.accuracy.yield_errors import find_lit, split_errors
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
